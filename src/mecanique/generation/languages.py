@@ -19,9 +19,8 @@ from mecanique.generation.targets.target import Target
 from mecanique.generation.verdict.cases import cases_of
 from mecanique.generation.verdict.start import start_of
 from mecanique.generation.verdict.verdict import CodeVerdict, judge
-from mecanique.model.values import Given
+from mecanique.model.values import Given, whole
 from mecanique.plugins import list_plugins, load_plugin
-from mecanique.verification.states.random import whole
 from mecanique.verification.verdict import versions
 
 __all__ = ["TARGETS", "generate", "target_of"]

@@ -11,7 +11,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import finite
 from mecanique.wording import say_count
 
-__all__ = ["Given", "column_of", "numbers_of"]
+__all__ = ["Given", "column_of", "numbers_of", "whole"]
 
 Given: TypeAlias = "np.ndarray | Sequence[float] | Mapping[str, float] | None"
 """Shape (names,) or (n, names), or values by name; what is left out takes its default, zero.
@@ -103,3 +103,19 @@ def _shorten(numbers: np.ndarray) -> str:
     if numbers.size <= _LISTED:
         return str(numbers.tolist())
     return f"{numbers[~np.isfinite(numbers)][:3].tolist()} among them"
+
+
+def whole(number: object, what: str, least: int = 1) -> int:
+    """Return a whole number, or raise.
+
+    Args:
+        number: as given.
+        what: its name, for the message.
+        least: the smallest that is allowed.
+
+    Raises:
+        InputError: if it is no whole number or too small.
+    """
+    if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < least:
+        raise InputError(f"expected a whole number of at least {least} for {what}, got {number!r}")
+    return int(number)

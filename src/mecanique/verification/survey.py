@@ -15,8 +15,8 @@ from typing import Literal, TypeAlias, final
 
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.values import whole
 from mecanique.verification.rows import TOLERANCE
-from mecanique.verification.states.random import whole
 
 __all__ = ["Entry", "Progress", "Survey", "survey_robots", "survey_systems"]
 

@@ -67,6 +67,22 @@ class Part:
     def __len__(self) -> int:
         return len(self.q)
 
+    def take(self, first: int, count: int) -> Part:
+        """Return some of its runs.
+
+        Args:
+            first: index of the first of them.
+            count: at most how many.
+        """
+        some = slice(first, first + count)
+        return replace(
+            self,
+            first=first,
+            q=self.q[some],
+            v=self.v[some],
+            parameters={symbol: values[some] for symbol, values in self.parameters.items()},
+        )
+
 
 @final
 @dataclass(frozen=True, eq=False)

@@ -23,6 +23,7 @@ from mecanique.errors import (
 from mecanique.generation.targets.c import compiler
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, list_left_out
+from mecanique.model.values import whole
 from mecanique.motion.compile.admission import require_agreement
 from mecanique.motion.compile.derive import program_of
 from mecanique.motion.compile.heyoka import build_seconds, is_installed
@@ -124,15 +125,12 @@ def simulate_many(
     start, varied = sweep(mechanism, q, v, parameters)
     if method not in ("auto", *_TITLES):
         raise UnknownNameError("method", method, ("auto", *_TITLES))
-    for name, number in (("max_steps", max_steps), ("chunk", chunk)):
-        if isinstance(number, bool) or not (
-            number is None or (isinstance(number, (int, np.integer)) and number > 0)
-        ):
-            raise InputError(f"expected a whole number of at least 1 for {name}, got {number!r}")
+    max_steps = whole(max_steps, "max_steps")
+    chunk = None if chunk is None else whole(chunk, "chunk")
     chosen, reason = _choose(mechanism, start, varied, method, end - t0)
     size = min(chunk or _chunk(len(start), chosen, executor), len(start))
     about = (
-        identity(mechanism, start, varied, times, [chosen, rtol, atol, int(max_steps), size])
+        identity(mechanism, start, varied, times, [chosen, rtol, atol, max_steps, size])
         if directory
         else {}
     )
@@ -149,53 +147,45 @@ def simulate_many(
         chunk=size,
         store=store,
     )
-    pickled = _pickle(mechanism)
-    threads = threads_here() if executor is None else 1
-
-    def parts() -> Iterator[Part]:
-        for first in range(0, len(start), size):
-            if first not in store:
-                some = slice(first, first + size)
-                yield Part(
-                    first,
-                    pickled,
-                    q=start[some, : mechanism.nq],
-                    v=start[some, mechanism.nq :],
-                    parameters={symbol: values[some] for symbol, values in varied.items()},
-                    times=times,
-                    method=chosen,
-                    rtol=rtol,
-                    atol=atol,
-                    max_steps=int(max_steps),
-                    threads=threads,
-                )
-
+    every = Part(
+        first=0,
+        mechanism=_pickle(mechanism),
+        q=start[:, : mechanism.nq],
+        v=start[:, mechanism.nq :],
+        parameters=varied,
+        times=times,
+        method=chosen,
+        rtol=rtol,
+        atol=atol,
+        max_steps=max_steps,
+        threads=threads_here() if executor is None else 1,
+    )
+    parts = (every.take(k, size) for k in range(0, len(start), size) if k not in store)
+    done = _here(parts, store) if executor is None else _elsewhere(parts, store, executor)
     with _reporting(progress) as report:
         report(runs.done / len(runs))
         try:
-            for _ in (
-                _here(parts(), store) if executor is None else _elsewhere(parts(), store, executor)
-            ):
+            for _ in done:
                 report(runs.done / len(runs))
         except MecaniqueError:
             raise
         except (KeyboardInterrupt, BrokenExecutor) as error:
-            what = (
-                "interrupted"
-                if isinstance(error, KeyboardInterrupt)
-                else f"the executor broke ({error})"
-            )
-            again = (
-                "; the same call continues them"
-                if directory
-                else "; with a directory the same call continues them"
-            )
-            raise IntegrationError(
-                f"{what}: {runs.done} of {say_count(len(runs), 'run')} done, "
-                f"in the error's .motion{again}",
-                motion=runs,
-            ) from error
+            raise _explain_interruption(runs, error, directory) from error
     return runs
+
+
+def _explain_interruption(
+    runs: Runs, error: BaseException, directory: str | PathLike[str] | None
+) -> IntegrationError:
+    """Return the error that says how many runs are done, and how to continue them."""
+    pressed = isinstance(error, KeyboardInterrupt)
+    what = "interrupted" if pressed else f"the executor broke ({error})"
+    again = "the same call continues them"
+    return IntegrationError(
+        f"{what}: {runs.done} of {say_count(len(runs), 'run')} done, in the error's .motion; "
+        f"{again if directory else f'with a directory {again}'}",
+        motion=runs,
+    )
 
 
 def _chunk(count: int, method: str, executor: Executor | None) -> int:

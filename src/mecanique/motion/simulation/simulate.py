@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mecanique.errors import InputError, UnknownNameError
+from mecanique.errors import UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import list_left_out
-from mecanique.model.values import Given
+from mecanique.model.values import Given, whole
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.loops import ClosedLoops, begin_on_loops
 from mecanique.motion.record.motion import Motion
@@ -25,6 +25,7 @@ from mecanique.motion.simulation.arguments import (
 )
 from mecanique.motion.simulation.choice import (
     COMPILED,
+    Choice,
     first_choice,
     next_choice,
 )
@@ -33,7 +34,7 @@ from mecanique.motion.simulation.failure import failure
 from mecanique.motion.simulation.integrate import integrate
 from mecanique.motion.simulation.integrators.methods import METHODS
 from mecanique.motion.simulation.integrators.refinement import step_accuracy
-from mecanique.motion.simulation.problem import Problem
+from mecanique.motion.simulation.problem import Course, Integration, Problem
 from mecanique.motion.simulation.watching.limits import (
     joint_events,
     limit_events,
@@ -134,8 +135,7 @@ def simulate(
     times = sample_times(t0, end, fps, samples)
     if method not in ("auto", *METHODS, *COMPILED):
         raise UnknownNameError("method", method, ("auto", *METHODS, *COMPILED))
-    if isinstance(max_steps, bool) or not isinstance(max_steps, (int, np.integer)) or max_steps < 1:
-        raise InputError(f"expected a whole number of at least 1 for max_steps, got {max_steps!r}")
+    max_steps = whole(max_steps, "max_steps")
     events = (*events, *joint_events(mechanism, start, limits))
     ends = limit_events(mechanism, start)
     watched = (*events, *ends)
@@ -163,24 +163,23 @@ def simulate(
         rtol=rtol,
         atol=atol,
         max_step=longest,
-        max_steps=int(max_steps),
+        max_steps=max_steps,
         events=watched,
         ends=ends,
         progress=progress,
     )
 
-    choice = first_choice(problem, method)
-    integration = integrate(problem, choice)
-    while (other := next_choice(problem, choice, integration)) is not None:
-        choice = other
-        integration = integrate(problem, choice)
-
+    choice, integration = _integrate_by_choice(problem, method)
     if integration.course is None:
         raise failure(problem, integration, None, q)
     if integration.rtol < step_accuracy(problem)[0]:
         remark += f"; steps to {integration.rtol:.1e}, because the errors of so many add up"
     statistics = Statistics(
-        integration.steps, integration.evaluations, perf_counter() - begin, rtol, atol
+        steps=integration.steps,
+        evaluations=integration.evaluations,
+        seconds=perf_counter() - begin,
+        rtol=rtol,
+        atol=atol,
     )
     course = integration.course()
     motion = Motion(
@@ -197,12 +196,28 @@ def simulate(
         rank=rank,
     )
     motion = add_breaks(motion, reference)
-    if course.outcome is not None:
-        y = np.concatenate([motion.q[-1], motion.v[-1]])
-        integration = replace(integration, outcome=course.outcome, t=float(motion.t[-1]), y=y)
+    integration = _cut_short(integration, course, motion)
     if not integration.outcome.complete:
         raise failure(problem, integration, motion, q)
     refuse_indefinite(reference, motion.t, motion.q)
     refuse_limit(motion)
     report_end(progress, motion)
     return motion
+
+
+def _integrate_by_choice(problem: Problem, method: str) -> tuple[Choice, Integration]:
+    """Integrate by one choice after another until none promises more."""
+    choice = first_choice(problem, method)
+    integration = integrate(problem, choice)
+    while (other := next_choice(problem, choice, integration)) is not None:
+        choice = other
+        integration = integrate(problem, choice)
+    return choice, integration
+
+
+def _cut_short(integration: Integration, course: Course, motion: Motion) -> Integration:
+    """Return how the integration ended; earlier if its course could not be followed to the end."""
+    if course.outcome is None:
+        return integration
+    y = np.concatenate([motion.q[-1], motion.v[-1]])
+    return replace(integration, outcome=course.outcome, t=float(motion.t[-1]), y=y)

@@ -14,6 +14,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import angles, draw_positions
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length
+from mecanique.model.values import whole
 from mecanique.verification.states.loops import closed_states, refuse_locked, wander
 from mecanique.verification.states.validity import is_possible
 
@@ -137,17 +138,6 @@ def _draw(mechanism: Mechanism, samples: int, random: np.random.Generator) -> St
     t = random.uniform(0.0, _TIME, samples) if _depends_on_time(mechanism) else np.zeros(samples)
     a = random.uniform(-fast, fast, (samples, mechanism.nv))
     return States(mechanism, q, v, t, a)
-
-
-def whole(number: object, what: str, least: int) -> int:
-    """Return a whole number, or raise.
-
-    Raises:
-        InputError: if it is no whole number or too small.
-    """
-    if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < least:
-        raise InputError(f"expected a whole number of at least {least} for {what}, got {number!r}")
-    return int(number)
 
 
 def _depends_on_time(mechanism: Mechanism) -> bool:

@@ -8,10 +8,10 @@ from functools import partial
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.errors import ClosureError, InputError, UnknownNameError
+from mecanique.errors import ClosureError, UnknownNameError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.values import Given
+from mecanique.model.values import Given, whole
 from mecanique.reference.loops.assembly.closing import close_position, is_open, refuse_open, settle
 from mecanique.reference.loops.assembly.newton import displace, newton
 from mecanique.reference.loops.closed import Closed
@@ -155,9 +155,7 @@ def assembly_branches(
         InputError: if an argument is not what is expected.
         UnknownNameError: if a name is no coordinate.
     """
-    for name, number in (("most", most), ("tries", tries)):
-        if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < 1:
-            raise InputError(f"expected a whole number of at least 1 for {name}, got {number!r}")
+    most, tries = whole(most, "most"), whole(tries, "tries")
     start = assemble(mechanism, guess, keep=keep, t=t)
     if not mechanism.constrained:
         return (start,)
