@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.causes.search import causes_of
+from mecanique.verification.descriptions.change import Difference
 from mecanique.verification.descriptions.diff import diff
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.foreign.compiled import TAKES
@@ -61,36 +62,76 @@ def compare_with(
     Raises:
         InputError: if the other source is of no known kind, or has other coordinates.
     """
-    notes: tuple[str, ...] = ()
-    given, name, difference = "", "other", None
     ending = os.path.splitext(other)[1].lower() if isinstance(other, (str, os.PathLike)) else ""
     if header is not None and ending not in LIBRARIES:
         raise InputError("expected a shared library with a header")
-    if ending == ".fmu":
-        assert isinstance(other, (str, os.PathLike))
-        states, name = random_states(mechanism, samples, seed), os.path.basename(os.fspath(other))
-        theirs = run_fmu(other, mechanism, states)
-    elif ending in LIBRARIES:
-        assert isinstance(other, (str, os.PathLike))
-        states, name = random_states(mechanism, samples, seed), os.path.basename(os.fspath(other))
-        functions = Functions.of(load_library(other, header, mechanism))
-        theirs = functions.values(mechanism, states)
-    elif isinstance(other, (str, os.PathLike)) and not _is_urdf(other):
-        name = given = os.path.basename(os.fspath(other))
-        states, tau = read_samples(other, mechanism)
-        theirs = {"inverse dynamics": tau}
+    if isinstance(other, (str, os.PathLike)):
+        source = _ask_file(mechanism, other, samples, seed, header)
+    elif isinstance(other, Mechanism):
+        source = _ask_mechanism(mechanism, other, random_states(mechanism, samples, seed))
     else:
+        states, functions = random_states(mechanism, samples, seed), _functions(other)
+        if functions.by:
+            return _compare_some(mechanism, functions, states, (seed, tolerance))
+        source = _Source("functions", states, functions.values(mechanism, states))
+    return _judge(mechanism, source, seed, tolerance)
+
+
+class _Source(NamedTuple):
+    """Another source and what it gives.
+
+    Args:
+        name: what it is called.
+        states: where it was asked.
+        values: by quantity.
+        notes: how its coordinates were matched.
+        given: name of the file with its samples; empty if it was asked at random states.
+        difference: of a description, what differs in it.
+    """
+
+    name: str
+    states: States
+    values: Mapping[str, Array]
+    notes: tuple[str, ...] = ()
+    given: str = ""
+    difference: Difference | None = None
+
+
+def _ask_file(
+    mechanism: Mechanism,
+    path: str | os.PathLike[str],
+    samples: int,
+    seed: int,
+    header: str | os.PathLike[str] | None,
+) -> _Source:
+    """Ask an FMU, a shared library, a URDF file, or take the samples of a CSV file."""
+    name = os.path.basename(os.fspath(path))
+    ending = os.path.splitext(path)[1].lower()
+    if ending == ".fmu":
         states = random_states(mechanism, samples, seed)
-        if isinstance(other, (Mechanism, str, os.PathLike)):
-            mine = other if isinstance(other, Mechanism) else _read(other)
-            name = mine.name if mine.name != mechanism.name else f"other {mine.name}"
-            theirs, notes = _of_mechanism(mechanism, mine, states)
-            difference = diff(mechanism, mine)
-        else:
-            functions = _functions(other)
-            if functions.by:
-                return _compare_some(mechanism, functions, states, (seed, tolerance))
-            name, theirs = "functions", functions.values(mechanism, states)
+        return _Source(name, states, run_fmu(path, mechanism, states))
+    if ending in LIBRARIES:
+        states = random_states(mechanism, samples, seed)
+        functions = Functions.of(load_library(path, header, mechanism))
+        return _Source(name, states, functions.values(mechanism, states))
+    if _is_urdf(path):
+        states = random_states(mechanism, samples, seed)
+        return _ask_mechanism(mechanism, _read(path), states)
+    states, tau = read_samples(path, mechanism)
+    return _Source(name, states, {"inverse dynamics": tau}, given=name)
+
+
+def _ask_mechanism(mechanism: Mechanism, other: Mechanism, states: States) -> _Source:
+    """Ask another mechanism, and say what differs in its description."""
+    name = other.name if other.name != mechanism.name else f"other {other.name}"
+    values, notes = _of_mechanism(mechanism, other, states)
+    difference = diff(mechanism, other)
+    return _Source(name, states, values, notes, difference=None if difference.same else difference)
+
+
+def _judge(mechanism: Mechanism, source: _Source, seed: int, tolerance: float) -> Verdict:
+    """Return the verdict on a source, with the likely causes where it differs."""
+    states, theirs = source.states, source.values
     equations = derive(mechanism)
     ours = evaluate(equations, states, light="acceleration" not in theirs)
     if "mass matrix" not in ours:
@@ -102,7 +143,7 @@ def compare_with(
     }
     scale = theirs if "mass matrix" in theirs else {**theirs, "mass matrix": ours["mass matrix"]}
     rows = rows_of(
-        ("recursion", name),
+        ("recursion", source.name),
         shared,
         scale,
         states,
@@ -119,10 +160,10 @@ def compare_with(
         coordinates=mechanism.coordinates.names,
         velocities=mechanism.velocities,
         versions=versions(),
-        notes=notes,
-        given=given,
+        notes=source.notes,
+        given=source.given,
         flaws=mechanism.origin.flaws if mechanism.origin else (),
-        difference=None if difference is None or difference.same else difference,
+        difference=source.difference,
     )
     return verdict if verdict.agrees else verdict.with_causes(causes_of(mechanism, states, theirs))
 

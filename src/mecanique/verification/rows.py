@@ -142,19 +142,17 @@ def rows_of(
     """
     mass = moving_mass(mechanism)
     usual = TOLERANCE if tolerance is None else tolerance
-    bounds = entries or {}
+    M, bounds = theirs["mass matrix"], entries or {}
     rows = []
     for quantity in (name for name in QUANTITIES if name in ours):
-        x, y = (
-            scale(quantity, values[quantity], theirs["mass matrix"]) for values in (ours, theirs)
-        )
+        x, y = (scale(quantity, values[quantity], M) for values in (ours, theirs))
         least, least_allowed, remark = least_size(quantity, mass), usual, ""
         by_entry = quantity in bounds
         if by_entry:
             least_allowed = tolerance or 0.0
             size = None if quantity == "mass matrix" else least
             difference = relative_differences(x, y, size)
-            bound = scale(quantity, bounds[quantity][: len(states)], theirs["mass matrix"])
+            bound = scale(quantity, bounds[quantity][: len(states)], M)
             excused = relative_rounding(bound, x, y, size)
         else:
             difference = relative_difference(x, y, least)[:, None]
@@ -169,10 +167,7 @@ def rows_of(
             if shifted.max() <= usual:
                 difference = shifted[:, None]
                 remark = f"up to a constant of {offset:.6g} J, which no equation of motion sees"
-        for name, values in zip(names, (ours, theirs), strict=True):
-            bad = _count_not_finite(values[quantity])
-            if bad:
-                remark = f"{name} is not finite at {bad} of {say_count(len(states), 'state')}"
+        remark = _explain_not_finite(names, ours[quantity], theirs[quantity]) or remark
         part = difference / np.maximum(excused, max(least_allowed, np.finfo(float).tiny))
         worst, entry = np.unravel_index(int(np.argmax(part)), part.shape)
         rows.append(
@@ -191,6 +186,15 @@ def rows_of(
             )
         )
     return tuple(rows)
+
+
+def _explain_not_finite(names: tuple[str, str], ours: Array, theirs: Array) -> str:
+    """Say which source is not finite, the second if both are; empty if all values are finite."""
+    remark = ""
+    for name, values in zip(names, (ours, theirs), strict=True):
+        if bad := _count_not_finite(values):
+            remark = f"{name} is not finite at {bad} of {say_count(len(values), 'state')}"
+    return remark
 
 
 def _names_of(entry: int, quantity: str, mechanism: Mechanism) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
 from typing import final
 
@@ -45,6 +45,9 @@ __all__ = ["Extensions", "read_extensions", "with_rotors"]
 
 _NOT_MODELED = ("drake:tendon_constraint", "loop_joint")
 
+_OWN = (LOOP, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT, ROLLING, BLADE)
+"""Elements that mecanique alone reads."""
+
 
 @final
 @dataclass
@@ -77,44 +80,13 @@ def read_extensions(
     """Return springs, dampers and loops of a robot; what cannot be read is reported."""
     found = Extensions()
     frames = _frames(robot, links, report)
-    between: dict[frozenset[str], list[JointText]] = {}
-    screws = {joint.child: joint for joint in joints if joint.screw}
-    for joint in joints:
-        slide = screws.get(joint.parent)
-        if slide is not None:  # the hinge of a screw turns against the body before its slide
-            joint = replace(joint, parent=slide.parent, origin=slide.origin)
-        between.setdefault(frozenset((joint.parent, joint.child)), []).append(joint)
+    between = _list_between(joints)
     for element in robot.children:
         if element.tag in _NOT_MODELED:
             report.add("M604", element, f"<{element.tag}>", f"<{element.tag}> is not modeled")
             continue
-        if element.tag == LOOP:
-            loop = read_loop(element, links, found.names, report)
-            if loop is not None:
-                (found.elements if is_redundant(element) else found.loops).append(loop)
-            found.own.append(element)
-            continue
-        if element.tag in (CORD, BELT):
-            read = read_cord if element.tag == CORD else read_belt
-            strand = read(element, links, found.names, report)
-            found.elements += [strand] if strand is not None else []
-            found.own.append(element)
-            continue
-        if element.tag in (GEAR, RACK):
-            carriers = {joint.name for joint in joints}
-            teeth = read_teeth(element, carriers, found.names, report)
-            found.elements += [teeth] if teeth is not None else []
-            found.own.append(element)
-            continue
-        if element.tag == VELOCITY_CONSTRAINT:
-            carriers = {joint.name for joint in joints}
-            constraint = read_velocity_constraint(element, carriers, found.names, report)
-            found.velocity_constraints += [constraint] if constraint is not None else []
-            found.own.append(element)
-            continue
-        if element.tag in (ROLLING, BLADE):
-            contact = read_contact(element, links, found.names, report)
-            found.contacts += [contact] if contact is not None else []
+        if element.tag in _OWN:
+            _read_own(element, links, {joint.name for joint in joints}, report, found)
             found.own.append(element)
             continue
         extension = EXTENSIONS.get(element.tag)
@@ -140,6 +112,46 @@ def read_extensions(
             else:
                 _two_points(element, extension, a, b, values, report, found)
     return found
+
+
+def _list_between(joints: Iterable[JointText]) -> dict[frozenset[str], list[JointText]]:
+    """The joints between each two links; the hinge of a screw turns against its slide's parent."""
+    between: dict[frozenset[str], list[JointText]] = {}
+    screws = {joint.child: joint for joint in joints if joint.screw}
+    for joint in joints:
+        slide = screws.get(joint.parent)
+        if slide is not None:
+            joint = replace(joint, parent=slide.parent, origin=slide.origin)
+        between.setdefault(frozenset((joint.parent, joint.child)), []).append(joint)
+    return between
+
+
+def _read_own(
+    element: Element,
+    links: Collection[str],
+    joints: Collection[str],
+    report: Report,
+    found: Extensions,
+) -> None:
+    """Read an element that mecanique alone knows; faults are reported."""
+    names = found.names
+    if element.tag == LOOP:
+        loop = read_loop(element, links, names, report)
+        if loop is not None:
+            (found.elements if is_redundant(element) else found.loops).append(loop)
+    elif element.tag in (CORD, BELT):
+        read = read_cord if element.tag == CORD else read_belt
+        strand = read(element, links, names, report)
+        found.elements += [strand] if strand is not None else []
+    elif element.tag in (GEAR, RACK):
+        teeth = read_teeth(element, joints, names, report)
+        found.elements += [teeth] if teeth is not None else []
+    elif element.tag == VELOCITY_CONSTRAINT:
+        constraint = read_velocity_constraint(element, joints, names, report)
+        found.velocity_constraints += [constraint] if constraint is not None else []
+    else:
+        contact = read_contact(element, links, names, report)
+        found.contacts += [contact] if contact is not None else []
 
 
 def with_rotors(
