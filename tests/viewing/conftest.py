@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 from playwright.sync_api import Error as PlaywrightError
-from viewing_browser import FLAGS, Visit
+from viewing_browser import FLAGS, UNDRAWN, Visit
 from viewing_scenes import write_page
 
 from mecanique.viewing.scene.scene import Scene
@@ -46,29 +47,44 @@ def browser() -> Iterator[Browser]:
         started.close()
 
 
-@pytest.fixture
-def visit(browser: Browser) -> Iterator[Callable[..., Visit]]:
-    """Open an address in a fresh page; keywords go to the browser's context."""
-    contexts = []
+@pytest.fixture(scope="session")
+def spare() -> dict[str, list[Page]]:
+    """Pages that tests are done with, by what they were opened with."""
+    return defaultdict(list)
 
-    def open_(address: str, *, wait: bool = True, **options: Any) -> Visit:
+
+@pytest.fixture
+def visit(browser: Browser, spare: dict[str, list[Page]]) -> Iterator[Callable[..., Visit]]:
+    """Open an address in a page of its own; keywords go to the browser's context.
+
+    The picture is `drawn` only where a test looks at it: without a graphics card that takes as long
+    as all else that a page does. Each page serves one test after another: to fill a blank one takes
+    half as long as to open one.
+    """
+    visits: list[tuple[str, Visit]] = []
+
+    def open_(address: str, *, wait: bool = True, drawn: bool = False, **options: Any) -> Visit:
         # pages that do not start by themselves leave the machine free for the rest of the tests
         usual: dict[str, Any] = {
             "viewport": {"width": 920, "height": 560},
             "reduced_motion": "reduce",
             "device_scale_factor": 0.5,
         }
-        context = browser.new_context(**(usual | options))
-        contexts.append(context)
-        context.set_default_timeout(120_000)
-        seen = Visit(context.new_page())
-        seen.page.on("request", lambda request: seen.requests.append(request.url))
-        seen.page.on("console", seen.hear)
-        seen.page.on("pageerror", lambda error: seen.errors.append(str(error)))
-        seen.page.goto(address)
+        kind = repr((drawn, sorted(options.items())))
+        if spare[kind]:
+            page = spare[kind].pop()
+        else:
+            context = browser.new_context(**(usual | options))
+            context.set_default_timeout(120_000)
+            if not drawn:
+                context.add_init_script(UNDRAWN)
+            page = context.new_page()
+        seen = Visit(page)
+        visits.append((kind, seen))
+        page.goto(address)
         if wait:
             try:
-                seen.page.wait_for_selector("body.ready")
+                page.wait_for_selector("body.ready")
             except PlaywrightError as error:
                 raise AssertionError(
                     f"the page did not start: {seen.messages} {seen.errors}"
@@ -76,8 +92,9 @@ def visit(browser: Browser) -> Iterator[Callable[..., Visit]]:
         return seen
 
     yield open_
-    for context in contexts:
-        context.close()
+    for kind, seen in visits:
+        seen.leave()
+        spare[kind].append(seen.page)
 
 
 @pytest.fixture

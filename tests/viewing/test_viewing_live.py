@@ -199,7 +199,7 @@ def test_an_open_page_finds_the_server_that_came_back(visit: Callable[..., Visit
         again.send(scene.frame(30))
         until(lambda: again.viewers == 1)
         seen.page.wait_for_selector("body.ready")
-        until(lambda: bool(seen.js("window.mecanique?.clock.time") == pytest.approx(0.5)))
+        until(lambda: bool(asked(seen, "window.mecanique?.clock.time") == pytest.approx(0.5)))
 
 
 def test_an_open_page_survives_a_program_that_is_killed(

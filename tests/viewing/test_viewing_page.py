@@ -35,7 +35,7 @@ def picture(seen: Visit) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
 
 
 def test_the_pendulum_is_seen_at_two_angles_at_two_times(show: Show) -> None:
-    seen = show(pendulum(), device_scale_factor=1)
+    seen = show(pendulum(), drawn=True, device_scale_factor=1)
     pictures = []
     for t in (0.0, 0.45):
         seen.seek(t)
@@ -52,7 +52,7 @@ def test_the_pendulum_is_seen_at_two_angles_at_two_times(show: Show) -> None:
 def test_the_bar_is_drawn_where_it_is(show: Show) -> None:
     """The bar's blue fills the pixels around its projected middle, at three instants."""
     scene = replace(pendulum(), arrows=(), traces=(), joints=())
-    seen = show(scene, device_scale_factor=1)
+    seen = show(scene, drawn=True, device_scale_factor=1)
     for t in (0.2, 0.7, 1.3):
         seen.seek(t)
         theta = swing(np.array([t]), 2.0)[0][0]
@@ -352,7 +352,6 @@ def test_hostile_names_are_only_names(show: Show) -> None:
         document=texts,
     )
     seen = show(hostile)
-    seen.page.on("dialog", lambda dialog: seen.errors.append(dialog.message))
     seen.seek(0.25)
     assert seen.page.locator("h1").text_content() == every
     assert seen.page.locator("#urdf-text").text_content() == every

@@ -39,15 +39,13 @@ def motions() -> Motions:
 
 
 @pytest.fixture
-def exported(
-    visit: Callable[..., Visit], motions: Motions, tmp_path: Path
-) -> Callable[[str], Visit]:
+def exported(visit: Callable[..., Visit], motions: Motions, tmp_path: Path) -> Callable[..., Visit]:
     """Export a system's motion and open the page without any network."""
 
-    def open_(name: str) -> Visit:
+    def open_(name: str, **options: Any) -> Visit:
         path = mq.export(motions(name), tmp_path / "page.html")
         assert path == tmp_path / "page.html"
-        return visit(path.as_uri(), offline=True)
+        return visit(path.as_uri(), offline=True, **options)
 
     return open_
 
@@ -65,9 +63,9 @@ def standing(seen: Visit, k: int) -> tuple[Any, Any]:
 
 @pytest.mark.parametrize("name", ["rigid_bar_pendulum", "double_pendulum", "heavy_top"])
 def test_a_page_shows_the_motion_at_two_times(
-    name: str, exported: Callable[[str], Visit], motions: Motions
+    name: str, exported: Callable[..., Visit], motions: Motions
 ) -> None:
-    motion, seen = motions(name), exported(name)
+    motion, seen = motions(name), exported(name, drawn=True)
     pictures = []
     for t in (0.0, 0.6):
         seen.seek(t)
@@ -83,7 +81,7 @@ def test_a_page_shows_the_motion_at_two_times(
 
 
 def test_a_page_tells_the_equations_the_verdict_and_the_ledger(
-    exported: Callable[[str], Visit],
+    exported: Callable[..., Visit],
 ) -> None:
     seen = exported("rigid_bar_pendulum")
     panel = seen.page.locator("#panel-equations")
@@ -131,7 +129,7 @@ def test_every_column_of_the_ledger_sums_to_zero(name: str, motions: Motions) ->
 
 
 def test_the_cursor_of_a_plot_is_on_the_clock(
-    exported: Callable[[str], Visit], motions: Motions
+    exported: Callable[..., Visit], motions: Motions
 ) -> None:
     seen = exported("rigid_bar_pendulum")
     seen.page.click("#tab-plots")
@@ -150,9 +148,9 @@ def test_the_cursor_of_a_plot_is_on_the_clock(
     seen.clean()
 
 
-def test_arrows_are_the_forces(exported: Callable[[str], Visit], motions: Motions) -> None:
+def test_arrows_are_the_forces(exported: Callable[..., Visit], motions: Motions) -> None:
     """Origin, direction and length of each straight arrow; what is far larger than usual is cut."""
-    motion, seen = motions("bars_and_springs"), exported("bars_and_springs")
+    motion, seen = motions("bars_and_springs"), exported("bars_and_springs", drawn=True)
     kinds = ["weight", "spring", "damper", "load", "reaction", "inertia"]
     seen.js("kinds => kinds.forEach(kind => mecanique.arrows.kinds.add(kind))", kinds)
     k = 40

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from playwright.sync_api import ConsoleMessage, Page
+from playwright.sync_api import ConsoleMessage, Dialog, Page
 
 FLAGS = (
     "--no-sandbox --disable-quic --no-first-run --disable-background-networking"
@@ -18,6 +19,24 @@ FLAGS = (
     ",MediaRouter,OptimizationHints,DestroyProfileOnBrowserClose"
 )
 
+# Some 20 pictures a second, of nothing: each call reaches WebGL, which checks it as ever, but there
+# is nothing left to draw.
+UNDRAWN = """
+{
+  const next = window.requestAnimationFrame.bind(window);
+  window.requestAnimationFrame = (then) => setTimeout(() => next(then), 35);
+}
+for (const { prototype } of [WebGLRenderingContext, WebGL2RenderingContext]) {
+  const { drawArrays, drawElements } = prototype;
+  prototype.drawArrays = function (mode, first) {
+    drawArrays.call(this, mode, first, 0);
+  };
+  prototype.drawElements = function (mode, count, type, offset) {
+    drawElements.call(this, mode, 0, type, offset);
+  };
+}
+"""
+
 
 @dataclass
 class Visit:
@@ -28,9 +47,32 @@ class Visit:
     messages: list[str] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        self.heard: dict[Any, Callable[[Any], None]] = {
+            "request": lambda request: self.requests.append(request.url),
+            "console": self.hear,
+            "pageerror": lambda error: self.errors.append(str(error)),
+            "dialog": self.dismiss,
+        }
+        for event, listener in self.heard.items():
+            self.page.on(event, listener)
+
     def hear(self, message: ConsoleMessage) -> None:
         if message.type in ("error", "warning"):
             self.messages.append(f"{message.type}: {message.text}")
+
+    def dismiss(self, dialog: Dialog) -> None:
+        self.errors.append(f"a dialog: {dialog.message}")
+        dialog.dismiss()
+
+    def leave(self) -> None:
+        """Leave a blank page, as good as a fresh one."""
+        for event, listener in self.heard.items():
+            self.page.remove_listener(event, listener)
+        if self.page.url.startswith("file:"):  # files share what they store; servers have ports
+            self.page.evaluate("sessionStorage.clear()")
+        self.page.goto("about:blank")
+        self.page.mouse.move(-1, -1)
 
     def js(self, expression: str, argument: Any = None) -> Any:
         return self.page.evaluate(expression, argument)
