@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mecanique import InputError, textbook, verify
-from mecanique.verification.foreign.given import Functions
+from mecanique.verification.foreign.functions import Functions
 
 BY = ("yaw", "lean", "spin")
 COIN = textbook.load("rolling_coin")

@@ -16,7 +16,7 @@ from mecanique.checking.judgement.proof import Proof
 from mecanique.checking.judgement.quantities import Quantity, ask_for
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.search import Search
-from mecanique.checking.mistakes.vanishing import Factors
+from mecanique.checking.mistakes.vanishing_factors import Factors
 from mecanique.checking.verdict import Cause, Check, Line, Outcome
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.errors import InputError

@@ -8,8 +8,8 @@ from dataclasses import replace
 from mecanique.derivation.equations import Equations
 from mecanique.errors import UnknownNameError
 from mecanique.generation.identifiers import file_stem
-from mecanique.generation.mechanics.actions import Actions
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
+from mecanique.generation.mechanics.free_body_forces import Actions
 from mecanique.generation.program.program import Answer, Letter, Program
 from mecanique.generation.program.tape import Value
 from mecanique.generation.program.traced import values_of

@@ -15,8 +15,8 @@ from mecanique.model.joints import Single
 from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.driving import driving_forces, free_motions
 from mecanique.reference.loops.freedom.freedom import generic_rank
+from mecanique.reference.loops.inverse_dynamics import driving_forces, free_motions
 from mecanique.reference.loops.loading import Loaded
 from mecanique.reference.loops.nullspace import solve
 

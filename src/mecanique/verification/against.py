@@ -19,7 +19,7 @@ from mecanique.verification.descriptions.diff import diff
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.foreign.compiled import TAKES
 from mecanique.verification.foreign.fmu import run_fmu
-from mecanique.verification.foreign.given import Functions, read_samples
+from mecanique.verification.foreign.functions import Functions, read_samples
 from mecanique.verification.foreign.library import LIBRARIES, load_library
 from mecanique.verification.reduced import Reduced, blame_substitution
 from mecanique.verification.rounding.conditioning import rounding

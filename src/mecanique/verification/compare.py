@@ -62,11 +62,11 @@ def verify(
         seed: of the random states; the same seed gives the same states and the same verdict.
         against: another source instead of Pinocchio: a mechanism; the path of a URDF file;
             functions by name, e.g. `{"M": …, "C": …, "g": …}`
-            (`mecanique.verification.foreign.given.Functions`; equations in the independent
+            (`mecanique.verification.foreign.functions.Functions`; equations in the independent
             velocities of what rolls are taken too), also of JAX, CasADi, ctypes and cffi, or one
             that is called after what it gives; the path of a CSV file with states and
             forces, whose states are then used
-            (`mecanique.verification.foreign.given.read_samples`); the path of an FMU
+            (`mecanique.verification.foreign.functions.read_samples`); the path of an FMU
             (extra `fmpy`), or of a shared library with functions as `generate` writes them. The
             last two are programs, and are run: give none that you do not trust.
         header: of the shared library, the C header that declares its functions.

@@ -16,7 +16,7 @@ from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.context import Context
-from mecanique.checking.mistakes.lacking import find_lacking
+from mecanique.checking.mistakes.lacking_terms import find_lacking
 from mecanique.checking.mistakes.repairs.find import repairs
 from mecanique.checking.mistakes.repairs.repair import Repair
 from mecanique.checking.mistakes.slips.hypotheses import Hypotheses

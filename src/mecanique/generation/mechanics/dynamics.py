@@ -10,8 +10,8 @@ from mecanique.derivation.equations import Equations
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.closed_form import ClosedForm
 from mecanique.generation.mechanics.constraints.constrained import Constrained, Solution
-from mecanique.generation.mechanics.constraints.landing import landing_of
 from mecanique.generation.mechanics.constraints.loops import Loops, loops_of
+from mecanique.generation.mechanics.constraints.projection import landing_of
 from mecanique.generation.mechanics.forces import Forces
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion

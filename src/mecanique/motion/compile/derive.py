@@ -13,8 +13,8 @@ from math import inf
 from mecanique.derivation import derive
 from mecanique.generation.mechanics.closed_form import ClosedForm
 from mecanique.generation.mechanics.constraints.constrained import Constrained
-from mecanique.generation.mechanics.constraints.landing import landing_of
 from mecanique.generation.mechanics.constraints.loops import loops_of
+from mecanique.generation.mechanics.constraints.projection import landing_of
 from mecanique.generation.mechanics.dynamics import Tree
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.program.program import Landing

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mecanique.model.units import add_unit, units
-from mecanique.motion.record.exceeded import find_exceeded
+from mecanique.motion.record.exceeded_limits import find_exceeded
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:

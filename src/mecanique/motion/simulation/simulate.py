@@ -29,8 +29,8 @@ from mecanique.motion.simulation.choice import (
     first_choice,
     next_choice,
 )
-from mecanique.motion.simulation.definite import refuse_indefinite
 from mecanique.motion.simulation.failure import failure
+from mecanique.motion.simulation.indefinite_mass import refuse_indefinite
 from mecanique.motion.simulation.integrate import integrate
 from mecanique.motion.simulation.integrators.methods import METHODS
 from mecanique.motion.simulation.integrators.refinement import step_accuracy

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any, final
 
 from mecanique.derivation.tree.poses import times_point
-from mecanique.generation.mechanics.actions import Actions
 from mecanique.generation.mechanics.dynamics import Dynamics
+from mecanique.generation.mechanics.free_body_forces import Actions
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual

@@ -13,7 +13,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.checking.grammar.tape import Tape, Values
 from mecanique.checking.mistakes.context import Context
-from mecanique.checking.mistakes.needed import needed_values
+from mecanique.checking.mistakes.needed_values import needed_values
 from mecanique.checking.mistakes.repairs.factors import (
     repair_circular,
     repair_letter,

@@ -15,7 +15,6 @@ from mecanique.motion.compile.stepper import NEAR, March, Stepper, Tolerances
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.steps import Steps
-from mecanique.motion.simulation.integrators.headway import Headway
 from mecanique.motion.simulation.integrators.methods import (
     METHODS,
     EquationsError,
@@ -24,6 +23,7 @@ from mecanique.motion.simulation.integrators.methods import (
     advance_within,
 )
 from mecanique.motion.simulation.integrators.refinement import refine, step_accuracy
+from mecanique.motion.simulation.integrators.stalling import Headway
 from mecanique.motion.simulation.outcome import Kind, Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
 

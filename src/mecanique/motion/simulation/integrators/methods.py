@@ -11,8 +11,8 @@ from typing import Literal, NamedTuple, TypeAlias, final
 import numpy as np
 
 from mecanique.motion.record.steps import RightHandSide, Steps
-from mecanique.motion.simulation.integrators.headway import Stability
 from mecanique.motion.simulation.integrators.scipy_ode import import_ode
+from mecanique.motion.simulation.integrators.stalling import Stability
 from mecanique.motion.simulation.outcome import Kind, Outcome
 
 __all__ = [

@@ -11,8 +11,8 @@ import numpy as np
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence, Quantity
 from mecanique.motion.record.steps import Steps
-from mecanique.motion.simulation.integrators.headway import Headway
 from mecanique.motion.simulation.integrators.methods import Task, advance_within
+from mecanique.motion.simulation.integrators.stalling import Headway
 from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Problem
 
