@@ -9,10 +9,11 @@ __all__ = ["conjugate", "from_matrices", "multiply", "pure", "to_matrices", "tur
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the product a b of quaternions, shape (…, 4): turns by b, then by a."""
-    r, s, v, w = a[..., :3], a[..., 3:], b[..., :3], b[..., 3:]
-    return np.concatenate(
-        [s * v + w * r + np.cross(r, v), s * w - (r * v).sum(-1, keepdims=True)], axis=-1
-    )
+    r, s = a[..., :3], a[..., 3:]
+    v, w = b[..., :3], b[..., 3:]
+    vector = s * v + w * r + np.cross(r, v)
+    scalar = s * w - (r * v).sum(-1, keepdims=True)
+    return np.concatenate([vector, scalar], axis=-1)
 
 
 def conjugate(q: np.ndarray) -> np.ndarray:

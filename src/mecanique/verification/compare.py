@@ -155,15 +155,15 @@ def judge(
     """
     rows = answers.rows(mechanism, states, tolerance)
     return Verdict(
-        mechanism.name,
-        tuple(sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))),
-        len(states),
-        seed,
-        tolerance or TOLERANCE,
-        mechanism.coordinates.names,
-        mechanism.velocities,
-        versions(),
-        answers.notes,
+        mechanism=mechanism.name,
+        rows=tuple(sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))),
+        samples=len(states),
+        seed=seed,
+        tolerance=tolerance or TOLERANCE,
+        coordinates=mechanism.coordinates.names,
+        velocities=mechanism.velocities,
+        versions=versions(),
+        notes=answers.notes,
         flaws=mechanism.origin.flaws if mechanism.origin else (),
     )
 

@@ -335,11 +335,13 @@ def _foldable(key: int, other: int, products: bool) -> bool:
 
 def _fold(key: int, other: int, P: Series, Q: Series) -> list[tuple[Trig, Series]]:
     """P cos k + Q cos l, or with sin, by half the sum and half the difference of the angles."""
-    u, w = ((key >> 1) + (other >> 1)) >> 1, ((key >> 1) - (other >> 1)) >> 1
+    first, second = key >> 1, other >> 1
+    u, w = (first + second) >> 1, (first - second) >> 1
     flip = -1 if w < 0 else 1  # of sin w
     w = abs(w)
     if key & 1:
-        return [(_trig((u, 1), (w, 0)), P + Q), (_trig((u, 0), (w, 1)), (P - Q) * flip)]
+        sine, cosine = _trig((u, 1), (w, 0)), _trig((u, 0), (w, 1))
+        return [(sine, P + Q), (cosine, (P - Q) * flip)]
     return [(_trig((u, 0), (w, 0)), P + Q), (_trig((u, 1), (w, 1)), (Q - P) * flip)]
 
 

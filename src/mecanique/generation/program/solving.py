@@ -60,5 +60,7 @@ def factorize(tape: Tape, M: Sequence[Sequence[Any]]) -> Factors:
         rows[k] = tuple(tape.divide(left[k][i], left[k][k]) for i in range(k))
         for i in range(k):
             for j in range(i + 1):
-                left[i][j] = tape.subtract(left[i][j], tape.multiply(rows[k][j], left[k][i]))
-    return Factors(tape, tuple(left[k][k] for k in range(len(left))), tuple(rows))
+                part = tape.multiply(rows[k][j], left[k][i])
+                left[i][j] = tape.subtract(left[i][j], part)
+    pivots = tuple(left[k][k] for k in range(len(left)))
+    return Factors(tape, pivots, tuple(rows))

@@ -161,7 +161,16 @@ def _readings(evidence: Evidence) -> Iterator[_Reading]:
         q, v = same_q.copy(), same_v.copy()
         for name, other in zip(singles, order, strict=True):
             q[singles[name][0]], v[singles[name][1]] = singles[other][0], singles[other][1]
-        yield _Reading("joint order", "", text, q, v, ones_q, ones_v, ones_v)
+        yield _Reading(
+            kind="joint order",
+            where="",
+            text=text,
+            q=q,
+            v=v,
+            q_factor=ones_q,
+            v_factor=ones_v,
+            tau_factor=ones_v,
+        )
 
 
 def _orders(names: list[str]) -> Iterator[tuple[str, list[str]]]:

@@ -129,13 +129,13 @@ class Evidence:
         if not parts or not n:
             return None
         inputs = Inputs(
-            np.concatenate([q] * len(parts)),
-            np.concatenate([part.v for part in parts]),
-            np.concatenate([part.a for part in parts]),
-            np.concatenate([t] * len(parts)),
-            np.repeat([part.heavy for part in parts], n),
-            np.repeat([part.inertia for part in parts], n),
-            np.repeat([part.loads for part in parts], n),
+            q=np.concatenate([q] * len(parts)),
+            v=np.concatenate([part.v for part in parts]),
+            a=np.concatenate([part.a for part in parts]),
+            t=np.concatenate([t] * len(parts)),
+            heavy=np.repeat([part.heavy for part in parts], n),
+            inertia=np.repeat([part.inertia for part in parts], n),
+            loads=np.repeat([part.loads for part in parts], n),
         )
         kind = np.repeat([part.kind for part in parts], n)
         return cls(mechanism, inputs, np.concatenate([part.tau for part in parts]), kind)

@@ -75,15 +75,15 @@ def placement_changes(evidence: Evidence) -> Iterator[Change]:
         near = [family.make(x + _SMALL * unit) for unit in np.eye(family.numbers)]
         answers, *others = answers_of(evidence, [frames, *near], rows)
         yield Change(
-            frames.kind,
-            frames.where,
-            frames.text,
-            answers,
-            family.numbers,
-            count_digits(frames.text, frames.where),
-            frames.origins,
-            frames.moments,
-            (np.array(others) - answers) / _SMALL,
+            kind=frames.kind,
+            where=frames.where,
+            text=frames.text,
+            answers=answers,
+            free=family.numbers,
+            digits=count_digits(frames.text, frames.where),
+            origins=frames.origins,
+            moments=frames.moments,
+            slopes=(np.array(others) - answers) / _SMALL,
         )
 
 

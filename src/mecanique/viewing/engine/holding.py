@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from mecanique.generation.mechanics.actions import Actions
 from mecanique.generation.mechanics.dynamics import Dynamics
+from mecanique.generation.mechanics.free_body_forces import Actions
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.motion.record.events import break_names

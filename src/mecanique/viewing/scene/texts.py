@@ -165,7 +165,13 @@ def _parameters(mechanism: Mechanism) -> Iterator[Quantity]:
         low, high = sorted((0.05 * value, 3 * value)) if value else (0.0, 0.0)
         unit = "" if parameter.unit == "1" else parameter.unit
         yield Quantity(
-            parameter.symbol, letter(parameter.symbol), value, unit, parameter.meaning, low, high
+            name=parameter.symbol,
+            symbol=letter(parameter.symbol),
+            value=value,
+            unit=unit,
+            meaning=parameter.meaning,
+            low=low,
+            high=high,
         )
 
 
@@ -178,7 +184,15 @@ def quantities_of_inputs(mechanism: Mechanism) -> tuple[Quantity, ...]:
             unit = "" if signal.unit == "1" else signal.unit
             symbol = letter(signal.symbol)
             found.append(
-                Quantity(signal.symbol, symbol, signal.signal, unit, signal.meaning, -reach, reach)
+                Quantity(
+                    name=signal.symbol,
+                    symbol=symbol,
+                    value=signal.signal,
+                    unit=unit,
+                    meaning=signal.meaning,
+                    low=-reach,
+                    high=reach,
+                )
             )
     return tuple(found)
 
@@ -191,10 +205,26 @@ def _initial(motion: Motion) -> Iterator[Quantity]:
         reach = math.pi if unit[name] == "rad" else max(1.0, 2 * abs(float(value)))
         if own:
             low, high = min(-reach, float(value)), max(reach, float(value))
-            yield Quantity(name, letter(name), float(value), unit[name], "at the start", low, high)
+            yield Quantity(
+                name=name,
+                symbol=letter(name),
+                value=float(value),
+                unit=unit[name],
+                meaning="at the start",
+                low=low,
+                high=high,
+            )
     for name, value in zip(mechanism.velocities, motion.v[0], strict=True):
         reach = max(10.0, 2 * abs(float(value)))
-        yield Quantity(name, letter(name), float(value), unit[name], "at the start", -reach, reach)
+        yield Quantity(
+            name=name,
+            symbol=letter(name),
+            value=float(value),
+            unit=unit[name],
+            meaning="at the start",
+            low=-reach,
+            high=reach,
+        )
 
 
 def _freedom(motion: Motion) -> tuple[str, ...]:
