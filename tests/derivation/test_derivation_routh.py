@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -97,6 +99,12 @@ def test_a_wide_denominator_is_written_in_latex() -> None:
     written = mq.routh(textbook.load("gyroscope")).latex()
     assert "\\frac{1}{" in written
     assert "Equations of motion" in written
+
+
+def test_what_is_driven_keeps_no_momentum() -> None:
+    driven = replace(coupled(mq.Parameter("P", 1.0)), forces=(mq.JointForce("drive", "rail", 2.0),))
+    with pytest.raises(mq.DerivationError, match="has no cyclic coordinate: on each of x, q T"):
+        mq.routh(driven)
 
 
 def test_no_cyclic_coordinate_is_said() -> None:

@@ -135,6 +135,8 @@ BODIES = (Body("ground"), Body("one", ball(1.0, 0.1)), Body("two", ball(1.0, 0.1
         ((TURN, Revolute("other", "one", "two", axis=(1, 0, 0))), None),
         ((Spherical("ball", "ground", "one"), TURN_ON), None),
         ((Prismatic("in", "ground", "one"), Prismatic("out", "one", "two")), (0, 0, 1)),
+        ((TURN, replace(TURN_ON, origin=Placement(rpy=(np.pi / 2, 0, 0)))), None),
+        ((TURN, replace(TURN_ON, origin=Placement(rpy=(0, np.pi / 2, 0)))), (0, 1, 0)),
     ],
 )
 def test_a_plane_of_motion_has_all_turns_along_its_normal_and_all_slides_across(

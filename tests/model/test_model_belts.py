@@ -154,6 +154,14 @@ def test_runs_are_drawn(tmp_path: Path) -> None:
     assert "svg" in (tmp_path / "drive.svg").read_text(encoding="utf-8")
 
 
+def test_pulleys_may_come_close() -> None:
+    """A big one and a small one, nearer than two big ones could be."""
+    tensions = mq.Reference(drive(apart=1.01 * (SMALL + BIG))).guide_forces([0.0])
+    tight, slack = tensions.values()
+    assert tight + slack == pytest.approx(2 * PRELOAD)
+    assert abs(tight - slack) > 1
+
+
 def test_wrong_belts_are_refused_with_place_and_remedy() -> None:
     with pytest.raises(mq.EngineError, match=r"belt 'belt': the pulleys on 'motor' and 'drum' ov"):
         mq.Reference(drive(apart=0.35))

@@ -232,6 +232,22 @@ def test_a_massless_link_pulls_along_itself() -> None:
     np.testing.assert_allclose(found["A"].force, found["B"].force, atol=1e-12)
 
 
+def test_a_projection_takes_off_what_the_loops_forbid_whatever_the_speed() -> None:
+    mechanism = textbook.load("slider_crank")
+    closed = closed_of(mechanism)
+    q = assemble(mechanism, {"theta": 0.7, "beta": -0.97, "x": 1.5}, keep=("theta",))
+    slow = np.array([0.3, -0.2, 0.5])
+    for speed in (1.0, 1e4):
+        for drifted in (False, True):
+            off = 1e-6 * speed * slow if drifted else speed * slow
+            allowed = project(closed, q, speed * slow, 0.0)[1]
+            v = project(closed, q, allowed + off, 0.0, drifted=drifted)[1]
+            assert np.abs(closed.closures.at(q, v, 0.0).jacobian @ v).max() < 1e-13 * speed
+            # what is allowed stays, and what is taken off does no work
+            again = project(closed, q, v, 0.0)[1]
+            np.testing.assert_allclose(again, v, rtol=0, atol=1e-13 * speed)
+
+
 def parallel(alpha: float) -> tuple[np.ndarray, float, float]:
     """Position of the bars of Example 1.2, α'' and the force of CF on DEF, by exact lengths."""
     k, length, a, c, s = 50.0, 0.5, 0.8, np.cos(alpha), np.sin(alpha)

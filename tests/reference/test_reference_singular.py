@@ -79,7 +79,7 @@ def test_what_is_hardly_closed_counts_as_singular(chain: Closed) -> None:
         assert (distance == 0.0) == singular
 
 
-@pytest.mark.parametrize("speed", [-3.5, 1e-3, 50.0])
+@pytest.mark.parametrize("speed", [-3.5, 1e-3, 1e3])
 def test_exactly_in_a_singular_position_the_acceleration_is_that_of_the_branch(
     speed: float,
 ) -> None:

@@ -81,6 +81,11 @@ def test_the_friction_that_is_needed() -> None:
 def test_friction_that_contacts_share_is_undetermined() -> None:
     cart = textbook.load("two_wheeled_cart")
     q = mq.assemble(cart, {"z": 0.3, "pitch": 0.3})
+    points = mq.Reference(cart).contact_points(q)
+    # both wheels stand on the ground, to the left and to the right of the axle's middle
+    assert [points[name][2] for name in points] == pytest.approx([0, 0], abs=1e-12)
+    apart = points["left_contact"] - points["right_contact"]
+    assert np.linalg.norm(apart) == pytest.approx(2 * cart.values["b"])
     left, right = pressings(mq.Reference(cart), q[None], np.zeros((1, cart.nv)), np.zeros(1))
     assert left.normal == pytest.approx(right.normal)
     assert np.isnan([left.friction, right.friction]).all()

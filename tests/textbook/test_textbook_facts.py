@@ -75,6 +75,7 @@ TRUE: dict[str, Fact] = {
     "Eigenvalues": Eigenvalues("", lambda s: [1j * math.sqrt(1.5 * s.g / s.l)]),
     "MassMatrix": MassMatrix("", lambda s: [[s.m * s.l**2 / 3]]),
     "Steady": Steady("", {"q": math.pi}),
+    "Conserved, by time": Conserved("", lambda s: s.q - s["q'"] * s.t, given={"g": 0.0}),
 }
 
 WRONG: dict[str, Fact] = {

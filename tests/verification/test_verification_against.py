@@ -37,7 +37,19 @@ def test_another_file_of_the_same_robot_agrees() -> None:
     assert verdict.worst < 1e-13
     other = mq.verify(mechanism, 10, against="same.urdf")
     assert other.agrees
-    assert "the coordinates have different names and are matched in their order" in other.notes
+    matched = "the coordinates have different names and are matched in their order"
+    assert matched in other.notes
+    free, stone = (
+        mq.Mechanism(
+            "stone",
+            (mq.Body("ground"), mq.Body("stone", mq.box(2.0, (1, 2, 3)))),
+            (mq.Floating(name, "ground", "stone"),),
+        )
+        for name in ("free", "thrown")
+    )
+    verdict = mq.verify(free, 5, against=stone)
+    assert verdict.agrees
+    assert matched in verdict.notes
 
 
 def test_coordinates_are_matched_by_name() -> None:

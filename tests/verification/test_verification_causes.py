@@ -431,12 +431,18 @@ def place(how: str, p: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarra
         return p * [-1, 1, 1], r, "joint origin", "x of the position of the other sign"
     if how == "longer":
         return 1.2 * p, r, "joint origin", "moved by 0.0165 m along x"
+    if how == "pitched":
+        return p, r + 0.2 * np.eye(3)[1], "joint turn", "pitch of joint 'panda_joint4'"
+    if how == "degrees":
+        return p, r * 180 / np.pi, "degree", "in degrees taken for radians"
     if how == "turned":
         return p, r + 0.2 * np.eye(3)[0], "joint turn", "roll of joint 'panda_joint4'"
     return p, r[[1, 0, 2]], "joint turn", "taken from those about y, x, z"
 
 
-@pytest.mark.parametrize("how", ["moved", "mirrored", "longer", "turned", "exchanged"])
+@pytest.mark.parametrize(
+    "how", ["moved", "mirrored", "longer", "turned", "pitched", "degrees", "exchanged"]
+)
 def test_a_joint_that_stands_elsewhere_is_named_with_the_amount(how: str) -> None:
     mechanism = MODELS["panda"]()
     own = joint_of(mechanism, "panda_joint4").origin
@@ -499,6 +505,30 @@ def test_noisy_samples_give_link_and_mass_with_a_deviation() -> None:
     assert found
     assert abs(float(found[1]) - 1.2 * mass) <= 3 * float(found[2])
     assert 0 < float(found[2]) < 0.1 * mass
+
+
+def test_more_noisy_samples_give_a_smaller_deviation() -> None:
+    """By the root of their number."""
+    pendulum = mq.textbook.load("rigid_bar_pendulum")
+    recursion, found = Recursion(pendulum.replace(m=1.2 * pendulum.values["m"])), []
+    for n in (100, 1600):
+        states = random_states(pendulum, n, 3)
+        tau = recursion.inverse_dynamics(states, states.a) - recursion.forces(states)
+        tau += 0.05 * np.sqrt((tau**2).mean()) * np.random.default_rng(0).normal(size=tau.shape)
+        first = causes_of(pendulum, states, {"inverse dynamics": tau})[0]
+        said = re.search(r"± ([\d.]+)", first.text)
+        assert said, first.text
+        found.append(float(said[1]))
+    assert found[0] / found[1] == pytest.approx(4, rel=0.25)
+
+
+def test_the_last_link_of_a_long_chain_is_fitted_as_well() -> None:
+    chain = mq.textbook.load("n_link_pendulum", n=10)
+    body = chain.bodies[-1]
+    mass, center, inertia = parts(chain, body)
+    evidence = evidence_of(chain, told_by(with_body(chain, body.name, 1.3 * mass, center, inertia)))
+    fitting = [one for one in fit_inertias(evidence) if evidence.residual(one.answers) < 1e-9]
+    assert ("link mass", f"link {body.name!r}") in {(one.kind, one.where) for one in fitting}
 
 
 def test_two_mistakes_in_different_links_are_named_together() -> None:

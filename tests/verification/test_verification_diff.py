@@ -104,6 +104,15 @@ def test_weight_is_the_change_of_mass_matrix_and_bias() -> None:
     assert (change.before, change.after) == ("1", "1.1 kg (+10 %)")
 
 
+def test_what_changes_the_equations_most_comes_first() -> None:
+    heavier = ARM.replace('mass value="2"', 'mass value="2.1"')
+    text = heavier.replace('mass value="1"', 'mass value="9"')
+    weights = [change.weight for change in mq.diff(ARM, text).changes]
+    assert len(weights) == 2
+    assert weights == sorted(weights, reverse=True)
+    assert weights[0] > weights[1]
+
+
 def test_renamed_added_and_merged() -> None:
     renamed = mq.diff(ARM, ARM.replace('"upper"', '"humerus"').replace('"elbow"', '"hinge"'))
     assert {str(change) for change in renamed.changes} == {
