@@ -28,6 +28,7 @@ from mecanique.model import (
     rod,
     time,
 )
+from mecanique.model.constraints.loops import CLOSED
 from mecanique.reference import Reference, assemble, assembly_branches, degrees_of_freedom
 from mecanique.reference.loops.assembly.assembly import close_velocity, project
 from mecanique.reference.loops.assembly.closing import _damped_step
@@ -230,6 +231,49 @@ def test_a_massless_link_pulls_along_itself() -> None:
     assert np.linalg.norm(found["B"].force) > 0.1
     np.testing.assert_allclose(np.cross(found["B"].force, along), 0, atol=1e-12)
     np.testing.assert_allclose(found["A"].force, found["B"].force, atol=1e-12)
+
+
+def two_free_bodies(kind: str) -> Mechanism:
+    """Two bodies that fly, held together by one loop between frames askew."""
+    a, b = Placement((0.3, 0.1, -0.2), (0.2, -0.3, 0.4)), Placement((0.1, 0.5, 0.2), (0.5, 0.1, 0))
+    length = {"length": 0.7} if kind == "distance" else {}
+    return Mechanism(
+        "pair",
+        (Body("ground"), *(Body(name, box(2.0, (0.3, 0.4, 0.5))) for name in ("one", "two"))),
+        (Floating("left", "ground", "one"), Floating("right", "ground", "two")),
+        loops=(Loop("tie", kind, "one", a, "two", b, **length),),
+    )
+
+
+@pytest.mark.parametrize("kind", CLOSED)
+def test_rows_are_the_rates_of_the_gaps_also_where_the_loop_is_open(kind: str) -> None:
+    """Φ' = J v and (J v)' = γ along a motion with constant v."""
+    closed = closed_of(two_free_bodies(kind))
+    rng, h = np.random.default_rng(3), 1e-5
+    turn = rng.normal(size=4)
+    q = np.concatenate([rng.normal(size=3), [0, 0, 0, 1], rng.normal(size=3), turn])
+    q[10:] /= np.linalg.norm(turn)
+    v = rng.normal(size=12)
+    here = closed.closures.at(q, v, 0.0)
+    rates = closed.rates(q, v)
+    after, before = (closed.closures.at(q + s * rates, v, 0.0) for s in (h, -h))
+    change = (after.jacobian - before.jacobian) @ v / (2 * h)
+    np.testing.assert_allclose(change, here.gamma, rtol=1e-6, atol=1e-6)
+    if kind not in ("hinge", "weld"):  # whose Φ counts turns another way while they are open
+        moved = (after.residual - before.residual) / (2 * h)
+        np.testing.assert_allclose(here.jacobian @ v, moved, rtol=1e-6, atol=1e-6)
+
+
+def test_an_impulse_moves_a_closed_mechanism_its_own_way() -> None:
+    """J v' = 0, and what is left of M v' − p is a force of the loop."""
+    mechanism = four_bar("pin")
+    q, p = assemble(mechanism, {"phi": 1.1}), np.array([0.3, -0.2, 0.5])
+    change = Reference(mechanism).response(q, 0.0, p)
+    J = closed_of(mechanism).closures.at(q, np.zeros(3), 0.0).jacobian
+    np.testing.assert_allclose(J @ change, 0, atol=1e-12)
+    left = Reference(mechanism).mass_matrix(q) @ change - p
+    np.testing.assert_allclose(left - J.T @ np.linalg.lstsq(J.T, left)[0], 0, atol=1e-12)
+    assert p @ change > 0
 
 
 def test_a_projection_takes_off_what_the_loops_forbid_whatever_the_speed() -> None:

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rolling_samples import bowl, coin, sleigh, stone, turning_bowl, turntable, wheel
 
-from mecanique import Mechanism, Placement, Reference, degrees_of_freedom, derive, verify
+from mecanique import (
+    Mechanism,
+    Placement,
+    Reference,
+    VelocityConstraint,
+    coordinate,
+    degrees_of_freedom,
+    derive,
+    verify,
+)
 from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.errors import DerivationError, EngineError
 from mecanique.verification.states.random import random_states
@@ -79,6 +90,13 @@ def test_every_method_has_its_own_way_to_the_same_motion(mechanism: Mechanism) -
     for method in ("lagrange", "newton_euler", "virtual_work"):
         found = derive(mechanism, method).acceleration(states.q, states.v, states.t)
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_each_contact_and_each_constraint_owns_its_rows() -> None:
+    guided = VelocityConstraint("guided", {"spin": 1.0, "yaw": -coordinate("lean")})
+    closed = Reference(replace(coin(), velocity_constraints=(guided,))).closed
+    assert closed is not None
+    assert closed.closures.owner.tolist() == [0, 0, 0, 1]
 
 
 def test_positions_and_velocities_are_counted() -> None:

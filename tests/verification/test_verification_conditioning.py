@@ -19,10 +19,11 @@ from mecanique.verification.answers import ask
 from mecanique.verification.compare import judge
 from mecanique.verification.derivations import derive_quickly
 from mecanique.verification.difference import scale
-from mecanique.verification.rounding.conditioning import rounding
+from mecanique.verification.rounding.conditioning import UNIT, rounding
 from mecanique.verification.rounding.contributions import ENTRY, entry_rounding
 from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.states.random import random_states
+from mecanique.verification.stencil import differences
 
 ERROR = 1e-6
 """Relative error of a mass, a length or an inertia that must be found."""
@@ -102,6 +103,23 @@ def test_an_error_of_a_millionth_is_found_in_every_system(name: str) -> None:
 @pytest.mark.parametrize("name", ["icub", "panda", "double_pendulum"])
 def test_an_error_of_a_millionth_is_found_in_robots(name: str) -> None:
     assert not missed(mq.read_urdf(mq.robot(name)), 1)
+
+
+def test_the_mass_matrix_rounds_with_the_square_of_its_spread() -> None:
+    """Σ s_i² with s_i the root of the largest M_ii over that here."""
+    arm = mq.textbook.load("two_link_arm")
+    states = random_states(arm, 5, 0)
+    values = evaluate(mq.derive(arm), states)
+    diagonal = np.diagonal(values["mass matrix"], axis1=1, axis2=2)
+    expected = (diagonal.max(axis=0) / diagonal).sum(axis=1)
+    bound = rounding(arm, states, values)["mass matrix"]
+    np.testing.assert_allclose(bound, UNIT * np.sqrt(arm.nv) * expected, rtol=1e-9)
+
+
+def test_derivatives_by_differences_are_exact_up_to_the_eighth_power() -> None:
+    powers = np.arange(9)
+    found = differences(lambda x: (1 + x) ** powers, 1, 0.1)[:, 0]
+    np.testing.assert_allclose(found, powers, rtol=0, atol=1e-12)
 
 
 def test_a_rotor_rounds_in_proportion_to_its_inertia() -> None:
