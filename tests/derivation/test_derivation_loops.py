@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from mecanique import assemble, textbook
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.constraints.independent import Reduced
+from mecanique.derivation.numeric.constraints.loops import _second_order
 from mecanique.derivation.numeric.constraints.multipliers import Constrained, constraints
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.recursion import Recursion
@@ -48,16 +50,21 @@ BOXES = (
 )
 
 
-def tied_where_it_stands(tree: Mechanism, q: np.ndarray, kind: str) -> Loop:
-    """A loop from the ground to the last body, closed in this position."""
+def tied_where_it_stands(
+    tree: Mechanism, q: np.ndarray, kind: str, end: tuple[float, float, float] = (0, 0, 0)
+) -> Loop:
+    """A loop from the ground to a point of the last body, closed in this position."""
     pose = Recursion(tree).poses(States.of(tree, q))[-1][0]
+    pose[:3, 3] += pose[:3, :3] @ end
     roll = np.arctan2(pose[2, 1], pose[2, 2])
     pitch = np.arcsin(-pose[2, 0])
     yaw = np.arctan2(pose[1, 0], pose[0, 0])
     there = Placement(tuple(pose[:3, 3]), (roll, pitch, yaw))
     if kind == "distance":
         there = Placement(tuple(pose[:3, 3] + [0.3, 0.4, 0.0]))
-    return Loop("tie", kind, "ground", there, "c", Placement(), 0.5 if kind == "distance" else 0.0)  # type: ignore[arg-type]  # parametrized
+    return Loop(
+        "tie", kind, "ground", there, "c", Placement(end), 0.5 if kind == "distance" else 0.0
+    )  # type: ignore[arg-type]  # parametrized
 
 
 def roots(equations: Equations, values: dict[str, float]) -> dict[str, float]:
@@ -209,6 +216,17 @@ def test_a_doubled_loop_moves_the_same_and_says_what_is_undetermined() -> None:
     )
 
 
+def test_forms_of_second_order_give_gamma_along_free_directions() -> None:
+    mechanism, rng = textbook.load("squeezer"), np.random.default_rng(4)
+    state = random_states(mechanism, 1, 0)
+    free, w = rng.normal(size=(mechanism.nv, 3)), rng.normal(size=3)
+    forms = _second_order(state, free, partial(constraints, mechanism))
+    moving = replace(state, v=(free @ w)[None])
+    expected = constraints(mechanism, moving).gamma[0]
+    found = np.einsum("mkl,k,l->m", forms, w, w)
+    np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-12)
+
+
 def test_a_driven_crank_is_rheonomic() -> None:
     """With θ = 0.7 + 2 t by an input, the slider moves as that of a crank at constant speed."""
     mechanism = textbook.load("slider_crank")
@@ -289,7 +307,7 @@ def test_loops_of_every_kind_have_closed_forms_that_close_the_same_directions(ki
         Universal("u", "b", "c", origin=Placement((0.3, 0.1, 0))),
     )
     q = np.array([0.4, 0.1, -0.3, 0.5])
-    there = tied_where_it_stands(Mechanism("out", BOXES, joints), q, kind)
+    there = tied_where_it_stands(Mechanism("out", BOXES, joints), q, kind, (0.1, 0.2, -0.3))
     mechanism = replace(Mechanism("out", BOXES, joints), loops=(there,))
     equations = derive(mechanism)
     assert equations.symbolic, equations.why_not

@@ -25,7 +25,18 @@ from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.errors import DerivationError
-from mecanique.model import Body, Loop, Mechanism, Parameter, Revolute, rod
+from mecanique.model import (
+    Body,
+    JointForce,
+    Loop,
+    Mechanism,
+    Parameter,
+    Placement,
+    Prismatic,
+    Revolute,
+    particle,
+    rod,
+)
 from mecanique.model.states import States
 from mecanique.verification.states.random import random_states
 
@@ -212,6 +223,19 @@ def test_methods_without_reactions_and_loops_are_refused() -> None:
     equations = derive(looped, "newton_euler")
     with pytest.raises(DerivationError, match="'looped' has loops"):
         equations.reactions({"pin": 0.0}, None)
+
+
+def test_a_drive_beside_the_origin_leaves_its_slide_without_a_moment() -> None:
+    sledge = Mechanism(
+        "sledge",
+        (Body("ground"), Body("sledge", particle(2.0))),
+        (Prismatic("rail", "ground", "sledge", axis=(1, 0, 0), origin=Placement((0.3, 0.4, 0.5))),),
+        forces=(JointForce("drive", "rail", 5.0),),
+        gravity=(0, 0, -9.81),
+    )
+    found = derive(sledge, "newton_euler").reactions({"rail": 0.7}, None)["rail"]
+    np.testing.assert_allclose(found.force, [0, 0, 2 * 9.81], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.moment, 0, rtol=0, atol=1e-12)
 
 
 def test_reactions_come_for_one_state_and_for_many() -> None:

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from derivation_reading import residual
+from sympy import Symbol
 
 import mecanique as mq
 from mecanique import textbook
 from mecanique.cli import app
+
+RATE = Symbol("x'")
 
 WITH_CYCLIC = {
     "dumbbell": ("x", "y", "phi"),
@@ -102,9 +105,11 @@ def test_a_wide_denominator_is_written_in_latex() -> None:
 
 
 def test_what_is_driven_keeps_no_momentum() -> None:
-    driven = replace(coupled(mq.Parameter("P", 1.0)), forces=(mq.JointForce("drive", "rail", 2.0),))
-    with pytest.raises(mq.DerivationError, match="has no cyclic coordinate: on each of x, q T"):
-        mq.routh(driven)
+    free = coupled(mq.Parameter("P", 1.0))
+    pushed, by_speed = mq.JointForce("drive", "rail", 2.0), mq.JointForce("drive", "pin", RATE)
+    for drive in (pushed, by_speed):
+        with pytest.raises(mq.DerivationError, match="has no cyclic coordinate: on each of x, q T"):
+            mq.routh(replace(free, forces=(drive,)))
 
 
 def test_no_cyclic_coordinate_is_said() -> None:

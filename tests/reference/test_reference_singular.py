@@ -16,6 +16,7 @@ from mecanique.reference.loops.freedom.singular import (
     _NEAR,
     _distance,
     _find_way,
+    _fits,
     _pass,
     _Slope,
     _smooth_step,
@@ -91,6 +92,13 @@ def test_exactly_in_a_singular_position_the_acceleration_is_that_of_the_branch(
     pendulum = reference.acceleration(at_rest)[0] / np.cos(0.1)
     found = reference.acceleration(np.zeros(5), speed * TURN)
     np.testing.assert_allclose(found, pendulum * TURN, rtol=1e-6)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
+def test_a_motion_fits_its_branch_to_a_part_of_its_curvature(size: float) -> None:
+    gamma = size * np.array([0.5, -1.0])
+    assert _fits(-gamma + 0.9e-5 * max(size, 1.0), gamma)
+    assert not _fits(-gamma + 1.1e-5 * max(size, 1.0), gamma)
 
 
 def test_next_to_a_singular_position_only_what_is_closest_there_counts(chain: Closed) -> None:

@@ -127,6 +127,13 @@ def test_the_rotation_vector_of_a_turn(angle: float) -> None:
     np.testing.assert_allclose(found, vector, rtol=0, atol=1e-8 * angle)
 
 
+def test_a_pose_is_its_matrix() -> None:
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_rotvec([0.3, -0.5, 0.2]).as_matrix()
+    matrix[:3, 3] = 1.0, 2.0, 3.0
+    np.testing.assert_array_equal(standin.SE3(matrix).homogeneous, matrix)
+
+
 def test_without_pinocchio_everything_goes_on_and_the_verdict_says_so() -> None:
     script = """
         import sys

@@ -35,6 +35,7 @@ from mecanique.verification.causes.frames import frame_changes
 from mecanique.verification.causes.inertias import fit_inertias
 from mecanique.verification.causes.joints import gravity_changes, joint_changes
 from mecanique.verification.causes.links import link_changes
+from mecanique.verification.causes.placements import placement_changes
 from mecanique.verification.causes.search import causes_of
 from mecanique.verification.closed_form import ClosedForm
 from mecanique.verification.rows import moving_mass
@@ -44,6 +45,7 @@ IN_HOUSE = sources.derive_all
 MODELS = {
     "two_link_arm": lambda: mq.textbook.load("two_link_arm"),
     "panda": lambda: mq.read_urdf(mq.robot("panda")),
+    "z1": lambda: mq.read_urdf(mq.robot("z1")),
     "bolt": lambda: mq.read_urdf(mq.robot("bolt"), root="floating"),
 }
 
@@ -302,6 +304,16 @@ def test_less_than_no_damping_is_not_offered(own: float, more: float) -> None:
         assert f": {own + more:.6g} N·m·s instead of {own:.6g}" in change.text
 
 
+def test_what_a_change_explains_is_not_left() -> None:
+    pendulum = mq.textbook.load("rigid_bar_pendulum")
+    damped = replace(pendulum, forces=(mq.JointDamper("damper", "pin", 0.3),))
+    evidence = evidence_of(pendulum, told_by(damped))
+    (change,) = (one for one in joint_changes(evidence) if one.kind == "damping")
+    left = evidence.after(change.answers - evidence.base, change.origins, change.moments, None)
+    assert evidence.before > 1e-3
+    assert left.before < 1e-12
+
+
 @pytest.mark.parametrize("more", [0.2, -0.05, -0.2])
 def test_damping_mistaken_in_every_joint_is_offered_where_none_falls_below_zero(
     more: float,
@@ -431,8 +443,8 @@ def place(how: str, p: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarra
         return p * [-1, 1, 1], r, "joint origin", "x of the position of the other sign"
     if how == "longer":
         return 1.2 * p, r, "joint origin", "moved by 0.0165 m along x"
-    if how == "pitched":
-        return p, r + 0.2 * np.eye(3)[1], "joint turn", "pitch of joint 'panda_joint4'"
+    if how == "yawed":
+        return p, r + 0.2 * np.eye(3)[2], "joint turn", "yaw of joint 'panda_joint4'"
     if how == "degrees":
         return p, r * 180 / np.pi, "degree", "in degrees taken for radians"
     if how == "turned":
@@ -441,7 +453,7 @@ def place(how: str, p: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 @pytest.mark.parametrize(
-    "how", ["moved", "mirrored", "longer", "turned", "pitched", "degrees", "exchanged"]
+    "how", ["moved", "mirrored", "longer", "turned", "yawed", "degrees", "exchanged"]
 )
 def test_a_joint_that_stands_elsewhere_is_named_with_the_amount(how: str) -> None:
     mechanism = MODELS["panda"]()
@@ -505,6 +517,23 @@ def test_noisy_samples_give_link_and_mass_with_a_deviation() -> None:
     assert found
     assert abs(float(found[1]) - 1.2 * mass) <= 3 * float(found[2])
     assert 0 < float(found[2]) < 0.1 * mass
+
+
+def test_a_damper_and_a_mass_are_named_together() -> None:
+    """The damper changes no link, so that what it does is taken off before the next is fitted."""
+    arm = MODELS["z1"]()
+    (body,) = (body for body in arm.bodies if body.name == "link03")
+    mass, center, inertia = parts(arm, body)
+    damper = mq.JointDamper("injected damper", "joint5", 4.0)
+    theirs = replace(
+        with_body(arm, body.name, 1.2 * mass, center, inertia), forces=(*arm.forces, damper)
+    )
+    states = random_states(arm, 6, 3)
+    causes = causes_of(arm, states, told_by(theirs)(states))
+    named = {(part.kind, part.where) for part in causes[0].parts}
+    assert named == {("damping", "joint 'joint5'"), ("link mass", "link 'link03'")}
+    assert causes[0].removes
+    assert len(causes) <= 5
 
 
 def test_more_noisy_samples_give_a_smaller_deviation() -> None:
@@ -618,6 +647,9 @@ def test_each_kind_of_another_inertia_is_fitted_and_named_with_its_number(
     own = 2.0, np.array([0.1, -0.2, 0.3]), inertia
     ours, theirs = (with_body(free, "arm", *body) for body in (own, change(*own)))
     evidence = evidence_of(ours, told_by(theirs))
+    assert all(np.isfinite(one.slopes).all() for one in placement_changes(evidence))
+    moments = (J for one in fit_inertias(evidence) for J in one.moments.values())
+    assert all(np.allclose(J, J.T, rtol=0, atol=1e-12) for J in moments)
     fitting = [
         (one.kind, one.text)
         for one in fit_inertias(evidence)
