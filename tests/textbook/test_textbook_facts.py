@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from mecanique.textbook.facts import (
     Steady,
     Values,
 )
-from mecanique.verification.facts import FactRow, check
+from mecanique.verification.facts import FactRow, _frequencies, check
 
 
 def failures(rows: tuple[FactRow, ...]) -> list[str]:
@@ -122,6 +123,18 @@ def test_a_fact_without_a_value_neither_holds_nor_fails() -> None:
         assert row.reason
         assert not row.holds
         assert not row.fails
+
+
+@pytest.mark.parametrize(("light", "residual"), [(1.0, 1e-4), (1e-12, 0.0)])
+def test_a_difference_within_the_rounding_of_a_mass_matrix_is_none(
+    light: float, residual: float
+) -> None:
+    M = np.diag([1.0, light])
+    bench: Any = SimpleNamespace(
+        stiffness=lambda at: (M, M), numbers=lambda *state: None, state=lambda at: (None, None)
+    )
+    fact = Frequencies("", lambda s: [1.0, math.sqrt(1 + 1e-4)])
+    assert _frequencies(bench, fact) == pytest.approx(residual, rel=1e-3)
 
 
 def test_two_periods_are_not_the_period() -> None:
