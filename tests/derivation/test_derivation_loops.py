@@ -62,9 +62,8 @@ def tied_where_it_stands(
     there = Placement(tuple(pose[:3, 3]), (roll, pitch, yaw))
     if kind == "distance":
         there = Placement(tuple(pose[:3, 3] + [0.3, 0.4, 0.0]))
-    return Loop(
-        "tie", kind, "ground", there, "c", Placement(end), 0.5 if kind == "distance" else 0.0
-    )  # type: ignore[arg-type]  # parametrized
+    length = 0.5 if kind == "distance" else 0.0
+    return Loop("tie", kind, "ground", there, "c", Placement(end), length)  # type: ignore[arg-type]  # parametrized
 
 
 def roots(equations: Equations, values: dict[str, float]) -> dict[str, float]:
@@ -297,6 +296,7 @@ def test_the_printed_multipliers_are_the_force_of_the_loop() -> None:
         in steps
     )
     assert "∂V/∂q = Σ λ ∂Φ/∂q for every" in steps
+    assert "     cos(theta + beta) lambda_B_z = sin(theta + beta) lambda_B_x\n" in steps
 
 
 @pytest.mark.parametrize("kind", ["hinge", "weld", "plate", "pin", "ball", "distance"])

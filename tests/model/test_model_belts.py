@@ -120,6 +120,9 @@ def test_a_third_pulley_turns_the_other_way() -> None:
     tensions = [float(each) for each in mq.Reference(machine).guide_forces([0.2]).values()]
     assert max(tensions) > 20.1
     assert np.mean(tensions) == pytest.approx(20.0, rel=1e-12)
+    ours = mq.derive(machine, method="newton_euler").guide_forces([0.2])
+    assert [float(each) for each in ours.values()] == pytest.approx(tensions, rel=1e-11)
+    assert len({round(each, 6) for each in tensions}) == 3
 
 
 def test_tensions_in_letters() -> None:
