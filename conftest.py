@@ -9,7 +9,9 @@ import os
 import runpy
 import subprocess
 import sys
+from collections import Counter
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
@@ -62,11 +64,33 @@ def pytest_collection_finish() -> None:
     gc.set_threshold(50_000, 20, 50)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add an option that runs a part of every file's tests."""
+    told = "run the first test of each file and every Nth after it"
+    parser.addoption("--every", type=int, default=1, metavar="N", help=told)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Begin with the pages, so that one process has them and waits while others compute."""
+    chosen = take_every(config.getoption("every"), items)
+    if len(chosen) < len(items):
+        config.hook.pytest_deselected(items=list(set(items) - set(chosen)))
+        items[:] = chosen
     items.sort(key=lambda item: "viewing" not in item.path.parts)
     if find_spec("pinocchio") is None:
         reason = "needs Pinocchio itself, which is not installed"
         for item in items:
             if item.get_closest_marker("engine"):
                 item.add_marker(pytest.mark.skip(reason=reason))
+
+
+def take_every(n: int, items: list[pytest.Item]) -> list[pytest.Item]:
+    """Return the first test of each file and every nth after it, of those without a mark `slow`."""
+    seen: Counter[Path] = Counter()
+    chosen = []
+    for item in items:
+        if n == 1 or not item.get_closest_marker("slow"):
+            if seen[item.path] % n == 0:
+                chosen.append(item)
+            seen[item.path] += 1
+    return chosen

@@ -5,8 +5,11 @@ from __future__ import annotations
 import ast
 import inspect
 import os
+import textwrap
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from importlib import import_module
+from itertools import pairwise
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -18,6 +21,8 @@ from mecanique.verification.facts import check
 from mecanique.viewing.gallery import gallery
 
 BENCHMARKS = Path(__file__).parents[1] / "tests" / "benchmarks"
+ALIASES = {"AnyForce": "mecanique.model.force_base", "Joint": "mecanique.model.joints"}
+"""Where names of several classes together are defined, and what they are is said below them."""
 SAMPLES = 20
 """States of each verdict in the table of validation."""
 COUNTED = (
@@ -34,6 +39,7 @@ COUNTED = (
 REVISIONS = ("talos_reduced", "talos_full_v2")
 """Two revisions of a humanoid in example-robot-data."""
 API = {
+    "The catalogue": ("mecanique.textbook",),
     "Describing a mechanism": ("mecanique.model",),
     "Equations of motion": ("mecanique.derivation", "mecanique.derivation.equations"),
     "The reference": ("mecanique.reference",),
@@ -149,7 +155,7 @@ def api_pages() -> Iterator[tuple[str, str]]:
     Raises:
         RuntimeError: if a public name stands in no chapter.
     """
-    homes = {name: home(name) for name in mq.__all__ if name != "textbook"}
+    homes = {name: home(name) for name in mq.__all__}
     told: set[str] = set()
     for title, rooms in API.items():
         chapter = sorted(
@@ -164,7 +170,7 @@ def api_pages() -> Iterator[tuple[str, str]]:
 
 def home(name: str) -> str:
     """Return the module a public name is imported from."""
-    return str(mq._HOMES[name])
+    return mq._HOMES.get(name, f"mecanique.{name}")
 
 
 def belongs(module: str, rooms: tuple[str, ...]) -> bool:
@@ -175,11 +181,26 @@ def belongs(module: str, rooms: tuple[str, ...]) -> bool:
 def directive(name: str) -> str:
     """Return the directive that documents one public name."""
     thing = getattr(mq, name)
-    if inspect.isclass(thing):
+    if name in ALIASES:
+        text = textwrap.indent(text_below(name), "   ")
+        return f"```{{eval-rst}}\n.. py:data:: mecanique.{name}\n\n{text}\n```\n"
+    if inspect.ismodule(thing):
+        kind = "automodule"
+    elif inspect.isclass(thing):
         kind = "autoexception" if issubclass(thing, Exception) else "autoclass"
     else:
         kind = "autofunction" if callable(thing) else "autodata"
     return f"```{{eval-rst}}\n.. {kind}:: mecanique.{name}\n```\n"
+
+
+def text_below(name: str) -> str:
+    """Return the string that follows the definition of an alias."""
+    source = inspect.getsource(import_module(ALIASES[name]))
+    body = ast.parse(source).body
+    for line, following in pairwise(body):
+        if isinstance(line, ast.AnnAssign) and ast.unparse(line.target) == name:
+            return str(ast.literal_eval(ast.unparse(following)))
+    raise RuntimeError(f"{ALIASES[name]} does not define {name}")
 
 
 def table(head: str, rows: list[str]) -> str:

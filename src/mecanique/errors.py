@@ -27,7 +27,16 @@ _AROUND = 40
 
 
 class MecaniqueError(Exception):
-    """Root of all errors mecanique raises on purpose."""
+    """Root of all errors mecanique raises on purpose.
+
+    Example:
+        >>> try:
+        ...     mq.textbook.load("simple_pendulun")
+        ... except mq.MecaniqueError as error:
+        ...     print(error)
+        unknown system 'simple_pendulun'; did you mean 'simple_pendulum' or 'coupled_pendulums'
+        or 'spherical_pendulum'?
+    """
 
     def __reduce__(self) -> tuple[Any, ...]:
         # by default an exception is copied by calling its class with the message, which loses its
@@ -36,7 +45,14 @@ class MecaniqueError(Exception):
 
 
 class InputError(MecaniqueError, ValueError):
-    """An argument is wrong; the message says what was expected and what was given."""
+    """An argument is wrong; the message says what was expected and what was given.
+
+    Example:
+        >>> mq.rod(1.0, 2.0, direction=(0, 0, 0))
+        Traceback (most recent call last):
+            ...
+        mecanique.errors.InputError: expected a direction with a length, got (0, 0, 0)
+    """
 
 
 class UnknownNameError(InputError):
@@ -46,6 +62,12 @@ class UnknownNameError(InputError):
         kind: what the name should have named, e.g. "system" or "coordinate".
         name: the name given.
         known: the names that exist.
+
+    Example:
+        >>> mq.simulate(mq.textbook.load("cart_pole"), q={"theta": 0.1})
+        Traceback (most recent call last):
+            ...
+        mecanique.errors.UnknownNameError: unknown coordinate 'theta'; known: x, q
     """
 
     def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
@@ -69,6 +91,13 @@ class FormulaError(InputError):
         text: the formula.
         position: where in the text it is, counted from 0.
         unknown: the letters that are not known, if that is the fault.
+
+    Example:
+        >>> try:
+        ...     mq.check(mq.textbook.load("simple_pendulum"), "q'' + g/L sin q = 0")
+        ... except mq.FormulaError as error:
+        ...     print(error.unknown, error.text[error.position])
+        ('L',) L
     """
 
     def __init__(
@@ -97,6 +126,14 @@ class MechanismError(MecaniqueError):
     Args:
         name: the mechanism's name.
         faults: one sentence per fault, each naming the body, joint or force at fault.
+
+    Example:
+        >>> bodies = mq.Body("ground"), mq.Body("rod", mq.rod(1.0, 1.0))
+        >>> try:
+        ...     mq.Mechanism("broken", bodies, joints=())
+        ... except mq.MechanismError as error:
+        ...     print(error.faults[0])
+        body 'rod' is not connected to the ground 'ground'
     """
 
     def __init__(self, name: str, faults: Sequence[str]) -> None:
@@ -113,6 +150,13 @@ class UrdfError(MecaniqueError):
         message: what is wrong and what to do.
         file: the file's name, if there is one.
         line: the line, counted from 1.
+
+    Example:
+        >>> mq.read_urdf('<robot name="arm"><link name="base"></robot>')
+        Traceback (most recent call last):
+            ...
+        mecanique.errors.UrdfError: line 1: the text is not well-formed XML: mismatched tag.
+        Mend the XML at this line.
     """
 
     def __init__(self, message: str, *, file: str | None = None, line: int | None = None) -> None:
@@ -125,15 +169,44 @@ class UrdfError(MecaniqueError):
 
 
 class DerivationError(MecaniqueError):
-    """The in-house derivation cannot be carried out in the form asked for."""
+    """The in-house derivation cannot be carried out in the form asked for.
+
+    Example:
+        >>> mq.routh(mq.textbook.load("double_pendulum"))
+        Traceback (most recent call last):
+            ...
+        mecanique.errors.DerivationError: mechanism 'double_pendulum' has no cyclic coordinate:
+        on each of q1, q2 T or V depends, or another force acts along it, so that no momentum
+        ∂T/∂q' is conserved and Routh's reduction does not apply
+    """
 
 
 class ClosureError(MecaniqueError):
-    """A loop that cannot be closed, or whose closure leaves the motion undetermined."""
+    """A loop that cannot be closed, or whose closure leaves the motion undetermined.
+
+    Example:
+        >>> mq.assemble(mq.textbook.load("four_bar_linkage", c=9.0))
+        Traceback (most recent call last):
+            ...
+        mecanique.errors.ClosureError: mechanism 'four_bar_linkage': loop 'C' cannot be closed
+        from there; the nearest position found leaves it open by 7.8 m (C: y); try another
+        guess, or check its lengths
+    """
 
 
 class EngineError(MecaniqueError):
-    """Pinocchio refused the mechanism, or would answer it wrongly."""
+    """Pinocchio refused the mechanism, or would answer it wrongly.
+
+    Example:
+        >>> bodies = (mq.Body("ground"), mq.Body("nothing"))
+        >>> ghost = mq.Mechanism("ghost", bodies, (mq.Revolute("hinge", "ground", "nothing"),))
+        >>> mq.Reference(ghost).acceleration([0.0])
+        Traceback (most recent call last):
+            ...
+        mecanique.errors.EngineError: mechanism 'ghost': the motion hinge', joint 'hinge' (body
+        'nothing') moves no mass at q = [0.0], so nothing determines it; give the body mass or
+        inertia, or prescribe the joint by the coordinate map
+    """
 
 
 class IntegrationError(MecaniqueError):
@@ -144,6 +217,14 @@ class IntegrationError(MecaniqueError):
         time: when it stopped [s], if it started at all.
         state: positions, then velocities, where it stopped.
         motion: the `Motion` up to there, if there is one.
+
+    Example:
+        >>> pendulum = mq.textbook.load("double_pendulum")
+        >>> try:
+        ...     mq.simulate(pendulum, q={"q1": 2.0}, duration=10.0, max_steps=20)
+        ... except mq.IntegrationError as error:
+        ...     print(error.motion.t[-1] == error.time)
+        True
     """
 
     def __init__(

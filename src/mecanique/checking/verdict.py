@@ -96,6 +96,13 @@ class Check:
         forms: what keeps a right answer from the form that was asked for.
         causes: what explains a wrong answer, the likeliest first.
         at: the state with the largest difference, by letter.
+
+    Example:
+        >>> answer = mq.check(mq.textbook.load("simple_pendulum"), "q'' - g/l sin q = 0")
+        >>> answer.right
+        False
+        >>> print(answer.causes[0])
+        the sign of the potential of gravity is wrong
     """
 
     mechanism: str

@@ -49,6 +49,13 @@ class Equations(Dynamics):
         numeric: computes them.
         derive_symbols: derives them symbolically; raises a DerivationError if they have no closed
             form of reasonable length.
+
+    Example:
+        >>> equations = mq.derive(mq.textbook.load("double_pendulum"))
+        >>> equations.M[0, 1]
+        l1*l2*m2*cos(q1 - q2)/2
+        >>> equations.acceleration([0.1, 0.2], [0.0, 0.0]).round(3)
+        array([-0.025, -2.886])
     """
 
     mechanism: Mechanism

@@ -32,6 +32,15 @@ class Reduction:
     Args:
         mechanism: what they describe.
         found: the reduction in closed form.
+
+    Example:
+        >>> orbit = mq.routh(mq.textbook.load("kepler_orbit"))
+        >>> orbit.cyclic, orbit.momenta
+        (('phi',), ('p_phi',))
+        >>> print(orbit.equations[0])
+        m r'' - p_phi^2/(m r^3) = -m mu/r^2
+        >>> orbit.compare() < 1e-9
+        True
     """
 
     mechanism: Mechanism

@@ -35,6 +35,15 @@ class SingleEquation:
     Args:
         mechanism: what it describes.
         found: the reduction in closed form.
+
+    Example:
+        >>> one = mq.reduce_loops(mq.textbook.load("slider_crank"), "theta")
+        >>> one.coordinate, list(one.coefficients)
+        ('theta', ['K_beta', 'K_x', 'L_beta', 'L_x', 'J', 'C'])
+        >>> print(one.coefficients["J"])
+        m1 r^2/3 + m2 K_x^2
+        >>> one.compare() < 1e-9
+        True
     """
 
     mechanism: Mechanism

@@ -61,6 +61,13 @@ def picture(
         InputError: if the directory does not exist, the ending is another, or t is not within the
             motion.
         UnknownNameError: if there is no such moving body.
+
+    Example:
+        >>> crank = mq.textbook.load("slider_crank")
+        >>> mq.picture(crank, path="crank.svg").name
+        'crank.svg'
+        >>> mq.picture(crank, path="rod.svg", free_body="rod").name
+        'rod.svg'
     """
     target = Path(path)
     form = target.suffix.lower()

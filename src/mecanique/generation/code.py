@@ -28,6 +28,13 @@ class Code:
         program: the program it was written from.
         files: content of each file, by name; the test that compares it with Pinocchio comes along.
         verdict: how it compared with Pinocchio when it was run; None if it could not be run here.
+
+    Example:
+        >>> code = mq.generate(mq.derive(mq.textbook.load("simple_pendulum")), "python")
+        >>> code.count("acceleration").multiplications
+        4
+        >>> [path.name for path in code.write("pendulum")]
+        ['simple_pendulum.py', 'test_simple_pendulum.py']
     """
 
     target: str

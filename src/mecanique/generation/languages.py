@@ -90,10 +90,20 @@ def generate(
         samples: number of random states at which the code is compared.
         seed: of these.
 
+    Returns:
+        The code with its test, and how it compared.
+
     Raises:
         UnknownNameError: if a target, quantity or parameter is not known.
         InputError: if another argument is not what is expected.
         DerivationError: if the equations have no program, or the code and Pinocchio disagree.
+
+    Example:
+        >>> code = mq.generate(mq.derive(mq.textbook.load("simple_pendulum")), "python")
+        >>> list(code.files)
+        ['simple_pendulum.py', 'test_simple_pendulum.py']
+        >>> code.verdict.worst["acceleration"] < 1e-9
+        True
     """
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     language = target_of(target)

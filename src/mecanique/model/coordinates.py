@@ -29,6 +29,11 @@ class Coordinates(Sequence[str]):
         limits: generalized coordinate -> (lower, upper), numbers or expressions in parameters, for
             coordinates that locate the mechanism within an open interval only, e.g. the abscissa of
             a point on a circle.
+
+    Example:
+        >>> two = mq.Coordinates(("x",), {"follower": mq.coordinate("x") / 2})
+        >>> list(two), dict(two.map)
+        (['x'], {'follower': x/2})
     """
 
     names: tuple[str, ...]

@@ -251,6 +251,15 @@ class BodyLoad(_Force):
 
 
 AnyForce: TypeAlias = LineLoad | JointLoad | BodyLoad
+"""Anything that acts: a spring, a damper, a drive or a load.
+
+Example:
+    >>> loads = mq.textbook.load("shear_building").forces
+    >>> all(isinstance(load, mq.AnyForce) for load in loads)
+    True
+    >>> len(loads), loads[0].name
+    (15, 'columns1')
+"""
 
 
 def loads_in(

@@ -42,6 +42,13 @@ class Spring(LineLoad):
         point_b: shape (3,), in the frame of body b [m].
         stiffness: k [N/m].
         free_length: length without force [m].
+
+    Example:
+        >>> from dataclasses import replace
+        >>> coil = mq.Spring("coil", "ground", (0, 0, 1), "particle", (0, 0, 0), 80.0, 0.5)
+        >>> ball = replace(mq.textbook.load("free_particle"), forces=(coil,))
+        >>> mq.Reference(ball).energy([0.0, 0.0, 0.0]).potential
+        10.0
     """
 
     kind = "spring"
@@ -64,6 +71,13 @@ class Damper(LineLoad):
         body_b: name of the other body.
         point_b: shape (3,), in the frame of body b [m].
         damping: c [N·s/m].
+
+    Example:
+        >>> from dataclasses import replace
+        >>> oil = mq.Damper("oil", "ground", (0, 0, 1.0), "particle", (0, 0, 0), damping=0.3)
+        >>> ball = replace(mq.textbook.load("free_particle"), forces=(oil,))
+        >>> mq.Reference(ball).acceleration([0, 0, 0], [0, 0, 2.0]).round(3)
+        array([  0.  ,   0.  , -10.41])
     """
 
     kind = "damper"
@@ -82,6 +96,12 @@ class JointSpring(JointLoad):
         joint: name of a revolute or prismatic joint.
         stiffness: k [N·m/rad or N/m].
         reference: the joint coordinate without force [rad or m].
+
+    Example:
+        >>> from dataclasses import replace
+        >>> coil = mq.JointSpring("coil", "pin", 3.0, reference=0.5)
+        >>> print(mq.derive(replace(mq.textbook.load("rigid_bar_pendulum"), forces=(coil,))))
+        q'' + 9 q/(m l^2) - 9/(2 m l^2) + 3 g sin(q)/(2 l) = 0
     """
 
     kind = "spring"
@@ -101,6 +121,12 @@ class JointDamper(JointLoad):
         name: its name.
         joint: name of a revolute or prismatic joint.
         damping: c [N·m·s/rad or N·s/m].
+
+    Example:
+        >>> from dataclasses import replace
+        >>> grease = mq.JointDamper("grease", "pin", damping=0.5)
+        >>> print(mq.derive(replace(mq.textbook.load("rigid_bar_pendulum"), forces=(grease,))))
+        q'' + 3 q'/(2 m l^2) + 3 g sin(q)/(2 l) = 0
     """
 
     kind = "damper"
@@ -118,6 +144,14 @@ class JointForce(JointLoad):
         name: its name.
         joint: name of a revolute or prismatic joint.
         force: along or about the joint's axis, on the child [N or N·m].
+
+    Example:
+        >>> from dataclasses import replace
+        >>> tau = mq.Input("tau", 1.5, "N·m")
+        >>> motor = mq.JointForce("motor", "pin", tau)
+        >>> pendulum = mq.textbook.load("rigid_bar_pendulum")
+        >>> print(mq.derive(replace(pendulum, forces=(motor,), inputs=(tau,))))
+        q'' + 3 g sin(q)/(2 l) = 3 tau/(m l^2)
     """
 
     kind = "load"
@@ -137,6 +171,14 @@ class Force(BodyLoad):
         point: shape (3,), in the body's frame [m].
         force: shape (3,), components [N].
         axes: the body in whose axes the components are; "world" for fixed axes.
+
+    Example:
+        >>> from dataclasses import replace
+        >>> wind = mq.Force("wind", "particle", (0, 0, 0), (3.0, 0, 0))
+        >>> print(mq.derive(replace(mq.textbook.load("free_particle"), forces=(wind,))))
+        m x'' - 3 = 0
+        y'' = 0
+        z'' + g = 0
     """
 
     kind = "load"
@@ -162,6 +204,12 @@ class Torque(BodyLoad):
         body: name of the body.
         torque: shape (3,), components [N·m].
         axes: the body in whose axes the components are; "world" for fixed axes.
+
+    Example:
+        >>> from dataclasses import replace
+        >>> motor = mq.Torque("motor", "rod", (0, -0.5, 0))
+        >>> print(mq.derive(replace(mq.textbook.load("rigid_bar_pendulum"), forces=(motor,))))
+        q'' - 3/(2 m l^2) + 3 g sin(q)/(2 l) = 0
     """
 
     kind = "load"

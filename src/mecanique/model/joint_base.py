@@ -84,6 +84,12 @@ class Limits:
         upper: greatest position [rad or m].
         effort: greatest force or torque [N or N·m].
         velocity: greatest rate [rad/s or m/s].
+
+    Example:
+        >>> reach = mq.Limits(-0.5, 2.5, effort=40.0)
+        >>> elbow = mq.Revolute("elbow", "upper arm", "forearm", limits=reach)
+        >>> elbow.limits.upper
+        2.5
     """
 
     lower: float = float("-inf")

@@ -58,6 +58,11 @@ class Fixed(BaseJoint):
         parent: name of the parent body.
         child: name of the child body.
         origin: where the joint's frame stands in the parent.
+
+    Example:
+        >>> camera = mq.Fixed("mount", "arm", "camera", origin=mq.Placement((0, 0, 0.2)))
+        >>> camera.nq
+        0
     """
 
     @property
@@ -84,6 +89,11 @@ class Revolute(Single):
         coordinate: name of its coordinate; the joint's own name by default.
         limits: bounds, if any.
         armature: inertia of the drive's rotor seen at the joint [kg·m²].
+
+    Example:
+        >>> hinge = mq.Revolute("hinge", "ground", "rod", axis=(0, -1, 0), coordinate="q")
+        >>> hinge.coordinates, hinge.velocities
+        (('q',), ("q'",))
     """
 
     noun: ClassVar[str] = "hinge"
@@ -108,6 +118,11 @@ class Prismatic(Single):
         coordinate: name of its coordinate; the joint's own name by default.
         limits: bounds, if any.
         armature: inertia of the drive's rotor seen at the joint [kg].
+
+    Example:
+        >>> slide = mq.Prismatic("slide", "ground", "piston", axis=(1, 0, 0), coordinate="x")
+        >>> slide.coordinates, slide.velocities
+        (('x',), ("x'",))
     """
 
     noun: ClassVar[str] = "slide"
@@ -138,6 +153,12 @@ class Helical(Single):
         armature: inertia of the drive's rotor seen at the joint [kg·m²].
         pitch: advance along the axis per radian [m/rad], a number other than zero or an expression
             in parameters; a thread of lead l has l/2π, a left-handed one a negative pitch.
+
+    Example:
+        >>> press = mq.textbook.load("screw_press")
+        >>> screw = press.joints[0]
+        >>> screw.pitch, dict(screw.followers)
+        (p, {'theta_travel': p*theta})
     """
 
     pitch: Scalar = field(default=0.0, kw_only=True)
@@ -178,6 +199,11 @@ class Planar(Several):
         origin: where the joint's frame stands in the parent.
         names: names of its coordinates in order; `<joint>_x`, `_y` and `_theta` by default.
         axis: shape (3,), normal of the plane in the joint's frame.
+
+    Example:
+        >>> puck = mq.Planar("table", "ground", "puck", names=("x", "y", "turn"))
+        >>> puck.coordinates
+        ('x', 'y', 'turn')
     """
 
     axis: tuple[float, float, float] = field(default=_Z, kw_only=True)
@@ -221,6 +247,11 @@ class Universal(Several):
         child: name of the child body.
         origin: where the joint's frame stands in the parent.
         names: names of its coordinates in order; `<joint>_rx` and `_ry` by default.
+
+    Example:
+        >>> cardan = mq.Universal("cardan", "shaft", "axle", names=("alpha", "beta"))
+        >>> cardan.coordinates
+        ('alpha', 'beta')
     """
 
     _suffixes: ClassVar[tuple[str, ...]] = ("rx", "ry")
@@ -245,6 +276,13 @@ class Spherical(Several):
         child: name of the child body.
         origin: where the joint's frame stands in the parent.
         names: names of its coordinates in order; `<joint>_qx` and so on by default.
+
+    Example:
+        >>> shoulder = mq.Spherical("shoulder", "trunk", "arm")
+        >>> shoulder.coordinates
+        ('shoulder_qx', 'shoulder_qy', 'shoulder_qz', 'shoulder_qw')
+        >>> shoulder.velocities
+        ('shoulder_wx', 'shoulder_wy', 'shoulder_wz')
     """
 
     _suffixes: ClassVar[tuple[str, ...]] = ("qx", "qy", "qz", "qw")
@@ -269,6 +307,13 @@ class Floating(Several):
         child: name of the child body.
         origin: where the joint's frame stands in the parent.
         names: names of its coordinates in order; `<joint>_x` … `_qw` by default.
+
+    Example:
+        >>> drone = mq.Floating("air", "ground", "drone")
+        >>> drone.nq, drone.nv
+        (7, 6)
+        >>> drone.coordinates
+        ('air_x', 'air_y', 'air_z', 'air_qx', 'air_qy', 'air_qz', 'air_qw')
     """
 
     _suffixes: ClassVar[tuple[str, ...]] = ("x", "y", "z", "qx", "qy", "qz", "qw")
@@ -283,3 +328,12 @@ class Floating(Several):
 Joint: TypeAlias = (
     Fixed | Revolute | Prismatic | Helical | Planar | Universal | Spherical | Floating
 )
+"""Any joint.
+
+Example:
+    >>> joints = mq.textbook.load("cart_pole").joints
+    >>> all(isinstance(joint, mq.Joint) for joint in joints)
+    True
+    >>> [joint.coordinates for joint in joints]
+    [('x',), ('q',)]
+"""

@@ -90,6 +90,11 @@ class Parameter(_Named):
 
     Raises:
         InputError: if the symbol is empty, the value is not finite or the unit no SI unit.
+
+    Example:
+        >>> k, m = mq.Parameter("k", 50.0, "N/m", "stiffness"), mq.Parameter("m", 2.0, "kg")
+        >>> mq.sqrt(k / m)
+        sqrt(k/m)
     """
 
     symbol: str
@@ -118,6 +123,12 @@ class Record:
 
     Raises:
         InputError: if the shapes differ, a number is not finite or the times do not increase.
+
+    Example:
+        >>> quake = mq.Record([0.0, 1.0, 2.0], [0.0, 3.0, 0.0])
+        >>> ag = mq.Input("ag", quake, "m/s²", "acceleration of the ground")
+        >>> float(quake(0.5))
+        1.5
     """
 
     times: np.ndarray
@@ -152,6 +163,16 @@ class Input(_Named):
         signal: a number, an expression in t and parameters, a `Record`, or a function of t [s].
         unit: its SI unit, as of a `Parameter`.
         meaning: what it is, in a few words.
+
+    Example:
+        >>> from dataclasses import replace
+        >>> F = mq.Input("F", 3 * mq.sin(5 * mq.time()), "N", "shaker")
+        >>> shake = mq.Force("shake", "particle", (0, 0, 0), (F, 0, 0))
+        >>> particle = replace(mq.textbook.load("free_particle"), forces=(shake,), inputs=(F,))
+        >>> print(mq.derive(particle))
+        m x'' = F
+        y'' = 0
+        z'' + g = 0
     """
 
     symbol: str

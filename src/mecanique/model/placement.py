@@ -30,6 +30,10 @@ class Placement:
 
     Raises:
         InputError: if one of them has not three components.
+
+    Example:
+        >>> mq.Placement((0, 0, 1.0), (0, 0, mq.Parameter("alpha", 0.3, "rad"))).rotation
+        ((cos(alpha), -sin(alpha), 0), (sin(alpha), cos(alpha), 0), (0, 0, 1))
     """
 
     xyz: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, 0.0)

@@ -43,6 +43,14 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
 
     Raises:
         EngineError: if it is too large for Pinocchio, or is not read as it is written.
+
+    Example:
+        >>> reference = mq.Reference(mq.textbook.load("double_pendulum"))
+        >>> reference.mass_matrix({"q1": 0.0, "q2": 0.0}).round(3)
+        array([[1.333, 0.5  ],
+               [0.5  , 0.333]])
+        >>> reference.acceleration({"q1": 0.1, "q2": 0.2}).round(3)
+        array([-0.025, -2.886])
     """
 
     @classmethod

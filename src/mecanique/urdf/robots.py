@@ -39,10 +39,19 @@ def robot(name: str) -> Path:
         name: its file's name without ".urdf", e.g. "panda"; with its folder where files share a
             name, e.g. "anymal_b_simple/anymal".
 
+    Returns:
+        The path of the file.
+
     Raises:
         UnknownNameError: if there is none, with the nearest names.
         InputError: if several have the name, with all of them, or if example-robot-data is not
             installed.
+
+    Example:
+        >>> mq.robot("panda").name
+        'panda.urdf'
+        >>> mq.read_urdf(mq.robot("ur5_robot")).nv
+        6
     """
     files = _files()
     if name in files:

@@ -108,6 +108,13 @@ class Verdict:
         flaws: errors in the description that its equations do without.
         readings: what engines make of the file itself that the mechanism was read from.
         difference: what differs between two descriptions that were compared.
+
+    Example:
+        >>> verdict = mq.verify(mq.textbook.load("rigid_bar_pendulum"), samples=5)
+        >>> verdict.agrees, verdict.worst < 1e-9
+        (True, True)
+        >>> verdict.rows[0].quantity
+        'mass matrix'
     """
 
     mechanism: str

@@ -43,6 +43,9 @@ def inspect(
 
     Raises:
         InputError: if it is no mechanism, or the port is taken.
+
+    Example:
+        >>> mq.inspect(mq.read_urdf(mq.robot("ur5_robot")), open_browser=False)
     """
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"expected a Mechanism, got {type(mechanism).__name__}")

@@ -86,6 +86,12 @@ def export(
 
     Raises:
         InputError: if the directory does not exist, or it is no motion.
+
+    Example:
+        >>> pendulum = mq.textbook.load("simple_pendulum")
+        >>> motion = mq.simulate(pendulum, q={"q": 1.0}, duration=1.0)
+        >>> mq.export(motion, "pendulum.html").name
+        'pendulum.html'
     """
     target = Path(path)
     if not target.parent.is_dir():

@@ -29,6 +29,11 @@ class Body:
 
     Raises:
         InputError: if a piece is not a shape.
+
+    Example:
+        >>> hammer = mq.Body("hammer", mq.rod(0.5, 0.4), mq.particle(1.5, (0, 0, -0.4)))
+        >>> hammer.mass
+        2.0
     """
 
     def __init__(self, name: str, *shapes: Shape, as_given: bool = False) -> None:

@@ -27,6 +27,11 @@ class Shape:
         center: shape (3,), center of mass [m].
         inertia: ixx, iyy, izz, ixy, ixz, iyz about the center of mass, in body axes [kg·m²].
         visuals: what is drawn.
+
+    Example:
+        >>> flywheel = mq.Shape(3.0, inertia=(0.02, 0.02, 0.04, 0, 0, 0))
+        >>> flywheel.at((0, 0, 0.5)).center
+        (0.0, 0.0, 0.5)
     """
 
     mass: Scalar

@@ -21,6 +21,11 @@ class Box:
 
     Args:
         size: shape (3,), edges along x, y, z [m].
+
+    Example:
+        >>> panel = mq.Visual(mq.Box((0.4, 0.2, 0.02)), rgba=(0.9, 0.6, 0.0, 1.0))
+        >>> mq.Body("panel", mq.massless(panel)).visuals[0].geometry
+        Box(size=(0.4, 0.2, 0.02))
     """
 
     size: tuple[Scalar, Scalar, Scalar]
@@ -37,6 +42,11 @@ class Cylinder:
     Args:
         radius: [m].
         length: [m].
+
+    Example:
+        >>> pipe = mq.Visual(mq.Cylinder(0.05, 0.4), mq.Placement(rpy=(0, 1.5708, 0)))
+        >>> mq.massless(pipe).visuals[0].geometry
+        Cylinder(radius=0.05, length=0.4)
     """
 
     radius: Scalar
@@ -54,6 +64,11 @@ class Sphere:
 
     Args:
         radius: [m].
+
+    Example:
+        >>> mark = mq.Visual(mq.Sphere(0.03), mq.Placement((0, 0, -0.4)), rgba=(1, 0, 0, 1))
+        >>> mark.geometry.radius
+        0.03
     """
 
     radius: Scalar
@@ -71,6 +86,12 @@ class Mesh:
         uri: as it is written in the URDF.
         path: the file it was found at, if it was.
         scale: shape (3,), factors along x, y, z.
+
+    Example:
+        >>> millimetres = (0.001, 0.001, 0.001)
+        >>> link = mq.Visual(mq.Mesh("package://arm/meshes/link.stl", scale=millimetres))
+        >>> link.geometry.scale
+        (0.001, 0.001, 0.001)
     """
 
     uri: str
@@ -91,6 +112,12 @@ class Visual:
         placement: where, in the body's frame.
         rgba: red, green, blue, opacity, each from 0 to 1; None leaves a mesh its own colors.
         name: as in a URDF; may be empty.
+
+    Example:
+        >>> cube = mq.Box((0.2, 0.2, 0.2))
+        >>> blue = mq.Visual(cube, mq.Placement((0, 0, 0.1)), rgba=(0.2, 0.4, 0.9, 1.0))
+        >>> mq.Body("block", mq.Shape(2.0, visuals=(blue,))).visuals[0].rgba
+        (0.2, 0.4, 0.9, 1.0)
     """
 
     geometry: Geometry

@@ -46,6 +46,15 @@ class Rolling:
             bowl that a ball rolls in, or minus that of a dome that it rolls on; zero for a plane.
         friction: coefficient of friction, the ratio of friction to normal force beyond which it
             would slip: motions say when; None if that is not asked.
+
+    Example:
+        >>> disk = mq.textbook.load("rolling_disk")
+        >>> disk.contacts[0].body, disk.contacts[0].radius
+        ('disk', R)
+        >>> mq.degrees_of_freedom(disk).N
+        1
+        >>> mq.Reference(disk).reactions({"z": 0.3})["contact"].force.round(3)
+        array([1.846, 0.   , 9.239])
     """
 
     name: str
@@ -114,6 +123,15 @@ class Blade:
         along: shape (3,), numbers, direction of the edge in the frame of the body.
         normal: shape (3,), numbers, of the plane it moves in, in the frame of the body.
         on: name of the body that it moves on.
+
+    Example:
+        >>> sleigh = mq.textbook.load("chaplygin_sleigh")
+        >>> sleigh.contacts[0].name, sleigh.contacts[0].along
+        ('edge', (1.0, 0.0, 0.0))
+        >>> print(mq.degrees_of_freedom(sleigh))
+        N = 3 velocities - 1 independent constraint equation (of 1) = 2; 0 of the equations
+        restrict positions, 1 velocities alone: 3 independent positions; as 6 n - b of 1 rigid
+        body: b = 4 restraints
     """
 
     name: str

@@ -43,6 +43,11 @@ class Pulley:
         center: shape (3,), in the frame of the body [m].
         grips: whether the cord turns the body with it, without slip; a cord that slides without
             friction, or over a wheel whose turning is left out, has the same tension on both sides.
+
+    Example:
+        >>> crossed = mq.Belt("belt", (mq.Pulley("motor", 0.1), mq.Pulley("drum", 0.3, sense=-1)))
+        >>> [pulley.sense for pulley in crossed.over]
+        [1, -1]
     """
 
     body: str
@@ -89,6 +94,14 @@ class Cord:
         end: where it ends, as for `start`.
         normal: shape (3,), numbers, unit normal of its plane.
         axes: the body in whose axes the normal is; "world" for fixed axes.
+
+    Example:
+        >>> machine = mq.textbook.load("atwood_machine")
+        >>> machine.elements[0].over[0].body
+        'pulley'
+        >>> tensions = mq.Reference(machine).guide_forces({"x": 0.0})
+        >>> {name: round(float(tension), 2) for name, tension in tensions.items()}
+        {'cord_1': 10.79, 'cord_2': 10.63}
     """
 
     name: str
@@ -154,6 +167,17 @@ class Belt:
             undetermined.
         normal: shape (3,), numbers, unit normal of its plane.
         axes: the body in whose axes the normal is; "world" for fixed axes.
+
+    Example:
+        >>> over = mq.Pulley("motor", 0.1), mq.Pulley("drum", 0.3)
+        >>> belt = mq.Belt("belt", over, normal=(0, 0, 1))
+        >>> wheels = mq.Body("motor", mq.disk(1.0, 0.1)), mq.Body("drum", mq.disk(4.0, 0.3))
+        >>> shaft = mq.Revolute("shaft", "ground", "motor")
+        >>> axle = mq.Revolute("axle", "ground", "drum", origin=mq.Placement((1, 0, 0)))
+        >>> bodies = mq.Body("ground"), *wheels
+        >>> drive = mq.Mechanism("drive", bodies, (shaft, axle), elements=(belt,))
+        >>> list(drive.coordinates)
+        ['shaft']
     """
 
     name: str
@@ -267,6 +291,14 @@ class Gear(_Teeth):
         internal: whether the wheel is a ring with teeth inside, in which the other runs; of spur
             wheels only.
         pressure_angle: between the line of action and the common tangent [rad]; 20° by default.
+
+    Example:
+        >>> train = mq.textbook.load("planetary_gear")
+        >>> [(gear.wheel, gear.other, gear.internal) for gear in train.elements]
+        [('sun_axle', 'planet_pin', False), ('ring_axle', 'planet_pin', True)]
+        >>> forces = mq.Reference(train).guide_forces({"sun": 0.0})
+        >>> {name: round(float(force), 3) for name, force in forces.items()}
+        {'inner': 0.226, 'outer': 0.122}
     """
 
     other_radius: Scalar = field(kw_only=True)
@@ -302,6 +334,13 @@ class Rack(_Teeth):
         radius: pitch radius of the pinion [m].
         point: shape (3,), of the rack's pitch line, in the rack's frame [m].
         pressure_angle: between the line of action and the pitch line [rad]; 20° by default.
+
+    Example:
+        >>> steering = mq.textbook.load("rack_and_pinion")
+        >>> steering.elements[0].wheel, steering.elements[0].other
+        ('axle', 'slide')
+        >>> float(mq.Reference(steering).guide_forces({"x": 0.0})["teeth"].round(3))
+        13.302
     """
 
     point: Vector = field(default=(0.0, 0.0, 0.0), kw_only=True)

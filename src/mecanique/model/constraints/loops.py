@@ -41,6 +41,18 @@ class Loop:
         body_b: name of the other body.
         frame_b: the frame on body b.
         length: distance of the two origins, for the kind "distance" [m].
+
+    Example:
+        >>> rods = mq.Body("left", mq.rod(1.0, 0.5)), mq.Body("right", mq.rod(1.0, 0.5))
+        >>> feet = mq.Placement((0.8, 0, 0))
+        >>> pins = (
+        ...     mq.Revolute("a", "ground", "left", axis=(0, -1, 0)),
+        ...     mq.Revolute("b", "ground", "right", axis=(0, -1, 0), origin=feet),
+        ... )
+        >>> bar = mq.Loop.distance("bar", "left", (0, 0, -0.5), "right", (0, 0, -0.5), 0.8)
+        >>> linkage = mq.Mechanism("linkage", (mq.Body("ground"), *rods), pins, loops=(bar,))
+        >>> mq.degrees_of_freedom(linkage).N
+        1
     """
 
     name: str

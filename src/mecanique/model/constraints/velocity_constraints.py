@@ -36,6 +36,12 @@ class VelocityConstraint:
         coefficients: velocity, or the coordinate whose rate it is -> A_i, an expression in
             coordinates, parameters and t.
         rate: b, an expression in the same.
+
+    Example:
+        >>> theta = mq.coordinate("theta")
+        >>> side = mq.VelocityConstraint("no side slip", {"x": mq.sin(theta), "y": -mq.cos(theta)})
+        >>> side.terms
+        {'x': sin(theta), 'y': -cos(theta)}
     """
 
     name: str

@@ -97,7 +97,12 @@ def velocity(name: str) -> Scalar:
 
 @final
 class _Time:
-    """Return the symbol of time, t, for use in expressions; to be called: time()."""
+    """Return the symbol of time, t, for use in expressions; to be called: time().
+
+    Example:
+        >>> 0.1 * mq.sin(3 * mq.time())
+        0.1*sin(3*t)
+    """
 
     def __call__(self) -> Scalar:
         from sympy import Symbol

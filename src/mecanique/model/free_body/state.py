@@ -46,6 +46,12 @@ class FloatingState:
             world's.
         linear: shape (3,), velocity of the body's origin, world axes [m/s].
         angular: shape (3,), angular velocity, world axes [rad/s].
+
+    Example:
+        >>> body = mq.textbook.load("free_rigid_body")
+        >>> q, v = mq.floating(body, euler=(0.1, 0.2, 0.3), sequence="ZYX")
+        >>> mq.floating_state(body, q, v).euler("ZYX").round(3)
+        array([0.1, 0.2, 0.3])
     """
 
     joint: str
@@ -130,10 +136,21 @@ def floating(
         angular: shape (3,), angular velocity [rad/s].
         axes: those that both velocities refer to: "world" or "body".
 
+    Returns:
+        The positions and the velocities, by name.
+
     Raises:
         InputError: if the mechanism has no such joint, a shape is wrong, a number is not finite, or
             a convention is not stated.
         UnknownNameError: if there is no joint of that name.
+
+    Example:
+        >>> body = mq.textbook.load("free_rigid_body")
+        >>> q, v = mq.floating(body, position=(0, 0, 2), quaternion=(1, 0, 0, 0), order="wxyz")
+        >>> q["z"], q["qw"]
+        (2.0, 1.0)
+        >>> float(mq.simulate(body, q=q, v=v, duration=0.1)["z"][0])
+        2.0
     """
     free = _choose(mechanism, joint)
     for name, given in (("position", position), ("linear velocity", linear)):
@@ -171,9 +188,18 @@ def floating_state(
         v: shape (nv,) or (n, nv), or values by name.
         joint: name of the `Floating` or `Spherical` joint; not needed where there is one.
 
+    Returns:
+        The state, in world axes.
+
     Raises:
         InputError: if the mechanism has no such joint, or the state is not what is expected.
         UnknownNameError: if a name does not exist.
+
+    Example:
+        >>> body = mq.textbook.load("free_rigid_body")
+        >>> state = mq.floating_state(body, {"z": 2.0, "qw": 1.0})
+        >>> state.position, state.quaternion("wxyz")
+        (array([0., 0., 2.]), array([1., 0., 0., 0.]))
     """
     free = _choose(mechanism, joint)
     positions, velocities = mechanism.position(q, many=True), mechanism.velocity(v, many=True)

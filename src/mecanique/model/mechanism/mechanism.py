@@ -46,6 +46,17 @@ class Mechanism(StateSpace, Variants):
 
     Raises:
         MechanismError: with every fault found.
+
+    Example:
+        >>> m, l = mq.Parameter("m", 2.0, "kg"), mq.Parameter("l", 1.2, "m")
+        >>> g = mq.Parameter("g", 9.81, "m/s²")
+        >>> bodies = mq.Body("ground"), mq.Body("rod", mq.rod(m, l))
+        >>> hinge = mq.Revolute("hinge", "ground", "rod", axis=(0, -1, 0), coordinate="q")
+        >>> pendulum = mq.Mechanism(
+        ...     "pendulum", bodies, (hinge,), parameters=(m, l, g), gravity=(0, 0, -g)
+        ... )
+        >>> print(mq.derive(pendulum))
+        q'' + 3 g sin(q)/(2 l) = 0
     """
 
     def __post_init__(self) -> None:

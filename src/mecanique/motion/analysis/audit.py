@@ -92,6 +92,14 @@ class Audit:
         speed: largest speed of a body's center of mass [m/s].
         trust: until when the motion can be trusted, if it was asked for.
         friction: what each body that rolls needs not to slip.
+
+    Example:
+        >>> pendulum = mq.textbook.load("rigid_bar_pendulum")
+        >>> audit = mq.simulate(pendulum, q={"q": 2.0}, duration=1.0).audit()
+        >>> audit.ok
+        True
+        >>> audit.rows[0].name, audit.rows[0].relative < 1e-8
+        ('energy', True)
     """
 
     rows: tuple[AuditRow, ...]

@@ -81,6 +81,13 @@ class InertialCheck:
         turning: the motion on the turning earth.
         tolerance: relative change below which the ground counts as inertial.
         length: what moments are compared with forces by, a typical length of the mechanism [m].
+
+    Example:
+        >>> pendulum = mq.textbook.load("rigid_bar_pendulum")
+        >>> motion = mq.simulate(pendulum, q={"q": 0.5}, duration=1.0)
+        >>> found = mq.inertial_check(pendulum, motion, latitude=0.8)
+        >>> found.inertial, found.worst.name
+        (True, 'moment in pin')
     """
 
     latitude: float
@@ -166,9 +173,18 @@ def inertial_check(
         tolerance: relative change below which the ground counts as inertial.
         rate: of the earth's rotation [rad/s].
 
+    Returns:
+        How the two motions differ.
+
     Raises:
         InputError: if the latitude is not within ±π/2, or the motion is another mechanism's.
         IntegrationError: if a motion stops before its end.
+
+    Example:
+        >>> pendulum = mq.textbook.load("rigid_bar_pendulum")
+        >>> motion = mq.simulate(pendulum, q={"q": 0.5}, duration=1.0)
+        >>> mq.inertial_check(pendulum, motion, latitude=0.8).inertial
+        True
     """
     turned = on_turning_earth(mechanism, latitude, facing=facing, rate=rate)
     tolerance = finite(tolerance, "the tolerance")

@@ -126,6 +126,14 @@ class Runs:
         rtol: relative tolerance of a step.
         chunk: number of runs in a chunk.
         store: what was integrated.
+
+    Example:
+        >>> pendulum = mq.textbook.load("rigid_bar_pendulum")
+        >>> runs = mq.simulate_many(pendulum, q={"q": [0.1, 1.0, 2.0]}, duration=1.0)
+        >>> runs["q"][:, -1].round(3)
+        array([-0.077, -0.902, -1.948])
+        >>> float(runs.motion(2)["q"][-1].round(3))
+        -1.948
     """
 
     mechanism: Mechanism

@@ -109,6 +109,9 @@ def simulate_many(
         chunk: number of runs in a chunk.
         progress: True for a bar, or a function that is called with the fraction done, in 0…1.
 
+    Returns:
+        The runs, at the times asked for.
+
     Raises:
         InputError: if an argument is not what is expected, or the directory holds other runs.
         UnknownNameError: if a coordinate, velocity, parameter or method does not exist.
@@ -116,6 +119,13 @@ def simulate_many(
         DerivationError: if the equations do not allow the method asked for.
         IntegrationError: if it was interrupted or the executor broke; its `.motion` holds the runs
             that are done.
+
+    Example:
+        >>> pendulum = mq.textbook.load("simple_pendulum")
+        >>> lengths = {"l": [0.5, 1.0, 2.0]}
+        >>> runs = mq.simulate_many(pendulum, q={"q": 0.1}, parameters=lengths, duration=1.0)
+        >>> runs["q"][:, -1].round(3)
+        array([-0.028, -0.1  , -0.06 ])
     """
     refuse_still(mechanism)
     t0, end, rtol, atol = span_and_tolerances(t0, duration, rtol, atol)

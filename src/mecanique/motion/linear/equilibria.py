@@ -43,6 +43,13 @@ class Equilibrium:
     Args:
         q: shape (nq,), the position.
         linearization: small motions about it.
+
+    Example:
+        >>> down, up = mq.equilibria(mq.textbook.load("rigid_bar_pendulum"))
+        >>> down.stable, up.stable
+        (True, False)
+        >>> down.linearization.frequencies.round(3)
+        array([3.836])
     """
 
     q: np.ndarray

@@ -49,6 +49,14 @@ class Linearization:
             without loops.
         chosen: which equilibrium it is and how it was found; about a state that was given, what
             it left out, or "".
+
+    Example:
+        >>> small = mq.linearize(mq.textbook.load("two_blocks"))
+        >>> small.frequencies.round(3)
+        array([3.162, 6.325])
+        >>> small.modes.round(3)
+        array([[ 0.5,  1. ],
+               [ 1. , -1. ]])
     """
 
     mechanism: Mechanism

@@ -117,8 +117,17 @@ def frequency_response(
             name.
         frequencies: ω, a number or shape (n,) [rad/s].
 
+    Returns:
+        The amplitudes of displacement, along the velocities, by frequency.
+
     Raises:
         InputError: if a value is not what is expected, or ω is an undamped natural frequency.
+
+    Example:
+        >>> blocks = mq.linearize(mq.textbook.load("two_blocks"))
+        >>> abs(mq.frequency_response(blocks, {"q2": 1.0}, [0.0, 3.0])).round(4)
+        array([[0.025 , 0.075 ],
+               [0.3226, 0.6774]])
     """
     amplitude = linearization.mechanism.velocity(force)
     omega = np.atleast_1d(np.asarray(frequencies, dtype=float))

@@ -41,6 +41,12 @@ class SpeedRange:
         speeds: shape (n,), factors of the velocities given.
         eigenvalues: shape (n, k), the exponents, by real part [1/s].
         limits: speeds at which the motion becomes stable or ceases to be.
+
+    Example:
+        >>> coin = mq.textbook.load("rolling_coin")
+        >>> rolling = mq.sweep_speeds(coin, {"z": coin.values["r"]}, {"spin": 1.0}, [5.0, 10.0])
+        >>> bool(rolling.eigenvalues.real.max() < 1e-6)
+        True
     """
 
     mechanism: Mechanism
@@ -89,8 +95,17 @@ def sweep_speeds(
         speeds: factors of these velocities, in ascending order.
         by: names of coordinates that are to be independent.
 
+    Returns:
+        The exponents at each speed, and at which speeds stability changes.
+
     Raises:
         InputError: if there are not at least two speeds, or a motion is not steady.
+
+    Example:
+        >>> coin = mq.textbook.load("rolling_coin")
+        >>> rolling = mq.sweep_speeds(coin, {"z": coin.values["r"]}, {"spin": 1.0}, [5.0, 10.0])
+        >>> rolling.limits
+        ()
     """
     from scipy.optimize import brentq
 
@@ -138,6 +153,14 @@ class SpeedMatrices:
         M: shape (k, k).
         C: C0 and C1 of C = C0 + u C1, shape (2, k, k).
         K: K0, K1 and K2 of K = K0 + u K1 + u² K2, shape (3, k, k).
+
+    Example:
+        >>> coin = mq.textbook.load("rolling_coin")
+        >>> ride = mq.expand_in_speed(coin, {"z": coin.values["r"]}, {"spin": 1.0}, ("yaw", "lean"))
+        >>> M, C, K = ride.at(30.0)
+        >>> C.round(3)
+        array([[  0.   ,   4.875],
+               [-14.625,   0.   ]])
     """
 
     mechanism: Mechanism

@@ -55,6 +55,13 @@ class SteadyLinearization:
         M: shape (nw, nw), the mass matrix that the independent velocities see.
         idle: which deviations nothing depends on, of cyclic coordinates and of kept speeds.
         error: estimate of the error of A, relative to its largest entry.
+
+    Example:
+        >>> coin = mq.textbook.load("rolling_coin")
+        >>> rolling = {"z": coin.values["r"]}
+        >>> slow, fast = (mq.linearize_steady(coin, rolling, {"spin": w}) for w in (1.0, 30.0))
+        >>> slow.stable, fast.stable
+        (False, True)
     """
 
     mechanism: Mechanism

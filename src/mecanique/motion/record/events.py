@@ -43,6 +43,13 @@ class Event:
 
     Raises:
         InputError: if a value is not one of these.
+
+    Example:
+        >>> bottom = mq.Event("bottom", when="q", direction=-1)
+        >>> pendulum = mq.textbook.load("rigid_bar_pendulum")
+        >>> motion = mq.simulate(pendulum, q={"q": 0.1}, duration=3.0, events=[bottom])
+        >>> motion.times("bottom").round(3)
+        array([0.41 , 2.049])
     """
 
     name: str

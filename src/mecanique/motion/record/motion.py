@@ -55,6 +55,14 @@ class Motion:
         event_names: their names where these alone are known.
         engine: the mechanism's `Reference`, if one was given.
         rank: how many of the loops' constraints are independent, if that is known.
+
+    Example:
+        >>> pendulum = mq.textbook.load("rigid_bar_pendulum")
+        >>> motion = mq.simulate(pendulum, q={"q": 0.1}, duration=2.0)
+        >>> motion(0.5).q.round(3)
+        array([-0.034])
+        >>> motion.reactions("pin", [0.5]).force.round(3)
+        array([[0.252, 0.   , 9.867]])
     """
 
     mechanism: Mechanism

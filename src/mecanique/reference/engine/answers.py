@@ -176,6 +176,14 @@ class Wrench:
         body: name of the body that carries the point, or "world".
         places: where the bodies are.
         reason: why components are undetermined, where something that is not described guides.
+
+    Example:
+        >>> reference = mq.Reference(mq.textbook.load("rigid_bar_pendulum"))
+        >>> pin = reference.reactions({"q": 0.0}, {"q": 2.0})["pin"]
+        >>> pin.parent, pin.child
+        ('ground', 'rod')
+        >>> pin.force.round(3)
+        array([ 0.  ,  0.  , 11.81])
     """
 
     force: Array

@@ -58,6 +58,14 @@ class Difference:
         second: name of the second.
         changes: what differs.
         notes: what was not compared.
+
+    Example:
+        >>> light, heavy = (mq.textbook.load("double_pendulum", m2=m) for m in (1.0, 1.5))
+        >>> difference = mq.diff(light, heavy)
+        >>> difference.same
+        False
+        >>> print(difference.changes[0])
+        link 'rod2': mass 1 → 1.5 kg (+50 %)
     """
 
     first: str

@@ -57,8 +57,16 @@ def diff(
         first: a mechanism, or the path or text of a URDF.
         second: the other.
 
+    Returns:
+        What differs, to print or to loop over.
+
     Raises:
         UrdfError: if a text cannot be read.
+
+    Example:
+        >>> right, wrong = (mq.textbook.load("double_pendulum", l1=l) for l in (1.0, 0.001))
+        >>> print(mq.diff(right, wrong).changes[0])
+        joint 'pin2': origin xyz 0 0 -1 → 0 0 -0.001 m: meters for millimeters
     """
     a, b = map(_read, (first, second))
     pairs = pair(a, b)

@@ -47,6 +47,9 @@ def view(
         InputError: if the port is taken, speed or duration is not above 0, or it is neither motion
             nor mechanism.
         MecaniqueError: if the mechanism's motion cannot start.
+
+    Example:
+        >>> mq.view(mq.textbook.load("double_pendulum"), q={"q1": 2.0}, open_browser=False)
     """
     if not 0 < speed < float("inf"):
         raise InputError(f"expected a speed above 0, got {speed!r}")

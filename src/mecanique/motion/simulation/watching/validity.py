@@ -50,6 +50,14 @@ def contact_events(mechanism: Mechanism, *, stop: bool = False) -> tuple[Event, 
     Args:
         mechanism: a mechanism with contacts or cords.
         stop: whether a motion ends at the first of them.
+
+    Returns:
+        The events, to be given to `simulate`.
+
+    Example:
+        >>> machine = mq.textbook.load("atwood_machine")
+        >>> [event.name for event in mq.contact_events(machine)]
+        ['cord_1 would push', 'cord_2 would push']
     """
     names = break_names(mechanism)
     return tuple(Event(name, _Margin(mechanism, k), -1, stop) for k, name in enumerate(names))

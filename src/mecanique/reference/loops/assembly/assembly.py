@@ -150,10 +150,19 @@ def assembly_branches(
         seed: of the random positions.
         t: time [s], for prescribed motions.
 
+    Returns:
+        The positions, each of shape (nq,).
+
     Raises:
         ClosureError: if not even one position is found.
         InputError: if an argument is not what is expected.
         UnknownNameError: if a name is no coordinate.
+
+    Example:
+        >>> linkage = mq.textbook.load("four_bar_linkage")
+        >>> ways = mq.assembly_branches(linkage, {"phi": 1.0}, keep=("phi",))
+        >>> len(ways)
+        2
     """
     most, tries = whole(most, "most"), whole(tries, "tries")
     start = assemble(mechanism, guess, keep=keep, t=t)

@@ -55,6 +55,14 @@ class Freedom:
         bodies: number of bodies with mass that are not fixed, and whether all are particles.
         velocity_rows: how many of the independent equations restrict velocities but no position by
             themselves, those of rolling along a plane, of blades and of velocity constraints.
+
+    Example:
+        >>> freedom = mq.degrees_of_freedom(mq.textbook.load("four_bar_linkage"))
+        >>> freedom.N, freedom.rank
+        (1, 2)
+        >>> print(freedom)
+        N = 3 velocities - 2 independent constraint equations (of 2) = 1; as 6 n - b of 3 rigid
+        bodies: b = 17 restraints
     """
 
     coordinates: int
