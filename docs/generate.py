@@ -185,8 +185,9 @@ def directive(name: str) -> str:
         text = textwrap.indent(text_below(name), "   ")
         return f"```{{eval-rst}}\n.. py:data:: mecanique.{name}\n\n{text}\n```\n"
     if inspect.ismodule(thing):
-        kind = "automodule"
-    elif inspect.isclass(thing):
+        members = ", ".join(each for each in thing.__all__ if each[0].islower())
+        return f"```{{eval-rst}}\n.. automodule:: mecanique.{name}\n   :members: {members}\n```\n"
+    if inspect.isclass(thing):
         kind = "autoexception" if issubclass(thing, Exception) else "autoclass"
     else:
         kind = "autofunction" if callable(thing) else "autodata"

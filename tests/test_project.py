@@ -75,6 +75,25 @@ def test_one_version_everywhere() -> None:
     assert f'version: "{version}"\n' in read(".ci/conda/recipe.yaml")
 
 
+def addresses(text: str) -> list[str]:
+    """Return the addresses of the project that pyproject.toml names."""
+    table = re.search(r"^\[project\.urls\]\n((?:.+\n)*)", text, re.MULTILINE)
+    return re.findall(r'^Homepage = "(.+)"$', table[1], re.MULTILINE) if table else []
+
+
+def test_one_address_everywhere() -> None:
+    """Where pyproject.toml names a homepage, and only there, the others name the same one."""
+    homepage = addresses(read("pyproject.toml"))
+    cited = re.findall(r'^url: "(.+)"$', read("CITATION.cff"), re.MULTILINE)
+    packed = re.findall(r"^  homepage: (.+)$", read(".ci/conda/recipe.yaml"), re.MULTILINE)
+    assert cited == packed == homepage
+
+
+def test_an_address_is_found_once_it_is_there() -> None:
+    given = '[project.urls]\nHomepage = "https://example.org"\nIssues = "x"\n\n[next]\n'
+    assert addresses(given) == ["https://example.org"]
+
+
 def test_the_recipe_has_every_dependency() -> None:
     (block,) = re.findall(r"^dependencies = \[\n(.*?)^\]", read("pyproject.toml"), re.S | re.M)
     (run,) = re.findall(r"^  run:\n(.*?)^\n", read(".ci/conda/recipe.yaml"), re.S | re.M)
