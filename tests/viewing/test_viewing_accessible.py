@@ -96,9 +96,14 @@ def test_studies_are_reached_and_said(pendulum: Scene, show: Callable[..., Visit
     assert "2 natural modes" in seen.page.inner_text("#modes-told")
     seen.page.click("[aria-label='Show mode 2']")
     assert seen.js("mecanique.clock.last") == pytest.approx(4 * 0.874, abs=0.01)
+    assert "drawn large and 5 times slower: its period is 0.874 s" in seen.page.inner_text(
+        "#modes-told"
+    )
+    assert seen.page.input_value("#speed") == "0.2"
     seen.page.click("#beside-on")
     assert "apart" in seen.page.inner_text("#beside-told")
     assert seen.js("mecanique.picture.ghost.shown")
+    assert seen.page.input_value("#speed") == "1", "another motion has its own speed"
     seen.clean()
 
 

@@ -12,7 +12,13 @@ const { SmallMotions, eigen } = await load("engine/modes");
 const { Section, describeSwing } = await load("engine/section");
 const { Pull } = await load("engine/pull");
 const { exaggerate } = await load("picture/exaggeration");
+const { paceOf } = await load("studies/modes");
 const { apart, describeParting } = await load("studies/beside");
+
+test("modes are shown at a speed at which they are easily followed", () => {
+  assert.deepEqual([1, 2, 5].map(paceOf), [1, 1, 1]);
+  assert.deepEqual([0.874, 0.05, 0.0021, 30].map(paceOf), [0.2, 0.02, 0.001, 10]);
+});
 
 const near = (found, expected, tolerance = 1e-9) =>
   assert.ok(Math.abs(found - expected) < tolerance, `${found} ≉ ${expected}`);

@@ -100,7 +100,7 @@ export class Table {
     return this.columns[j] ? this.columns[j][k] : this.start[j];
   }
 
-  // So many whole rows at most, evenly spread over the motion.
+  // So many rows at most, evenly spread over the motion, each as far as its first numbers.
   sample(most, bodies, width) {
     const count = Math.min(this.n, most);
     return Array.from({ length: count }, (_, i) => {

@@ -53,7 +53,8 @@ export class Computed {
     const count = Math.min(this.n, most);
     return Array.from({ length: count }, (_, i) => {
       const k = Math.round((i * (this.n - 1)) / Math.max(count - 1, 1));
-      return this.rows.slice(k * width, (k + 1) * width);
+      const at = k * this.layout.end;
+      return this.rows.slice(at, at + width);
     });
   }
 

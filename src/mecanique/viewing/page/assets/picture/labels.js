@@ -3,6 +3,8 @@
 import { turn } from "../data/unpack.js";
 import { measure } from "../data/numbers.js";
 
+const LINE = 22; // from one label to the next below it [px]
+
 export class Labels {
   constructor(stage, layer, scene, arrows) {
     this.stage = stage;
@@ -48,8 +50,10 @@ export class Labels {
   // The next height at which a label covers none that was put before it.
   free(left, top, wide) {
     const covers = (other) =>
-      Math.abs(other.top - top) < 19 && left < other.left + other.wide && other.left < left + wide;
-    for (let tries = 0; tries < 8 && this.taken.some(covers); tries++) top += 19;
+      Math.abs(other.top - top) < LINE &&
+      left < other.left + other.wide &&
+      other.left < left + wide;
+    for (let tries = 0; tries < 8 && this.taken.some(covers); tries++) top += LINE;
     this.taken.push({ left, top, wide });
     return top;
   }

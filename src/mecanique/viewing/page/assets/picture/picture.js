@@ -41,7 +41,7 @@ export class Picture {
   // The box to frame, and whether the camera must keep up with a motion that leaves any such box.
   frame(table, layout, streamed, samples = SAMPLES) {
     const { stage, scene } = this;
-    const rows = table.sample(samples, scene.bodies.length, layout.end);
+    const rows = table.sample(samples, scene.bodies.length, layout.series);
     const found = frame(stage.extents, rows, layout, { bounds: scene.bounds, streamed });
     return { box: stage.boxFrom(found.box), far: found.far };
   }

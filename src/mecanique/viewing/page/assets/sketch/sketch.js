@@ -43,8 +43,8 @@ export class Sketch {
     // drawn by the processor itself, which need not wait for a graphics card
     this.pen = canvas.getContext("2d", { willReadFrequently: true });
     const count = scene.bodies.length;
-    this.row = new Float64Array(layout.end);
-    const rows = table.sample(SAMPLES, count, layout.end);
+    this.row = new Float64Array(layout.series); // bodies and lines alone
+    const rows = table.sample(SAMPLES, count, layout.series);
     this.box = frame(this.bodies.map(boxAround), rows, layout, scene).box;
     canvas.hidden = false;
     this.fit();

@@ -2,6 +2,7 @@
 
 import { Computed } from "../engine/computed.js";
 import { SmallMotions } from "../engine/modes.js";
+import { showSpeed } from "../clock/player.js";
 import { measure } from "../data/numbers.js";
 
 const PERIODS = 4;
@@ -9,11 +10,30 @@ const SWAY = 0.25; // amplitude of the largest coordinate: rad, or this part of 
 const NOWHERE = 1e-8; // what rounding leaves of a position at zero
 const COLUMNS = ["Mode", "ω [rad/s]", "f [Hz]", "T [s]", "Damping ratio", ""];
 
+// A period that is this long on the screen is easy to follow [s].
+const READABLE = [1, 5];
+const BEST = 2;
+
+// How fast a mode is shown: as it is, or 1, 2 or 5 times a power of ten of that.
+export function paceOf(period) {
+  if (period >= READABLE[0] && period <= READABLE[1]) return 1;
+  const rough = period / BEST;
+  const power = Math.floor(Math.log10(rough) + 1e-9);
+  const digit = [5, 2, 1].find((each) => each * 10 ** power <= rough * (1 + 1e-9));
+  return Number(`${digit}e${power}`);
+}
+
+const describePace = (pace) => {
+  if (pace === 1) return "at its own speed";
+  return pace < 1 ? `${Math.round(1 / pace)} times slower` : `${pace} times faster`;
+};
+
 const near = (x) => (Math.abs(x) < NOWHERE ? "0" : measure(x, 4));
 
 export class Modes {
   constructor(setup, scene, picture) {
-    Object.assign(this, { setup, scene, picture });
+    Object.assign(this, { setup, scene, picture, before: null });
+    setup.listeners.push(this);
     this.told = document.getElementById("modes-told");
     this.table = document.getElementById("modes");
     document.getElementById("modes-find").onclick = () => this.find();
@@ -95,9 +115,26 @@ export class Modes {
     const path = small.path(y, mode, this.amplitude(mode), PERIODS);
     const { setting, machine } = bench;
     const { layout, bodies } = bench;
+    const period = (2 * Math.PI) / Math.sqrt(mode.square);
+    const pace = paceOf(period);
+    this.before ??= motion.clock.speed;
+    this.setSpeed(pace);
     motion.adopt(new Computed(machine, setting, path, { layout, bodies }));
     motion.clock.play();
-    const period = measure((2 * Math.PI) / Math.sqrt(mode.square), 3);
-    this.told.textContent = `Mode ${k + 1}, drawn large, period ${period} s. Reset or any change goes back.`;
+    const how = `drawn large and ${describePace(pace)}`;
+    this.told.textContent = `Mode ${k + 1}, ${how}: its period is ${measure(period, 3)} s. Reset or any change goes back.`;
+  }
+
+  setSpeed(speed) {
+    this.setup.motion.clock.setSpeed(speed);
+    showSpeed(speed);
+  }
+
+  // Another motion has the speed of before.
+  show() {
+    if (this.before === null) return;
+    this.setSpeed(this.before);
+    this.before = null;
+    this.setup.motion.transport.refit();
   }
 }
