@@ -143,7 +143,7 @@ ORDER: dict[str, list[str]] = {
         "forces",
         "rhs root",
         "tree",
-        "whole",
+        "many whole",
     ],
     "reference.engine.forces": ["guided laws sites", "elements loads reactions", "held"],
     "reference.loops": [

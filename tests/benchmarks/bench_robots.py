@@ -3,6 +3,9 @@
     python tests/benchmarks/bench_robots.py [FOLDER …] [--engines pinocchio,mujoco] [--samples 10]
         [--table docs/robots.md]
 
+Of the files that one of the engines loads it says how many are read and agree, and names the rest.
+
+
 Without folders it takes the robots of example-robot-data and every URDF file of the installed
 packages among `PACKAGES`. Files from elsewhere are given by their folder: a clone of a public
 repository, or what `pip install --no-deps --target FOLDER PACKAGE` leaves there; their texts are
@@ -24,7 +27,7 @@ from pathlib import Path
 
 import mecanique as mq
 from mecanique.verification.compare import compare
-from mecanique.verification.originals.engines import read_by
+from mecanique.verification.originals.engines import engine_of, read_by
 
 PACKAGES = {
     "airo-models": "MIT",
@@ -54,10 +57,12 @@ class Robot:
         source: the package it is from.
         name: its path in the package.
         size: number of velocities.
-        outcome: "agrees", "disagrees", "refused" or "not compared".
+        outcome: "agrees", "disagrees", "refused", "no mass" where nothing that moves has any, or
+            "not compared".
         worst: largest relative difference from the engine.
         remarks: flaws and what engines make of the file.
         seconds: processor time of reading and comparing.
+        loaded: the engines that load it, with joints that move.
     """
 
     source: str
@@ -67,6 +72,7 @@ class Robot:
     worst: float = 0.0
     remarks: tuple[str, ...] = ()
     seconds: float = 0.0
+    loaded: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         worst = f" {self.worst:.0e}" if self.outcome in ("agrees", "disagrees") else ""
@@ -93,6 +99,10 @@ def main() -> None:
     print()
     for what, count in sorted(Counter(robot.outcome for robot in robots).items()):
         print(f"{count:5}  {what}")
+    print(f"\n{_share(robots)}")
+    for robot in robots:
+        if robot.loaded and robot.outcome not in ("agrees", "no mass"):
+            print(f"{' '.join(robot.loaded)}: {robot.source} {robot}")
     if arguments.table:
         arguments.table.write_text(_page(robots, arguments), encoding="utf-8")
 
@@ -105,7 +115,8 @@ def _judge(source: str, name: str, file: Path, engines: list[str], samples: int)
     except mq.MecaniqueError as error:
         why = [f"line {f.line}: {f.sentence}" for f in mq.lint(file) if f.stops] or [str(error)]
         more = (f"and {len(why) - 2} more",) if len(why) > 2 else ()
-        return Robot(source, name, 0, "refused", remarks=(*why[:2], *more))
+        loaded = tuple(engine for engine in engines if _loads(engine, file))
+        return Robot(source, name, 0, "refused", remarks=(*why[:2], *more), loaded=loaded)
     if not mechanism.nv:
         return None
     remarks = list[str]()
@@ -117,15 +128,42 @@ def _judge(source: str, name: str, file: Path, engines: list[str], samples: int)
         verdict = compare(mechanism, samples, 0, quick=True)
         outcome, worst = ("agrees" if verdict.agrees else "disagrees"), verdict.worst
     except mq.MecaniqueError as error:
-        remarks.append(str(error)[:160])
-    for reading in read_by(mechanism, engines, 0):
+        if "nothing that moves has mass" in str(error):
+            outcome = "no mass"
+        else:
+            remarks.append(str(error)[:160])
+    known = list[str]()
+    for engine, reading in zip(engines, read_by(mechanism, engines, 0), strict=True):
+        if not reading.refused:
+            known.append(engine)
         title = reading.engine.split()[0]
         if reading.refused:
             remarks.append(f"{title} refuses the file")
         elif reading.differs:
             remarks.append(f"{title} reads it otherwise")
     seconds = time.process_time() - start
-    return Robot(source, name, mechanism.nv, outcome, worst, tuple(remarks), seconds)
+    return Robot(source, name, mechanism.nv, outcome, worst, tuple(remarks), seconds, tuple(known))
+
+
+def _loads(engine: str, file: Path) -> bool:
+    """Whether an engine loads a file that is refused here, and finds joints in it that move."""
+    try:
+        return bool(engine_of(engine).read(file.read_bytes(), (0.0, 0.0, -9.81), {}, {}).joints)
+    except mq.MecaniqueError:
+        return False
+
+
+def _share(robots: list[Robot]) -> str:
+    """Say how many of the files that an engine loads are read and agree."""
+    loaded = [robot for robot in robots if robot.loaded]
+    massive = [robot for robot in loaded if robot.outcome != "no mass"]
+    agree = sum(robot.outcome == "agrees" for robot in massive)
+    share = 100 * agree / max(1, len(massive))
+    return (
+        f"Of {len(loaded)} files that one of these engines loads, {len(loaded) - len(massive)} "
+        "have moving parts without any mass: they are read, and have no equations of motion. Of "
+        f"the other {len(massive)}, {agree} ({share:.1f} %) are read and agree."
+    )
 
 
 def _files(folders: list[Path]) -> Iterator[tuple[str, str, Path]]:
@@ -177,12 +215,17 @@ def _page(robots: list[Robot], arguments: argparse.Namespace) -> str:
         "# Robots of the world",
         "",
         "Public URDF files with moving joints, equal texts once; each is read, derived and",
-        f"compared with Pinocchio at {arguments.samples} states; it reads the original text, too.",
+        f"compared with Pinocchio at {arguments.samples} states.",
         "A flaw is an error in the file that its equations of motion do without; rules are",
         "explained under [lint](lint.md). Times are processor time for reading, deriving and",
         f"comparing, beside other work on a virtual machine with 2 cores ({engine}).",
         "",
-        "Written by `python tests/benchmarks/bench_robots.py FOLDER … --table docs/robots.md`.",
+        f"{_share(robots)} Engines: {arguments.engines}; they read the original text, too.",
+        "",
+        "Written by `python tests/benchmarks/bench_robots.py FOLDER … --engines "
+        f"{arguments.engines} --samples {arguments.samples} --table docs/robots.md`. The first "
+        "sources are public repositories, of which only files that do not agree are listed; the "
+        "others are packages.",
         "",
         "| source | license | files | read | agree | with flaws | read otherwise or refused by an"
         " engine | median time | longest |",
@@ -190,14 +233,28 @@ def _page(robots: list[Robot], arguments: argparse.Namespace) -> str:
     ]
     for source, own in sources.items():
         package = source.split()[0]
-        licence = "BSD-2-Clause, and each robot's" if package == OWN else PACKAGES.get(package, "")
-        lines.append(f"| {source} | {licence} | {_sums(own)} |")
+        licence = (
+            "BSD-2-Clause, and each robot's"
+            if package == OWN
+            else PACKAGES.get(package, "each robot's")
+        )
+        lines.append(f"| {source.replace('+', '/')} | {licence} | {_sums(own)} |")
     lines.append(f"| **all** | | {_sums(robots)} |")
     for source, own in sources.items():
-        lines += ["", f"## {source}", "", "| file | velocities | verdict | remarks | time |"]
+        repository = "+" in source
+        if repository and all(robot.outcome in ("agrees", "no mass") for robot in own):
+            continue
+        lines += [
+            "",
+            f"## {source.replace('+', '/')}",
+            "",
+            "| file | velocities | verdict | remarks | time |",
+        ]
         lines.append("|---|--:|---|---|--:|")
         for robot in own:
             verdict = robot.outcome
+            if repository and verdict in ("agrees", "no mass"):
+                continue
             if verdict in ("agrees", "disagrees"):
                 verdict += f", {robot.worst:.0e}"
             said = "; ".join(robot.remarks).replace("|", "\\|")

@@ -12,6 +12,7 @@ from mecanique.errors import EngineError
 from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
 from mecanique.reference.engine.answers import BodyMotions, PointMotion, Twist, local_point
+from mecanique.reference.engine.many import center_speeds
 
 __all__ = ["Kinematics"]
 
@@ -86,6 +87,18 @@ class Kinematics(Answering):
             poses @ np.array([holder.placement.homogeneous for holder in holders]),
             *np.moveaxis(poses[..., :3, :3] @ vectors, -1, 0),
         )
+
+    def center_speeds(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
+        """Return the speeds of all bodies' centers of mass, in their order, shape (nb,) [m/s].
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        states = States.of(self.mechanism, q, v, t)
+        speeds = center_speeds(self._tree, states.q, states.v, states.t)
+        return speeds[0] if states.single else speeds
 
     def point(
         self,

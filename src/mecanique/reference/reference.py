@@ -13,6 +13,7 @@ from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given, States
 from mecanique.reference.engine.answers import Energy, Momentum, Resultant
+from mecanique.reference.engine.many import energies, resultants
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.kinematics import Kinematics
@@ -100,6 +101,16 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
             return Energy(kinetic, gravity, springs)
         return Energy(*parts.T)
 
+    def quick_energies(self, q: Array, v: Array, t: Array) -> Energy:
+        """Return the energies in many states at once, unchecked, by sums over the bodies.
+
+        Args:
+            q: shape (n, nq).
+            v: shape (n, nv).
+            t: shape (n,) [s].
+        """
+        return Energy(*energies(self._tree, q, v, t).T)
+
     def momentum(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Momentum:
         """Return the momenta of all bodies, world axes.
 
@@ -111,7 +122,9 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         parts = self._answer(States.of(self.mechanism, q, v, t=t), self._whole.momentum)
         return Momentum(*np.moveaxis(parts, -2, 0)[:3])
 
-    def resultant(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Resultant:
+    def resultant(
+        self, q: Given, v: Given = None, t: float | Array = 0.0, a: Given = None
+    ) -> Resultant:
         """Return the resultant of all that acts on the moving bodies from outside, world axes.
 
         These are their weights, the loads, and what the ground transmits: by joints, loops,
@@ -121,20 +134,29 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
             q: shape (nq,).
             v: shape (nv,).
             t: time [s].
+            a: shape (nv,), the accelerations where they are known.
 
         Raises:
             EngineError: if a motion moves no mass in this state, or a loop is open.
+        """
+        states = States.of(self.mechanism, q, v, t, a)
+        changes = states.a if a is not None else self.quick_accelerations(states)
+        parts = resultants(self._tree, states.q, states.v, states.t, changes)
+        return Resultant(*np.moveaxis(parts[0] if states.single else parts, -2, 0))
+
+    def quick_accelerations(self, states: States) -> Array:
+        """Return the accelerations at states of one motion, shape (n, nv), without many checks.
+
+        Raises:
+            EngineError: if a motion moves no mass in a state, or a loop is open.
         """
         rhs, nq = self.rhs(overwriting=True), self.mechanism.nq
 
         def one(q: Array, v: Array, t: float) -> Array:
             a = rhs(t, np.concatenate([q, v]))[nq:]
-            if not np.isfinite(a).all():
-                a = self._accelerate(q, v, t)
-            return self._whole.resultant(q, v, t, a)
+            return a.copy() if np.isfinite(a).all() else self._accelerate(q, v, t)
 
-        parts = self._answer(States.of(self.mechanism, q, v, t), one)
-        return Resultant(*np.moveaxis(parts, -2, 0))
+        return self._answer(states, one).reshape(len(states.q), self.mechanism.nv)
 
     def _compute(self, quantity: Quantity, states: States) -> Array:
         tree = self._tree

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import FunctionType
 from typing import Any, NoReturn, TypeAlias, final
 
 import numpy as np
@@ -15,6 +16,7 @@ __all__ = [
     "FUNCTIONS",
     "Scalar",
     "Vector",
+    "accept_arrays",
     "compile_scalars",
     "coordinate",
     "evaluate",
@@ -236,6 +238,15 @@ def compile_scalars(
         arguments, tuple(sympify(s) for s in scalars), modules=["math"], cse=True
     )
     return function
+
+
+def accept_arrays(function: Callable[..., tuple[float, ...]]) -> Callable[..., tuple[Any, ...]]:
+    """Return what `compile_scalars` gave as a function of arrays or floats, any of them mixed."""
+    space = dict(function.__globals__)
+    for name in FUNCTIONS:
+        ours = numpy_function(name)
+        space |= {key: ours for key in (name, ours.__name__, name.lower()) if key in space}
+    return FunctionType(function.__code__, space, closure=function.__closure__)
 
 
 def _half() -> Any:

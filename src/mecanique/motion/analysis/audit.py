@@ -224,9 +224,5 @@ def _row(
 
 def _largest_speed(motion: Motion) -> float:
     """The largest speed of a body's center of mass."""
-    mechanism = motion.mechanism
-    moving = motion.reference.motions(motion.q, motion.v, t=motion.t)
-    centers = np.array([mechanism.evaluate_all(body.center) for body in mechanism.bodies])
-    arms = (moving.poses[..., :3, :3] @ centers[..., None])[..., 0]
-    velocities = moving.velocities + np.cross(moving.angular_velocities, arms)
-    return float(np.linalg.norm(velocities, axis=-1).max(initial=0.0))
+    speeds = motion.reference.center_speeds(motion.q, motion.v, motion.t)
+    return float(speeds.max(initial=0.0))

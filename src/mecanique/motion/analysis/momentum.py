@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from mecanique.motion.analysis.accelerations import Accelerations
 from mecanique.motion.record.quadrature import integral
 
 if TYPE_CHECKING:
@@ -51,13 +52,15 @@ def momentum_balances(motion: Motion) -> Iterator[Balance]:
     ):
         return
 
+    accelerations = Accelerations(mechanism, reference)
+
     def rates(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        force, moment, center = reference.resultant(q, v, t)
+        force, moment, center = reference.resultant(q, v, t, accelerations(t, q, v))
         about_center = moment - np.cross(center, force)
         sizes = [np.linalg.norm(x, axis=1, keepdims=True) for x in (force, moment, about_center)]
         return np.hstack([force, moment, about_center, *sizes])
 
-    given = integral(motion.curve, rates, motion.t)
+    given = integral(motion.curve, rates, motion.t, smooth=9)
     have = _momenta(reference.momentum(motion.q, motion.v, motion.t))
     jumps = np.zeros_like(have)
     for event in motion.events:

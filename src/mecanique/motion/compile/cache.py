@@ -119,6 +119,11 @@ class Compiled:
         return self._stepper
 
     @property
+    def known(self) -> Program | None:
+        """The program, if it was derived and compared with the reference."""
+        return self._program if isinstance(self._program, Program) else None
+
+    @property
     def possible(self) -> bool:
         """Whether there is a closed form, as far as known."""
         return not isinstance(self._program, DerivationError)

@@ -11,35 +11,40 @@ from mecanique.motion.record.curve import Curve
 
 __all__ = ["POINTS", "Integrand", "integral"]
 
-POINTS = 8
-"""Gauss points per interval: exact to degree 15 at the interval's end, to degree 7 inside."""
+POINTS = 6
+"""Gauss points per part: exact to degree 11 at the part's end, to degree 5 inside."""
 
-FARTHEST = 0.5
-"""Intervals in which a coordinate moves farther [rad or m] are divided.
+RESOLVED = 1e-4
+"""A part is halved where its last two Legendre coefficients are larger than this, of the first two.
 
-Steps are long where q(t) is simple, but forces depend on q in other ways.
+Coefficients fall geometrically: the error at the part's end is about the cube of their ratio.
 """
 
-MOST_PARTS = 100
-"""Into which one interval is divided."""
+_HALVINGS = 7
+"""How often a part is halved at most."""
+
+_FLOOR, _SMALL = 1e-3, 1e-6
+"""Coefficients are compared with this part of the largest in their column, and of all at least."""
 
 Integrand = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """Values, shape (n, k), at times (n,), positions (n, nq) and velocities (n, nv)."""
 
 
-def integral(curve: Curve, integrand: Integrand, times: np.ndarray) -> np.ndarray:
+def integral(
+    curve: Curve, integrand: Integrand, times: np.ndarray, smooth: int | None = None
+) -> np.ndarray:
     """Return the integral from the motion's start to each time, shape (n, k).
 
     Args:
         curve: the motion.
         integrand: what to integrate.
         times: shape (n,), within the motion [s].
+        smooth: how many columns, the first ones, parts are halved for; all by default.
     """
     if len(curve.t) < 2:
         columns = integrand(curve.t, curve.q, curve.v).shape[1]
         return np.zeros((len(times), columns))
-    begin, half = _parts(curve)
-    coefficients = _coefficients(curve, integrand, begin, half)
+    begin, half, coefficients = _resolve(curve, integrand, smooth)
 
     # over a whole part only P_0 = 1 has an integral
     whole = 2 * coefficients[:, 0] * half[:, None]
@@ -80,17 +85,35 @@ def _legendre_integrals(x: np.ndarray) -> np.ndarray:
     return integrals
 
 
-def _parts(curve: Curve) -> tuple[np.ndarray, np.ndarray]:
-    """Return begin and half the length of each part of the motion that is integrated as one."""
+def _resolve(
+    curve: Curve, integrand: Integrand, smooth: int | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Begin, half the length and coefficients of parts in which the integrand is resolved.
+
+    The first parts are the integrator's steps: these are long where q(t) is simple, but forces may
+    depend on q in other ways.
+    """
     at = curve.intervals
-    begin = curve.t[at]
-    length = curve.t[at + 1] - begin
-    rates = curve.rates.first(curve.q, curve.v)
-    speed = np.abs(rates).max(axis=1, initial=0.0)
-    distance = np.maximum(speed[at], speed[at + 1]) * length
-    count = np.ceil(distance / FARTHEST).clip(1, MOST_PARTS).astype(int)
-    part = np.repeat(length / count, count)
-    # 0, 1 … count − 1 within each interval
-    first = np.cumsum(count) - count
-    number = np.arange(len(part)) - np.repeat(first, count)
-    return np.repeat(begin, count) + number * part, part / 2
+    begin, half = curve.t[at], (curve.t[at + 1] - curve.t[at]) / 2
+    coefficients = _coefficients(curve, integrand, begin, half)
+    largest = np.abs(coefficients[:, :2, :smooth]).max(axis=(0, 1), initial=0.0)
+    floor = np.maximum(_FLOOR * largest, _SMALL * largest.max(initial=0.0))
+    before = np.full(coefficients[:, 0, :smooth].shape, np.inf)
+    done = []
+    for _ in range(_HALVINGS):
+        last = np.abs(coefficients[:, -2:, :smooth]).max(axis=1)
+        first = np.abs(coefficients[:, :2, :smooth]).max(axis=1)
+        # what halving does not lessen is rounding, or a jump
+        coarse = ((last > RESOLVED * np.maximum(first, floor)) & (last < before / 2)).any(axis=1)
+        if not coarse.any():
+            break
+        done.append((begin[~coarse], half[~coarse], coefficients[~coarse]))
+        before = np.repeat(last[coarse], 2, axis=0)
+        half = np.repeat(half[coarse] / 2, 2)
+        begin = np.repeat(begin[coarse], 2)
+        begin[1::2] += 2 * half[1::2]
+        coefficients = _coefficients(curve, integrand, begin, half)
+    done.append((begin, half, coefficients))
+    begin, half, coefficients = (np.concatenate(each) for each in zip(*done, strict=True))
+    order = np.argsort(begin, kind="stable")
+    return begin[order], half[order], coefficients[order]

@@ -66,7 +66,8 @@ class Tree:
             if not holder.joint and name != mechanism.ground
         )
         resting = sum((holder.inertia for holder in welded), pin.Inertia.Zero())
-        self._resting = -resting.mass * float(self.engine.model.gravity.linear @ resting.lever)
+        self.resting = -resting.mass * float(self.engine.model.gravity.linear @ resting.lever)
+        """Potential energy of what is welded to the ground [J]."""
         self.moving_mass = float(
             sum(self.engine.model.inertias[k].mass for k in range(1, self.engine.model.njoints))
         )
@@ -180,11 +181,10 @@ class Tree:
     def energy(self, q: Array, v: Array, t: float) -> Array:
         """Return T, V of gravity and V of the springs, shape (3,)."""
         engine, chart = self.engine, self.chart
-        values, u, _ = self.move(q, v, t)
+        values, u = chart.place(q, t), chart.at(q, v, t)
+        # it also moves the bodies, to where their springs end
+        height = self._pin.computePotentialEnergy(engine.model, engine.data, chart.p) + self.resting
         springs = self.loads.energy(values)
-        height = (
-            self._pin.computePotentialEnergy(engine.model, engine.data, chart.p) + self._resting
-        )
         # Pinocchio's own kinetic energy leaves the armature of bounded hinges and slides out
         kinetic = 0.5 * float(u @ self._pin.crba(engine.model, engine.data, chart.p) @ u)
         return np.array([kinetic, height, springs])

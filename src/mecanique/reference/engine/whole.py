@@ -1,4 +1,4 @@
-"""A tree as a whole, in one state at a time: momenta, center of mass, what acts from outside."""
+"""A tree as a whole, in one state at a time: momenta and center of mass."""
 
 from __future__ import annotations
 
@@ -26,7 +26,6 @@ class Whole:
         self._tree = tree
         model, data = tree.engine.model, tree.engine.data
         self._joints = range(1, model.njoints)
-        self._bases = [joint for joint in self._joints if not model.parents[joint]]
         self._masses = np.array([model.inertias[joint].mass for joint in self._joints])
         levers = [model.inertias[joint].lever for joint in self._joints]
         self._levers = np.array(levers).reshape(-1, 3)
@@ -39,15 +38,23 @@ class Whole:
     def momentum(self, q: Array, v: Array, t: float) -> Array:
         """Return linear, angular about origin and center of mass, and that center, shape (4, 3)."""
         tree = self._tree
-        tree.move(q, v, t)
         model, data = tree.engine.model, tree.engine.data
-        total = self._pin.Force.Zero()
-        for joint in self._joints:
-            total += data.oMi[joint].act(model.inertias[joint] * data.v[joint])
-        center = self._center()
-        return np.array(
-            [total.linear, total.angular, total.angular - np.cross(center, total.linear), center]
-        )
+        tree.chart.place(q, t)
+        u = tree.chart.at(q, v, t)
+        if tree.moving_mass:
+            total = self._pin.computeCentroidalMomentum(model, data, tree.chart.p, u)
+            center = np.array(data.com[0])
+        else:
+            self._pin.forwardKinematics(model, data, tree.chart.p, u)
+            total, center = self._pin.Force.Zero(), np.zeros(3)
+            for joint in self._joints:
+                total += data.oMi[joint].act(model.inertias[joint] * data.v[joint])
+        linear, angular = total.linear, total.angular
+        # for single vectors np.cross takes three times as long
+        x, y, z = center.tolist()
+        px, py, pz = linear.tolist()
+        orbital = np.array((y * pz - z * py, z * px - x * pz, x * py - y * px))
+        return np.array([linear, angular + orbital, angular, center])
 
     def center(self, q: Array, v: Array, t: float, a: Array) -> Array:
         """Return position, velocity, acceleration of the moving bodies' center, shape (3, 3)."""
@@ -65,44 +72,3 @@ class Whole:
         turned[:, 0] += np.array(self._places).reshape(-1, 3)
         mean = self._masses @ turned.reshape(len(self._masses), 9)
         return np.asarray(mean).reshape(3, 3) / self._tree.moving_mass
-
-    def resultant(self, q: Array, v: Array, t: float, a: Array) -> Array:
-        """Return force and moment about the origin from outside, and the center, shape (3, 3).
-
-        What the bodies do to one another cancels; what the ground transmits, the loads and the
-        weights are left. Inverse dynamics gives the first of them, with all that holds a
-        mechanism closed, whatever it is, as a part of it.
-
-        Args:
-            q: shape (nq,).
-            v: shape (nv,).
-            t: time [s].
-            a: shape (nv,), what the engine answers in this state.
-        """
-        tree = self._tree
-        engine, loads = tree.engine, tree.loads
-        values, u, rate = tree.move(q, v, t, a)
-        loads.update(values, q, u, v, t)
-        data, external = engine.data, loads.external.forces
-        self._pin.rnea(engine.model, data, tree.chart.p, u, rate, external)
-        total = self._pin.Force.Zero()
-        for joint in self._bases:
-            total += data.oMi[joint].act(data.f[joint])
-        if loads.act_on_bodies:
-            for joint in self._joints:
-                total += data.oMi[joint].act(external[joint])
-        center = self._center()
-        weight = tree.moving_mass * engine.model.gravity.linear
-        # for single vectors np.cross takes three times as long
-        x, y, z = center.tolist()
-        fx, fy, fz = weight.tolist()
-        moment = total.angular + np.array((y * fz - z * fy, z * fx - x * fz, x * fy - y * fx))
-        return np.array([total.linear + weight, moment, center])
-
-    def _center(self) -> Array:
-        """The center of mass where the work space is, the origin if there is no mass."""
-        if not self._tree.moving_mass:
-            return np.zeros(3)
-        turned = np.array(self._turns) @ self._levers[:, :, None]
-        centers = turned[:, :, 0] + np.array(self._places)
-        return np.asarray(self._masses @ centers) / self._tree.moving_mass

@@ -271,6 +271,22 @@ class Loads:
             total += 0.5 * term.stiffness * (values[term.at] - term.rest) ** 2
         return total
 
+    def energies(self, values: Array, position: Callable[[Site], Array]) -> Array:
+        """Return the same in many states, shape (n,).
+
+        Args:
+            values: shape (n, k).
+            position: returns where a site is in the world, shape (n, 3) [m].
+        """
+        total = np.zeros(len(values))
+        for line in self._lines:
+            if line.stiffness:
+                length = np.linalg.norm(position(line.b) - position(line.a), axis=1)
+                total += 0.5 * line.stiffness * (length - line.free_length) ** 2
+        for term in self._terms:
+            total += 0.5 * term.stiffness * (values[:, term.at] - term.rest) ** 2
+        return total
+
     def check(self) -> None:
         """Refuse a state in which a force between two points has no direction.
 

@@ -1,0 +1,118 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.motion.analysis.accelerations import Accelerations
+from mecanique.motion.compile.cache import compile_once
+from mecanique.motion.compile.program import Program
+from mecanique.motion.record.curve import Curve
+from mecanique.motion.record.quadrature import integral
+from mecanique.motion.record.rates import Rates
+from mecanique.reference import Reference
+
+
+def linkage() -> mq.Motion:
+    """A motion that is integrated with equations derived in-house."""
+    system = mq.textbook.entry("four_bar_linkage")
+    mechanism = mq.textbook.load("four_bar_linkage")
+    compile_once(mechanism).program(Reference.of(mechanism))
+    return mq.simulate(mechanism, q=system.start, v=system.start_velocity, duration=0.5)
+
+
+def test_the_program_answers_as_the_reference() -> None:
+    motion = linkage()
+    t, q, v = motion.t, motion.q, motion.v
+    quick = Accelerations(motion.mechanism, motion.reference)
+    found, sure = quick._by_program(t, q, v)
+    assert sure.all()
+    right = motion.reference.acceleration(q, v, t)
+    np.testing.assert_allclose(found, right, rtol=0, atol=1e-9 * np.abs(right).max())
+
+
+def test_a_program_that_disagrees_along_the_motion_is_not_asked() -> None:
+    motion = linkage()
+    code = compile_once(motion.mechanism)
+    program = code.known
+    assert isinstance(program, Program)
+    wrong = program.tape.multiply(program.rates[-1], 1.0 + 1e-6)
+    code._program = replace(program, rates=(*program.rates[:-1], wrong))
+    quick = Accelerations(motion.mechanism, motion.reference)
+    assert not quick._by_program(motion.t, motion.q, motion.v)[1].any()
+    assert motion.audit().ok
+
+
+@pytest.mark.parametrize(
+    "name", ["kapitza_pendulum", "rolling_coin", "bars_and_springs", "gyroscope", "governor"]
+)
+def test_many_states_at_once_are_what_the_engine_answers_one_by_one(name: str) -> None:
+    mechanism = mq.textbook.load(name)
+    reference, random = Reference.of(mechanism), np.random.default_rng(3)
+    away = random.uniform(-1.0, 1.0, (4, mechanism.nq))
+    q = np.array([mechanism.normalize(mechanism.neutral() + each) for each in away])
+    v, a = random.uniform(-1.0, 1.0, (2, 4, mechanism.nv))
+    t = random.uniform(0.0, 1.0, 4)
+    quick, energy = reference.quick_energies(q, v, t), reference.energy(q, v, t)
+    np.testing.assert_allclose(quick, energy, rtol=1e-12, atol=1e-12)
+    moving = reference.motions(q, v, a, t)
+    force, moment, first = np.zeros((3, 4, 3))
+    mass = 0.0
+    speeds = reference.center_speeds(q, v, t)
+    for k, body in enumerate(mechanism.bodies):
+        m, at = mechanism.evaluate(body.mass), mechanism.evaluate_all(body.center)
+        point = reference.point(body.name, at, q, v, a, t)
+        np.testing.assert_allclose(
+            speeds[:, k], np.linalg.norm(point.velocity, axis=1), rtol=1e-12, atol=1e-13
+        )
+        if body.name == mechanism.ground:
+            continue
+        xx, yy, zz, xy, xz, yz = mechanism.evaluate_all(body.inertia)
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        turn = moving.poses[:, k, :3, :3]
+        world = turn @ tensor @ turn.transpose(0, 2, 1)
+        omega, alpha = moving.angular_velocities[:, k], moving.angular_accelerations[:, k]
+        spin = np.einsum("nij,nj->ni", world, omega)
+        push = m * point.acceleration
+        force, first, mass = force + push, first + m * point.position, mass + m
+        moment = moment + np.cross(point.position, push) + np.cross(omega, spin)
+        moment = moment + np.einsum("nij,nj->ni", world, alpha)
+    found = reference.resultant(q, v, t, a)
+    np.testing.assert_allclose(found.force, force, rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(found.moment, moment, rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(found.center, first / mass, rtol=1e-11, atol=1e-12)
+
+
+def steps(count: int) -> Curve:
+    """A motion q = t, v = 1 over 1 s."""
+    t = np.linspace(0.0, 1.0, count)
+    ones = np.ones((count, 1))
+    mechanism = mq.textbook.load("simple_pendulum")
+    return Curve(t, t[:, None], ones, 0 * ones, np.array([0]), Rates.of(mechanism))
+
+
+def test_long_steps_are_halved_until_the_integrand_is_resolved() -> None:
+    times = np.linspace(0.0, 1.0, 23)
+    asked = []
+
+    def wave(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        asked.append(len(t))
+        wave: np.ndarray = np.cos(60 * q)
+        return wave
+
+    found = integral(steps(6), wave, times)
+    np.testing.assert_allclose(found[:, 0], np.sin(60 * times) / 60, rtol=0, atol=1e-9)
+    assert asked[0] < sum(asked) < 2000
+
+
+def test_rounding_is_not_taken_for_what_is_to_be_resolved() -> None:
+    random, asked = np.random.default_rng(1), []
+
+    def noise(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        asked.append(len(t))
+        return random.normal(size=(len(t), 1))
+
+    integral(steps(50), noise, np.array([1.0]))
+    assert sum(asked) < 4 * asked[0]
