@@ -257,7 +257,7 @@ def _page(robots: list[Robot], arguments: argparse.Namespace) -> str:
                 continue
             if verdict in ("agrees", "disagrees"):
                 verdict += f", {robot.worst:.0e}"
-            said = "; ".join(robot.remarks).replace("|", "\\|")
+            said = "; ".join(robot.remarks).replace("|", "\\|").replace("<", "&lt;")
             cells = (f"`{robot.name}`", robot.size or "", verdict, said, f"{robot.seconds:.2f} s")
             lines.append("| " + " | ".join(map(str, cells)) + " |")
     return "\n".join([*lines, ""])

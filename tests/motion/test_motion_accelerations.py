@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.analysis.accelerations import Accelerations
+from mecanique.motion.analysis.accelerations import AccelerationLaw
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.program import Program
 from mecanique.motion.record.curve import Curve
@@ -26,7 +26,7 @@ def linkage() -> mq.Motion:
 def test_the_program_answers_as_the_reference() -> None:
     motion = linkage()
     t, q, v = motion.t, motion.q, motion.v
-    quick = Accelerations(motion.mechanism, motion.reference)
+    quick = AccelerationLaw(motion.mechanism, motion.reference)
     found, sure = quick._by_program(t, q, v)
     assert sure.all()
     right = motion.reference.acceleration(q, v, t)
@@ -40,7 +40,7 @@ def test_a_program_that_disagrees_along_the_motion_is_not_asked() -> None:
     assert isinstance(program, Program)
     wrong = program.tape.multiply(program.rates[-1], 1.0 + 1e-6)
     code._program = replace(program, rates=(*program.rates[:-1], wrong))
-    quick = Accelerations(motion.mechanism, motion.reference)
+    quick = AccelerationLaw(motion.mechanism, motion.reference)
     assert not quick._by_program(motion.t, motion.q, motion.v)[1].any()
     assert motion.audit().ok
 

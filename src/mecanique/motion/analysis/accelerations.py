@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from mecanique.motion.compile.program import Program
     from mecanique.reference import Reference
 
-__all__ = ["Accelerations"]
+__all__ = ["AccelerationLaw"]
 
 _CHECKED = 24
 """At so many states of each call the reference is asked as well."""
@@ -39,7 +39,7 @@ _PROBE = 1e-4
 
 @final
 @dataclass(frozen=True)
-class Accelerations:
+class AccelerationLaw:
     """Gives accelerations at states of a motion.
 
     Args:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.motion.analysis.accelerations import Accelerations
+from mecanique.motion.analysis.accelerations import AccelerationLaw
 from mecanique.motion.record.quadrature import integral
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def momentum_balances(motion: Motion) -> Iterator[Balance]:
     ):
         return
 
-    accelerations = Accelerations(mechanism, reference)
+    accelerations = AccelerationLaw(mechanism, reference)
 
     def rates(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         force, moment, center = reference.resultant(q, v, t, accelerations(t, q, v))

@@ -38,23 +38,17 @@ class Whole:
     def momentum(self, q: Array, v: Array, t: float) -> Array:
         """Return linear, angular about origin and center of mass, and that center, shape (4, 3)."""
         tree = self._tree
+        tree.move(q, v, t)
         model, data = tree.engine.model, tree.engine.data
-        tree.chart.place(q, t)
-        u = tree.chart.at(q, v, t)
-        if tree.moving_mass:
-            total = self._pin.computeCentroidalMomentum(model, data, tree.chart.p, u)
-            center = np.array(data.com[0])
-        else:
-            self._pin.forwardKinematics(model, data, tree.chart.p, u)
-            total, center = self._pin.Force.Zero(), np.zeros(3)
-            for joint in self._joints:
-                total += data.oMi[joint].act(model.inertias[joint] * data.v[joint])
-        linear, angular = total.linear, total.angular
+        total = self._pin.Force.Zero()
+        for joint in self._joints:
+            total += data.oMi[joint].act(model.inertias[joint] * data.v[joint])
+        linear, angular, center = total.linear, total.angular, self._center()
         # for single vectors np.cross takes three times as long
         x, y, z = center.tolist()
         px, py, pz = linear.tolist()
         orbital = np.array((y * pz - z * py, z * px - x * pz, x * py - y * px))
-        return np.array([linear, angular + orbital, angular, center])
+        return np.array([linear, angular, angular - orbital, center])
 
     def center(self, q: Array, v: Array, t: float, a: Array) -> Array:
         """Return position, velocity, acceleration of the moving bodies' center, shape (3, 3)."""
@@ -72,3 +66,11 @@ class Whole:
         turned[:, 0] += np.array(self._places).reshape(-1, 3)
         mean = self._masses @ turned.reshape(len(self._masses), 9)
         return np.asarray(mean).reshape(3, 3) / self._tree.moving_mass
+
+    def _center(self) -> Array:
+        """The center of mass where the work space is, the origin if there is no mass."""
+        if not self._tree.moving_mass:
+            return np.zeros(3)
+        turned = np.array(self._turns) @ self._levers[:, :, None]
+        centers = turned[:, :, 0] + np.array(self._places)
+        return np.asarray(self._masses @ centers) / self._tree.moving_mass
