@@ -32,7 +32,7 @@ from mecanique.verification import derivations as sources
 from mecanique.verification.causes.cause import Cause
 from mecanique.verification.causes.coordinates import state_changes
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.fitted import deviations
+from mecanique.verification.causes.fitted import Amount, deviations, say_turn
 from mecanique.verification.causes.frames import frame_changes
 from mecanique.verification.causes.inertias import fit_inertias
 from mecanique.verification.causes.joints import gravity_changes, joint_changes
@@ -669,3 +669,72 @@ def test_each_kind_of_another_inertia_is_fitted_and_named_with_its_number(
         if one.where == "link 'arm'" and evidence.residual(one.answers) < 1e-9
     ]
     assert any(kind == one and words in text for one, text in fitting), fitting
+
+
+def swinging_box(factor: float = 1.0, rotor: float = 0.0) -> mq.Mechanism:
+    """A box on a hinge, with moments of inertia times a factor and a rotor [kg·m²] in the hinge."""
+    box = mq.box(1.7, (0.3, 0.2, 0.5)).at((0.1, 0, -0.2))
+    hinge = mq.Revolute("hinge", "ground", "box", axis=(0, 1, 0), armature=rotor)
+    mechanism = mq.Mechanism("box", (mq.Body("ground"), mq.Body("box", box)), (hinge,))
+    (body,) = (body for body in mechanism.bodies if body.name == "box")
+    mass, center, inertia = parts(mechanism, body)
+    return with_body(mechanism, "box", mass, center, factor * inertia)
+
+
+@pytest.mark.parametrize(
+    ("factor", "rotor", "kind"),
+    [(1.3, 0.0, "inertia"), (1.0, 0.05, "armature"), (1.0, 0.0123457, "armature")],
+)
+def test_of_what_explains_as_well_the_plainest_number_comes_first(
+    factor: float, rotor: float, kind: str
+) -> None:
+    """One hinge feels rotor + iyy alone: a round factor, a round rotor, else a rotor left out."""
+    mechanism = swinging_box()
+    states = random_states(mechanism, 6, 3)
+    first = causes_of(mechanism, states, told_by(swinging_box(factor, rotor))(states))[0]
+    assert first.kind == kind
+    assert {"inertia", "armature"} - {kind} <= {cause.kind for cause in first.alike}
+
+
+def test_plain_amounts_come_before_odd_and_large_ones() -> None:
+    assert Amount.of(1.3 * 0.0213312, 0.0213312).digits == 2  # times 1.3
+    assert Amount.of(0.0213312 + 0.005, 0.0213312).digits == 1
+    assert Amount.of(0.2123456, 0.2).digits == 6
+    round_one, odd = Amount.of(0.26, 0.2, ways=6), Amount.of(0.2123456, 0.2)
+    assert round_one < odd
+    assert odd < Amount.of(0.2123456, 0.2, ways=3)
+    assert odd < Amount.of(0.3123456, 0.2)
+    assert Amount.of(0.01, 0.0, beside=0.1).share == pytest.approx(0.1)
+    assert Amount.of(0.01).share == 1.0
+    assert Amount.of_all(np.array([0.01, 0.0, 0.0212345]), 0.1).digits == 6
+
+
+def test_a_turn_is_given_by_half_a_turn_at_most() -> None:
+    assert say_turn(np.array([0.0, 0.0, np.radians(350.0)])) == "10° about (0, 0, -1)"
+
+
+@pytest.mark.parametrize("large", ["axis", "length"])
+def test_a_mistake_beside_one_that_changes_everything_is_named_too(large: str) -> None:
+    """The axis of the first joint is turned round, or 4 m are 4 km, and a far inertia is off."""
+    arm = mq.textbook.load("two_link_arm")
+    arm = mq.read_urdf(mq.write_urdf(arm))
+    first, second = (joint for joint in arm.joints if isinstance(joint, mq.Revolute))
+    (body,) = (body for body in arm.bodies if body.name == second.child)
+    mass, center, inertia = parts(arm, body)
+    x, y, z = arm.evaluate_all(second.origin.xyz)
+    changes: dict[str, tuple[str, dict[str, Any], str]] = {
+        "axis": (first.name, {"axis": tuple(-np.array(first.axis))}, "axis sign"),
+        "length": (
+            second.name,
+            {"origin": mq.Placement((1e3 * x, 1e3 * y, 1e3 * z))},
+            "length unit",
+        ),
+    }
+    name, change, kind = changes[large]
+    other = with_body(with_joint(arm, name, **change), body.name, mass, center, 1.3 * inertia)
+    states = random_states(arm, 6, 3)
+    (cause,) = causes_of(arm, states, told_by(other)(states))
+    named = {(part.kind, part.where) for part in cause.parts}
+    assert (kind, f"joint {name!r}") in named
+    assert len(named) == 2
+    assert cause.removes

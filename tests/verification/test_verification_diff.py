@@ -60,6 +60,9 @@ C = np.array([0.1, 0.2, -0.3])
 LEVER = 2 * (C @ C * np.eye(3) - np.outer(C, C))
 TURN = np.array(mq.Placement(rpy=(0.2, 0.4, 0.1)).rotation, dtype=float)
 REORDERED = "0.7 0.5 0.3"
+MOVING = "0.556103377 0.160617815 0.8230825"
+"""Rx(0.3) Ry(0.5) Rz(0.7) as turns about fixed axes."""
+
 SLIPS = {
     "grams for kilograms": ('value="2"', 'value="2000"'),
     "a decimal point (×10)": ('value="2"', 'value="20"'),
@@ -73,6 +76,9 @@ SLIPS = {
     "the same principal moments about": (_INERTIA, _written(TURN @ TENSOR @ TURN.T)),
     "products of inertia left out": (_INERTIA, _written(DIAGONAL)),
     "degrees for radians": ('rpy="0.3 0.5 0.7"', 'rpy="17.1887339 28.6478898 40.1070457"'),
+    "×10 of iyy alone": (_INERTIA, _INERTIA.replace("0.02", "0.2", 1)),
+    "rpy in the order r, y, p": ('rpy="0.3 0.5 0.7"', 'rpy="0.3 0.7 0.5"'),
+    "turned about moving axes x, y, z": ('rpy="0.3 0.5 0.7"', f'rpy="{MOVING}"'),
     "rpy in the order y, p, r": ('rpy="0.3 0.5 0.7"', f'rpy="{REORDERED}"'),
     "the other sign": ('lower="-1" upper="1.5"', 'lower="1" upper="-1.5"'),
     "reversed": ('"0.3 0.5 0.7"/><axis xyz="0 1 0"/>', '"0.3 0.5 0.7"/><axis xyz="0 -1 0"/>'),

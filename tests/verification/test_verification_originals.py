@@ -87,6 +87,18 @@ def test_a_dropped_inertial_does_not_agree(
 
 
 @pytest.mark.engine
+def test_other_engines_read_the_file_besides_pinocchio() -> None:
+    """MuJoCo reads a number with a blank behind it, Pinocchio does not."""
+    pytest.importorskip("mujoco")
+    text = ARM.replace('value="0.5"', 'value="0.5 "', 1)
+    verdict = mq.verify(read_urdf(text), samples=3, engines=("mujoco",))
+    pinocchio, mujoco = verdict.readings
+    assert pinocchio.differs
+    assert not mujoco.differs
+    assert not verdict.agrees
+
+
+@pytest.mark.engine
 def test_a_refusal_is_told_and_equations_still_agree() -> None:
     text = ARM.replace('effort="1"', 'effort="-1"')
     verdict = mq.verify(read_urdf(text), samples=3)
@@ -115,7 +127,13 @@ def test_an_engine_that_is_not_installed_or_known(monkeypatch: pytest.MonkeyPatc
 
     drake = replace(engines.ENGINES["drake"], package="no-such-package")
     monkeypatch.setitem(engines.ENGINES, "drake", drake)
-    assert "not installed (pip install no-such-package)" in reading(ARM, "drake").refused
+    found = reading(ARM, "drake")
+    said = "Drake did not read the file: it is not installed"
+    assert found.sentences() == (f"{said} (pip install no-such-package)",)
+    assert not found.refused
+    verdict = mq.verify(read_urdf(ARM), samples=3, engines=("drake",))
+    assert verdict.agrees
+    assert verdict.summary.endswith(f"; {said}")
     with pytest.raises(mq.UnknownNameError, match="bullet"):
         reading(ARM, "bullet")
 

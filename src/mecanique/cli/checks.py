@@ -34,10 +34,12 @@ class Check:
     Args:
         verdict: of the comparison.
         facts: the facts of a textbook system; none of any other.
+        states: whether to print the states where what disagrees is worst.
     """
 
     verdict: mq.Verdict
     facts: tuple[FactRow, ...]
+    states: bool = False
 
     @property
     def right(self) -> bool:
@@ -51,7 +53,8 @@ class Check:
         return json.dumps(whole, ensure_ascii=False, allow_nan=False, indent=2)
 
     def __str__(self) -> str:
-        return "\n".join([str(self.verdict), *map(str, self.facts)])
+        states = self.verdict.worst_states if self.states else ()
+        return "\n".join([str(self.verdict), *states, *map(str, self.facts)])
 
 
 def textbook_facts(system: str, parameters: Sequence[str], seed: int) -> tuple[FactRow, ...]:

@@ -170,10 +170,11 @@ def book(as_json: bool) -> None:
 )
 @click.option(
     "--engines",
-    default="pinocchio",
+    default="",
     metavar="NAMES",
-    help="Engines that read the file itself, with commas: pinocchio, mujoco, drake.",
+    help="Engines that read the file itself besides Pinocchio, with commas: mujoco, drake.",
 )
+@click.option("--states", is_flag=True, help="Print the states where what disagrees is worst.")
 @click.option("--all", "every", is_flag=True, help="Verify every textbook system.")
 @click.option("--robots", is_flag=True, help="Verify every robot of example-robot-data.")
 @options.as_json
@@ -188,6 +189,7 @@ def verify(
     header: Path | None,
     tolerance: float | None,
     engines: str,
+    states: bool,
     every: bool,
     robots: bool,
     as_json: bool,
@@ -227,7 +229,7 @@ def verify(
             progress=advance,
         )
         facts = () if against is not None else textbook_facts(system, parameters, seed)
-    check = Check(verdict, facts)
+    check = Check(verdict, facts, states)
     say(check.to_json() if as_json else str(check))
     if not check.right:
         raise Exit(1)

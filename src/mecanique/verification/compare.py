@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["compare", "judge", "verify"]
 
 _USUAL = ("pinocchio",)
-"""Engines that read a mechanism's file themselves, unless others are asked for."""
+"""Engines that read a mechanism's file themselves in any case."""
 
 _EXPLAINED = 12
 """The most states at which a disagreement is explained."""
@@ -42,7 +42,7 @@ def verify(
     against: Other | None = None,
     header: str | os.PathLike[str] | None = None,
     tolerance: float | None = None,
-    engines: Sequence[str] = _USUAL,
+    engines: Sequence[str] = (),
     progress: Callable[[str, float], None] | None = None,
 ) -> Verdict:
     """Compare the equations of motion derived in-house with another source at random states.
@@ -75,9 +75,9 @@ def verify(
             (`mecanique.verification.rounding.contributions`), everything else, and another
             source, by 1e-9. Where rounding alone explains more, it may differ by so much; the
             verdict says so.
-        engines: those that read the file itself, if the mechanism was read from one, with their own
-            parsers: "pinocchio", "mujoco", "drake" (extra `engines`). Where their mass matrix or
-            bias differs, the verdict says why, and does not agree.
+        engines: those that read the file itself as well as Pinocchio, if the mechanism was read
+            from one, with their own parsers: "mujoco", "drake" (extra `engines`). Where the mass
+            matrix or bias of one differs, the verdict says why, and does not agree.
         progress: called with what is compared next and the fraction done.
 
     Returns:
@@ -102,11 +102,12 @@ def verify(
         return compare_with(mechanism, against, samples, seed, tolerance or TOLERANCE, header)
     verdict = compare(mechanism, samples, seed, tolerance=tolerance, progress=progress)
     found = verdict if verdict.agrees else _explain(verdict, mechanism)
-    if mechanism.origin is None and tuple(engines) == _USUAL:
+    if mechanism.origin is None and not engines:
         return found  # nothing was read from a file
     from mecanique.verification.originals.engines import read_by
 
-    return replace(found, readings=read_by(mechanism, engines, seed))
+    everyone = list(dict.fromkeys((*_USUAL, *engines)))
+    return replace(found, readings=read_by(mechanism, everyone, seed))
 
 
 def compare(

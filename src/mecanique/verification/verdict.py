@@ -28,8 +28,8 @@ NOT_INSTALLED = "not installed"
 TOLERANCE = 1e-9
 """Largest relative difference that counts as agreement of what is solved for, or has forces."""
 
-_FEW = 8
-"""States of more coordinates than this are no reading: they stand in JSON only."""
+_FEW = 4
+"""States of more coordinates than this are no reading: they are given on request."""
 
 _MOST_FLAWS = 10
 """As many flaws of a description stand in the text of a verdict; JSON has all of them."""
@@ -155,7 +155,7 @@ class Verdict:
             f"{say_count(self.samples, 'state')} of {self.given}" if self.given else self._random
         )
         also = [f"{say_count(len(self.flaws), 'flaw')} in its description"] if self.flaws else []
-        also += [f"{r.engine} refuses the file itself" for r in self.readings if r.refused]
+        also += [r.said for r in self.readings if r.said and not r.differs]
         rest = "".join(f"; {remark}" for remark in also)
         if self.agrees:
             agreed = f"{self.mechanism}: agrees at {where}"
@@ -163,7 +163,7 @@ class Verdict:
         rows = [row for row in self.rows if not row.agrees]
         bad = dict.fromkeys(row.quantity for row in rows)
         allowed = max((row.allowed for row in rows), default=self.tolerance)
-        differ = [f"{r.engine} reads the file itself otherwise" for r in self.readings if r.differs]
+        differ = [reading.said for reading in self.readings if reading.differs]
         names = ", ".join([*bad, *differ]) or "nothing was compared"
         said = f"{self.mechanism}: DISAGREES at {where}: {names} "
         return f"{said}(tolerance {allowed:.0e}){rest}"
@@ -239,7 +239,7 @@ class Verdict:
         causes = [cause for cause in self.causes if cause not in known]
         lines = [f"likely cause {k}: {cause}" for k, cause in enumerate(causes, 1)]
         lines += [sentence for reading in self.readings for sentence in reading.sentences()]
-        short = len(self.coordinates) <= _FEW
+        short = len(self.coordinates) <= _FEW and self.difference is None
         for row in self.rows:
             pair = f"{row.quantity}, {' and '.join(row.sources)}"
             if row.remark:
@@ -257,8 +257,17 @@ class Verdict:
                     lines.append(f"{pair}: worst{entry}{more}")
         lines += self._by_entry
         if not short and not all(row.agrees for row in self.rows):
-            lines.append("the states where they differ most are in to_json(), --json")
+            lines.append("the states where they differ most: worst_states, --states")
         return (*lines, *self.notes, *self._flaws)
+
+    @property
+    def worst_states(self) -> tuple[str, ...]:
+        """Where what disagrees is worst, quantity by quantity, with the whole state."""
+        return tuple(
+            f"{row.quantity}, {' and '.join(row.sources)}: worst at {self.state(row)}"
+            for row in self.rows
+            if not row.agrees
+        )
 
     @property
     def _flaws(self) -> tuple[str, ...]:

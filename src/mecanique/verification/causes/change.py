@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, TypeVar, final
@@ -12,10 +11,10 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.verification.causes.evidence import Evidence
+from mecanique.verification.causes.fitted import Amount
 
-__all__ = ["Change", "Guess", "count_digits", "fit", "promising"]
+__all__ = ["Change", "Guess", "fit", "promising"]
 
-_NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?)(?:e[-+]?[0-9]+)?")
 _MOST = 4000
 """Experiments evaluated at once."""
 
@@ -53,7 +52,7 @@ class Change:
         text: what the other source seems to do, in a sentence.
         answers: what the changed mechanism predicts, shape (n, nv).
         free: how many numbers were chosen so that it fits.
-        digits: how many decimal digits the first of these has.
+        amount: how plain these are.
         origins: frames of the changed mechanism's joints, by place in the tree.
         moments: its links' mass moments, by place; a change with neither only adds to the answers.
         slopes: of the answers by each number chosen, shape (free, n, nv).
@@ -64,7 +63,7 @@ class Change:
     text: str
     answers: Array
     free: int = 0
-    digits: int = 0
+    amount: Amount = field(default_factory=Amount)
     origins: Mapping[int, Array] = field(default_factory=dict)
     moments: Mapping[int, Array] = field(default_factory=dict)
     slopes: Array | None = None
@@ -98,17 +97,6 @@ def promising(
             yield Change(
                 guess.kind, guess.where, guess.text, found, origins=origins, moments=moments
             )
-
-
-def count_digits(text: str, where: str = "") -> int:
-    """Return how many digits the first number of a sentence has; hands choose round numbers.
-
-    Args:
-        text: the sentence.
-        where: what is no number in it.
-    """
-    found = _NUMBER.search(text.replace(where, ""))
-    return len(found[1].replace(".", "").strip("0")) if found else 0
 
 
 def fit(evidence: Evidence, columns: Array) -> tuple[Array, Array]:

@@ -9,10 +9,17 @@ from typing import final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.verification.causes.change import Change, count_digits
+from mecanique.verification.causes.change import Change
 from mecanique.verification.causes.descent import descend
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.fitted import deviations, give, give_all, say_turn, turn_about
+from mecanique.verification.causes.fitted import (
+    Amount,
+    deviations,
+    give,
+    give_all,
+    say_turn,
+    turn_about,
+)
 from mecanique.verification.causes.moments import moments_of, parts_of
 
 __all__ = ["LinkEffect", "fit_inertias"]
@@ -41,12 +48,14 @@ class _Family:
         kind: of the mistake.
         make: mass, center and inertia about it of some numbers.
         say: what they mean, in words, with their standard deviations.
+        amount: how plain they are.
         starts: where to begin, each shape (numbers,).
     """
 
     kind: str
     make: Callable[[Array], tuple[float, Array, Array]]
     say: Callable[[Array, Array], str]
+    amount: Callable[[Array], Amount]
     starts: tuple[Array, ...]
 
 
@@ -152,8 +161,7 @@ def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Change]:
                 sigma = deviations((np.array(near) - at) / _SMALL, left, evidence.tau.size)
             other = moments_of(*found)
             answers = effect.answers(evidence, (other - J)[_UPPER])
-            text = family.say(x, sigma)
-            change = text.replace("LINK", where)
+            change = family.say(x, sigma).replace("LINK", where)
             slopes = [
                 effect.columns @ (moments_of(*family.make(x + _SMALL * unit)) - other)[_UPPER]
                 for unit in np.eye(len(x))
@@ -164,7 +172,7 @@ def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Change]:
                 change,
                 answers,
                 len(x),
-                count_digits(text),
+                family.amount(x),
                 moments={k: other},
                 slopes=np.array(slopes) / _SMALL,
             )
@@ -190,11 +198,16 @@ def _families(
     m: float, c: Array, inertia: Array, turned: Array, *, root: bool
 ) -> Iterator[_Family]:
     mass, one = "root mass" if root else "link mass", np.zeros(1)
+
+    def heavier(numbers: int) -> Callable[[Array], Amount]:
+        return lambda x: Amount.of(m * (1 + x[0]), m, ways=numbers)
+
     J = moments_of(m, c, inertia)
     yield _Family(
         mass,
         lambda x: (m * (1 + x[0]), c, inertia),
         lambda x, s: f"mass of LINK: {give(m * (1 + x[0]), m * s[0])} kg instead of {m:.6g} kg",
+        heavier(1),
         (one,),
     )
     yield _Family(
@@ -204,6 +217,7 @@ def _families(
             f"mass and inertia of LINK times {give(1 + x[0], s[0])} "
             f"(mass {give(m * (1 + x[0]), m * s[0])} kg)"
         ),
+        heavier(7),
         (one,),
     )
     if c.any():
@@ -214,6 +228,7 @@ def _families(
                 f"a point mass of {give(m * abs(x[0]), m * s[0])} kg "
                 f"{'more' if x[0] > 0 else 'less'} at the origin of LINK (mass {m:.6g} kg)"
             ),
+            heavier(10),
             (one,),
         )
     size = float(np.sqrt(max(np.trace(inertia), 1e-12 * m) / m))
@@ -223,6 +238,7 @@ def _families(
         "center of mass",
         lambda x: (m, c + size * x, inertia),
         lambda x, s: f"center of mass of LINK moved by ({give_all(size * x)}) m",
+        lambda x: Amount.of_all(size * x, float(np.linalg.norm(c))),
         (np.zeros(3),),
     )
     if inertia.any():
@@ -231,12 +247,19 @@ def _families(
 
 def _move_along(m: float, c: Array, inertia: Array, step: Array, name: str) -> _Family:
     size = float(np.linalg.norm(step))
+    axis = step / size
+
+    def amount(x: Array) -> Amount:
+        old = float(c @ axis)
+        return Amount.of(old + size * x[0], old, float(np.linalg.norm(c)), ways=3)
+
     return _Family(
         "center of mass",
         lambda x: (m, c + x[0] * step, inertia),
         lambda x, s: (
             f"center of mass of LINK moved by {give(size * x[0], size * s[0])} m along {name}"
         ),
+        amount,
         (np.zeros(1),),
     )
 
@@ -247,6 +270,7 @@ def _inertias(m: float, c: Array, inertia: Array, turned: Array) -> Iterator[_Fa
         "inertia",
         lambda x: (m, c, inertia * (1 + x[0])),
         lambda x, s: f"inertia of LINK times {give(1 + x[0], s[0])}",
+        lambda x: Amount.of(1 + x[0], 1.0, ways=6),
         (np.zeros(1),),
     )
     for i, k in zip(*np.triu_indices(3), strict=True):
@@ -256,6 +280,7 @@ def _inertias(m: float, c: Array, inertia: Array, turned: Array) -> Iterator[_Fa
         "inertia turn",
         lambda x: (m, c, turn_about(x) @ inertia @ turn_about(x).T),
         lambda x, s: f"inertia of LINK turned by {say_turn(x)}",
+        lambda x: Amount.of_all(np.degrees(x), 180.0),
         (np.zeros(3), turned, *rng.uniform(-2, 2, size=(_TURNS, 3))),
     )
     yield _Family(
@@ -265,6 +290,7 @@ def _inertias(m: float, c: Array, inertia: Array, turned: Array) -> Iterator[_Fa
             "inertia of LINK about its center of mass: ixx, ixy, ixz, iyy, iyz, izz = "
             f"{give_all((inertia + size * _symmetric(x))[np.triu_indices(3)])} kg·m²"
         ),
+        lambda x: Amount.of_all(inertia[np.triu_indices(3)] + size * x, size),
         (np.zeros(6),),
     )
 
@@ -281,6 +307,7 @@ def _entry(m: float, c: Array, inertia: Array, at: tuple[int, int]) -> _Family:
             f"{name} of LINK: {give(own + size * x[0], size * s[0])} kg·m² "
             f"instead of {own:.6g} kg·m²"
         ),
+        lambda x: Amount.of(own + size * x[0], own, ways=6),
         (np.zeros(1),),
     )
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.model.force_base import loads_in
 from mecanique.model.joints import Single
-from mecanique.verification.causes.change import Change, count_digits, fit
+from mecanique.verification.causes.change import Change, fit
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.fitted import deviations, give
+from mecanique.verification.causes.fitted import Amount, deviations, give
 
 __all__ = ["gravity_changes", "joint_changes"]
 
@@ -60,8 +61,9 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
                 left = float(evidence.residual(answers))
                 sigma = deviations(slope, left, evidence.tau.size) if evidence.is_measured else [0]
                 text = _text(kind, where, amounts[0], own[k], unit, float(sigma[0]))
-                digits = count_digits(text, where)
-                yield Change(kind, where, text, answers, 1, digits, slopes=columns[k : k + 1])
+                # a rotor or friction that one side does not count is likelier than any odd number
+                amount = replace(Amount.of(own[k] + amounts[0], own[k]), share=0.0)
+                yield Change(kind, where, text, answers, 1, amount, slopes=columns[k : k + 1])
         if len(free) > 1:
             amounts, answers = fit(evidence, columns.sum(axis=0)[None])
             if amounts[0] + own.min() > -1e-9 * abs(amounts[0]):

@@ -10,10 +10,10 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.model.placement import rotation
-from mecanique.verification.causes.change import Change, count_digits
+from mecanique.verification.causes.change import Change
 from mecanique.verification.causes.descent import descend
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.fitted import give_all, say_turn, turn_about
+from mecanique.verification.causes.fitted import Amount, give_all, say_turn, turn_about
 from mecanique.verification.causes.frames import Frames, answers_of, with_axis
 
 __all__ = ["placement_changes"]
@@ -38,11 +38,13 @@ class _Family:
         name: of the way, alike for all joints.
         numbers: how many.
         make: the frames of some numbers, with their text.
+        amount: how plain they are.
     """
 
     name: str
     numbers: int
     make: Callable[[Array], Frames]
+    amount: Callable[[Array], Amount]
 
 
 def placement_changes(evidence: Evidence) -> Iterator[Change]:
@@ -80,7 +82,7 @@ def placement_changes(evidence: Evidence) -> Iterator[Change]:
             text=frames.text,
             answers=answers,
             free=family.numbers,
-            digits=count_digits(frames.text, frames.where),
+            amount=family.amount(x),
             origins=frames.origins,
             moments=frames.moments,
             slopes=(np.array(others) - answers) / _SMALL,
@@ -173,6 +175,7 @@ def _families(evidence: Evidence, k: int) -> Iterator[_Family]:
                 p + size * x[0] * axis,
                 f"origin of {where} moved by {size * x[0]:.6g} m along {name}",
             ),
+            lambda x: Amount.of(float(p @ axis) + size * x[0], float(p @ axis), far, ways=3),
         )
 
     def change_angle(at: int, name: str) -> _Family:
@@ -182,7 +185,14 @@ def _families(evidence: Evidence, k: int) -> Iterator[_Family]:
             R = np.array(rotation((roll, pitch, yaw)), dtype=float)
             return face(R, f"{name} of {where}: {said}")
 
-        return _Family(name, 1, make)
+        def amount(x: Array) -> Amount:
+            radians, degrees = (
+                Amount.of(unit * (rpy[at] + x[0]), unit * rpy[at], unit * np.pi, ways=3)
+                for unit in (1.0, np.degrees(1.0))
+            )
+            return min(radians, degrees)
+
+        return _Family(name, 1, make, amount)
 
     def spin_about(at: int) -> _Family:
         return _Family(
@@ -192,9 +202,11 @@ def _families(evidence: Evidence, k: int) -> Iterator[_Family]:
                 R @ turn_about(x[0] * np.eye(3)[at]),
                 f"{where} turned by {np.degrees(x[0]):.6g}° about its {'xyz'[at]}",
             ),
+            lambda x: Amount.of(np.degrees(x[0]), beside=180.0, ways=3),
         )
 
     p, R = X[:3, 3], X[:3, :3]
+    far = float(np.linalg.norm(p))
     rpy = np.array(evidence.mechanism.evaluate_all(link.origin.rpy))
     yield from (shift_along(axis, name) for axis, name in zip(np.eye(3), "xyz", strict=True))
     if np.count_nonzero(p) > 1:
@@ -202,15 +214,22 @@ def _families(evidence: Evidence, k: int) -> Iterator[_Family]:
             "longer",
             1,
             lambda x: place_at(p * (1 + x[0]), f"position of {where} times {1 + x[0]:.6g}"),
+            lambda x: Amount.of(1 + x[0], 1.0, ways=3),
         )
     yield _Family(
         "shift",
         3,
         lambda x: place_at(p + size * x, f"origin of {where} moved by ({give_all(size * x)}) m"),
+        lambda x: Amount.of_all(size * x, far),
     )
     yield from (change_angle(at, name) for at, name in enumerate(("roll", "pitch", "yaw")))
     yield from map(spin_about, range(3))
-    yield _Family("turn", 3, lambda x: face(R @ turn_about(x), f"{where} turned by {say_turn(x)}"))
+    yield _Family(
+        "turn",
+        3,
+        lambda x: face(R @ turn_about(x), f"{where} turned by {say_turn(x)}"),
+        lambda x: Amount.of_all(np.degrees(x), 180.0),
+    )
     if link.kind in ("turn", "slide"):
         own = np.array(link.axis)
         aside = np.linalg.svd(own[None])[2][1:]
@@ -219,8 +238,13 @@ def _families(evidence: Evidence, k: int) -> Iterator[_Family]:
             axis = turn_about(x @ aside) @ own
             return with_axis(evidence, k, axis, f"axis of {where} along ({give_all(axis)})")
 
-        yield _Family("tilt", 2, tilt)
-    yield _Family("place", 6, lambda x: _both(k, X, where, size * x[:3], x[3:]))
+        yield _Family("tilt", 2, tilt, lambda x: Amount.of_all(np.degrees(x), 180.0))
+    yield _Family(
+        "place",
+        6,
+        lambda x: _both(k, X, where, size * x[:3], x[3:]),
+        lambda x: Amount.of_all(size * x[:3], far),
+    )
 
 
 def _both(k: int, X: Array, where: str, shift: Array, turn: Array) -> Frames:

@@ -28,6 +28,9 @@ _SAME = 1.2
 _REMOVED = 1e-4
 """A change that leaves less than this part of the difference explains it."""
 
+_ROUNDED = 1e-12
+"""A change that leaves less than this leaves nothing but rounding."""
+
 _WORTH = 0.5
 """Changes that leave more than this part of the difference are not reported."""
 
@@ -80,10 +83,16 @@ def causes_of(
         return ()
     changes = _changes(evidence)
     causes = _rank(evidence, changes)
-    if evidence.is_measured or (causes and causes[0].after <= _limit(evidence.before, 0.0)):
+    limit = _limit(evidence.before, 0.0)
+    if evidence.is_measured:
         return causes
-    pair = _find_pair(evidence, changes)
-    return causes if pair is None else (pair, *causes[: _MOST - 1])
+    if causes and causes[0].after <= limit:
+        if causes[0].after <= _ROUNDED:
+            return causes
+        limit = _REMOVED * causes[0].after  # a small mistake may stand beside a large one
+    pair = _find_pair(evidence, changes, limit)
+    # beside two mistakes that remove the difference, no single one is worth reporting
+    return causes if pair is None else (pair,)
 
 
 def _changes(evidence: Evidence) -> list[Change]:
@@ -118,10 +127,10 @@ def _rank(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
     if not worth:
         return ()
     bound = _limit(before, float(after[worth].min()))
-    # what explains equally well is ordered by how few numbers had to be chosen, then as listed
-    # and of one mistake in one place, only what chooses fewest
+    # what explains equally well is ordered by how few numbers had to be chosen, by how plain these
+    # are, then as listed; of one mistake in one place, only what chooses fewest
     good = (k for k in worth if after[k] <= bound)
-    order = sorted(good, key=lambda k: (changes[k].free, changes[k].digits, k))
+    order = sorted(good, key=lambda k: (changes[k].free, changes[k].amount, k))
     equal = list(_first_of_each(changes, order))
     rest = sorted((k for k in worth if after[k] > bound), key=lambda k: float(after[k]))
     found = {
@@ -141,35 +150,34 @@ def _rank(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
     return (replace(causes[0], alike=tuple(twins)), *causes[1:_MOST])
 
 
-def _find_pair(evidence: Evidence, changes: list[Change]) -> Cause | None:
+def _find_pair(evidence: Evidence, changes: list[Change], limit: float) -> Cause | None:
     """Two changes in different places that explain everything together.
 
     Each is fitted in turn beside the other; together they converge, as their effects are nearly
     independent of each other.
     """
-    known = [change for change in changes if change.where]
+    known = _in_places(changes)
     after = np.array([float(evidence.residual(change.answers)) for change in known])
     order = [k for k in np.argsort(after, kind="stable") if after[k] < _HINT * evidence.before]
     starts = {known[k].where: known[k] for k in reversed(order)}
     most = _STARTS if evidence.mechanism.nv <= _SMALL else _FEW
     places = list(dict.fromkeys(known[k].where for k in order))[:most]
     for place in places:
-        found = _alternate(evidence, starts[place])
+        found = _alternate(evidence, starts[place], limit)
         if found:
             return found
     return None
 
 
-def _alternate(evidence: Evidence, first: Change) -> Cause | None:
+def _alternate(evidence: Evidence, first: Change, limit: float) -> Cause | None:
     """Fit a second change beside the first, then the first beside the second, and so on."""
-    limit, worst = _limit(evidence.before, 0.0), _HALFWAY * evidence.before
-    this, cause = first, None
+    this, cause, worst = first, None, _HALFWAY * evidence.before
     for turn in range(_TURNS):
         left = evidence.after(this.answers - evidence.base, this.origins, this.moments, this.slopes)
         changes = [
             change
-            for change in _changes(left)
-            if change.where and change.where != this.where and change.kind != "other inertia"
+            for change in _in_places(_changes(left))
+            if change.where != this.where and change.kind != "other inertia"
         ]
         causes = _rank(left, changes)
         if not causes:
@@ -185,11 +193,27 @@ def _alternate(evidence: Evidence, first: Change) -> Cause | None:
     return None
 
 
+def _in_places(changes: list[Change]) -> list[Change]:
+    """Changes in one place; of the same in two forms, the one that changes the tree: it lasts."""
+    built = {change.text for change in changes if change.origins or change.moments}
+    return [
+        change
+        for change in changes
+        if change.where and (change.origins or change.moments or change.text not in built)
+    ]
+
+
 def _join(evidence: Evidence, one: Cause, other: Cause, left: float) -> Cause:
     """Two causes as one."""
     parts = tuple(sorted((one, other), key=lambda cause: cause.where))
-    text = f"{parts[0].text}, and {parts[1].text}"
+    text = ", and ".join(_with_alike(part) for part in parts)
     return Cause("two mistakes", "", text, evidence.before, left, parts=parts)
+
+
+def _with_alike(part: Cause) -> str:
+    """A cause with what it cannot be told apart from."""
+    places = list(dict.fromkeys(one.where for one in part.alike if one.where != part.where))
+    return f"{part.text} (or the like of {', '.join(places)})" if places else part.text
 
 
 def _first_of_each(changes: list[Change], order: list[int]) -> Iterator[int]:
@@ -210,7 +234,9 @@ def _rank_samples(evidence: Evidence, changes: list[Change], after: Array) -> tu
     before, count = evidence.before, evidence.tau.size
     floor = _limit(before, 0.0)
     sizes = np.array([change.free for change in changes])
-    score = count * np.log(after**2 + floor**2) + sizes * np.log(count)
+    # of several ways to make a slip, each is as much less likely beforehand
+    ways = np.array([change.amount.ways for change in changes])
+    score = count * np.log(after**2 + floor**2) + sizes * np.log(count) + 2 * np.log(ways)
     without = count * np.log(before**2 + floor**2)
     worth: list[int] = np.flatnonzero(score < without - _EVIDENCE).tolist()
     order = sorted(worth, key=lambda k: (score[k], sizes[k], k))

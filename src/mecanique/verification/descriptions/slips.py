@@ -15,6 +15,12 @@ __all__ = ["axis_slip", "inertia_slip", "mass_slip", "place_slip", "turn_slip", 
 _CLOSE = 1e-4
 """Relative difference that digits left out in print make."""
 
+_ORDERS = "ypr", "pry", "ryp", "pyr", "yrp"
+"""Roll, pitch and yaw taken in another order."""
+
+_MOST_LIKE = 2
+"""As many slips are named where several look the same."""
+
 _SIGNS = ((-1, 1, 1), (1, -1, 1), (1, 1, -1), (-1, -1, 1), (-1, 1, -1), (1, -1, -1), (-1, -1, -1))
 
 
@@ -123,6 +129,19 @@ def _inertia_slips(mass: float, center: Array, before: Array, after: Array) -> I
     diagonal = np.diag(np.diag(before))
     if _near(after, diagonal, before):
         yield "products of inertia left out"
+    yield from _entry_slips(before, after)
+
+
+def _entry_slips(before: Array, after: Array) -> Iterator[str]:
+    """Name the slip of a single entry of an inertia."""
+    entries = [(i, k) for i in range(3) for k in range(i, 3)]
+    changed = [(i, k) for i, k in entries if not _near(after[i, k], before[i, k], before)]
+    if len(changed) != 1:
+        return
+    ((i, k),) = changed
+    for factor, text in ((1e3, "×1000"), (1e-3, "÷1000"), (10, "×10"), (0.1, "÷10"), (-1, "sign")):
+        if before[i, k] and _near(after[i, k], factor * before[i, k], after[i, k]):
+            yield f"{text} of i{'xyz'[i]}{'xyz'[k]} alone"
 
 
 def turn_slip(before: Array, after: Array) -> str:
@@ -138,23 +157,24 @@ def turn_slip(before: Array, after: Array) -> str:
         "degrees for radians": np.degrees(a),
         "radians for degrees": np.radians(a),
         "left out": 0 * a,
-        "rpy in the order y, p, r": a[::-1],
+        **{f"rpy in the order {', '.join(order)}": a[_places_in(order)] for order in _ORDERS},
         "roll with the other sign": a * [-1, 1, 1],
         "pitch with the other sign": a * [1, -1, 1],
         "yaw with the other sign": a * [1, 1, -1],
         "turns with the other sign": -a,
     }
     own = _rotation(before)
-    for text, angles in candidates.items():
-        if _near(found, _rotation(angles), np.eye(3)):
-            return text
-    if _near(found, own.T, np.eye(3)):
-        return "the other way"
+    like = [text for text, angles in candidates.items()
+            if _near(found, _rotation(angles), np.eye(3))]  # fmt: skip
     swapped = Placement(rpy=(float(a[0]), 0, 0)), Placement(rpy=(0, float(a[1]), 0))
     x, y = (np.array(p.rotation, dtype=float) for p in swapped)
     z = np.array(Placement(rpy=(0, 0, float(a[2]))).rotation, dtype=float)
     if _near(found, x @ y @ z, np.eye(3)):
-        return "turned about moving axes x, y, z instead of fixed ones"
+        like.append("turned about moving axes x, y, z instead of fixed ones")
+    if not like and _near(found, own.T, np.eye(3)):
+        like.append("the other way")
+    if like:
+        return ", or ".join(like[:_MOST_LIKE])
     for name, step in (("x", (1, 0, 0)), ("y", (0, 1, 0)), ("z", (0, 0, 1))):
         for angle in (np.pi / 2, -np.pi / 2, np.pi):
             turn = _rotation(np.array(step) * angle)
@@ -183,6 +203,10 @@ def place_slip(before: Array, after: Array) -> str:
     if before.any() and _near(after, -before[::-1], before):
         return "the other sign, exchanged"
     return ""
+
+
+def _places_in(order: str) -> list[int]:
+    return list(map("rpy".index, order))
 
 
 def _rotation(rpy: Array) -> Array:

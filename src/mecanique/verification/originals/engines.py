@@ -110,7 +110,7 @@ def _compare(tree: Mechanism, origin: Origin, engine: Engine, seed: int) -> Engi
     try:
         title = f"{title} {version(package)}"
     except PackageNotFoundError:
-        return EngineReading(title, None, f"it is not installed (pip install {package})")
+        return EngineReading(title, None, missing=f"pip install {package}")
     ours = {joint.name: joint for joint in tree.joints if isinstance(joint, Single)}
     random = np.random.default_rng(seed)
     q = {name: random.uniform(-1.0, 1.0, _STATES).tolist() for name in ours}
