@@ -6,11 +6,13 @@ Textures, lights, cameras and animations are left out; a skin is drawn in its or
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
-from typing import final
+from typing import TypeVar, final
 from xml.etree.ElementTree import Element
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mecanique.errors import InputError
 from mecanique.safe_xml import XmlRefusedError, tree_of
@@ -18,6 +20,8 @@ from mecanique.viewing.page.meshes.surface import Surface, fan
 from mecanique.viewing.scene.scene import Floats, Rgba
 
 __all__ = ["read_collada"]
+
+Number = TypeVar("Number", np.int64, np.float64)
 
 _WHITE: Rgba = (1.0, 1.0, 1.0, 1.0)
 _DEEPEST = 40
@@ -65,9 +69,7 @@ class _Reader:
         for child in node:
             kind = child.tag
             if kind in _TRANSFORMS:
-                pose = pose @ _TRANSFORMS[kind](
-                    np.array((child.text or "").split(), dtype=np.float64)
-                )
+                pose = pose @ _TRANSFORMS[kind](_numbers(child.text, np.float64))
             elif kind == "node":
                 yield from self._node(child, pose, depth + 1)
             elif kind == "instance_node":
@@ -94,10 +96,7 @@ class _Reader:
         inputs = part.findall("input")
         stride = 1 + max(int(each.get("offset", 0)) for each in inputs)
         vertex = next(each for each in inputs if each.get("semantic") == "VERTEX")
-        lists = [
-            np.array((p.text or "").split(), dtype=np.int64).reshape(-1, stride)
-            for p in part.findall("p")
-        ]
+        lists = [_numbers(p.text, np.int64).reshape(-1, stride) for p in part.findall("p")]
         if not lists:
             return np.empty((0, 3, 3))
         rows = np.concatenate(lists)[:, int(vertex.get("offset", 0))]
@@ -106,7 +105,7 @@ class _Reader:
         elif part.tag == "polygons":
             places = fan(np.array([len(each) for each in lists]))
         else:
-            places = fan(np.array((part.findtext("vcount") or "").split(), dtype=np.int64))
+            places = fan(_numbers(part.findtext("vcount"), np.int64))
         positions = next(
             each
             for each in self._resolve(vertex.get("source"))
@@ -118,7 +117,7 @@ class _Reader:
         source = self._resolve(url)
         accessor = source.find("technique_common/accessor")
         stride = int(accessor.get("stride", 1)) if accessor is not None else 3
-        values = np.array((source.findtext("float_array") or "").split(), dtype=np.float64)
+        values = _numbers(source.findtext("float_array"), np.float64)
         return values.reshape(-1, stride)[:, :3]
 
     def _color(self, url: str | None) -> Rgba | None:
@@ -131,6 +130,19 @@ class _Reader:
                 red, green, blue, _ = _rgba(diffuse.find("color")) or _WHITE
                 return red, green, blue, _opacity(shading)
         return None
+
+
+def _numbers(text: str | None, kind: type[Number]) -> NDArray[Number]:
+    """The numbers of a list; raises ValueError where something else stands among them."""
+    if not (text or "").strip():
+        return np.empty(0, dtype=kind)
+    with warnings.catch_warnings():
+        # NumPy before 2.3 only warns, and returns what stands before
+        warnings.simplefilter("error", DeprecationWarning)
+        try:
+            return np.fromstring(text or "", dtype=kind, sep=" ")
+        except DeprecationWarning as error:
+            raise ValueError(str(error)) from None
 
 
 def _opacity(shading: Element) -> float:
