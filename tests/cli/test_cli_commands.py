@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 import mecanique as mq
-from mecanique.cli import app
+from mecanique.cli import app, main
 from mecanique.reference.engine.package import MISSING, has_pinocchio
 from mecanique.verification import derivations as sources
 
@@ -31,6 +32,20 @@ def fine(*words: str) -> str:
     result = call(*words)
     assert result.exit_code == 0, result.output + repr(result.exception)
     return result.stdout
+
+
+@pytest.mark.parametrize(("given", "used"), [(None, "1"), ("3", "3")])
+def test_blas_has_one_thread_unless_the_user_wants_more(
+    given: str | None, used: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", given or "")
+    if given is None:
+        monkeypatch.delenv("OPENBLAS_NUM_THREADS")
+    monkeypatch.setattr("gc.set_threshold", lambda *_: None)
+    monkeypatch.setattr("sys.argv", ["mecanique", "--version"])
+    with pytest.raises(SystemExit, match="0"):
+        main()
+    assert os.environ["OPENBLAS_NUM_THREADS"] == used
 
 
 def test_list_names_every_system() -> None:

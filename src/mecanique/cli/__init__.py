@@ -23,6 +23,8 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         prepare_stream(stream, sys.platform)
     gc.set_threshold(_YOUNG)
+    # NumPy reads it when it is imported; threads of BLAS spin while they wait for large matrices
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     app(prog_name="mecanique")
 
 
