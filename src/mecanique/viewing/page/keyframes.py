@@ -8,6 +8,7 @@ The page sums the integers back, which loses nothing beyond the rounding.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -112,14 +113,13 @@ def varints(whole: NDArray[np.int64]) -> bytes:
         whole: shape (n,), each below 2**34 in magnitude.
     """
     folded = ((whole << 1) ^ (whole >> 63)).astype(np.uint64)
-    groups = (folded[:, None] >> np.arange(0, 35, 7, dtype=np.uint64)) & np.uint64(0x7F)
-    more = (
-        np.cumsum((groups != 0)[:, ::-1], axis=1)[:, ::-1] > 0
-    )  # a group of this rank or higher is set
-    used = more.copy()
+    longest = max(1, math.ceil(int(folded.max(initial=0)).bit_length() / 7))
+    rest = folded[:, None] >> np.arange(0, 7 * longest, 7, dtype=np.uint64)
+    groups = (rest & np.uint64(0x7F)).astype(np.uint8)
+    used = rest > 0
+    groups[:, :-1] |= np.where(used[:, 1:], np.uint8(0x80), np.uint8(0))
     used[:, 0] = True
-    groups[:, :-1] |= np.where(more[:, 1:], np.uint64(0x80), np.uint64(0))
-    return bytes(groups[used].astype(np.uint8))
+    return bytes(groups[used])
 
 
 def _cheapest(whole: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
