@@ -611,8 +611,8 @@ _TWO = """## Two slips at once
 
 Another slip, of any kind, is made in another link or joint, and the first cause must name both.
 ≈ stands where one of them is named by what cannot be told apart from it: the two fingers of panda
-move as one. A joint whose axis turns and a slip in the very link that it carries are not found
-together yet.
+move as one. Of the first link of ur5 the equations feel one number alone, so that its center is
+not told from its inertia.
 """
 
 _NOISE = """## A mass in noise

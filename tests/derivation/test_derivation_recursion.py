@@ -14,8 +14,10 @@ from mecanique import textbook
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import DerivationError
-from mecanique.model import Body, JointSpring, Mechanism, Revolute, Spring
+from mecanique.model import Body, JointSpring, Mechanism, Prismatic, Revolute, Spring, box
 from mecanique.model.joints import Floating, Spherical
+from mecanique.model.placement import Placement
+from mecanique.model.placement import rotation as rotation_by_angles
 from mecanique.model.states import States
 
 
@@ -160,3 +162,39 @@ def test_gravity_may_be_varied_as_a_whole_or_state_by_state() -> None:
     expected = Recursion(replace(mechanism, gravity=tuple(g.tolist()))).bias(some)
     for gravity in (g, np.tile(g, (4, 1))):
         np.testing.assert_allclose(Recursion(mechanism).vary(gravity=gravity).bias(some), expected)
+
+
+@pytest.mark.parametrize("joint", [Revolute, Prismatic])
+def test_a_turned_axis_is_that_of_another_joint(joint: type[Revolute | Prismatic]) -> None:
+    block = box(2.0, (0.3, 0.2, 0.5)).at((0.1, 0.2, -0.3))
+    bodies = (Body("ground"), Body("a", block), Body("b", block))
+    R = np.array(rotation_by_angles((0.3, -0.7, 1.1)), dtype=float)
+
+    def arm(axis: tuple[float, float, float]) -> Mechanism:
+        joints = (
+            joint(
+                "first", "ground", "a", axis=axis, coordinate="x", origin=Placement((0.1, 0.0, 0.4))
+            ),
+            Revolute(
+                "second",
+                "a",
+                "b",
+                axis=(0, 1, 0),
+                coordinate="y",
+                origin=Placement((0.5, 0.1, 0.0)),
+            ),
+        )
+        return Mechanism("arm", bodies, joints, gravity=(0.0, 0.0, -9.81))
+
+    plain, turned = arm((1, 0, 0)), Recursion(arm((R[0, 0], R[1, 0], R[2, 0])))
+    some, Q = states(plain, 3), np.eye(4)
+    Q[:3, :3] = R
+    a = np.random.default_rng(5).normal(size=some.v.shape)
+    for turn in (Q, np.tile(Q, (3, 1, 1))):
+        varied = Recursion(plain).vary(turns={0: turn})
+        assert difference(varied.mass_matrix(some), turned.mass_matrix(some)) < 1e-14
+        assert difference(varied.bias(some), turned.bias(some)) < 1e-14
+        assert difference(varied.regressor(some, a), turned.regressor(some, a)) < 1e-14
+        # what is varied again keeps the turn
+        again = varied.vary(moments=dict(enumerate(varied.moments)))
+        assert difference(again.bias(some), turned.bias(some)) < 1e-14

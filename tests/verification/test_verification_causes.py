@@ -32,7 +32,7 @@ from mecanique.verification import derivations as sources
 from mecanique.verification.causes.cause import Cause
 from mecanique.verification.causes.coordinates import state_changes
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.fitted import Amount, deviations, say_turn
+from mecanique.verification.causes.fitted import Amount, deviations, say_turn, turn_about
 from mecanique.verification.causes.frames import frame_changes
 from mecanique.verification.causes.inertias import fit_inertias
 from mecanique.verification.causes.joints import gravity_changes, joint_changes
@@ -311,7 +311,9 @@ def test_what_a_change_explains_is_not_left() -> None:
     damped = replace(pendulum, forces=(mq.JointDamper("damper", "pin", 0.3),))
     evidence = evidence_of(pendulum, told_by(damped))
     (change,) = (one for one in joint_changes(evidence) if one.kind == "damping")
-    left = evidence.after(change.answers - evidence.base, change.origins, change.moments, None)
+    left = evidence.after(
+        change.answers - evidence.base, origins={}, moments={}, turns={}, slopes=None
+    )
     assert evidence.before > 1e-3
     assert left.before < 1e-12
 
@@ -590,6 +592,26 @@ def test_two_mistakes_in_different_links_are_named_together() -> None:
     assert f"mass of link 'wrist_2_link': {1.2 * mass:.6g} kg" in first.text
     assert first.removes
     assert [part["kind"] for part in first.to_dict()["parts"]] == ["joint origin", "link mass"]
+
+
+def test_a_tilted_axis_is_named_beside_a_mistake_in_the_link_that_it_carries() -> None:
+    mechanism = mq.read_urdf(mq.robot("ur5_robot"))
+    mass, center, inertia = parts(mechanism, mechanism.body("forearm_link"))
+    moved = with_body(mechanism, "forearm_link", mass, center + 0.01 * np.eye(3)[0], inertia)
+    (elbow,) = (joint for joint in mechanism.joints if joint.name == "elbow_joint")
+    assert isinstance(elbow, mq.Revolute)
+    tilt = turn_about(np.array([0.1, 0.0, 0.2]))
+    axis = tilt @ np.array(mechanism.evaluate_all(elbow.axis))
+    theirs = with_joint(moved, elbow.name, axis=(axis[0], axis[1], axis[2]))
+    states = random_states(mechanism, 6, 3)
+    first = causes_of(mechanism, states, told_by(theirs)(states))[0]
+    named = {(part.kind, part.where) for part in first.parts}
+    assert named == {
+        ("joint axis", "joint 'elbow_joint'"),
+        ("center of mass", "link 'forearm_link'"),
+    }
+    assert "center of mass of link 'forearm_link' moved by 0.01 m along x" in first.text
+    assert first.removes
 
 
 def other_inertias() -> Iterator[tuple[str, str, Callable[[float, Array, Array], Any]]]:

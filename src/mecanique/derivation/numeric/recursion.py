@@ -58,11 +58,15 @@ class _Form(NamedTuple):
 
 
 class _Numbers(NamedTuple):
-    """Where the links' frames stand, their mass moments J and the acceleration of free fall."""
+    """Where the links' frames stand, their mass moments J and the acceleration of free fall.
+
+    The axes of some joints, by place, are turned in the joint's frame; shape (4, 4) or (n, 4, 4).
+    """
 
     origins: list[np.ndarray]
     J: list[np.ndarray]
     gravity: np.ndarray
+    turns: Mapping[int, np.ndarray]
 
     @classmethod
     def of(cls, mechanism: Mechanism, tree: tuple[Link, ...]) -> _Numbers:
@@ -74,7 +78,7 @@ class _Numbers(NamedTuple):
             if place >= 0:
                 J[place] = np.array(moments(body, constants, Arithmetic()), dtype=float)
         origins = [placement_matrix(link.origin, constants) for link in tree]
-        return cls(origins, J, _fall(np.array(mechanism.evaluate_all(mechanism.gravity))))
+        return cls(origins, J, _fall(np.array(mechanism.evaluate_all(mechanism.gravity))), {})
 
 
 def _fall(gravity: np.ndarray) -> np.ndarray:
@@ -101,7 +105,11 @@ class Recursion(BatchDynamics):
         self._form = form or _Form.of(mechanism)
         self._tree, self._chart, self._loads, self._S, self._first, self._armature = self._form
         numbers = numbers or _Numbers.of(mechanism, self._tree)
-        self._origin, self._J, self._gravity = numbers
+        self._origin, self._J, self._gravity, self._turns = numbers
+        if self._turns:
+            self._S = list(self._S)
+        for k, Q in self._turns.items():
+            self._S[k] = tuple(Q @ S @ np.swapaxes(Q, -1, -2) for S in self._S[k])
 
     def mass_matrix(self, states: States) -> np.ndarray:
         """Return M, shape (n, nv, nv)."""
@@ -162,11 +170,17 @@ class Recursion(BatchDynamics):
         """Mass moments of each link, ∫ (p, 1)(p, 1)ᵀ dm, each shape (4, 4)."""
         return tuple(self._J)
 
+    @property
+    def turns(self) -> tuple[np.ndarray, ...]:
+        """How the axis of each joint is turned in the joint's frame, each shape (4, 4)."""
+        return tuple(self._turns.get(k, np.eye(4)) for k in range(len(self._tree)))
+
     def vary(
         self,
         origins: Mapping[int, np.ndarray] | None = None,
         moments: Mapping[int, np.ndarray] | None = None,
         gravity: np.ndarray | None = None,
+        turns: Mapping[int, np.ndarray] | None = None,
     ) -> Recursion:
         """Return a copy with other numbers, which may differ from state to state; not for energies.
 
@@ -175,11 +189,14 @@ class Recursion(BatchDynamics):
                 link's place.
             moments: mass moments of a link, shape (4, 4) or (n, 4, 4), by its place.
             gravity: acceleration of free fall, shape (3,) or (n, 3) [m/s²].
+            turns: how a joint's axis is turned in the joint's frame, where its link's frame stays,
+                shape (4, 4) or (n, 4, 4), by the link's place.
         """
         numbers = _Numbers(
             [(origins or {}).get(k, X) for k, X in enumerate(self._origin)],
             [(moments or {}).get(k, J) for k, J in enumerate(self._J)],
             self._gravity if gravity is None else _fall(gravity),
+            {**self._turns, **(turns or {})},
         )
         return Recursion(self._mechanism, self._form, numbers)
 
@@ -240,10 +257,14 @@ class Recursion(BatchDynamics):
     def _local(self, move: Motions, n: int) -> list[np.ndarray]:
         """Pose of each link in the link that carries it."""
         floats = Arithmetic()
-        return [
+        A = [
             X @ stack(local(link, move.r, floats), n)
             for link, X in zip(self._tree, self._origin, strict=True)
         ]
+        for k, Q in self._turns.items():
+            moved = stack(local(self._tree[k], move.r, floats), n)
+            A[k] = self._origin[k] @ Q @ moved @ np.swapaxes(Q, -1, -2)
+        return A
 
     def _twist(self, place: int, rates: np.ndarray) -> np.ndarray:
         """Σ S u of one link, shape (n, 4, 4)."""
@@ -330,7 +351,8 @@ class Recursion(BatchDynamics):
                 F = np.concatenate(several, axis=1)
                 rows = np.concatenate(places)
             for k, S in enumerate(self._S[place]):
-                M[:, rows, self._first[place] + k] = np.einsum("nrij,ij->nr", F, S)
+                column = F.reshape(n, -1, 16) @ S.reshape(-1, 16, 1)
+                M[:, rows, self._first[place] + k] = column[..., 0]
             parent = self._tree[place].parent
             if parent >= 0:
                 X = A[place]

@@ -54,7 +54,9 @@ class Change:
         free: how many numbers were chosen so that it fits.
         amount: how plain these are.
         origins: frames of the changed mechanism's joints, by place in the tree.
-        moments: its links' mass moments, by place; a change with neither only adds to the answers.
+        moments: its links' mass moments, by place.
+        turns: how the axes of its joints are turned in their frames, by place; a change with none
+            of these only adds to the answers.
         slopes: of the answers by each number chosen, shape (free, n, nv).
     """
 
@@ -66,7 +68,13 @@ class Change:
     amount: Amount = field(default_factory=Amount)
     origins: Mapping[int, Array] = field(default_factory=dict)
     moments: Mapping[int, Array] = field(default_factory=dict)
+    turns: Mapping[int, Array] = field(default_factory=dict)
     slopes: Array | None = None
+
+    @property
+    def in_tree(self) -> bool:
+        """Whether it changes the tree itself, so that others can be looked for beside it."""
+        return bool(self.origins or self.moments or self.turns)
 
 
 def promising(
@@ -93,9 +101,17 @@ def promising(
         kept = [kept[k] for k in np.argsort(coarse, kind="stable")[:_CLOSER]]
     if kept:
         for guess, found in zip(kept, answers(kept, np.arange(len(evidence.inputs))), strict=True):
-            origins, moments = (getattr(guess, name, {}) for name in ("origins", "moments"))
+            origins, moments, turns = (
+                getattr(guess, name, {}) for name in ("origins", "moments", "turns")
+            )
             yield Change(
-                guess.kind, guess.where, guess.text, found, origins=origins, moments=moments
+                guess.kind,
+                guess.where,
+                guess.text,
+                found,
+                origins=origins,
+                moments=moments,
+                turns=turns,
             )
 
 

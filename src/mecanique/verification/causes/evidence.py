@@ -143,8 +143,10 @@ class Evidence:
     def after(
         self,
         effect: Array,
+        *,
         origins: Mapping[int, Array],
         moments: Mapping[int, Array],
+        turns: Mapping[int, Array],
         slopes: Array | None,
     ) -> Evidence:
         """Return the evidence that is left to explain once a change is made.
@@ -153,6 +155,7 @@ class Evidence:
             effect: what it adds to the answers, shape (n, nv).
             origins: frames of its joints, by place in the tree.
             moments: mass moments of its links, by place.
+            turns: how the axes of its joints are turned in their frames, by place.
             slopes: of the answers by its numbers, shape (k, n, nv); what these can explain is no
                 part of what is left, as they were chosen without what comes next.
         """
@@ -161,8 +164,8 @@ class Evidence:
             other.__dict__.pop(name, None)
         other.__dict__["weights"] = self.weights
         other.chosen = None
-        if origins or moments:
-            other.recursion = self.recursion.vary(origins, moments)
+        if origins or moments or turns:
+            other.recursion = self.recursion.vary(origins, moments, turns=turns)
             other.base = other.answers(other.recursion, self.inputs)
         else:
             other.tau = self.tau - effect

@@ -25,13 +25,14 @@ _DEGREE = np.pi / 180
 @final
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Other frames, and other mass moments, by place in the tree."""
+    """Other frames, other mass moments and turned axes, by place in the tree."""
 
     kind: str
     where: str
     text: str
-    origins: dict[int, Array]
+    origins: dict[int, Array] = field(default_factory=dict)
     moments: dict[int, Array] = field(default_factory=dict)
+    turns: dict[int, Array] = field(default_factory=dict)
 
 
 def frame_changes(evidence: Evidence) -> Iterator[Change]:
@@ -162,14 +163,9 @@ def with_axis(evidence: Evidence, k: int, axis: Array, text: str) -> Frames:
     recursion = evidence.recursion
     Q = np.eye(4)
     Q[:3, :3] = _from_to(np.array(recursion.tree[k].axis), axis)
-    origins = {k: recursion.origins[k] @ Q}
-    for child, link in enumerate(recursion.tree):
-        if link.parent == k:
-            origins[child] = Q.T @ recursion.origins[child]
-    moments = {k: Q.T @ recursion.moments[k] @ Q}
     where = f"joint {recursion.tree[k].joint!r}"
     kind = "axis sign" if np.allclose(axis, -np.array(recursion.tree[k].axis)) else "joint axis"
-    return Frames(kind, where, text, origins, moments)
+    return Frames(kind, where, text, turns={k: Q})
 
 
 def _from_to(a: Array, b: Array) -> Array:
@@ -220,12 +216,12 @@ def answers_of(evidence: Evidence, variants: list[Frames], rows: npt.NDArray[np.
     """Return what each variant answers in some experiments, shape (variants, n, nv)."""
     n, recursion = len(rows), evidence.recursion
     inputs = evidence.inputs.at(np.tile(rows, len(variants)))
-    changed: list[dict[int, Array]] = []
-    for name, own in (("origins", recursion.origins), ("moments", recursion.moments)):
+    changed: dict[str, dict[int, Array]] = {}
+    for name in ("origins", "moments", "turns"):
+        own, repeated = getattr(recursion, name), changed.setdefault(name, {})
         changes = [getattr(variant, name) for variant in variants]
-        repeated = {}
         for k in set().union(*changes):
             repeated[k] = np.repeat([change.get(k, own[k]) for change in changes], n, axis=0)
-        changed.append(repeated)
-    answers = evidence.answers(recursion.vary(changed[0], changed[1]), inputs)
+    varied = recursion.vary(changed["origins"], changed["moments"], turns=changed["turns"])
+    answers = evidence.answers(varied, inputs)
     return answers.reshape(len(variants), n, -1)

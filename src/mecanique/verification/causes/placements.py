@@ -84,7 +84,7 @@ def placement_changes(evidence: Evidence) -> Iterator[Change]:
             free=family.numbers,
             amount=family.amount(x),
             origins=frames.origins,
-            moments=frames.moments,
+            turns=frames.turns,
             slopes=(np.array(others) - answers) / _SMALL,
         )
 
@@ -125,7 +125,7 @@ def _slopes(
     trials: list[Frames] = []
     places: dict[int, int] = {}
     for unit in units:
-        if len(unit.origins) == 1 and not unit.moments:
+        if not unit.turns:
             (k,) = unit.origins
             if k not in places:
                 places[k] = len(trials)
@@ -133,12 +133,12 @@ def _slopes(
                     _both(k, origins[k], "", _SMALL * both[:3], _SMALL * both[3:])
                     for both in np.eye(6)
                 ]
-    tilts = [unit for unit in units if unit.moments]
+    tilts = [unit for unit in units if unit.turns]
     slopes = (residuals(trials + tilts) - off) / _SMALL
     of_tilts = iter(slopes[len(trials) :])
     found = []
     for unit in units:
-        if unit.moments:
+        if unit.turns:
             found.append(next(of_tilts))
             continue
         ((k, other),) = unit.origins.items()

@@ -173,7 +173,13 @@ def _alternate(evidence: Evidence, first: Change, limit: float) -> Cause | None:
     """Fit a second change beside the first, then the first beside the second, and so on."""
     this, cause, worst = first, None, _HALFWAY * evidence.before
     for turn in range(_TURNS):
-        left = evidence.after(this.answers - evidence.base, this.origins, this.moments, this.slopes)
+        left = evidence.after(
+            this.answers - evidence.base,
+            origins=this.origins,
+            moments=this.moments,
+            turns=this.turns,
+            slopes=this.slopes,
+        )
         changes = [
             change
             for change in _in_places(_changes(left))
@@ -195,11 +201,11 @@ def _alternate(evidence: Evidence, first: Change, limit: float) -> Cause | None:
 
 def _in_places(changes: list[Change]) -> list[Change]:
     """Changes in one place; of the same in two forms, the one that changes the tree: it lasts."""
-    built = {change.text for change in changes if change.origins or change.moments}
+    built = {change.text for change in changes if change.in_tree}
     return [
         change
         for change in changes
-        if change.where and (change.origins or change.moments or change.text not in built)
+        if change.where and (change.in_tree or change.text not in built)
     ]
 
 
