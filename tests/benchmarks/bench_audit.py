@@ -17,7 +17,7 @@ import mecanique as mq
 
 GOAL = 3.0
 
-ROBOTS = ("panda", "ur5_robot", "solo12", "go1", "talos_reduced", "romeo")
+ROBOTS = ("panda", "ur5_robot", "solo12", "go1", "hyq_no_sensors", "talos_full_v2", "tiago_pro")
 
 
 def main() -> None:
