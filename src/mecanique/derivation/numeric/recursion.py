@@ -257,14 +257,10 @@ class Recursion(BatchDynamics):
     def _local(self, move: Motions, n: int) -> list[np.ndarray]:
         """Pose of each link in the link that carries it."""
         floats = Arithmetic()
-        A = [
-            X @ stack(local(link, move.r, floats), n)
-            for link, X in zip(self._tree, self._origin, strict=True)
-        ]
+        moved = [stack(local(link, move.r, floats), n) for link in self._tree]
         for k, Q in self._turns.items():
-            moved = stack(local(self._tree[k], move.r, floats), n)
-            A[k] = self._origin[k] @ Q @ moved @ np.swapaxes(Q, -1, -2)
-        return A
+            moved[k] = Q @ moved[k] @ np.swapaxes(Q, -1, -2)
+        return [X @ motion for X, motion in zip(self._origin, moved, strict=True)]
 
     def _twist(self, place: int, rates: np.ndarray) -> np.ndarray:
         """Σ S u of one link, shape (n, 4, 4)."""

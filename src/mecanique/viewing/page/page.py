@@ -90,7 +90,7 @@ MODULES = (
 """Each module follows those it needs while it is loaded."""
 
 _KEPT, _FLEETING = 6, 1
-"""Compression levels of a page in a file and of a live one; 9 takes a half longer for 0.3 %."""
+"""Compression levels of a page in a file and of a live one; 9 takes half as long again."""
 
 
 @final
