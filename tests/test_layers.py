@@ -44,7 +44,7 @@ ORDER: dict[str, list[str]] = {
         "free_body guides meshing states units",
         "dynamics random_positions",
     ],
-    "model.constraints": ["contacts loops velocity_constraints", "elements"],
+    "model.constraints": ["contacts cords gears loops velocity_constraints", "elements"],
     "model.guides": ["guide", "find"],
     "model.meshing": ["pitch_points", "teeth"],
     "model.expression": ["scalars", "functions"],

@@ -25,7 +25,7 @@ from mecanique.figure.paper.lettering import clear_letters
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words, bounds
 from mecanique.figure.paper.signs import across, arc, arrow, label, unit
 from mecanique.figure.setting import Setting
-from mecanique.model.constraints.elements import Belt, Cord
+from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.force_base import BodyLoad, JointLoad
 from mecanique.model.joints import Revolute
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions

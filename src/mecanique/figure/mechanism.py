@@ -18,7 +18,7 @@ from mecanique.figure.paper.signs import arrow, label, pin, unit
 from mecanique.figure.setting import Setting, is_zero
 from mecanique.figure.solids import Solid, outline
 from mecanique.figure.supports import nuts, supports
-from mecanique.model.constraints.elements import Belt, Cord
+from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.force_base import LineLoad, loads_in
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal

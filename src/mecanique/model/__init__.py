@@ -19,7 +19,8 @@ from mecanique.model.bodies.shapes import (
 )
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.constraints.contacts import Blade, Rolling
-from mecanique.model.constraints.elements import Belt, Cord, Gear, Pulley, Rack
+from mecanique.model.constraints.cords import Belt, Cord, Pulley
+from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias, final
 
 from mecanique.derivation.tree.poses import combination
-from mecanique.model.constraints.elements import Belt, Cord, Gear, Rack
+from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.expression import Scalar
 from mecanique.model.joints import Single

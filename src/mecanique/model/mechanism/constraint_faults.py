@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.constraints.elements import Gear, Rack
+from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.velocity_constraints import is_integrable
 from mecanique.model.expression import evaluate, symbols_in
 from mecanique.model.joints import Prismatic, Revolute

@@ -14,7 +14,9 @@ from typing import Any, TypeAlias, final
 
 import numpy as np
 
-from mecanique.model.constraints.elements import Belt, Cord, Element, Gear, Rack, Stop
+from mecanique.model.constraints.cords import Belt, Cord, Stop
+from mecanique.model.constraints.elements import Element
+from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
 from mecanique.model.joints import Joint, Prismatic, Revolute, Single
 from mecanique.model.mechanism.description import Description

@@ -10,7 +10,8 @@ from typing import final
 from mecanique.model.bodies.shape import Shape
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere
 from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.constraints.elements import Belt, Cord, Gear, Rack
+from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.dimensions import (
     PURE,
     Dimension,

@@ -8,7 +8,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.model.constraints.elements import Gear, Rack
+from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.joints import Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.element_laws import bevel_of

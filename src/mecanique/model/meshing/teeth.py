@@ -16,7 +16,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.model.bodies.visuals import Box, Cylinder, Visual
-from mecanique.model.constraints.elements import Gear, Rack
+from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar
 from mecanique.model.joints import Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.constraints.elements import Belt, Cord
+from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.motion.simulation.watching.validity import Pressing, pressings
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.bodies import Body
-from mecanique.model.constraints.elements import Belt, Cord
+from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import finite, time
 from mecanique.model.force_base import AnyForce, BodyLoad

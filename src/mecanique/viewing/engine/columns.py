@@ -11,7 +11,7 @@ from mecanique.generation.mechanics.free_body_forces import Actions
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
-from mecanique.model.constraints.elements import Belt, Cord
+from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.expression import Scalar
 from mecanique.model.placement import Placement
 from mecanique.motion.record.energies import is_rheonomic

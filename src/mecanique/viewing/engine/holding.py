@@ -8,7 +8,7 @@ from typing import Any
 from mecanique.generation.mechanics.dynamics import Dynamics
 from mecanique.generation.mechanics.free_body_forces import Actions
 from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.constraints.elements import Belt, Cord
+from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.motion.record.events import break_names
 
 __all__ = ["margins_of"]

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mecanique.model.constraints.elements import Belt, Cord
+from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.quaternions import from_matrices
 from mecanique.model.units import per_second, units

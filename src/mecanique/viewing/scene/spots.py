@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 
 from mecanique.model.bodies.visuals import Cylinder, Visual
-from mecanique.model.constraints.elements import Belt, Cord
+from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.force_base import LineLoad, loads_in
 from mecanique.model.joints import Prismatic

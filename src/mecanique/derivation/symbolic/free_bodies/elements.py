@@ -13,7 +13,9 @@ from mecanique.derivation.symbolic.free_bodies.bodies import Cut, Cuts
 from mecanique.derivation.symbolic.free_bodies.elimination import JointRate, demands
 from mecanique.derivation.symbolic.vectors import Wrench, cross, dot, lift, total, zero
 from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
-from mecanique.model.constraints.elements import Belt, Cord, Gear, Rack, preloads
+from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraints.elements import preloads
+from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
 

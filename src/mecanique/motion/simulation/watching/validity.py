@@ -14,7 +14,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.constraints.elements import Belt, Cord
+from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, Occurrence, break_names

@@ -18,7 +18,9 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.model.constraints.elements import Belt, Cord, Gear, Rack, force_names, preloads
+from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraints.elements import force_names, preloads
+from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.guides.find import guides_of
 from mecanique.model.guides.guide import Guide

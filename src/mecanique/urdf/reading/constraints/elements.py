@@ -28,7 +28,8 @@ from math import radians
 from typing import TypeAlias
 
 from mecanique.errors import InputError
-from mecanique.model.constraints.elements import Belt, Cord, Gear, Pulley, Rack
+from mecanique.model.constraints.cords import Belt, Cord, Pulley
+from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
