@@ -1,4 +1,4 @@
-"""From a motion to its scene: bodies, springs, joints, traces, force arrows and curves."""
+"""From a motion to its scene: bodies, springs, joints, traces and force arrows."""
 
 from __future__ import annotations
 
@@ -9,24 +9,15 @@ import numpy as np
 from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.quaternions import from_matrices
-from mecanique.model.units import per_second, units
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.record.events import break_names
 from mecanique.motion.record.motion import Motion
 from mecanique.viewing.scene.appearance import bodies_of, marks_of
+from mecanique.viewing.scene.curves import curves_of
 from mecanique.viewing.scene.document import Document
 from mecanique.viewing.scene.naming import name_arrows
-from mecanique.viewing.scene.scene import (
-    Arrow,
-    Break,
-    Floats,
-    Line,
-    Scene,
-    Series,
-    Trace,
-)
+from mecanique.viewing.scene.scene import Arrow, Break, Floats, Line, Scene, Trace
 from mecanique.viewing.scene.spots import Spot, spans_of, tips_of
-from mecanique.viewing.scene.texts import letter
 
 __all__ = ["actions_of", "scene_of"]
 
@@ -65,7 +56,7 @@ def scene_of(
         lines=(*_lines(mechanism, poses, at), *_cords(motion)),
         traces=tuple(_traces(mechanism, poses, at, complete)),
         joints=marks_of(mechanism),
-        series=tuple(_series(motion, complete)),
+        series=curves_of(motion, complete=complete),
         document=Document() if document is None else document,
         planar=_planar(poses) and _stays_planar(mechanism, poses[0], at),
         breaks=tuple(_breaks(motion)),
@@ -160,49 +151,3 @@ def _traces(
         path = _follow(mechanism, poses, at, tip)
         if complete or np.ptp(path, axis=0).max() > 1e-9:
             yield Trace(f"path of {tip.body}", path)
-
-
-def _series(motion: Motion, complete: bool) -> Iterator[Series]:
-    mechanism: Mechanism = motion.mechanism
-    unit = units(mechanism)
-    few = len(mechanism.coordinates) <= 4
-    for name in mechanism.coordinates:
-        yield Series(name, letter(name), unit[name], motion[name], "Coordinates", shown=few)
-    for name in mechanism.velocities:
-        yield Series(name, letter(name), unit[name], motion[name], "Velocities")
-    for k, name in enumerate(mechanism.velocities):
-        yield Series(
-            f"{name}'", letter(f"{name}'"), per_second(unit[name]), motion.a[:, k], "Accelerations"
-        )
-    energy = motion.energy()
-    for name, label in (
-        ("kinetic", "T"),
-        ("potential", "V"),
-        ("total", "T + V"),
-        ("work", "work of forces"),
-    ):
-        yield Series(
-            f"energy {name}",
-            label,
-            "J",
-            getattr(energy, name),
-            "Energies",
-            shown=not few and name != "work",
-        )
-    for name, force in motion.guide_forces().items():
-        if np.isfinite(force).all():
-            yield Series(name, name, "N", force, "Reactions")
-    for joint in mechanism.joints[: MOST_ARROWS // 4]:
-        if joint.name in motion.reference.guided or mechanism.velocity_constraints:
-            continue
-        wrench = motion.reactions(joint.name)
-        for k, axis in enumerate("xyz"):
-            for vector, sign, size in ((wrench.force, "R", "N"), (wrench.moment, "M", "N·m")):
-                if complete or np.abs(vector[:, k]).max() > 1e-9:
-                    yield Series(
-                        f"{joint.name} {sign}{axis}",
-                        f"{joint.name} {sign}{axis}",
-                        size,
-                        vector[:, k],
-                        "Reactions",
-                    )
