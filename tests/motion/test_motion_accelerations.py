@@ -7,12 +7,14 @@ import pytest
 
 import mecanique as mq
 from mecanique.motion.analysis.accelerations import AccelerationLaw
+from mecanique.motion.analysis.momentum import momenta_along
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.program import Program
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.rates import Rates
 from mecanique.reference import Reference
+from mecanique.reference.engine.answers import Energy, Momentum
 
 
 def linkage() -> mq.Motion:
@@ -57,6 +59,8 @@ def test_many_states_at_once_are_what_the_engine_answers_one_by_one(name: str) -
     t = random.uniform(0.0, 1.0, 4)
     quick, energy = reference.quick_energies(q, v, t), reference.energy(q, v, t)
     np.testing.assert_allclose(quick, energy, rtol=1e-12, atol=1e-12)
+    sums, momentum = reference.quick_momenta(q, v, t), reference.momentum(q, v, t)
+    np.testing.assert_allclose(sums, momentum, rtol=1e-12, atol=1e-12)
     moving = reference.motions(q, v, a, t)
     force, moment, first = np.zeros((3, 4, 3))
     mass = 0.0
@@ -116,3 +120,36 @@ def test_rounding_is_not_taken_for_what_is_to_be_resolved() -> None:
 
     integral(steps(50), noise, np.array([1.0]))
     assert sum(asked) < 4 * asked[0]
+
+
+def test_what_is_negligible_is_not_resolved() -> None:
+    asked = []
+
+    def wave(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        asked.append(len(t))
+        return np.hstack([np.ones_like(q), 1e-2 * np.cos(60 * q)])
+
+    integral(steps(6), wave, np.array([1.0]), negligible=np.array([0.0, 0.1]))
+    assert len(asked) == 1
+    integral(steps(6), wave, np.array([1.0]), negligible=np.array([0.0, 1e-9]))
+    assert len(asked) > 2
+
+
+@pytest.mark.parametrize("slip", [1e-9, float("nan")])
+def test_sums_that_the_reference_does_not_uphold_are_not_used(
+    slip: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = mq.textbook.entry("double_pendulum")
+    motion = mq.simulate(mq.textbook.load("double_pendulum"), q=system.start, duration=1.0)
+    state = motion.curve(motion.t)
+    reference, states = motion.reference, (state.q, state.v, motion.t)
+    energies, momenta = reference.quick_energies(*states), reference.quick_momenta(*states)
+    wrong_energies = Energy(*((1.0 + slip) * part for part in energies))
+    wrong_momenta = Momentum(*((1.0 + slip) * part for part in momenta))
+    monkeypatch.setattr(Reference, "quick_energies", lambda *_: wrong_energies)
+    monkeypatch.setattr(Reference, "quick_momenta", lambda *_: wrong_momenta)
+    energy = motion.energy()
+    found = energy.kinetic, energy.gravity, energy.springs
+    np.testing.assert_array_equal(found, reference.energy(*states))
+    right = reference.momentum(motion.q, motion.v, motion.t)
+    np.testing.assert_array_equal(momenta_along(motion), np.hstack(right))

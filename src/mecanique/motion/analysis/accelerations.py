@@ -19,6 +19,7 @@ from mecanique.model.units import velocity_scales
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.python import Batched, vectorize
 from mecanique.motion.compile.stepper import NEAR
+from mecanique.motion.record.upheld import ASKED, is_upheld, spread
 
 if TYPE_CHECKING:
     from mecanique.model.mechanism import Mechanism
@@ -26,9 +27,6 @@ if TYPE_CHECKING:
     from mecanique.reference import Reference
 
 __all__ = ["AccelerationLaw"]
-
-_CHECKED = 24
-"""At so many states of each call the reference is asked as well."""
 
 _AGREEMENT = 1e-9
 """Relative difference from the reference that is only rounding."""
@@ -78,18 +76,18 @@ class AccelerationLaw:
         mechanism = self.mechanism
         found: np.ndarray = np.empty((len(t), mechanism.nv))
         sure: np.ndarray = np.zeros(len(t), dtype=bool)
-        if self._program is None or len(t) <= _CHECKED:
+        if self._program is None or len(t) <= ASKED:
             return found, sure
         with np.errstate(all="ignore"):
             rates = _compute(self._rates, t, q, v, mechanism.nq + mechanism.nv)
             found[:] = rates[:, mechanism.nq :]
             sure[:] = np.isfinite(found).all(axis=1) & self._is_regular(t, q, v, rates)
-        asked = np.unique(np.linspace(0, len(t) - 1, _CHECKED).astype(int))
+        asked = spread(len(t))
         asked = asked[sure[asked]]
         states = States.of(mechanism, q[asked], v[asked], t[asked])
         right = self.reference.quick_accelerations(states)
         most = _AGREEMENT * (1.0 + np.abs(right).max(initial=0.0))
-        if not np.abs(found[asked] - right).max(initial=0.0) <= most:
+        if not is_upheld(found[asked], right, most):
             sure[:] = False
         return found, sure
 

@@ -10,12 +10,16 @@ import numpy as np
 
 from mecanique.motion.analysis.accelerations import AccelerationLaw
 from mecanique.motion.record.quadrature import integral
+from mecanique.motion.record.upheld import uphold
 
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
     from mecanique.reference.engine.answers import Momentum
 
-__all__ = ["Balance", "momentum_balances"]
+__all__ = ["Balance", "momenta_along", "momentum_balances"]
+
+_NEGLIGIBLE = 1e-14
+"""What changes a momentum by this part of it during the whole motion is rounding."""
 
 
 @final
@@ -44,7 +48,6 @@ def momentum_balances(motion: Motion) -> Iterator[Balance]:
     (eqs. 1.3, 1.10), L̇ = M about the center of mass (eq. 1.12). Both sides are compared
     integrated, p(t) − p(0) − ∫ F dt, which needs no numerical derivative. Impulses of impacts are
     left out.
-
     """
     mechanism, reference = motion.mechanism, motion.reference
     if not any(
@@ -60,8 +63,11 @@ def momentum_balances(motion: Motion) -> Iterator[Balance]:
         sizes = [np.linalg.norm(x, axis=1, keepdims=True) for x in (force, moment, about_center)]
         return np.hstack([force, moment, about_center, *sizes])
 
-    given = integral(motion.curve, rates, motion.t, smooth=9)
-    have = _momenta(reference.momentum(motion.q, motion.v, motion.t))
+    have = momenta_along(motion)
+    sizes = np.linalg.norm(have.reshape(-1, 3, 3), axis=2).max(axis=0)
+    duration = float(np.ptp(motion.t)) or 1.0
+    negligible = _NEGLIGIBLE * np.repeat(_scales(sizes), 3) / duration
+    given = integral(motion.curve, rates, motion.t, smooth=9, negligible=negligible)
     jumps = np.zeros_like(have)
     for event in motion.events:
         if event.impact:
@@ -70,7 +76,7 @@ def momentum_balances(motion: Motion) -> Iterator[Balance]:
             )
             jumps += (motion.t >= event.t)[:, None] * (after - before)
     residual = have - have[0] - jumps - given[:, :9]
-    sides = np.linalg.norm(have.reshape(len(have), 3, 3), axis=2).max(axis=0) + given[-1, 9:]
+    scales = _scales(sizes + given[-1, 9:])
     for k, (name, unit) in enumerate(
         (
             ("linear momentum", "kg·m/s"),
@@ -78,9 +84,31 @@ def momentum_balances(motion: Motion) -> Iterator[Balance]:
             ("angular momentum about the center of mass", "kg·m²/s"),
         )
     ):
-        # what is zero on both sides is compared with the momentum that its parts could have had
-        size = float(sides[k]) if sides[k] > 1e-9 * sides.max() else float(sides.max())
-        yield Balance(name, residual[:, 3 * k : 3 * k + 3], size or 1.0, unit)
+        yield Balance(name, residual[:, 3 * k : 3 * k + 3], float(scales[k]) or 1.0, unit)
+
+
+def momenta_along(motion: Motion) -> np.ndarray:
+    """Return linear momentum, angular about the origin and about the center, shape (n, 9).
+
+    Args:
+        motion: the `Motion`.
+    """
+    reference, q, v, t = motion.reference, motion.q, motion.v, motion.t
+
+    def by_unit(momentum: Momentum) -> list[np.ndarray]:
+        return [momentum.linear, np.hstack(momentum[1:])]
+
+    parts = uphold(
+        lambda: by_unit(reference.quick_momenta(q, v, t)),
+        lambda at: by_unit(reference.momentum(q[at], v[at], t[at])),
+        len(t),
+    )
+    return np.hstack(parts)
+
+
+def _scales(sizes: np.ndarray) -> np.ndarray:
+    """What each momentum is compared with; one that is zero, with what its parts could have."""
+    return np.where(sizes > 1e-9 * sizes.max(), sizes, sizes.max())
 
 
 def _momenta(momentum: Momentum) -> np.ndarray:

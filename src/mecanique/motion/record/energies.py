@@ -14,6 +14,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.quadrature import integral
+from mecanique.motion.record.upheld import uphold
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -92,7 +93,11 @@ def energies(
         times: shape (n,) [s].
     """
     state = curve(times)
-    energy = reference.energy(state.q, state.v, times)
+    (parts,) = uphold(
+        lambda: [np.transpose(reference.quick_energies(state.q, state.v, times))],
+        lambda at: [np.transpose(reference.energy(state.q[at], state.v[at], times[at]))],
+        len(times),
+    )
     work = _work(mechanism, reference, curve, times)
     for occurrence in occurrences:
         if occurrence.impact:
@@ -101,7 +106,8 @@ def energies(
                 for v in (occurrence.v, occurrence.after)
             )
             work = work + np.where(times >= occurrence.t, after - before, 0.0)
-    return Energies(times, energy.kinetic, energy.gravity, energy.springs, work)
+    kinetic, gravity, springs = parts.T
+    return Energies(times, kinetic, gravity, springs, work)
 
 
 def is_rheonomic(mechanism: Mechanism) -> bool:

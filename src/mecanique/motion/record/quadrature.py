@@ -31,7 +31,11 @@ Integrand = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 def integral(
-    curve: Curve, integrand: Integrand, times: np.ndarray, smooth: int | None = None
+    curve: Curve,
+    integrand: Integrand,
+    times: np.ndarray,
+    smooth: int | None = None,
+    negligible: np.ndarray | float = 0.0,
 ) -> np.ndarray:
     """Return the integral from the motion's start to each time, shape (n, k).
 
@@ -40,11 +44,12 @@ def integral(
         integrand: what to integrate.
         times: shape (n,), within the motion [s].
         smooth: how many columns, the first ones, parts are halved for; all by default.
+        negligible: coefficients of these columns up to this are rounding.
     """
     if len(curve.t) < 2:
         columns = integrand(curve.t, curve.q, curve.v).shape[1]
         return np.zeros((len(times), columns))
-    begin, half, coefficients = _resolve(curve, integrand, smooth)
+    begin, half, coefficients = _resolve(curve, integrand, smooth, negligible)
 
     # over a whole part only P_0 = 1 has an integral
     whole = 2 * coefficients[:, 0] * half[:, None]
@@ -86,7 +91,7 @@ def _legendre_integrals(x: np.ndarray) -> np.ndarray:
 
 
 def _resolve(
-    curve: Curve, integrand: Integrand, smooth: int | None
+    curve: Curve, integrand: Integrand, smooth: int | None, negligible: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Begin, half the length and coefficients of parts in which the integrand is resolved.
 
@@ -104,7 +109,8 @@ def _resolve(
         last = np.abs(coefficients[:, -2:, :smooth]).max(axis=1)
         first = np.abs(coefficients[:, :2, :smooth]).max(axis=1)
         # what halving does not lessen is rounding, or a jump
-        coarse = ((last > RESOLVED * np.maximum(first, floor)) & (last < before / 2)).any(axis=1)
+        fine = np.maximum(RESOLVED * np.maximum(first, floor), negligible)
+        coarse = ((last > fine) & (last < before / 2)).any(axis=1)
         if not coarse.any():
             break
         done.append((begin[~coarse], half[~coarse], coefficients[~coarse]))

@@ -1,4 +1,4 @@
-"""A tree's bodies in many states at once: energies, speeds, and what acts on them from outside.
+"""A tree's bodies in many states at once: energies, momenta, speeds, and external resultants.
 
 The engine answers one state at a time, each with Python's cost. Here the same tree moves in all
 states together, in world axes; the engine is what this is held to.
@@ -17,7 +17,7 @@ from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.sites import Site
 from mecanique.reference.engine.tree import Tree
 
-__all__ = ["center_speeds", "energies", "resultants"]
+__all__ = ["center_speeds", "energies", "momenta", "resultants"]
 
 
 @final
@@ -88,6 +88,31 @@ def resultants(tree: Tree, q: Array, v: Array, t: Array, a: Array) -> Array:
         moment += _cross(center, push) + _apply(frame.turn, own)
     mass = tree.moving_mass
     return np.stack([force, moment, first / mass if mass else first], axis=1)
+
+
+def momenta(tree: Tree, q: Array, v: Array, t: Array) -> Array:
+    """Return linear momentum, angular about the origin and about the center, shape (n, 3, 3).
+
+    p = Σ m v_c, L = Σ (c × m v_c + I ω), and L − c̄ × p about the center of mass c̄ of all.
+
+    Args:
+        tree: inside Pinocchio.
+        q: shape (n, nq).
+        v: shape (n, nv).
+        t: shape (n,) [s].
+    """
+    linear, angular, first = (np.zeros((len(q), 3)) for _ in range(3))
+    for inertia, frame in _massive(tree, _frames(tree, _drive(tree.chart, q, v, t, 0 * v))):
+        arm = frame.turn @ inertia.lever
+        center = frame.place + arm
+        push = inertia.mass * (frame.velocity + _cross(frame.spin, arm))
+        spin = _apply(frame.turn.transpose(0, 2, 1), frame.spin)
+        linear += push
+        angular += _cross(center, push) + _apply(frame.turn, spin @ inertia.inertia)
+        first += inertia.mass * center
+    mass = tree.moving_mass
+    orbital = _cross(first / mass if mass else first, linear)
+    return np.stack([linear, angular, angular - orbital], axis=1)
 
 
 def energies(tree: Tree, q: Array, v: Array, t: Array) -> Array:
