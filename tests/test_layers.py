@@ -265,6 +265,14 @@ ORDER: dict[str, list[str]] = {
         "panels",
         "page",
     ],
+    "cli": [
+        "formats options printing",
+        "reading",
+        "words",
+        "checks",
+        "bodies code equations formulas motions pictures",
+        "commands",
+    ],
 }
 """What lies in each room, from the bottom up: one imports only from lines above its own."""
 

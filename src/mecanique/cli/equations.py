@@ -12,7 +12,7 @@ from click.exceptions import Exit
 import mecanique as mq
 from mecanique.cli import options
 from mecanique.cli.checks import Check, lint_file, survey, textbook_facts
-from mecanique.cli.derivations import (
+from mecanique.cli.formats.derivations import (
     as_document,
     derivation,
     derivations,
@@ -127,7 +127,7 @@ def book(as_json: bool) -> None:
     What is not checked is said. The exit code is 1 if an equation or a sentence is in error and
     its right form is not proven.
     """
-    from mecanique.cli import book as printed
+    from mecanique.cli.formats import book as printed
     from mecanique.textbook.register import register
 
     with working("Checking the equations of the chapter"):

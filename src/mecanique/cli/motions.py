@@ -124,7 +124,7 @@ def linearize(
     Without --at, one that is found from the neutral position or, failing that, from random ones; it
     is named. Exit code 2 where there is none; where nothing can move, a sentence and code 0.
     """
-    from mecanique.cli.linear import figures, response_table, small_motions
+    from mecanique.cli.formats.linear import figures, response_table, small_motions
 
     mechanism = choose(system, parameters, reading).mechanism
     linearization = mq.linearize(mechanism, near=numbers(at, "--at") or None)
@@ -184,7 +184,7 @@ def steady(
 
     Exit code 2 where the motion is not steady.
     """
-    from mecanique.cli.linear import exponents, matrix_figures, speed_figures
+    from mecanique.cli.formats.linear import exponents, matrix_figures, speed_figures
 
     mechanism = choose(system, parameters, reading).mechanism
     place, moving = numbers(at, "--at"), numbers(v, "-v")
@@ -258,7 +258,7 @@ def inertial(
 
     The motion is repeated on the turning earth and compared.
     """
-    from mecanique.cli.linear import inertial_figures
+    from mecanique.cli.formats.linear import inertial_figures
 
     motion = simulate_motion(choose(system, parameters, reading), q, v, duration, 1e-10)
     with working("Repeating the motion on the turning earth"):

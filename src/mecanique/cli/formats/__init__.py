@@ -1,0 +1,1 @@
+"""What commands print at length: the register of the chapter, derivations, small motions."""
