@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, final
 import numpy as np
 
 from mecanique.model.values import Given
+from mecanique.motion.record.curve import State
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -156,3 +157,9 @@ class ClosedLoops:
         states = zip(t.tolist(), np.hstack([q, v]), strict=True)
         found = np.array([self.close(*state) for state in states])
         return found[:, : self._nq], found[:, self._nq :]
+
+    def close_state(self, state: State) -> State:
+        """Return a state, or states over time, with the loops closed to rounding."""
+        times = np.atleast_1d(state.t)
+        q, v = self.close_all(times, np.atleast_2d(state.q), np.atleast_2d(state.v))
+        return State(state.t, q, v) if np.ndim(state.t) else State(state.t, q[0], v[0])

@@ -17,6 +17,8 @@ from mecanique.motion.analysis.audit import Audit, audit
 from mecanique.motion.record.curve import Curve, State, Times
 from mecanique.motion.record.energies import Energies, energies
 from mecanique.motion.record.events import Event, Occurrence, break_names
+from mecanique.motion.record.loops import ClosedLoops
+from mecanique.motion.record.statistics import Statistics
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
@@ -25,7 +27,6 @@ if TYPE_CHECKING:
 
     from mecanique.reference import Reference
     from mecanique.reference.engine.answers import PointMotion, Twist, Wrench
-from mecanique.motion.record.statistics import Statistics
 
 __all__ = ["Motion"]
 
@@ -140,7 +141,10 @@ class Motion:
         Raises:
             InputError: if a time is not within the motion.
         """
-        return self._on_loops(self.curve(self.curve.admit(t)))
+        state = self.curve(self.curve.admit(t))
+        if not self.mechanism.constrained:
+            return state
+        return ClosedLoops(self.reference, self.statistics.rtol).close_state(state)
 
     def poses(self, t: Times | None = None) -> np.ndarray:
         """Return the poses of all bodies in the world, in their order, shape (n, nb, 4, 4).
@@ -149,8 +153,7 @@ class Motion:
             t: times [s]: a number, for shape (nb, 4, 4), or shape (n,); the samples' by default.
         """
         state = self._states(t)
-        poses: np.ndarray = self.reference.poses(state.q, state.t)
-        return poses
+        return self.reference.poses(state.q, state.t)
 
     def pose(self, body: str, t: Times | None = None) -> np.ndarray:
         """Return the poses of one body in the world, shape (n, 4, 4).
@@ -230,8 +233,7 @@ class Motion:
 
     @cached_property
     def _reactions(self) -> dict[str, Wrench]:
-        found: dict[str, Wrench] = self.reference.reactions(self.q, self.v, self.t)
-        return found
+        return self.reference.reactions(self.q, self.v, self.t)
 
     def guide_forces(self, t: Times | None = None) -> dict[str, np.ndarray]:
         """Return the forces of the elements that guide, by name: tensions of cords, shape (n,) [N].
@@ -394,15 +396,3 @@ class Motion:
 
     def _states(self, t: Times | None) -> State:
         return State(self.t, self.q, self.v) if t is None else self(t)
-
-    def _on_loops(self, state: State) -> State:
-        """The state with its loops closed to rounding, not only to the tolerance."""
-        if not self.mechanism.constrained:
-            return state
-        from mecanique.motion.record.loops import ClosedLoops
-
-        loops = ClosedLoops(self.reference, self.statistics.rtol)
-        q, v = loops.close_all(
-            np.atleast_1d(state.t), np.atleast_2d(state.q), np.atleast_2d(state.v)
-        )
-        return State(state.t, q, v) if np.ndim(state.t) else State(state.t, q[0], v[0])
