@@ -84,7 +84,7 @@ ORDER: dict[str, list[str]] = {
         "scalars",
         "numeric printing",
         "symbolic",
-        "matrix_form term_units",
+        "matrix_form reactions term_units",
         "glossary",
         "document",
         "equations",

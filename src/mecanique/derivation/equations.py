@@ -18,6 +18,7 @@ from mecanique.derivation.numeric.newton_euler import Balances, Reaction
 from mecanique.derivation.printing.printed import Equation
 from mecanique.derivation.printing.prose import escape as escape_for_latex
 from mecanique.derivation.printing.sympy_forms import to_matrix
+from mecanique.derivation.reactions import require_balances, require_reactions
 from mecanique.derivation.symbolic.derivation import Derivation, Stages
 from mecanique.derivation.symbolic.symbols import MOST_TERMS
 from mecanique.derivation.term_units import unit_of
@@ -336,12 +337,9 @@ class Equations(Dynamics):
             InputError: if a shape is wrong or a number is not finite.
             DerivationError: if the method shows no reactions, or an element does not fit the map.
         """
-        if not isinstance(self.numeric, Balances):
-            raise DerivationError(
-                f'the method {self.method!r} shows no forces of elements; use method="newton_euler"'
-            )
+        balances = require_balances(self.numeric, self.method, "forces of elements")
         states = States.of(self.mechanism, q, v, t)
-        found = self.numeric.guide_forces(states)
+        found = balances.guide_forces(states)
         return {name: states.unbatch(force) for name, force in found.items()}
 
     def _transmit(
@@ -352,26 +350,11 @@ class Equations(Dynamics):
         t: float | np.ndarray,
         tau: Given,
     ) -> dict[str, Reaction]:
-        if not isinstance(self.numeric, Balances):
-            raise DerivationError(
-                f"the method {self.method!r} shows no reactions, which do no virtual work; "
-                'use method="newton_euler"'
-            )
-        if self.mechanism.loops:
-            raise DerivationError(
-                f"mechanism {self.mechanism.name!r} has loops, whose forces the balances of its "
-                "tree leave out; use Reference"
-            )
-        if self.mechanism.velocity_constraints:
-            raise DerivationError(
-                f"mechanism {self.mechanism.name!r}: velocity constraint "
-                f"{self.mechanism.velocity_constraints[0].name!r} does not say by which force it "
-                "acts, and where, so that the reactions are undetermined; a Rolling or a Blade does"
-            )
+        balances = require_reactions(self.mechanism, self.numeric, self.method)
         states = States.of(self.mechanism, q, v, t, tau=tau)
         if states.efforts is not None:
             states.efforts.refuse_without_seat()
-        found = what(self.numeric, states)
+        found = what(balances, states)
         return {name: Reaction(*map(states.unbatch, both)) for name, both in found.items()}
 
     def momentum(
