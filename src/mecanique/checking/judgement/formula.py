@@ -79,37 +79,35 @@ def _judge_value(
     known = dict.fromkeys(quantity.letters, quantity.values)
     for statement in statements:
         one = _residual(statement, truth, sample, known, quantity.letters[0], text)
-        if quantity.again is None:
-            found.append(
-                Judged(
-                    statement=statement,
-                    residual=one,
-                    worst=one.worst,
-                    forms=(),
-                    root=one.root,
-                    series=quantity.series,
-                )
-            )
-            continue
-        # two states with the same parameters may differ from the truth by the same constant
-        other_values, letters = quantity.again
-        other = {**letters, **dict.fromkeys(quantity.letters, other_values)}
-        moved = one.tape.evaluate(other, sample.count)
-        with np.errstate(all="ignore"):
-            difference = np.abs(one.values.whole - moved.whole)
-            relative = difference / np.maximum(one.values.size, moved.size)
-        worst = float(np.nanmax(np.where(np.isfinite(relative), relative, 0.0)))
-        found.append(
-            Judged(
-                statement=statement,
-                residual=one,
-                worst=worst,
-                forms=(),
-                root=one.root,
-                series=quantity.series,
-            )
-        )
+        worst = one.worst if quantity.again is None else _compare_changes(one, sample, quantity)
+        found.append(_judge_residual(one, worst, quantity.series))
     return found
+
+
+def _compare_changes(one: Residual, sample: Sample, quantity: Quantity) -> float:
+    """How far the change between two states is from the truth; a constant is left open."""
+    assert quantity.again is not None
+    other_values, letters = quantity.again
+    other = {**letters, **dict.fromkeys(quantity.letters, other_values)}
+    moved = one.tape.evaluate(other, sample.count)
+    with np.errstate(all="ignore"):
+        difference = np.abs(one.values.whole - moved.whole)
+        relative = difference / np.maximum(one.values.size, moved.size)
+    return float(np.nanmax(np.where(np.isfinite(relative), relative, 0.0)))
+
+
+def _judge_residual(
+    one: Residual, worst: float, series: Mapping[str, Series], forms: tuple[str, ...] = ()
+) -> Judged:
+    """Judge a formula by left minus right."""
+    return Judged(
+        statement=one.statement,
+        residual=one,
+        worst=worst,
+        forms=forms,
+        root=one.root,
+        series=series,
+    )
 
 
 def _residual(
@@ -180,9 +178,7 @@ def _judge_matrix(
         place = replace(statement, sides=(entry,), text=_quote(entry, text, i, j))
         one = _of_entry(entry, place, truth, true[:, i, j])
         series = {_ENTRY: quantity.series[str(k)]}
-        judged.append(
-            Judged(statement=place, residual=one, worst=far, forms=(), root=one.root, series=series)
-        )
+        judged.append(_judge_residual(one, far, series))
     return judged
 
 
@@ -286,16 +282,7 @@ def _judge_letters(
             names = ", ".join(quantity.letters)
             raise FormulaError(f"expected an equation for one of {names}", text, statement.start)
         one = _residual(statement, truth, truth.sample, known, "", text)
-        found.append(
-            Judged(
-                statement=statement,
-                residual=one,
-                worst=one.worst,
-                forms=(),
-                root=one.root,
-                series=quantity.series,
-            )
-        )
+        found.append(_judge_residual(one, one.worst, quantity.series))
     return found
 
 
@@ -328,16 +315,7 @@ def _judge_free_body(
             if relative <= TOLERANCE:
                 worst = relative
                 forms.append("it holds at rest only: the inertia forces are missing")
-        found.append(
-            Judged(
-                statement=statement,
-                residual=one,
-                worst=worst,
-                forms=tuple(forms),
-                root=one.root,
-                series=series,
-            )
-        )
+        found.append(_judge_residual(one, worst, series, tuple(forms)))
     return found
 
 
