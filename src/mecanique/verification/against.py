@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -25,7 +26,7 @@ from mecanique.verification.reduced import Reduced, blame_substitution
 from mecanique.verification.rounding.conditioning import rounding
 from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.states.random import random_states
-from mecanique.verification.verdict import Verdict, versions
+from mecanique.verification.verdict import Verdict, conclude
 from mecanique.wording import say_count
 
 __all__ = ["Other", "compare_with"]
@@ -151,18 +152,9 @@ def _judge(mechanism: Mechanism, source: _Source, seed: int, tolerance: float) -
         rounding=rounding(mechanism, states, ours),
         tolerance=tolerance,
     )
-    verdict = Verdict(
-        mechanism=mechanism.name,
-        rows=rows,
-        samples=len(states),
-        seed=seed,
-        tolerance=tolerance,
-        coordinates=mechanism.coordinates.names,
-        velocities=mechanism.velocities,
-        versions=versions(),
-        notes=source.notes,
+    verdict = replace(
+        conclude(mechanism, rows, len(states), seed, tolerance, notes=source.notes),
         given=source.given,
-        flaws=mechanism.origin.flaws if mechanism.origin else (),
         difference=source.difference,
     )
     return verdict if verdict.agrees else verdict.with_causes(causes_of(mechanism, states, theirs))
@@ -202,17 +194,7 @@ def _compare_some(
     shared = {name: ours[name] for name in QUANTITIES if name in ours and name in theirs}
     names = ("projected", "functions")
     rows = rows_of(names, shared, {**ours, **theirs}, states, mechanism, tolerance=tolerance)
-    verdict = Verdict(
-        mechanism=mechanism.name,
-        rows=rows,
-        samples=len(states),
-        seed=seed,
-        tolerance=tolerance,
-        coordinates=mechanism.coordinates.names,
-        velocities=mechanism.velocities,
-        versions=versions(),
-        notes=(),
-    )
+    verdict = conclude(mechanism, rows, len(states), seed, tolerance)
     if verdict.agrees:
         return verdict
     return verdict.with_causes(blame_substitution(reduced, states, ours, theirs))

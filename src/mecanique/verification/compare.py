@@ -19,7 +19,7 @@ from mecanique.verification.answers import Answers, ask
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.rows import TOLERANCE
 from mecanique.verification.states.random import random_states, usual_samples
-from mecanique.verification.verdict import Verdict, versions
+from mecanique.verification.verdict import Verdict, conclude
 
 if TYPE_CHECKING:
     from mecanique.verification.against import Other
@@ -155,17 +155,9 @@ def judge(
             less; None for the usual one, and none of single entries.
     """
     rows = answers.rows(mechanism, states, tolerance)
-    return Verdict(
-        mechanism=mechanism.name,
-        rows=tuple(sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))),
-        samples=len(states),
-        seed=seed,
-        tolerance=tolerance or TOLERANCE,
-        coordinates=mechanism.coordinates.names,
-        velocities=mechanism.velocities,
-        versions=versions(),
-        notes=answers.notes,
-        flaws=mechanism.origin.flaws if mechanism.origin else (),
+    ordered = sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))
+    return conclude(
+        mechanism, ordered, len(states), seed, tolerance or TOLERANCE, notes=answers.notes
     )
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import math
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from html import escape
 from typing import Any, final
 
 import numpy as np
 
+from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding
 from mecanique.reference.engine.package import MISSING, STAND_IN, engine_package, has_pinocchio
 from mecanique.verification.causes.cause import Cause
@@ -20,7 +21,7 @@ from mecanique.verification.originals.reading import EngineReading
 from mecanique.version import __version__
 from mecanique.wording import say_count, write_table
 
-__all__ = ["NOT_INSTALLED", "TOLERANCE", "Row", "Verdict", "versions"]
+__all__ = ["NOT_INSTALLED", "TOLERANCE", "Row", "Verdict", "conclude", "versions"]
 
 NOT_INSTALLED = "not installed"
 """The version of an engine that is missing."""
@@ -315,6 +316,39 @@ class Verdict:
 
 def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
+
+
+def conclude(
+    mechanism: Mechanism,
+    rows: Iterable[Row],
+    samples: int,
+    seed: int,
+    tolerance: float,
+    *,
+    notes: tuple[str, ...] = (),
+) -> Verdict:
+    """Return the verdict on a mechanism that rows lead to.
+
+    Args:
+        mechanism: whose equations were compared.
+        rows: one per quantity and pair of sources.
+        samples: number of states.
+        seed: of the random states.
+        tolerance: largest relative difference that counts as agreement.
+        notes: what was left out of the comparison, and why.
+    """
+    return Verdict(
+        mechanism=mechanism.name,
+        rows=tuple(rows),
+        samples=samples,
+        seed=seed,
+        tolerance=tolerance,
+        coordinates=mechanism.coordinates.names,
+        velocities=mechanism.velocities,
+        versions=versions(),
+        notes=notes,
+        flaws=mechanism.origin.flaws if mechanism.origin else (),
+    )
 
 
 def versions() -> dict[str, str]:
