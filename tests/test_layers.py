@@ -296,6 +296,9 @@ UPWARD: dict[str, set[str]] = {
 LARGEST = 15
 """Most modules in a folder; the catalogue of systems is a list and may grow."""
 
+LONGEST = 400
+"""Most lines of a module."""
+
 MODULES = sorted(SOURCE.rglob("*.py"))
 INSIDE = [path for path in MODULES if path != SOURCE / "__init__.py"]
 
@@ -420,6 +423,13 @@ def test_every_folder_has_an_order_or_is_small() -> None:
         if room != "textbook.systems":
             count = len([path for path in folder.glob("*.py") if path.name != "__init__.py"])
             assert count <= LARGEST, f"{room} holds {count} modules"
+
+
+def test_no_module_is_longer_than_a_reader_holds() -> None:
+    lengths = {
+        name: len(path.read_text(encoding="utf-8").splitlines()) for name, path in NAMES.items()
+    }
+    assert {name: length for name, length in lengths.items() if length > LONGEST} == {}
 
 
 def test_every_module_can_be_imported_by_its_dotted_name() -> None:
