@@ -299,7 +299,7 @@ def test_an_input_that_is_not_finite_is_refused() -> None:
 def test_a_map_cannot_follow_a_quaternion() -> None:
     mechanism = everything({"turn": 2 * coordinate("free_qx")})
     with pytest.raises(
-        DerivationError, match="'turn' depends on 'free_qx', a coordinate of a quaternion's joint"
+        DerivationError, match="'turn' depends on 'free_qx', a coordinate of a joint with a quater"
     ):
         derive(mechanism).bias(None, None)
 

@@ -348,6 +348,6 @@ def test_what_cannot_be_done_is_said() -> None:
         loops=(Loop.distance("tie", "ground", (1, 0, 1), "b", (1, 0, 0), 1.0),),
     )
     with pytest.raises(
-        DerivationError, match=r"loops leave a motion of .*[AB]'.* free that meets no inertia"
+        DerivationError, match=r"loops allow a motion of .*[AB]'.* without inertia; give a body"
     ):
         derive(loose).acceleration([0.0, np.pi / 2 - 0.5, 0.0], [0.0, 0.0, 0.0])

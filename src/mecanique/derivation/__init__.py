@@ -1,4 +1,4 @@
-"""In-house mechanics: equations of motion derived from the description alone."""
+"""Derive equations of motion in-house, from a mechanism's description alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Check that all methods lead to the same equations of motion, as closed forms."""
+"""Check symbolically that all methods derive the same equations of motion."""
 
 from __future__ import annotations
 
@@ -12,30 +12,29 @@ __all__ = ["agreement", "derivations"]
 
 
 def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
-    """Return the derivations by all methods in the same symbols, by method, in textbook order.
+    """Derive a mechanism by every method in the same symbols; return them by name, textbook order.
 
     Raises:
-        DerivationError: if it has loops, or no closed form of reasonable length.
+        DerivationError: if the mechanism has loops, or no closed form of reasonable length.
     """
     algebra = Algebra(mechanism)
     return {name: way.symbolic(mechanism, algebra).derivation() for name, way in METHODS.items()}
 
 
 def _along(lagrange: Derivation, other: Derivation) -> tuple[Series, ...]:
-    """Lagrange's left sides, along the independent displacements of the other method, if any."""
+    """Lagrange's left sides, projected on the other method's independent displacements, if any."""
     if not other.quasi:
         return lagrange.rows
     return tuple(along_displacement(one, lagrange.rows) for one in other.quasi)
 
 
 def agreement(mechanism: Mechanism) -> str:
-    """Say in a sentence whether the left sides by all methods are equal.
+    """Say in a sentence whether all methods give the same left sides.
 
-    Quaternions have unit length only along a motion, so with one the difference need not vanish
-    identically.
+    With quaternions the differences need not vanish identically: their unit length is not used.
 
     Raises:
-        DerivationError: if it has loops, or no closed form of reasonable length.
+        DerivationError: if the mechanism has loops, or no closed form of reasonable length.
     """
     found = derivations(mechanism)
     *others, lagrange = found.values()
@@ -49,17 +48,16 @@ def agreement(mechanism: Mechanism) -> str:
     )
     if any(other.quasi for other in others):
         said = (
-            "All three methods give the same equations of motion. Newton and Euler's are those of "
-            "Lagrange with the same forces λ; put together as the independent displacements move "
-            "the coordinates, which rids them of λ, they are those of the virtual work: all "
-            "differences of left sides vanish identically."
+            "All three methods give the same equations of motion. Those of Newton and Euler equal "
+            "Lagrange's, with the same multipliers λ; projected on the independent virtual "
+            "displacements, where λ cancels, they are those of virtual work. All differences of "
+            "left sides vanish identically."
         )
     reactions = found["newton_euler"].reactions
     if reactions:
         said += (
-            f" The reactions {', '.join(reactions)} stand in the balances of the single bodies and "
-            "in their equilibrium with the inertia forces; in the sum of the virtual work and in "
-            "Lagrange's equations they do not appear. Once the motion is known they follow from "
-            "it, as listed under Reactions."
+            f" The reactions {', '.join(reactions)} appear in the balances of the bodies and in "
+            "their equilibrium with the inertia forces, but not in the sum of virtual work or in "
+            "Lagrange's equations. They follow from the motion, as listed under Reactions."
         )
     return said

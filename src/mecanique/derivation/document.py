@@ -1,4 +1,4 @@
-"""A derivation written out: symbols, steps and equations of motion as text, LaTeX or MathML."""
+"""Write a derivation out: symbols, steps and equations of motion as text, LaTeX or MathML."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>
 _DIVIDED = "Each line is divided by the numbers and parameters {}all its terms share."
 _LINEAR = " The last line is the same in matrices: the equations are linear."
 _STILL = "Nothing can move: there is no coordinate, and so no equation of motion."
-_NONE_LEFT = "No equation of motion is left to be solved."
+_NONE_LEFT = "No equation of motion is left to solve."
 _TAKEN = "Taken for granted: {} is"
 _POSITIVE = "which must stay positive."
-_INLINE = 120.0  # points up to which an equality stands in a line of text
-_HANGING = 25.0  # points by which what symbols mean is indented
+_INLINE = 120.0  # [pt], the widest equality that is set within a line of text
+_HANGING = 25.0  # [pt], indentation of the meanings of symbols
 _WIDTH = 100
 _FRAGMENT = "% part of a document with \\usepackage{amsmath}"
 _PREAMBLE = r"""\documentclass[a4paper]{article}
@@ -50,7 +50,7 @@ class Section:
     Args:
         title: its name.
         explanation: its purpose, in plain text.
-        formulas: its results, MathML elements.
+        formulas: its results, as MathML elements.
     """
 
     title: str
@@ -61,7 +61,7 @@ class Section:
 @final
 @dataclass(frozen=True)
 class Document:
-    """A symbolic derivation in print.
+    """A symbolic derivation, ready to be printed.
 
     Args:
         derivation: what to write out.
@@ -79,7 +79,7 @@ class Document:
 
     @cached_property
     def equations(self) -> tuple[Equation, ...]:
-        """The equations of motion, one for each velocity, then those of the loops."""
+        """The equations of motion, one for each velocity, then the constraints of the loops."""
         if self.derivation.written is not None:
             return self.derivation.written
         rows = [*self.derivation.rows, *(tie.demand for tie in self.derivation.ties)]
@@ -92,11 +92,11 @@ class Document:
         return None if self.derivation.written is not None else linear(self.derivation)
 
     def text(self, steps: bool, symbols: bool = False) -> str:
-        """Return it as text.
+        """Return the derivation as text.
 
         Args:
-            steps: whether to show more than the equations of motion.
-            symbols: whether to say above the equations what they are of and what letters mean.
+            steps: whether to show the steps that lead to the equations of motion.
+            symbols: whether to introduce the mechanism and its symbols above the equations.
         """
         lines = [equation.text() for equation in self.equations] or [self._nothing]
         if not steps:
@@ -118,11 +118,11 @@ class Document:
         return "\n".join(out)
 
     def latex(self, steps: bool, symbols: bool = False) -> str:
-        """Return it in LaTeX; with steps or symbols, a fragment of a document.
+        """Return the derivation in LaTeX; with steps or symbols, as a fragment of a document.
 
         Args:
-            steps: whether to show more than the equations of motion.
-            symbols: whether to say above the equations what they are of and what letters mean.
+            steps: whether to show the steps that lead to the equations of motion.
+            symbols: whether to introduce the mechanism and its symbols above the equations.
         """
         rows = [equation.latex() for equation in self.equations]
         if not (steps or symbols):
@@ -163,11 +163,11 @@ class Document:
         return "\n".join(out)
 
     def mathml(self, steps: bool, symbols: bool = False) -> str:
-        """Return it in MathML; with steps or symbols, a fragment of an HTML page.
+        """Return the derivation in MathML; with steps or symbols, as a fragment of an HTML page.
 
         Args:
-            steps: whether to show more than the equations of motion.
-            symbols: whether to say above the equations what they are of and what letters mean.
+            steps: whether to show the steps that lead to the equations of motion.
+            symbols: whether to introduce the mechanism and its symbols above the equations.
         """
         lines = [equation.mathml() for equation in self.equations] or [f"<p>{self._nothing}</p>"]
         if not (steps or symbols):
@@ -194,11 +194,11 @@ class Document:
 
     @property
     def introduction(self) -> str:
-        """What the mechanism is, and letters that stand for two things, in plain text."""
+        """The mechanism's description and warnings about ambiguous letters, in plain text."""
         return " ".join([*self._about, *self._warnings(steps=True)])
 
     def symbols(self) -> tuple[tuple[str, str], ...]:
-        """Return the symbols of the equations of motion in MathML, and what they mean in words."""
+        """Return each symbol of the equations of motion in MathML, with its meaning in words."""
         writer = MathML()
         found = []
         for meaning in meanings(self.derivation, steps=False):
@@ -208,7 +208,7 @@ class Document:
         return tuple(found)
 
     def sections(self) -> tuple[Section, ...]:
-        """Return symbols and steps in MathML; the last section holds the equations of motion."""
+        """Return symbols, steps and, last, the equations of motion, as sections in MathML."""
         writer = MathML()
         rows = ""
         for meaning in meanings(self.derivation):
@@ -232,16 +232,16 @@ class Document:
 
     @property
     def _about(self) -> list[str]:
-        """What the mechanism is and where it comes from, by paragraphs."""
+        """The mechanism's description and its source, by paragraphs."""
         return self.derivation.algebra.mechanism.about.splitlines()
 
     def _warnings(self, steps: bool) -> Iterator[str]:
-        """Letters that stand for two things."""
+        """Yield warnings about letters with two meanings."""
         matrices = steps and self.linear is not None
         yield from clashes(self.derivation, steps=steps, matrices=matrices)
 
     def _introduction(self, writer: Text, *, steps: bool) -> Iterator[str]:
-        """What the mechanism is, and the symbols, in lines of text."""
+        """Yield the mechanism's description and its symbols, as lines of text."""
         for paragraph in self._about:
             yield from (*textwrap.wrap(paragraph, _WIDTH), "")
         yield "Symbols"
@@ -264,12 +264,12 @@ class Document:
 
     @cached_property
     def _points(self) -> frozenset[str]:
-        """Letters of points in what is said of the system."""
+        """The letters of points in the mechanism's description."""
         return frozenset().union(*map(find_points, self._about))
 
     @cached_property
     def _names(self) -> frozenset[str]:
-        """Every symbol in print."""
+        """Every printed symbol."""
         return frozenset(name for each in meanings(self.derivation) for name in each.names)
 
     @property
@@ -279,7 +279,7 @@ class Document:
 
     @property
     def _nothing(self) -> str:
-        """What is said in place of equations where there are none."""
+        """The sentence printed in place of equations when there are none."""
         written = self.derivation.written
         return _STILL if written is None else f"{self.derivation.closing} {_NONE_LEFT}"
 
@@ -300,7 +300,7 @@ class Document:
 
 
 def to_page(parts: Sequence[str]) -> str:
-    """Return fragments of LaTeX as a whole document.
+    """Assemble fragments of LaTeX into a complete document.
 
     Args:
         parts: the fragments.
@@ -318,14 +318,14 @@ def _hang(sentence: str, indent: int) -> list[str]:
 
 
 def _equality(meaning: Meaning, writer: Writer) -> str:
-    """A symbol and what it equals."""
+    """Write a symbol with its definition, as an equality."""
     assert meaning.definition is not None
     symbol = writer.letter(meaning.names[0], False, "")
     return writer.equation(symbol, meaning.definition.write(writer))
 
 
 def _row_of(meaning: Meaning, writer: MathML) -> str:
-    """Symbols and what they mean as a row of a table."""
+    """Write symbols and their meaning as a row of a table."""
     written = [writer.letter(name, False, "") for name in meaning.names]
     symbol = f"<mrow>{'<mtext>, </mtext>'.join(written)}</mrow>"
     said = f"<mtext>{escape(meaning.sentence)}</mtext>"

@@ -1,4 +1,4 @@
-"""What every symbol of a derivation means: letters, the coordinate map, what the steps find."""
+"""State what every symbol of a derivation means: letters, coordinate map, results of steps."""
 
 from __future__ import annotations
 
@@ -38,21 +38,21 @@ _FOUND = {
     "F": ("force", "N"),
     "C": ("couple", "N·m"),
     "f": ("inertia force per length", "N/m"),
-    "s": ("distance from the end to where the inertia forces act", "m"),
+    "s": ("distance from the end to the point where the inertia forces act", "m"),
     "δr": ("virtual displacement of the point of action", "m"),
     "δφ": ("virtual rotation", "rad"),
     "δW": ("virtual work", "J"),
-    "Phi": ("what parts the two sides", ""),
-    "psi": ("what the constraint keeps zero", ""),
+    "Phi": ("left side of the constraint Φ = 0", ""),
+    "psi": ("left side of the velocity constraint ψ = 0", ""),
 }
-"""What the letters mean that stand on the left of steps, each with its unit."""
+"""The meaning and unit of each letter that a step may have on its left side."""
 
 _OF_COORDINATE = {
     "Q": ("generalized forces of drives and loads, each for the coordinate it is named after", "W"),
     "p": ("momenta, each of the coordinate it is named after", "J"),
     "δW": ("virtual work in the displacement of the coordinate it is named after", ""),
 }
-"""What belongs to one coordinate, and the unit of its product with the coordinate's velocity."""
+"""Quantities that belong to one coordinate, each with the unit of its product with the velocity."""
 
 _ACTS = {
     "F_weight": "weight of {}",
@@ -66,20 +66,20 @@ _ACTS = {
     "δW_couple_inertia": "virtual work of the couple of the inertia forces of {}",
     "δW_couple": "virtual work of the couple of {}",
     "δW_R": "virtual work of the reaction in {}",
-    "s": "distance from the end of {} to where its inertia forces act",
+    "s": "distance from the end of {} to the point where its inertia forces act",
 }
-"""What quantities with these first words are, and of what."""
+"""The meaning of quantities whose names begin so; {} stands for the owner named by the rest."""
 
 
 @final
 @dataclass(frozen=True)
 class Meaning:
-    """The meaning of a symbol, or of the components of one.
+    """The meaning of a symbol, or of several components of one quantity.
 
     Args:
         names: the symbols.
-        sentence: what it is, with its unit.
-        definition: what it equals, if it is an abbreviation or follows from others.
+        sentence: their meaning, with the unit.
+        definition: the value, if the symbol is an abbreviation or follows from others.
     """
 
     names: tuple[str, ...]
@@ -88,11 +88,11 @@ class Meaning:
 
 
 def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ...]:
-    """Return what every symbol in print means, in the order of a list.
+    """Return the meaning of every printed symbol, in the order of the list of symbols.
 
     Args:
-        derivation: what is printed.
-        steps: whether its steps are, besides the equations of motion.
+        derivation: the derivation that is printed.
+        steps: whether its steps are printed, besides the equations of motion.
     """
     algebra = derivation.algebra
     ring, mechanism = algebra.ring, algebra.mechanism
@@ -124,12 +124,12 @@ def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ..
 
 
 def clashes(derivation: Derivation, *, steps: bool, matrices: bool) -> Iterator[str]:
-    """Yield a warning for each letter that stands for two things.
+    """Yield a warning for each letter with two meanings.
 
     Args:
-        derivation: what is printed.
-        steps: whether its steps are.
-        matrices: whether the equations are printed as matrices, too.
+        derivation: the derivation that is printed.
+        steps: whether its steps are printed.
+        matrices: whether the equations are also printed as matrices.
     """
     mechanism = derivation.algebra.mechanism
     own = {parameter.symbol: parameter.meaning for parameter in mechanism.parameters}
@@ -151,13 +151,13 @@ def clashes(derivation: Derivation, *, steps: bool, matrices: bool) -> Iterator[
 
 
 def _lefts(derivation: Derivation) -> list[Left]:
-    """What the steps find, in order."""
+    """The quantities on the left sides of the steps, in order."""
     every = [result.left for stage in derivation.stages for result in stage.results]
     return [left for left in every if isinstance(left, Left)]
 
 
 def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
-    """The kind of every symbol in print, by its name."""
+    """Collect the kind of every printed symbol, by its name."""
     shown = [*derivation.rows, *(tie.demand for tie in derivation.ties)]
     for stage in derivation.stages if steps else ():
         for result in stage.results:
@@ -189,7 +189,7 @@ def _coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
 
 
 def _followers(derivation: Derivation) -> Iterator[Meaning]:
-    """The joint coordinates that follow the generalized ones, or time: the coordinate map."""
+    """Yield the joint coordinates that the coordinate map gives, each with its expression."""
     algebra = derivation.algebra
     mechanism = algebra.mechanism
     own = {name: sentence for joint in mechanism.joints for name, sentence in _all_of_joint(joint)}
@@ -199,7 +199,7 @@ def _followers(derivation: Derivation) -> Iterator[Meaning]:
 
 
 def _signals(derivation: Derivation, used: dict[str, Kind]) -> Iterator[Meaning]:
-    """The inputs, with the law that one follows if it is given by letters."""
+    """Yield the inputs, each with its expression if that contains letters."""
     algebra = derivation.algebra
     for signal in algebra.mechanism.inputs:
         if signal.symbol in used:
@@ -209,7 +209,7 @@ def _signals(derivation: Derivation, used: dict[str, Kind]) -> Iterator[Meaning]
 
 
 def _of_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]:
-    """What stands on the left of steps; components of one quantity together."""
+    """Yield the meanings of the left sides of steps, components of one quantity together."""
     mechanism = derivation.algebra.mechanism
     owners = [each.name for each in (*mechanism.bodies, *mechanism.joints, *mechanism.forces)]
     owners += [tie.name for tie in derivation.ties]
@@ -233,14 +233,14 @@ def _of_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]:
 
 
 def _find_rates(mechanism: Mechanism) -> dict[str, Dimension]:
-    """The dimension of the velocity of each coordinate, and of each quasi-velocity."""
+    """Find the dimension of each coordinate's rate and of each quasi-velocity."""
     known, second = dimensions_of(mechanism).states, read_unit("s")
     rates = {name: divide(known[name], second) for name in mechanism.coordinates if name in known}
     return rates | {name: known[name] for name in mechanism.velocities if name in known}
 
 
 def _unit_of_demand(tie: Tie) -> str:
-    """The unit of Φ or ψ: with its multiplier it is a work, or a power."""
+    """The unit of Φ or ψ: times its multiplier, Φ is a work and ψ a power."""
     stated = UNIT_AT_END.search(tie.meaning)
     if stated is None:
         return ""
@@ -248,7 +248,7 @@ def _unit_of_demand(tie: Tie) -> str:
 
 
 def _explain_component(left: Left, rates: Mapping[str, Dimension]) -> str:
-    """What a momentum, a generalized force or a work is that belongs to one coordinate."""
+    """Explain a momentum, a generalized force or a virtual work that belongs to one coordinate."""
     what, product = _OF_COORDINATE[left.quantity]
     if not product:
         return f"{what} [J]"
@@ -257,12 +257,12 @@ def _explain_component(left: Left, rates: Mapping[str, Dimension]) -> str:
 
 
 def _explain(left: Left, owners: Iterable[str], demands: Mapping[str, str]) -> str:
-    """What a quantity of a step is, from its letter and what it belongs to.
+    """Explain a quantity of a step by its letter and the body, joint or force it belongs to.
 
     Args:
         left: the quantity.
         owners: names that it may belong to.
-        demands: the units of what ties demand, by letter and name.
+        demands: the units of Φ and ψ, by letter and name.
     """
     base, _, rest = left.quantity.partition("_")
     what, unit = _FOUND[base]
@@ -281,19 +281,19 @@ def _explain(left: Left, owners: Iterable[str], demands: Mapping[str, str]) -> s
 
 
 def _owner(name: str, owners: Iterable[str]) -> str:
-    """The longest of the names that a name begins with, "" if it begins with none."""
+    """Return the longest owner that a name begins with, "" if there is none."""
     held = [owner for owner in owners if name == owner or name.startswith(f"{owner}_")]
     return max(held, key=len, default="")
 
 
 def _of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
-    """Name and meaning of each free coordinate of a joint."""
+    """Yield name and meaning of each free coordinate of a joint."""
     free = {name for name in joint.coordinates if name not in joint.followers}
     yield from ((name, sentence) for name, sentence in _all_of_joint(joint) if name in free)
 
 
 def _all_of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
-    """Name and meaning of each coordinate of a joint."""
+    """Yield name and meaning of each coordinate of a joint."""
     names = [name for name in joint.coordinates if name not in joint.followers]
     match joint:
         case Single() if joint.turns:
@@ -319,11 +319,11 @@ def _all_of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
     yield from zip(names, sentences, strict=True)
     kinds = dict(zip(joint.coordinates, joint.kinds, strict=True))
     for name in joint.followers:
-        yield name, f"what follows within joint {joint.name} [{UNITS[kinds[name]]}]"
+        yield name, f"dependent coordinate of joint {joint.name} [{UNITS[kinds[name]]}]"
 
 
 def _call(joint: Single) -> str:
-    """Its kind and name, once where they are the same word."""
+    """Name a joint by its kind and name, once where they are the same word."""
     return joint.noun if joint.name == joint.noun else f"{joint.noun} {joint.name}"
 
 
@@ -332,7 +332,7 @@ def _axis(joint: Single | Planar) -> str:
 
 
 def _along(axis: tuple[float, float, float], joint: Joint | Single) -> str:
-    """An axis in words, e.g. −y of ground, or of the joint's frame if that is turned."""
+    """Put an axis in words, e.g. −y of ground, or of the joint's frame if that is turned."""
     turned = any(not isinstance(angle, float) or angle for angle in joint.origin.rpy)
     of = f"the frame of joint {joint.name}" if turned else joint.parent
     for name, component in zip("xyz", axis, strict=True):

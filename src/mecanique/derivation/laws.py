@@ -1,9 +1,9 @@
-"""The law of every force, once for all derivations and over any scalar: series, jets or floats.
+"""The law of every force, stated once for all derivations and scalars: series, jets or floats.
 
 A force between two ends acts along x, the distance between two points or the coordinate of a joint,
-and pulls the ends together; the virtual work of a pull f is δW = −f δx. Lagrange's equations take
-a spring by its potential V, −∂V/∂q, and a damper by Rayleigh's function D, −∂D/∂q'; bodies cut free
-take the pull. What acts on a single body needs no law: its components are stated.
+and pulls the ends together; the virtual work of a pull f is δW = −f δx. Lagrange's equations use
+a spring's potential V, as −∂V/∂q, and a damper's Rayleigh function D, as −∂D/∂q'; the balances of
+bodies cut free use the pull. A load on a single body needs no law: its components are given.
 
 To add a force: its class in `mecanique.model.forces` and that module's export in the two
 `__init__` files, its laws here and in `mecanique.reference.engine.forces.laws`, its tag in
@@ -25,7 +25,7 @@ __all__ = ["Along", "Drive", "Elastic", "Law", "Travel", "Viscous", "laws_of"]
 
 
 class Along(Protocol):
-    """The line of a force; e is the unit vector from one end to the other, 1 in a joint."""
+    """The line that a force acts along; e is its unit vector, from end to end, or 1 in a joint."""
 
     @property
     def x(self) -> Any:
@@ -33,20 +33,20 @@ class Along(Protocol):
 
     @property
     def square(self) -> Any:
-        """x², which needs no root."""
+        """x², computed without a square root."""
 
     @property
     def rate(self) -> Any:
-        """Its rate x'."""
+        """The rate x'."""
 
     def direct(self, slope: Any | None, size: Any | None) -> Any:
-        """Return (slope · x + size) e; e is not needed where there is no size."""
+        """Return (slope · x + size) e; without size no division by x is needed, as x e is known."""
 
 
 @final
 @dataclass(frozen=True)
 class Travel:
-    """The coordinate of a joint, which a force acts along, and its rate: numbers of any kind."""
+    """A joint coordinate that a force acts along, and its rate, as scalars of any kind."""
 
     x: Any
     rate: Any
@@ -57,7 +57,7 @@ class Travel:
         return self.x * self.x
 
     def direct(self, slope: Any | None, size: Any | None) -> Any:
-        """Return slope · x + size; what is None is left out."""
+        """Return slope · x + size, leaving out a part that is None."""
         total: Any = 0.0 if slope is None else slope * self.x
         return total if size is None else total + size
 
@@ -73,7 +73,7 @@ class Elastic:
     kind: ClassVar[Literal["potential"]] = "potential"
 
     def scalar(self, along: Along) -> Any:
-        """Return V; without x₀ it is smooth where the ends meet."""
+        """Return V; for x₀ = 0 it is smooth where the ends meet."""
         if not self.rest:
             return along.square * self.stiffness / 2
         stretch = along.x - self.rest
@@ -113,7 +113,7 @@ class Drive:
     kind: ClassVar[Literal["work"]] = "work"
 
     def scalar(self, along: Along) -> None:
-        """Return None: it has neither a potential nor a function of Rayleigh's."""
+        """Return None: a drive has neither a potential nor a Rayleigh function."""
 
     def pull(self, along: Along) -> Any:
         """Return −F e."""
@@ -124,11 +124,11 @@ Law: TypeAlias = Elastic | Viscous | Drive
 
 
 def laws_of(force: AnyForce, number: Callable[[Scalar], Any]) -> tuple[Law, ...]:
-    """Return the laws by which a force pulls its ends together; none for what acts on one body.
+    """Return the laws by which a force pulls its ends together; none for a load on one body.
 
     Args:
         force: the force.
-        number: turns a scalar of the description into the arithmetic's own.
+        number: converts a scalar of the description into one of the arithmetic in use.
 
     Raises:
         DerivationError: if a force between two ends has no law here.
@@ -144,4 +144,4 @@ def laws_of(force: AnyForce, number: Callable[[Scalar], Any]) -> tuple[Law, ...]
             return (Drive(number(force.force)),)
         case BodyLoad():
             return ()
-    raise DerivationError(f"no law is known of force {force.name!r}, a {type(force).__name__}")
+    raise DerivationError(f"no law is known for force {force.name!r}, a {type(force).__name__}")

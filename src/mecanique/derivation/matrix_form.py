@@ -14,7 +14,7 @@ from mecanique.derivation.symbolic.derivation import Derivation, Matrix
 __all__ = ["Linear", "linear"]
 
 _LARGE = 4
-"""Matrices with as many rows stand on lines of their own."""
+"""Matrices with at least this many rows are printed on lines of their own."""
 
 
 @final
@@ -27,7 +27,7 @@ class Linear:
         M: rows of the mass matrix.
         C: rows of the damping matrix.
         K: rows of the stiffness matrix.
-        f: the forces that depend on time alone.
+        f: the forces, functions of time alone.
     """
 
     names: tuple[str, ...]
@@ -37,15 +37,15 @@ class Linear:
     f: tuple[Series, ...]
 
     def text(self) -> str:
-        """Return it as text: the equation, then each matrix by rows."""
+        """Return the matrix equation as text, then each matrix by rows."""
         return "\n".join(self._lines(Text()))
 
     def latex(self) -> str:
-        """Return it in LaTeX, one equation of matrices, without dollar signs."""
+        """Return one equation between matrices in LaTeX, without dollar signs."""
         return self._lines(Latex())[0]
 
     def lines(self) -> list[str]:
-        """Return it in LaTeX: one equation, or of large matrices the equation, then each."""
+        """Return the equation in LaTeX; large matrices follow on lines of their own."""
         if len(self.names) < _LARGE:
             return [self.latex()]
         writer = Latex()
@@ -65,7 +65,7 @@ class Linear:
         return lines
 
     def mathml(self) -> str:
-        """Return it as one MathML element."""
+        """Return the equation as one MathML element."""
         (line,) = self._lines(MathML())
         return f'<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{line}</math>'
 
@@ -92,7 +92,7 @@ class Linear:
 
 
 def linear(derivation: Derivation) -> Linear | None:
-    """Return the matrices of linear equations with constant coefficients, else None."""
+    """Return the matrices of equations that are linear with constant coefficients, else None."""
     algebra = derivation.algebra
     ring, n = algebra.ring, len(algebra.velocities)
     moving = (Kind.COORDINATE, Kind.VELOCITY, Kind.ACCELERATION)

@@ -1,4 +1,4 @@
-"""The methods of derivation: name, symbolic derivation and numeric computation of each."""
+"""The three methods of derivation, each with its symbolic and its numeric form."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Method:
     """A way to derive equations of motion.
 
     Args:
-        title: its name in print.
+        title: its printed name.
         symbolic: derives closed forms in a mechanism's symbols.
-        numeric: computes the same numbers for any mechanism.
+        numeric: computes the same quantities in numbers, for any mechanism.
     """
 
     title: str
@@ -81,5 +81,5 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
 
 
 def readable(mechanism: Mechanism) -> tuple[str, ...]:
-    """Return the methods whose derivations can be written out in textbook order."""
+    """Return the methods whose derivations can be written out, in textbook order."""
     return tuple(METHODS)

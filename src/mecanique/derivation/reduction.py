@@ -1,4 +1,4 @@
-"""Routh's reduction of a mechanism as a result: to read, and compared with the full equations."""
+"""Reduce a mechanism by Routh's method, and compare the result with the full equations."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from mecanique.model.random_positions import draw_positions
 __all__ = ["Reduction", "routh"]
 
 _AT = 0.3
-"""Time at which the two sets of equations are compared [s]."""
+"""The time at which the two sets of equations are compared [s]."""
 
 
 @final
 @dataclass(frozen=True, repr=False)
 class Reduction:
-    """Equations of motion without the cyclic coordinates, by their conserved momenta.
+    """Equations of motion in which conserved momenta replace the cyclic coordinates.
 
     Args:
-        mechanism: what they describe.
+        mechanism: the mechanism that they describe.
         found: the reduction in closed form.
 
     Example:
@@ -48,7 +48,7 @@ class Reduction:
 
     @property
     def cyclic(self) -> tuple[str, ...]:
-        """The cyclic coordinates, in the order of the mechanism's."""
+        """The cyclic coordinates, in the mechanism's order."""
         names = {one.name for one in self.found.ignored}
         return tuple(name for name in self.mechanism.coordinates if name in names)
 
@@ -65,21 +65,21 @@ class Reduction:
 
     @property
     def equations(self) -> tuple[Equation, ...]:
-        """The equations of the other coordinates; none if every coordinate is cyclic."""
+        """The equations of the remaining coordinates; none if every coordinate is cyclic."""
         return self.document.equations
 
     def compare(self, samples: int = 50, seed: int = 0) -> float:
-        """Return how far they are from the full equations, at random states.
+        """Return the largest disagreement with the full equations, at random states.
 
-        Momenta and accelerations of the full equations, computed from the poses by automatic
-        differentiation, are put into the reduced ones.
+        Accelerations and momenta of the full equations, computed numerically, are put into the
+        reduced ones.
 
         Args:
             samples: number of states.
             seed: of the random numbers.
 
         Returns:
-            The largest rest of an equation, and of a cyclic velocity, relative to its largest part.
+            The largest residual of an equation or a cyclic velocity, relative to its largest term.
 
         Example:
             >>> import mecanique as mq
@@ -96,7 +96,7 @@ class Reduction:
         return worst
 
     def _states(self, samples: int, random: np.random.Generator) -> dict[str, Any]:
-        """Motions of the full equations at random states, and their momenta, by name."""
+        """Compute motions by the full equations at random states, with momenta, by name."""
         mechanism, full = self.mechanism, derive(self.mechanism)
         q = draw_positions(mechanism, samples, random, 1.0)
         v = random.normal(size=(samples, mechanism.nv))
@@ -114,32 +114,32 @@ class Reduction:
         for name, letter in zip(self.cyclic, self.momenta, strict=True):
             k = mechanism.velocities.index(f"{name}'")
             step = np.tile(np.eye(mechanism.nv)[k], (samples, 1))
-            # T is quadratic in the velocities; what is linear in them comes from given motions
+            # p = ∂T/∂q' = M q' + terms of given motions: the part of T that is odd in q'
             ahead, behind = (full.energy(q, s * step, _AT)[0] for s in (1, -1))
             values[letter] = np.einsum("ni,ni->n", M[:, k], v) + (ahead - behind) / 2
         return values
 
     def text(self, steps: bool = True) -> str:
-        """Return it as text, with what its letters mean.
+        """Return the reduction as text, with the meaning of its letters.
 
         Args:
-            steps: whether to show how it comes about.
+            steps: whether to show the steps that lead to it.
         """
         return f"{self.document.text(steps, symbols=True)}\n\n{self._said}"
 
     def latex(self, steps: bool = True) -> str:
-        """Return it as a fragment of a LaTeX document.
+        """Return the reduction as a fragment of a LaTeX document.
 
         Args:
-            steps: whether to show how it comes about.
+            steps: whether to show the steps that lead to it.
         """
         return f"{self.document.latex(steps, symbols=True)}\n\n{to_latex(self._said, ())}"
 
     def mathml(self, steps: bool = True) -> str:
-        """Return it as a fragment of HTML with MathML.
+        """Return the reduction as a fragment of HTML with MathML.
 
         Args:
-            steps: whether to show how it comes about.
+            steps: whether to show the steps that lead to it.
         """
         return f"{self.document.mathml(steps, symbols=True)}\n<p>{self._said}</p>"
 
@@ -151,29 +151,30 @@ class Reduction:
 
     @cached_property
     def _said(self) -> str:
-        """How well they agree with the full equations, in a sentence."""
+        """A sentence that states how well they agree with the full equations."""
         return (
-            "Motions of the full equations at 50 random states satisfy the reduced ones, with the "
-            f"momenta they have there, to a relative difference of {self.compare():.0e}."
+            "At 50 random states the accelerations and momenta of the full equations satisfy the "
+            f"reduced ones to a relative difference of {self.compare():.0e}."
         )
 
 
 def routh(mechanism: Mechanism) -> Reduction:
     """Reduce the equations of motion by the momenta of the cyclic coordinates.
 
-    Routh's function R = L − Σ p q' is Lagrange's function for the other coordinates (E. J. Routh,
-    Stability of a Given State of Motion, 1877, ch. IV; Goldstein, Classical Mechanics, sect. 8-3).
+    Routh's function R = L − Σ p q' takes the place of the Lagrangian for the other coordinates
+    (E. J. Routh, Stability of a Given State of Motion, 1877, ch. IV; Goldstein, Classical
+    Mechanics, sect. 8-3).
 
     Args:
-        mechanism: one with a coordinate that neither T nor V depends on, and along which no other
-            force acts.
+        mechanism: a mechanism with a cyclic coordinate: neither T nor V depends on it, and no
+            other force acts along it.
 
     Returns:
         The reduced equations, with the conserved momenta as letters.
 
     Raises:
-        DerivationError: if no coordinate is cyclic, constraints tie the velocities, or there is no
-            closed form of reasonable length.
+        DerivationError: if no coordinate is cyclic, if there are constraints on the velocities, or
+            if there is no closed form of reasonable length.
 
     Example:
         >>> import mecanique as mq

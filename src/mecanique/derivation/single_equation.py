@@ -1,4 +1,4 @@
-"""A mechanism whose loops leave one motion free as one equation: to read, and compared."""
+"""Reduce a mechanism with loops and one degree of freedom to one equation of motion."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from mecanique.model.random_positions import draw_positions
 __all__ = ["SingleEquation", "reduce_loops"]
 
 _STEPS, _CLOSED, _FIRM = 30, 1e-13, 1e-2
-"""Steps of Newton's method, what counts as closed, and how far from singular states must be."""
+"""Newton's iterations, the largest gap of a closed loop, and how regular states must be."""
 
 
 @final
 @dataclass(frozen=True, repr=False)
 class SingleEquation:
-    """The one equation J θ'' + C θ'² = Q of a mechanism with loops, and its coefficients.
+    """The single equation J θ'' + C θ'² = Q of a mechanism with loops, and its coefficients.
 
     Args:
-        mechanism: what it describes.
+        mechanism: the mechanism that it describes.
         found: the reduction in closed form.
 
     Example:
@@ -61,29 +61,29 @@ class SingleEquation:
 
     @property
     def equation(self) -> Equation:
-        """The equation, by J, C and the kinematic coefficients."""
+        """The equation, written with J, C and the kinematic coefficients."""
         return self.document.equations[0]
 
     @cached_property
     def coefficients(self) -> dict[str, str]:
-        """Each letter in the order in which they follow, with what it equals, as text."""
+        """The definition of each coefficient as text, by letter, each after those it needs."""
         stages = self.found.derivation.stages[-3:]
         lines = [result.write(Text()) for stage in stages for result in stage.results]
         return dict(line.split(" = ", 1) for line in lines)
 
     def compare(self, samples: int = 20, seed: int = 0) -> float:
-        """Return how far it is from the full equations with their loops, at random closed states.
+        """Return the largest disagreement with the full, constrained equations at random states.
 
         Args:
-            samples: number of positions that are tried; those whose loops close are used.
+            samples: number of random positions to try; those whose loops can be closed are used.
             seed: of the random numbers.
 
         Returns:
-            The largest rest of the equation, and of the velocities and accelerations of the other
-            coordinates, relative to the largest part.
+            The largest residual of the equation, or of a dependent acceleration, relative to its
+            largest term.
 
         Raises:
-            DerivationError: if no random position could be closed.
+            DerivationError: if the loops could be closed at no random position.
 
         Example:
             >>> import mecanique as mq
@@ -108,12 +108,12 @@ class SingleEquation:
             used += 1
         if not used:
             raise DerivationError(
-                f"mechanism {self.mechanism.name!r}: no random position could be closed"
+                f"mechanism {self.mechanism.name!r}: no random position allowed its loops to close"
             )
         return worst
 
     def _check_followers(self, values: Mapping[str, float]) -> float:
-        """How far the accelerations of the others are from K θ'' + L θ'²."""
+        """Return the largest disagreement of a dependent acceleration with K θ'' + L θ'²."""
         kept, worst = self.coordinate, 0.0
         v, a = values[f"{kept}'"], values[f"{kept}''"]
         half = len(self.found.coefficients) // 2
@@ -125,7 +125,7 @@ class SingleEquation:
         return worst
 
     def _state(self, q: np.ndarray, rate: float) -> dict[str, Any] | None:
-        """A closed position with its coefficients and velocities; None if it does not close."""
+        """Close the loops near q; return all values there, None if singular or not closed."""
         ties, ring = self.found.derivation.ties, self.found.derivation.algebra.ring
         names = self.mechanism.coordinates
         others = [k for k, name in enumerate(names) if name != self.coordinate]
@@ -156,10 +156,10 @@ class SingleEquation:
         return values
 
     def text(self, steps: bool = True) -> str:
-        """Return it as text, with what its letters mean and stand for.
+        """Return the equation as text, with the meanings and definitions of its letters.
 
         Args:
-            steps: whether to show how it comes about.
+            steps: whether to show the steps that lead to it.
         """
         if steps:
             return f"{self.document.text(True, symbols=True)}\n\n{self._said}"
@@ -167,20 +167,20 @@ class SingleEquation:
         return "\n".join([*defined, str(self.equation), "", self._said])
 
     def latex(self, steps: bool = True) -> str:
-        """Return it as a fragment of a LaTeX document.
+        """Return the equation as a fragment of a LaTeX document.
 
         Args:
-            steps: whether to say more than the equation.
+            steps: whether to show the steps that lead to it.
         """
         if not steps:
             return self.equation.latex()
         return f"{self.document.latex(True, symbols=True)}\n\n{to_latex(self._said, ())}"
 
     def mathml(self, steps: bool = True) -> str:
-        """Return it as a fragment of HTML with MathML.
+        """Return the equation as a fragment of HTML with MathML.
 
         Args:
-            steps: whether to say more than the equation.
+            steps: whether to show the steps that lead to it.
         """
         if not steps:
             return self.equation.mathml()
@@ -194,7 +194,7 @@ class SingleEquation:
 
     @cached_property
     def _said(self) -> str:
-        """How well it agrees with the full equations, in a sentence."""
+        """A sentence that states how well it agrees with the full equations."""
         return (
             "At random closed states the accelerations of the full equations, with multipliers, "
             f"satisfy it to a relative difference of {self.compare():.0e}."
@@ -202,14 +202,14 @@ class SingleEquation:
 
 
 def reduce_loops(mechanism: Mechanism, coordinate: str = "") -> SingleEquation:
-    """Reduce a mechanism whose loops leave one motion free to one equation, J θ'' + C θ'² = Q.
+    """Reduce a mechanism with loops and one degree of freedom to one equation, J θ'' + C θ'² = Q.
 
-    The other coordinates follow by kinematic coefficients K = du/dθ and L = dK/dθ, each named and
-    defined (R. Eksergian, J. Franklin Inst. 209, 1930, 21; B. Paul, Kinematics and Dynamics of
+    Every other coordinate u follows θ by kinematic coefficients K = du/dθ and L = dK/dθ, each named
+    and defined (R. Eksergian, J. Franklin Inst. 209, 1930, 21; B. Paul, Kinematics and Dynamics of
     Planar Machinery, 1979, ch. 12).
 
     Args:
-        mechanism: one with loops.
+        mechanism: a mechanism with loops and one degree of freedom.
         coordinate: θ, by default the first coordinate.
 
     Returns:
@@ -217,7 +217,8 @@ def reduce_loops(mechanism: Mechanism, coordinate: str = "") -> SingleEquation:
 
     Raises:
         UnknownNameError: if there is no such coordinate.
-        DerivationError: if the loops leave not one motion free, or the coefficients are long.
+        DerivationError: if there is not exactly one degree of freedom, or the coefficients are too
+            long.
 
     Example:
         >>> import mecanique as mq

@@ -1,7 +1,7 @@
-"""Small motions about an equilibrium in symbols: M q'' + C q' + K q = f.
+"""Linearize symbolic equations of motion about an equilibrium: M q'' + C q' + K q = f.
 
-M, C and K are M a + h − Q of the exact equations differentiated with respect to accelerations,
-velocities and coordinates, with the equilibrium put in afterwards (L. Meirovitch, Elements of
+M, C and K are the partial derivatives of M a + h − Q of the exact equations with respect to
+accelerations, velocities and coordinates, taken at the equilibrium (L. Meirovitch, Elements of
 Vibration Analysis, 1986, sect. 4.2).
 """
 
@@ -27,10 +27,10 @@ from mecanique.errors import DerivationError
 __all__ = ["Linearized", "linearize_equations"]
 
 _EXACT = 1e-9
-"""A coordinate this near to zero or a multiple of π/12 is taken for that."""
+"""A coordinate this close to zero or to a multiple of π/12 is replaced by it."""
 
 _BALANCED = 1e-7
-"""What is left of forces that should balance may be this fraction of the largest of them."""
+"""The forces balance if their sum is at most this fraction of the largest of them."""
 
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{}</math>'
 
@@ -41,16 +41,15 @@ class Linearized:
     """Linear equations of small motions about an equilibrium, in letters.
 
     Args:
-        matrices: M, C, K and the forces f that depend on time alone.
-        equations: the same as equations, one for each velocity; the coordinates in them are
-            deviations.
+        matrices: M, C, K and the forces f, functions of time alone.
+        equations: the same as one equation for each velocity; the coordinates in them are
+            deviations from the equilibrium.
         place: the equilibrium, a series by coordinate name.
-        letters: number of each letter that stands for a coordinate at the equilibrium, e.g.
-            theta_0.
-        square: the square of the natural frequency of a single degree of freedom, K/M; None if
-            there are more, or if the equilibrium is not stable.
-        ratio: the damping ratio of a single degree of freedom as its numerator C and what stands
-            below, 2 √(K M); None if it is undamped.
+        letters: value of each letter that stands for a coordinate at the equilibrium, e.g. theta_0.
+        square: the square K/M of the natural frequency of a single degree of freedom; None with
+            several degrees of freedom, or if the equilibrium is not stable.
+        ratio: the damping ratio of a single degree of freedom as numerator C and denominator
+            2 √(K M); None if it is undamped.
         zero: whether all coordinates are zero at the equilibrium.
     """
 
@@ -63,27 +62,27 @@ class Linearized:
     zero: bool
 
     def text(self) -> str:
-        """Return the equations; of several the matrices, of one the natural frequency."""
+        """Return the equations as text, with the matrices of several, the frequency of one."""
         lines = [self.about(), *(equation.text() for equation in self.equations)]
         if len(self.equations) > 1:
             lines += ["In matrices:", *self.matrices.text().splitlines()]
         return "\n".join([*lines, *self._figures(Text())])
 
     def latex(self) -> str:
-        """Return the equations in LaTeX, for mathematics mode; of one the natural frequency."""
+        """Return the equations in LaTeX, for math mode, with the frequency of a single one."""
         rows = [equation.latex().replace(" = ", " &= ", 1) for equation in self.equations]
         rows += [line.replace(" = ", " &= ", 1) for line in self._figures(Latex())]
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
-        """Return the equations in MathML, an element each, then matrices and frequency."""
+        """Return the equations in MathML, one element each, then the matrices or the frequency."""
         out = [equation.mathml() for equation in self.equations]
         if len(self.equations) > 1:
             out.append(self.matrices.mathml())
         return "\n".join([*out, *(_MATH.format(line) for line in self._figures(MathML()))])
 
     def about(self) -> str:
-        """Return in a sentence what the letters of the linear equations mean."""
+        """Introduce the linear equations in a sentence: the equilibrium, and what letters mean."""
         listed = ", ".join(
             f"{name} = {expression(value).text()}" for name, value in self.place.items() if value
         )
@@ -118,8 +117,8 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
     """Linearize symbolic equations of motion about an equilibrium.
 
     Raises:
-        DerivationError: if the forces do not balance there, or the linear equations' coefficients
-            change with time.
+        DerivationError: if the forces do not balance there, or the coefficients of the linear
+            equations depend on time.
     """
     algebra = derivation.algebra
     ring, mechanism = algebra.ring, algebra.mechanism
@@ -181,14 +180,14 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
 
 
 def _letters(value: Series, used: Mapping[str, float]) -> bool:
-    """Whether a coordinate's value is a multiple of π, or a letter that occurs."""
+    """Whether a coordinate's value contains only π and letters that are printed."""
     return all(g.kind is Kind.CONSTANT or g.name in used for g in value.generators())
 
 
 def _place(
     derivation: Derivation, q: Mapping[str, float]
 ) -> tuple[dict[str, Series], dict[str, float]]:
-    """The equilibrium as series: 0, a multiple of π/12, or a letter with its number."""
+    """Write the equilibrium's coordinates as 0, multiples of π/12, or letters with values."""
     ring = derivation.algebra.ring
     taken = {g.name for g in ring.generators}
     quaternions = {name for name in q if f"{name}'" not in derivation.algebra.velocities}
@@ -211,7 +210,7 @@ def _place(
 
 
 def _drive(rest: Series, numbers: Mapping[str, float], name: str) -> Series:
-    """The force that depends on time alone; what does not depend on time must balance."""
+    """Return the terms that depend on time, as a force; the constant terms must balance."""
     ring = rest.ring
     timed, constant, size = [], [], 0.0
     for trig, monomial, c in rest.terms():
@@ -224,8 +223,8 @@ def _drive(rest: Series, numbers: Mapping[str, float], name: str) -> Series:
     left = evaluate(ring.sum(constant), numbers) if constant else 0.0
     if abs(left) > _BALANCED * max(size, 1e-300):
         raise DerivationError(
-            f"the forces of {name!r} do not balance there: {left:.3g} is left over; expected an "
-            "equilibrium (look for one with mecanique.equilibria)"
+            f"the forces of {name!r} do not balance there: they add up to {left:.3g}; expected an "
+            "equilibrium (find one with mecanique.equilibria)"
         )
     return ring.sum(timed)
 
@@ -236,7 +235,7 @@ def _single(
     K: Matrix,
     numbers: Mapping[str, float],
 ) -> tuple[Series | None, tuple[Series, Series] | None]:
-    """ω² = K/M and ζ = C/(2 √(K M)), where K is positive."""
+    """Return ω² = K/M and ζ = C/(2 √(K M)) where K is positive, else None."""
     m, c, k = M[0][0], C[0][0], K[0][0]
     if not evaluate(k, numbers) > 0:
         return None, None

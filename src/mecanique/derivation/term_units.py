@@ -1,4 +1,4 @@
-"""The units of the terms of equations of motion."""
+"""Find the units of the terms of equations of motion."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from mecanique.model.mechanism.homogeneity import dimensions_of
 __all__ = ["UNIT_AT_END", "find_units", "unit_of"]
 
 UNIT_AT_END = re.compile(r"\[([^\]]*)\]$")
-"""The unit at the end of what a symbol means."""
+"""The unit in brackets at the end of a symbol's meaning."""
 
 
 def find_units(derivation: Derivation, equation: Equation) -> tuple[Dimension | None, ...]:
-    """Return the dimension of each term of an equation; None where a number leaves it open.
+    """Return the dimension of each term; None where a plain number stands for a quantity.
 
     Args:
-        derivation: of the equation.
-        equation: as printed.
+        derivation: the derivation of the equation.
+        equation: the printed equation.
     """
     dimensions = _dimensions(derivation)
     terms = (*equation.left.terms, *equation.right.terms)
@@ -40,13 +40,13 @@ def find_units(derivation: Derivation, equation: Equation) -> tuple[Dimension | 
 
 
 def unit_of(derivation: Derivation, equation: Equation) -> str:
-    """Return the unit that the terms of an equation have.
+    """Return the unit of the terms of an equation, that of most terms if they differ.
 
-    Where plain numbers stand for quantities with a unit, it is that of most terms.
+    They differ where plain numbers stand for quantities with a unit.
 
     Args:
-        derivation: of the equation.
-        equation: as printed.
+        derivation: the derivation of the equation.
+        equation: the printed equation.
     """
     known = [its for its in find_units(derivation, equation) if its is not None]
     return say_unit(Counter(known).most_common(1)[0][0]) if known else ""
@@ -60,7 +60,7 @@ def _of(dimensions: Dimensions, term: Product) -> Dimension | None:
 
 
 def _dimensions(derivation: Derivation) -> Dimensions:
-    """Those of all letters in the equations: the mechanism's own, a, roots and multipliers."""
+    """Return the dimensions of all letters: the mechanism's own, a, roots and multipliers."""
     algebra = derivation.algebra
     own = dimensions_of(algebra.mechanism)
     known = {**own.states, **own.declared}
@@ -76,7 +76,7 @@ def _dimensions(derivation: Derivation) -> Dimensions:
 
 
 def _collect_stated(meanings: Iterable[tuple[str, str]]) -> Iterable[tuple[str, Dimension]]:
-    """The units at the end of sentences."""
+    """Yield the dimension of each symbol whose meaning ends with a unit."""
     for name, sentence in meanings:
         found = UNIT_AT_END.search(sentence)
         if found:

@@ -1,1 +1,1 @@
-"""Derivations in numbers, batched over states, for mechanisms of any size."""
+"""The derivations in numbers, for batches of states and mechanisms of any size."""

@@ -1,4 +1,4 @@
-"""From generalized coordinates to joint coordinates: r = φ(q, t), u = G v + φ_t, u̇ = G a + γ."""
+"""Map generalized to joint coordinates: r = φ(q, t), u = G v + φ_t, u̇ = G a + γ."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ __all__ = ["Chart", "Motions", "efforts_in_joints"]
 @final
 @dataclass(frozen=True)
 class Motions:
-    """Joint coordinates and velocities of n states.
+    """Joint coordinates and joint velocities in n states.
 
     Args:
-        r: value of each joint coordinate, shape (n,).
+        r: values of each joint coordinate by name, shape (n,).
         u: shape (n, nu), joint velocities in the order of the tree.
-        gamma: shape (n, nu), their rates when the generalized velocities are constant.
-        order: shape (nu,), which generalized velocity each joint velocity is; −1 for a driven
-            joint.
+        gamma: shape (n, nu), their rates at constant generalized velocities.
+        order: shape (nu,), the index of the generalized velocity that equals each joint velocity;
+            −1 for a driven joint.
         G: shape (n, nu, nv), ∂u/∂v; None without driven joints.
     """
 
@@ -72,15 +72,15 @@ class Motions:
 def efforts_in_joints(
     states: States, move: Motions, columns: Mapping[str, int]
 ) -> np.ndarray | None:
-    """Return the torques given with the states, as forces in the joints; None without any.
+    """Return the torques given with the states as forces in the joints; None without any.
 
     Args:
-        states: with or without torques.
-        move: joint velocities by generalized velocity, there.
-        columns: which joint velocity each name means.
+        states: the states, with or without torques.
+        move: the joint motions in these states.
+        columns: index of the joint velocity along which a torque of each name acts.
 
     Returns:
-        Shape (n, nu); of generalized forces the least torques that do the same virtual work.
+        Shape (n, nu); generalized forces become the least torques that do the same virtual work.
     """
     efforts = states.efforts
     if efforts is None:
@@ -110,10 +110,11 @@ class Chart:
         self._driven = {k: driven[u] for k, u in enumerate(self._velocities) if u in driven}
 
     def motions(self, states: States) -> Motions:
-        """Return joint coordinates and velocities.
+        """Evaluate joint coordinates, joint velocities and their rates at constant v.
 
         Raises:
             DerivationError: if the map cannot be differentiated.
+            InputError: if it has no finite value or derivative in a state.
         """
         n = len(states)
         values = states.values

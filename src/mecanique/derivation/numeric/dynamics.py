@@ -1,4 +1,4 @@
-"""What every numeric derivation computes: M a + bias = forces and its companions."""
+"""The quantities that every numeric derivation computes: M, bias, forces, energies, momenta."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ __all__ = ["BatchDynamics"]
 
 
 class BatchDynamics(ABC):
-    """The numbers of M a + bias = forces; of a mechanism with loops, those of its tree.
+    """The terms of M a + bias = forces in numbers; with loops, those of the tree.
 
     All methods take n states and return arrays whose first axis has length n.
     """
 
     rolls: ClassVar[bool] = False
-    """Whether its accelerations satisfy contacts and velocity constraints."""
+    """Whether `acceleration` satisfies contacts and velocity constraints."""
 
     @abstractmethod
     def mass_matrix(self, states: States) -> np.ndarray:
@@ -46,16 +46,16 @@ class BatchDynamics(ABC):
         """Return a from M a + bias = forces, shape (n, nv).
 
         Raises:
-            DerivationError: if a motion meets no inertia.
+            DerivationError: if the mass matrix is singular.
         """
 
     @abstractmethod
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return the kinetic energy and that of gravity and springs, each shape (n,) [J]."""
+        """Return the kinetic energy T and the potential energy V, each shape (n,) [J]."""
 
     @abstractmethod
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the linear momentum, and the angular about origin and center of mass, each (n, 3).
+        """Return the linear momentum, and the angular ones about origin and center of mass.
 
-        Bodies fixed to the ground do not count.
+        Each has shape (n, 3); bodies fixed to the ground do not count.
         """

@@ -1,10 +1,10 @@
-"""The forces of the elements that guide, on batched floats, from what joints cannot transmit.
+"""Compute the forces of guiding elements (cords, gears …) on batched floats.
 
-What crosses the joints in all, totals T_k, is known from the balances of the bodies. The reaction
-in joint k is R_k = T_k + Σ f_j S_kj, where S_kj balances the unit forces j on all that hangs on the
-joint. A joint transmits nothing along or about its own directions n, so that for each of them
+The balances of the bodies give the total wrench T_k across each joint. The reaction in joint k is
+R_k = T_k + Σ f_j S_kj, where S_kj balances the unit force j on all bodies beyond the joint. A joint
+transmits nothing along or about its own directions n; hence for each of them
 
-    n·T_k + armature u' + Σ f_j n·S_kj + (what holds the joint itself) = 0.
+    n·T_k + armature u' + Σ f_j n·S_kj + (forces by which the joint itself is held) = 0.
 """
 
 from __future__ import annotations
@@ -29,22 +29,24 @@ from mecanique.model.units import characteristic_length
 __all__ = ["Along", "Sizes", "find_unexplained", "size", "unit_needs"]
 
 _RANK = 1e-9
+"""Singular values below this part of the largest count as zero."""
+
 _EXPLAINED = 1e-6
-"""What elements leave of a guide's unit forces, where they describe it."""
+"""Elements describe a guide if they leave no more than this part of its unit forces."""
 
 _SHARE = 1e-8
-"""Shares of a force in those that balance one another below this count as none."""
+"""Components below this of self-balancing sets of unit forces count as zero."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Along:
-    """What acts along the joint velocities.
+    """The effects of the elements' unit forces along the joint velocities.
 
     Args:
-        forces: shape (n, nu, k), of unit forces of the elements.
-        rates: shape (n, nu, nv), joint velocities by generalized velocity.
-        joints: which joint each joint velocity belongs to, and the coordinates it changes.
+        forces: shape (n, nu, k), component of each unit force along each joint velocity.
+        rates: shape (n, nu, nv), ∂u/∂v.
+        joints: for each joint velocity, its joint and the coordinates it changes.
     """
 
     forces: np.ndarray
@@ -55,11 +57,11 @@ class Along:
 @final
 @dataclass(frozen=True, eq=False)
 class Sizes:
-    """The sizes of the elements' forces.
+    """The magnitudes of the elements' forces.
 
     Args:
         forces: shape (n, k) [N or N·m].
-        idle: shape (n, k, m), forces of the elements that balance one another.
+        idle: shape (n, k, m), sets of forces that balance one another and so stay undetermined.
     """
 
     forces: np.ndarray
@@ -67,12 +69,12 @@ class Sizes:
 
 
 def unit_needs(mechanism: Mechanism, at: Snapshot, *, pressed: bool = False) -> list[np.ndarray]:
-    """Return what each body needs to bear unit forces of the elements, each shape (n, 6, k).
+    """Return the wrench that balances the elements' unit forces on each body, each (n, 6, k).
 
     Args:
-        mechanism: whose elements they are.
+        mechanism: the mechanism with the elements.
         at: its bodies, cut free.
-        pressed: whether what goes with the magnitudes of the forces is wanted instead.
+        pressed: whether to return instead the wrenches that grow with the forces' magnitudes.
     """
     n, place = len(at.springs), {body.name: k for k, body in enumerate(at.bodies)}
     needs = [np.zeros((n, 6, len(force_names(mechanism.elements)))) for _ in at.bodies]
@@ -123,12 +125,12 @@ def _ground(mechanism: Mechanism, at: Snapshot) -> Ground:
 def find_unexplained(
     mechanism: Mechanism, guides: Sequence[Guide], along: Along
 ) -> tuple[Guide, ...]:
-    """Return the guides that the elements do not describe, at a position like any other.
+    """Return the guides that the elements do not describe, as judged in one generic state.
 
     Args:
-        mechanism: whose guides they are.
-        guides: all of them.
-        along: what acts along the joints there, in one state.
+        mechanism: the mechanism with the guides.
+        guides: all of its guides.
+        along: the unit forces along the joints in that state.
     """
     scale = _scale(mechanism, along)
     known = scale[:, None] * _known(along, 0)
@@ -142,23 +144,23 @@ def find_unexplained(
 
 
 def size(mechanism: Mechanism, guides: Sequence[Guide], along: Along, demand: np.ndarray) -> Sizes:
-    """Return the forces of the elements, of all that do the same the least.
+    """Return the elements' forces that meet a demand; if several do, the least ones.
 
     Args:
-        mechanism: whose elements they are.
-        guides: those that the elements do not describe.
-        along: what acts along the joints.
-        demand: shape (n, nu), what totals demand along the joints.
+        mechanism: the mechanism with the elements.
+        guides: the guides that the elements do not describe.
+        along: the unit forces along the joints.
+        demand: shape (n, nu), components of the totals along the joint velocities.
 
     Raises:
-        DerivationError: if an element does work where the coordinate map moves the bodies.
+        DerivationError: if an element does work in a motion of the coordinate map.
     """
     work = np.abs(np.swapaxes(along.rates, 1, 2) @ along.forces)
     if work.size and work.max() > 1e-8:
         worst = int(work.max(axis=(0, 1)).argmax())
         raise DerivationError(
             f"mechanism {mechanism.name!r}: {force_names(mechanism.elements)[worst]} does work "
-            f"where the coordinate map moves the bodies, {work.max():.3g} per unit; correct the "
+            f"in the motions of the coordinate map, {work.max():.3g} per unit; correct the "
             "points, radii or senses of its element, or the map"
         )
     count, scale = along.forces.shape[2], _scale(mechanism, along)
@@ -185,7 +187,7 @@ def _scale(mechanism: Mechanism, along: Along) -> np.ndarray:
 
 
 def _known(along: Along, k: int) -> np.ndarray:
-    """Unit forces of the elements along the joints, and what the joints take themselves."""
+    """Columns along the joints: unit forces of the elements, and forces within single joints."""
     own = [along.forces[k]]
     for joint in dict.fromkeys(holder for holder, _ in along.joints):
         rows = [u for u, (holder, _) in enumerate(along.joints) if holder == joint]
@@ -194,14 +196,14 @@ def _known(along: Along, k: int) -> np.ndarray:
 
 
 def _tie_forces(along: Along, guide: Guide, k: int) -> np.ndarray:
-    """The forces along the joints by which a guide may hold them."""
+    """A basis of the forces by which a guide may hold its joints."""
     tied = set(guide.coordinates)
     rows = [u for u, (_, names) in enumerate(along.joints) if tied.intersection(names)]
     return _null(along.rates[k], rows)
 
 
 def _null(rates: np.ndarray, rows: list[int]) -> np.ndarray:
-    """Forces along some joint velocities that do no work in any displacement, shape (nu, k)."""
+    """A basis of forces along some joint velocities that do no virtual work, shape (nu, k)."""
     left, sizes, _ = np.linalg.svd(rates[rows])
     rank = int((sizes > _RANK * sizes.max(initial=_RANK)).sum())
     out = np.zeros((len(rates), len(rows) - rank))

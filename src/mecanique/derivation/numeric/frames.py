@@ -1,6 +1,6 @@
-"""How the frames of a tree move, on batched floats, by the vector relations of rigid motion.
+"""Compute how the frames of a tree move, on batched floats, by vector kinematics.
 
-v = v_P + ω_P × r and a = a_P + α_P × r + ω_P × (ω_P × r), plus what the joint adds (Beer &
+v = v_P + ω_P × r and a = a_P + α_P × r + ω_P × (ω_P × r), plus the joint's own motion (Beer &
 Johnston, Vector Mechanics for Engineers: Dynamics, ch. 15). All vectors are in world axes.
 """
 
@@ -26,16 +26,14 @@ class Frame:
     Args:
         turn: shape (n, 3, 3), its axes in the world.
         seat: shape (n, 3), its origin [m].
-        step: shape (n, 3), its origin from that of the link that carries it [m].
+        step: shape (n, 3), vector from the parent link's origin to its own [m].
         velocity: shape (n, 3), of the origin [m/s].
         spin: shape (n, 3), angular velocity [rad/s].
-        gamma: shape (n, 3), acceleration of the origin while the generalized velocities are
-            constant [m/s²].
-        gamma_spin: shape (n, 3), angular acceleration then [rad/s²].
-        J: shape (n, 3, nu), velocity of the origin by joint velocity.
-        J_spin: shape (n, 3, nu), angular velocity by joint velocity.
-        axes: shape (n, 6, k), of each joint velocity of the link: direction of its velocity, of its
-            angular velocity.
+        gamma: shape (n, 3), acceleration of the origin at constant generalized velocities [m/s²].
+        gamma_spin: shape (n, 3), angular acceleration at constant generalized velocities [rad/s²].
+        J: shape (n, 3, nu), Jacobian of the origin's velocity in the joint velocities.
+        J_spin: shape (n, 3, nu), Jacobian of the angular velocity in the joint velocities.
+        axes: shape (n, 6, k), linear and angular direction of each of the link's joint velocities.
     """
 
     turn: np.ndarray
@@ -66,7 +64,7 @@ def frames(tree: tuple[Link, ...], places: list[np.ndarray], move: Motions) -> l
 
     Args:
         tree: the links.
-        places: where each link's own frame stands in its parent, each shape (4, 4).
+        places: pose of each link's joint frame in its parent, each shape (4, 4).
         move: joint coordinates and velocities.
     """
     n, nu = move.u.shape
@@ -102,7 +100,7 @@ def _carry(parent: Frame, link: Link, place: np.ndarray, move: Motions, own: sli
     u, rates = move.u[:, own, None], move.gamma[:, own, None]
     sliding, rolling = (slide @ u)[..., 0], (roll @ u)[..., 0]
     spin = parent.spin + rolling
-    # directions fixed in the child turn with it; those of a slide turn with the parent, too
+    # a free joint's directions turn with the child, those of a slide with the parent
     bent = np.cross(spin if link.kind == "free" else parent.spin, sliding)
     J = parent.J + np.cross(parent.J_spin, r[:, :, None], axis=1)
     J_spin = parent.J_spin.copy()
@@ -127,7 +125,7 @@ def _carry(parent: Frame, link: Link, place: np.ndarray, move: Motions, own: sli
 
 
 def _axes(link: Link, turn: np.ndarray) -> np.ndarray:
-    """Directions of a link's velocities in the world, shape (n, 6, k)."""
+    """Directions of a link's joint velocities in the world, shape (n, 6, k)."""
     axes = np.zeros((len(turn), 6, len(link.velocities)))
     along = (turn @ np.array(link.axis))[:, :, None]
     if link.kind == "turn":

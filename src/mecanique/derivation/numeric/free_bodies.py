@@ -1,4 +1,4 @@
-"""Every body cut free, on batched floats: its motion, its loads and the seat of its joint."""
+"""Cut every body free, on batched floats: its motion, its loads and the seat of its joint."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ __all__ = ["FreeBodies", "FreeBody", "Snapshot", "spread", "times", "total_momen
 @final
 @dataclass(frozen=True, eq=False)
 class FreeBody:
-    """One body over n states, in world axes; it accelerates by J a + γ.
+    """A free body over n states, in world axes; its center of mass accelerates by J a + γ.
 
     Args:
         name: of the body.
-        joint: name of the joint that holds it.
-        parent: place of its parent among the free bodies, −1 for the ground.
+        joint: name of the joint that connects it to its parent.
+        parent: index of its parent among the free bodies, −1 for the ground.
         mass: [kg].
-        seat: shape (n, 3), where its joint is, the origin of its frame [m].
+        seat: shape (n, 3), position of its joint, the origin of its frame [m].
         turn: shape (n, 3, 3), rotation of its frame.
-        center: shape (n, 3), its center of mass [m].
-        step: shape (n, 3), its seat from its parent's [m].
-        arm: shape (n, 3), its center of mass from its seat [m].
+        center: shape (n, 3), position of its center of mass [m].
+        step: shape (n, 3), vector from its parent's seat to its own [m].
+        arm: shape (n, 3), vector from its seat to its center of mass [m].
         velocity: shape (n, 3), of the center of mass [m/s].
         spin: shape (n, 3), angular velocity [rad/s].
         inertia: shape (n, 3, 3), about the center of mass [kg·m²].
-        J: shape (n, 3, nv), velocity of the center of mass by generalized velocity.
+        J: shape (n, 3, nv), Jacobian of the center of mass's velocity in the generalized ones.
         gamma: shape (n, 3), acceleration of the center of mass for a = 0 [m/s²].
-        J_spin: shape (n, 3, nv), angular velocity by generalized velocity.
+        J_spin: shape (n, 3, nv), Jacobian of the angular velocity.
         gamma_spin: shape (n, 3), angular acceleration for a = 0 [rad/s²].
         force: shape (n, 3), resultant of springs, dampers, drives and loads [N].
         moment: shape (n, 3), their moment about the center of mass [N·m].
@@ -74,7 +74,7 @@ class FreeBody:
 
     @property
     def tumbling(self) -> np.ndarray:
-        """Rate of the angular momentum for a = 0, I γ + ω × I ω, shape (n, 3) [N·m]."""
+        """Rate of the angular momentum for a = 0, I γ_spin + ω × I ω, shape (n, 3) [N·m]."""
         return times(self.inertia, self.gamma_spin) + np.cross(self.spin, self.angular_momentum)
 
 
@@ -86,9 +86,9 @@ class Snapshot:
     Args:
         bodies: each after its parent.
         motions: joint coordinates and velocities.
-        axes: shape (n, 6, nu), direction of each joint velocity's force and moment at the seat of
-            its body.
-        holders: shape (nu,), place of the free body that each joint velocity moves against its
+        axes: shape (n, 6, nu), wrench at the seat of the body that does unit power with each joint
+            velocity.
+        holders: shape (nu,), index of the free body that each joint velocity moves relative to its
             parent.
         armature: shape (nu,), inertia of each joint's rotor [kg·m² or kg].
         springs: shape (n,), energy of the springs [J].
@@ -103,17 +103,17 @@ class Snapshot:
 
     @property
     def rates(self) -> np.ndarray:
-        """Joint velocities by generalized velocity, ∂u/∂v, shape (n, nu, nv)."""
+        """Derivatives of the joint velocities, ∂u/∂v, shape (n, nu, nv)."""
         nu = len(self.armature)
         return spread(np.broadcast_to(np.eye(nu), (len(self.springs), nu, nu)), self.motions)
 
 
 @final
 class FreeBodies:
-    """Cut the bodies of a mechanism free.
+    """The free bodies of a mechanism, ready to be evaluated in many states.
 
     Args:
-        mechanism: any mechanism; of one with loops, its tree.
+        mechanism: any mechanism; with loops, its tree.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -140,7 +140,7 @@ class FreeBodies:
             for link in self._tree
             for _ in link.velocities
         ]
-        """Place of the free body that each joint velocity moves, and the coordinates it changes."""
+        """For each joint velocity: index of the body it moves, and the coordinates it changes."""
         self._free = moving(self._tree)
         self._masses = [self._mass(joint.child) for joint in self._joints]
 
@@ -176,7 +176,7 @@ class FreeBodies:
         return [body for body in self.at(states).bodies if self._free[self._place[body.name]]]
 
     def _chain(self, joint: Joint) -> list[int]:
-        """Return the places of a joint's links, from the child inward."""
+        """Return the indices of a joint's links, from the child toward the parent."""
         place, chain = self._place[joint.child], list[int]()
         while place != self._place[joint.parent]:
             chain.append(place)
@@ -198,7 +198,7 @@ class FreeBodies:
             seat=frame.seat,
             turn=frame.turn,
             center=at,
-            # not as differences of places, which far from the world's origin lose digits
+            # summed, since differences of positions far from the world's origin lose digits
             step=sum((link.step for link in chain[1:]), frame.step),
             arm=arm,
             velocity=frame.velocity + inward,
@@ -215,7 +215,7 @@ class FreeBodies:
     def _wrenches(
         self, found: list[Frame], loaded: dict[int, np.ndarray], drives: np.ndarray
     ) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Applied force on each free body, and its moment about the world's origin."""
+        """Return the applied force on each free body, with its moment about the world's origin."""
         n = len(drives)
         force, moment = np.zeros((len(self._joints), n, 3)), np.zeros((len(self._joints), n, 3))
         place = {self._place[joint.child]: k for k, joint in enumerate(self._joints)}
@@ -248,9 +248,10 @@ class FreeBodies:
 def total_momentum(
     bodies: Sequence[FreeBody], count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the linear momentum, and the angular about origin and center of mass, each (n, 3).
+    """Return the linear momentum, and the angular ones about origin and center of mass.
 
-    Sums of m v_C and of H_C + r_C × m v_C (Fundamentals of Dynamics, eqs. 1.7, 1.9, 1.11).
+    They are the sums of m v_C and of H_C + r_C × m v_C, each shape (n, 3) (Fundamentals of
+    Dynamics, eqs. 1.7, 1.9, 1.11).
     """
     linear, angular, first = (np.zeros((count, 3)) for _ in range(3))
     mass = 0.0
@@ -264,11 +265,14 @@ def total_momentum(
 
 
 def spread(columns: np.ndarray, move: Motions) -> np.ndarray:
-    """Return derivatives by generalized velocity, shape (n, k, nv), from those by joint velocity.
+    """Turn a Jacobian in the joint velocities into one in the generalized velocities.
 
     Args:
         columns: shape (n, k, nu).
-        move: joint velocities by generalized velocity.
+        move: the joint motions.
+
+    Returns:
+        Shape (n, k, nv).
     """
     if move.G is not None:
         return np.asarray(columns @ move.G)
@@ -278,7 +282,7 @@ def spread(columns: np.ndarray, move: Motions) -> np.ndarray:
 
 
 def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Return products of matrices and vectors, shape (n, 3).
+    """Multiply matrices by vectors, state by state.
 
     Args:
         matrix: shape (n, 3, 3).

@@ -1,15 +1,15 @@
-"""The equations of motion by the definition of Lagrange's operator, on jets.
+"""Compute the equations of motion from the definition of Lagrange's operator, on jets.
 
-Poses H(ε) follow a motion through the state; their duals are the variations δH. For
-quasi-velocities a variation η(ε) turns a pose as δA = A S η, so that δT = A η + B η' and Lagrange's
-operator E = B' − A is, with the coefficients [εᵏ] of δT,
+Poses H(ε) follow a motion through the state; their dual parts are the variations δH. For
+quasi-velocities a variation η(ε) turns a pose by δA = A S η. Then δT = A η + B η', and Lagrange's
+operator E = B' − A follows from the coefficients [εᵏ] of δT,
 
     E = [ε¹] δT(η = ε) − 2 [ε⁰] δT(η = 1),
 
-since η = ε gives A + B' and η = 1 gives A. No coefficients of Hamel are needed (H. Poincaré, "Sur
-une forme nouvelle des équations de la mécanique", C. R. Acad. Sci. 132 (1901) 369, has the
-variations on a group). Springs follow from their energy, all other forces from their virtual work,
-which is the dual part of what they act along.
+since η = ε gives A + B' and η = 1 gives A. No Hamel coefficients are needed (for variations on a
+group see H. Poincaré, "Sur une forme nouvelle des équations de la mécanique", C. R. Acad. Sci. 132
+(1901) 369). Springs enter by their energy, all other forces by their virtual work: the dual part of
+the path along which they act.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from mecanique.model.states import States
 __all__ = ["Definition"]
 
 _LARGE = 2.0**40
-"""Accelerations beside which those of prescribed motions leave no rounding error in M."""
+"""Size of the accelerations that give M; large, so that prescribed motions are lost in rounding."""
 
 
 @final
 class _Along:
-    """The line of a force: a distance, given by its square, or the coordinate of a joint."""
+    """The line that a force acts along: a distance, given by its square, or a joint coordinate."""
 
     def __init__(self, square: Jet, x: Jet | None = None) -> None:
         self.square = square
@@ -80,9 +80,9 @@ class Definition(BatchDynamics):
         self._gravity = np.array(mechanism.evaluate_all(mechanism.gravity))
 
     def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M: what Lagrange's operator adds for accelerations, by unit."""
+        """Return M: the change of Lagrange's operator for unit accelerations."""
         n, nv = len(states), self._mechanism.nv
-        # M depends on neither v nor gravity; leaving them out avoids rounding errors
+        # M depends on neither v nor gravity; omitting them avoids rounding errors
         q, t = np.tile(states.q, (nv + 1, 1)), np.tile(states.t, nv + 1)
         rest = np.zeros((len(q), nv))
         many = States(self._mechanism, q, rest, t, rest)
@@ -142,7 +142,7 @@ class Definition(BatchDynamics):
         )
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return the kinetic energy and that of gravity and springs, each shape (n,) [J]."""
+        """Return the kinetic energy T and the potential energy V, each shape (n,) [J]."""
         r, H = self.motion(states, np.zeros_like(states.v))
         T, V = np.zeros(len(states)), np.zeros(len(states))
         for term in self._kinetic(r, H):
@@ -154,7 +154,7 @@ class Definition(BatchDynamics):
         return T, V
 
     def _operator(self, states: States, a: np.ndarray) -> np.ndarray:
-        """Lagrange's operator on T, and ∂V/∂q of gravity, shape (n, nv)."""
+        """Lagrange's operator on T plus ∂V/∂q of gravity, shape (n, nv)."""
         both: np.ndarray = self._inertia(states, a) + self.gravity(states)
         return both
 
@@ -174,7 +174,7 @@ class Definition(BatchDynamics):
         """Return the jets of the joint coordinates by name, and of the poses along the tree.
 
         Args:
-            states: where, how fast and when.
+            states: coordinates, velocities and times.
             a: shape (n, nv), accelerations.
         """
         r = joint_paths(states, self._tree, a)
@@ -202,7 +202,7 @@ class Definition(BatchDynamics):
         return Jet(c)
 
     def _free(self, link: Link, states: States, a: np.ndarray) -> Jet:
-        """A (1 + V ε + ½ (V² + V') ε²), varied as A S η."""
+        """The jet A (1 + V ε + ½ (V² + V') ε²) of a free joint's pose, with the variation A S η."""
         A = stack(local(link, states.values, Arithmetic()), len(states))
         at = [self._mechanism.velocities.index(name) for name in link.velocities]
         S = np.stack(motions(link))
@@ -214,7 +214,7 @@ class Definition(BatchDynamics):
         return Jet(c)
 
     def _kinetic(self, r: dict[str, Jet], H: list[Jet]) -> Iterator[Jet]:
-        """½ tr(Ḣ J Ḣᵀ) of each body and ½ I ṙ² of each rotor."""
+        """Yield ½ tr(Ḣ J Ḣᵀ) of each body and ½ I ṙ² of each rotor."""
         for place, J in self._bodies:
             rate = H[place].ddt()
             square = Jet(rate.c @ (0.5 * J)) * rate
@@ -245,7 +245,7 @@ class Definition(BatchDynamics):
         return _Along(Jet((reach * reach).c.sum(axis=(-2, -1))))
 
     def _work(self, wrench: WrenchOnBody, H: list[Jet], states: States) -> np.ndarray:
-        """F·δr + C·δφ for each variation, shape (nv, n)."""
+        """The virtual work F·δr + C·δφ in each variation, shape (nv, n)."""
         Q = np.zeros((self._mechanism.nv, len(states)))
         place = self._place[wrench.body]
         if place < 0:
@@ -263,7 +263,7 @@ class Definition(BatchDynamics):
         return Q
 
     def _locate(self, body: str, point: tuple[Scalar, Scalar, Scalar], H: list[Jet]) -> Any:
-        """A point of a body in the world, coefficients of shape (…, n, 3, 1)."""
+        """The jet of a body's point in the world, coefficients of shape (…, n, 3, 1)."""
         column = np.array([[self._mechanism.evaluate(c)] for c in (*point, 1.0)])
         place = self._place[body]
         if place >= 0:
@@ -275,7 +275,7 @@ class Definition(BatchDynamics):
     def _vector(
         self, components: tuple[Scalar, Scalar, Scalar], axes: str, H: list[Jet], states: States
     ) -> np.ndarray:
-        """Components in the world, shape (n, 3)."""
+        """Turn a vector's components into world axes, shape (n, 3)."""
         columns = [np.broadcast_to(evaluate(c, states.values), (len(states),)) for c in components]
         vectors = np.stack(columns, axis=-1)
         place = -1 if axes == "world" else self._place[axes]
@@ -285,7 +285,7 @@ class Definition(BatchDynamics):
 
 
 def _delay(x: Jet) -> Jet:
-    """The same motion with the variation η = ε instead of η = 1."""
+    """Return the same motion with the variation η = ε instead of η = 1."""
     c = np.zeros_like(x.c)
     c[:, 0] = x.c[:, 0]
     c[1:, 1:] = x.c[:-1, 1:]

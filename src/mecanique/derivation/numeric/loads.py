@@ -1,6 +1,6 @@
-"""Springs, dampers, drives and loads on batched floats: their forces on each body and joint.
+"""Evaluate springs, dampers, drives and loads on batched floats, on each body and joint.
 
-What acts on a body is collected as the 4×4 matrix D with virtual work δW = tr(δH D): a force F at
+The wrench on a body is collected as the 4×4 matrix D with virtual work δW = tr(δH D): a force F at
 the body's point p gives D = (p, 1) (F, 0)ᵀ, a couple C gives D = ½ Rᵀ Ĉᵀ.
 """
 
@@ -29,7 +29,10 @@ _HATS = np.stack([hat((0.0, 0.0, 0.0), axis) for axis in np.eye(3).tolist()])
 @final
 @dataclass(frozen=True)
 class _Span:
-    """The line between two points: `reach` and its rate, if known, shape (n, 4); scalars (n, 1)."""
+    """The line between two points: `reach` and its rate, if known, shape (n, 4).
+
+    Its scalars have shape (n, 1).
+    """
 
     reach: np.ndarray
     parting: np.ndarray | None
@@ -115,7 +118,7 @@ class Loads:
 
         Args:
             move: joint coordinates and velocities of the states.
-            states: where, how fast and when.
+            states: coordinates, velocities and times.
         """
         Q = np.zeros_like(move.u)
         torques = efforts_in_joints(states, move, self._column)
@@ -157,7 +160,7 @@ class Loads:
         return laws_of(force, lambda scalar: self._number(scalar, values))
 
     def _number(self, scalar: Scalar, values: Mapping[str, Any]) -> Any:
-        """The value of a scalar; scalars in the parameters alone are computed once."""
+        """Evaluate a scalar; one that depends on parameters alone is evaluated only once."""
         if scalar not in self._constants:
             is_constant = symbols_in(scalar) <= self._mechanism.values.keys()
             self._constants[scalar] = self._mechanism.evaluate(scalar) if is_constant else None
@@ -179,7 +182,7 @@ class Loads:
         return np.stack([*columns, np.zeros(n)], axis=-1)
 
     def _locate(self, H: list[np.ndarray], body: str, point: np.ndarray) -> np.ndarray:
-        """A point (p, 1) in the world; one of the ground has no batch axis."""
+        """Return a body's point (p, 1) in the world; a point of the ground has no batch axis."""
         place = self._place[body]
         moved: np.ndarray = H[place] @ point if place >= 0 else point
         return moved
@@ -190,7 +193,7 @@ class Loads:
         return rate
 
     def _rotate(self, H: list[np.ndarray], axes: str, components: np.ndarray) -> np.ndarray:
-        """Components (F, 0) in the world."""
+        """Turn components (F, 0) into world axes."""
         place = -1 if axes == "world" else self._place[axes]
         turned: np.ndarray = (
             (H[place] @ components[..., None])[..., 0] if place >= 0 else components

@@ -1,4 +1,4 @@
-"""Momenta of a set of bodies from their poses, rates and mass moments."""
+"""Compute the momenta of a set of bodies from their poses, rates and mass moments."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ __all__ = ["momenta"]
 def momenta(
     H: Sequence[np.ndarray], Hd: Sequence[np.ndarray], J: Sequence[np.ndarray], n: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the linear momentum, and the angular about origin and center of mass, each (n, 3).
+    """Return the linear momentum, and the angular ones about origin and center of mass.
 
-    Ḣ J Hᵀ holds ∫ ẋ xᵀ dm, whose skew part is the angular momentum ∫ x × ẋ dm, and ∫ ẋ dm
-    (Goldstein, Classical Mechanics, 1980, sect. 1-2).
+    Each has shape (n, 3). Ḣ J Hᵀ contains ∫ ẋ dm and ∫ ẋ xᵀ dm, whose skew part is the angular
+    momentum ∫ x × ẋ dm (Goldstein, Classical Mechanics, 1980, sect. 1-2).
 
     Args:
         H: pose of each body, each shape (n, 4, 4).

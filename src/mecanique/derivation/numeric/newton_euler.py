@@ -1,4 +1,4 @@
-"""Newton's and Euler's equations of all bodies as one linear system in accelerations and reactions.
+"""Solve Newton's and Euler's equations of all bodies for accelerations and reactions together.
 
 For each body, about its center of mass C and in world axes (Fundamentals of Dynamics, eqs. 1.2,
 1.3, 1.8, 1.12):
@@ -7,12 +7,12 @@ For each body, about its center of mass C and in world axes (Fundamentals of Dyn
     R_child),
 
 with applied forces F, their moment M_C, the reaction R and its couple at the body's joint, and
-minus the reactions of the joints that hang on the body (action and reaction). A joint transmits
-nothing along or about its free directions, except what turns its rotor; where coordinates are
-driven, reactions along the joints do no work together. Those of joints that a guide crosses are
-totals, of the reaction and of what guides across the joint. What a contact does is an unknown force
-at the place where two bodies touch, on one of them and the opposite on the other; the condition of
-rolling completes the equations.
+the opposite of the reactions of the joints that the body carries (action and reaction). A joint
+transmits nothing along or about its free directions, except the torque of its rotor; where
+coordinates are driven, the reactions along the joints do no virtual work in total. At a joint that
+a guide crosses, the unknown is the total of the reaction and the guide's action. A contact acts by
+an unknown force at the point where two bodies touch, and its opposite; the condition of rolling
+completes the equations.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ __all__ = ["Balances", "Reaction", "kinetic_and_potential"]
 
 
 class Reaction(NamedTuple):
-    """The action of a parent on its child through their joint.
+    """The wrench that a parent exerts on its child through their joint.
 
     Args:
         force: shape (3,) or (n, 3), world axes [N].
@@ -50,10 +50,10 @@ class Reaction(NamedTuple):
 
 @final
 class Balances(BatchDynamics):
-    """The balances of momentum of every body of a mechanism, and their consequences.
+    """The balances of linear and angular momentum of every body of a mechanism, in numbers.
 
     Args:
-        mechanism: any mechanism; of one with loops, its tree.
+        mechanism: any mechanism; with loops, its tree.
     """
 
     rolls: ClassVar[bool] = True
@@ -73,10 +73,10 @@ class Balances(BatchDynamics):
     def reactions(self, states: States) -> dict[str, Reaction]:
         """Return the reaction in each joint by name, without springs, dampers, drives and loads.
 
-        Components that depend on what guides the joint, and is not described, are not numbers.
+        Components that depend on a guide without an element are NaN.
 
         Raises:
-            DerivationError: if a motion meets no inertia.
+            DerivationError: if the mass matrix is singular.
         """
         found = self._hold(states)[0] if self._mechanism.elements else self.totals(states)
         crossed = {name for guide in self.guides for name in guide.crossed}
@@ -97,14 +97,14 @@ class Balances(BatchDynamics):
             if holder == k and idle.issuperset(names)
         ]
         axes = at.axes[:, :, mine]
-        # what is left of each unit wrench without its part in the idle directions
+        # each unit wrench less its projection on the idle directions
         left = np.eye(6) - axes @ np.linalg.pinv(axes)
         return np.asarray(np.linalg.norm(left, axis=1) > _SHARE)
 
     def guide_forces(self, states: States) -> dict[str, np.ndarray]:
-        """Return the forces of the elements that guide, by name, shape (n,) each [N or N·m].
+        """Return the forces of the guiding elements by name, each shape (n,) [N or N·m].
 
-        What redundant elements leave undetermined is not a number.
+        Forces that redundant elements leave undetermined are NaN.
         """
         if not self._mechanism.elements:
             return {}
@@ -128,12 +128,15 @@ class Balances(BatchDynamics):
         return find_unexplained(m, found, along)
 
     def _push(self, at: Snapshot) -> tuple[list[np.ndarray], Along]:
-        """What joints transmit to balance unit forces of elements, and what along the joints."""
+        """Return the wrenches across the joints that balance the elements' unit forces.
+
+        Also return their components along the joint velocities.
+        """
         carried = self._transmit(at, unit_needs(self._mechanism, at))
         return carried, Along(self._along(at, carried), at.rates, self._bodies.columns)
 
     def _hold(self, states: States) -> tuple[dict[str, Reaction], np.ndarray]:
-        """The reactions once the elements do their part, and the elements' forces, (n, k)."""
+        """Return the reactions without the elements' actions, and the elements' forces, (n, k)."""
         m, at = self._mechanism, self._bodies.at(states)
         solved = self._solve(states)
         carried, along = self._push(at)
@@ -152,10 +155,10 @@ class Balances(BatchDynamics):
         return {joint.name: found[joint.name] for joint in m.joints}, forces
 
     def totals(self, states: States) -> dict[str, Reaction]:
-        """Return what crosses each joint by name, its reaction and what guides across it together.
+        """Return the total wrench across each joint by name: its reaction and the guides' actions.
 
         Raises:
-            DerivationError: if a motion meets no inertia.
+            DerivationError: if the mass matrix is singular.
         """
         nv, count = self._mechanism.nv, len(self._mechanism.joints)
         found = self._solve(states)[:, nv : nv + 6 * count].reshape(len(states), -1, 2, 3)
@@ -164,11 +167,11 @@ class Balances(BatchDynamics):
         return {joint.name: by_name[joint.name] for joint in self._mechanism.joints}
 
     def multipliers(self, states: States) -> np.ndarray:
-        """Return the force of each row of `Held`, shape (n, m)."""
+        """Return the multiplier of each row of `Held`, shape (n, m)."""
         return self._solve(states)[:, self._mechanism.nv + 6 * len(self._mechanism.joints) :]
 
     def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M: what multiplies the accelerations once the reactions are eliminated."""
+        """Return M: the coefficients of the accelerations once the reactions are eliminated."""
         at = self._bodies.at(states)
         G = at.rates
         needs = [
@@ -217,17 +220,19 @@ class Balances(BatchDynamics):
         return total_momentum(self._bodies.moving(states), len(states))
 
     def _project(self, at: Snapshot, needs: list[np.ndarray]) -> np.ndarray:
-        """Return what the joints need along their motions, shape (n, nv, k), reactions eliminated.
+        """Project the bodies' wrenches on the generalized velocities, which eliminates reactions.
 
         Args:
             at: the free bodies.
-            needs: force and moment about the center of mass that each body needs, each shape (n, 6,
-                k).
+            needs: force and moment about the center of mass of each body, each shape (n, 6, k).
+
+        Returns:
+            Shape (n, nv, k).
         """
         return np.asarray(np.swapaxes(at.rates, 1, 2) @ self._along(at, self._transmit(at, needs)))
 
     def _transmit(self, at: Snapshot, needs: list[np.ndarray]) -> list[np.ndarray]:
-        """Force and moment at the seat of each body's joint, each shape (n, 6, k)."""
+        """Sum wrenches from the tips inward: the wrench at each body's seat, each (n, 6, k)."""
         found = [_shift(need, body.arm) for need, body in zip(needs, at.bodies, strict=True)]
         for k in range(len(found) - 1, -1, -1):
             body = at.bodies[k]
@@ -236,7 +241,7 @@ class Balances(BatchDynamics):
         return found
 
     def _along(self, at: Snapshot, wrenches: list[np.ndarray]) -> np.ndarray:
-        """Components of the joints' forces and moments along their velocities, shape (n, nu, k)."""
+        """Components of the joints' wrenches along their joint velocities, shape (n, nu, k)."""
         columns = wrenches[0].shape[2] if wrenches else 1
         out = np.zeros((len(at.springs), len(at.holders), columns))
         for u, k in enumerate(at.holders):
@@ -244,12 +249,12 @@ class Balances(BatchDynamics):
         return out
 
     def _solve(self, states: States) -> np.ndarray:
-        """Accelerations, reactions, and what holds the tree, shape (n, nv + 6 nb + m)."""
+        """Solve for accelerations, reactions and multipliers, shape (n, nv + 6 nb + m)."""
         at = self._bodies.at(states)
         if self._mechanism.rolls:
             A, known = self._held_system(at, states)
             inverse, found = np.linalg.pinv(A, rcond=_RANK), np.zeros_like(known)
-            # again for what rounding left: forces and accelerations differ much in size
+            # refined iteratively: forces and accelerations differ much in size
             for _ in range(_REFINED):
                 found += times(inverse, known - times(A, found))
             return found
@@ -269,7 +274,10 @@ class Balances(BatchDynamics):
         )
 
     def _system(self, at: Snapshot) -> tuple[np.ndarray, np.ndarray]:
-        """A x = known with x = [a, force and couple of each joint]; rows: bodies, then joints."""
+        """Assemble A x = known for x = [a, force and couple of each joint].
+
+        The rows are those of the bodies, then of the joints.
+        """
         n, nv, count = len(at.springs), self._mechanism.nv, len(at.bodies)
         size = nv + 6 * count
         A, known = np.zeros((n, size, size)), np.zeros((n, size))
@@ -300,7 +308,7 @@ class Balances(BatchDynamics):
         return A, known
 
     def _held_system(self, at: Snapshot, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """The same with the forces of contacts and other rows, and J a = −γ, below."""
+        """Extend `_system` by the multipliers of constraints, and by the rows J a = −γ."""
         tree, known = self._system(at)
         rows = self._held.at(states)
         n, size = known.shape
@@ -344,20 +352,20 @@ def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 _SHARE = 1e-4
-"""A unit wrench whose part outside the idle directions is smaller than this lies within them."""
+"""A unit wrench with a smaller part than this outside the idle directions lies within them."""
 
 _RANK = 1e-12
 """Singular values of the balances below this part of the largest count as zero."""
 
 _REFINED = 3
-"""How often held balances are solved, each time for the rest of the last."""
+"""How often a constrained system is solved, each time for the last residual."""
 
 _DENSE = 200
-"""In systems with more equations than this the reactions are eliminated before solving."""
+"""Reactions are eliminated from systems with more equations than this before solving."""
 
 
 def _cross(r: np.ndarray) -> np.ndarray:
-    """The matrix of r ×, shape (n, 3, 3)."""
+    """Return the matrix of r ×, shape (n, 3, 3)."""
     x, y, z = r.T
     upper = np.zeros((len(r), 3, 3))
     upper[:, 0, 1] = -z
@@ -367,13 +375,13 @@ def _cross(r: np.ndarray) -> np.ndarray:
 
 
 def _rows(k: int, start: int = 0) -> tuple[slice, slice]:
-    """Rows, from a start on, of the k-th body's force and moment; columns of the k-th reaction."""
+    """Return the slices of the k-th force and the k-th moment in an array of wrenches."""
     middle = start + 6 * k + 3
     return slice(middle - 3, middle), slice(middle, middle + 3)
 
 
 def _shift(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Move a wrench by an arm, from its new point to its old one, shape (n, 6, k)."""
+    """Refer a wrench to a new point; `arm` leads from there to the old one, shape (n, 6, k)."""
     force, couple = wrench[:, :3], wrench[:, 3:]
     moment = couple + np.cross(arm[:, :, None], force, axis=1)
     return np.concatenate([force, moment], axis=1)

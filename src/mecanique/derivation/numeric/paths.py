@@ -1,4 +1,4 @@
-"""Coordinates as jets along a motion: q + v ε + ½ a ε², with their variations δq as duals."""
+"""Write coordinates as jets along a motion, q + v ε + ½ a ε², with variations δq as dual parts."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from mecanique.model.states import States
 __all__ = ["JETS", "coordinate_paths", "driven_paths", "joint_paths"]
 
 JETS = Arithmetic(function)
-"""Arithmetic of poses with jets as scalars."""
+"""The arithmetic that computes poses with jets as scalars."""
 
 
 def joint_paths(
     states: States, tree: tuple[Link, ...], a: np.ndarray | None = None
 ) -> dict[str, Jet]:
-    """Return the jet of every joint coordinate that is not a quaternion joint's.
+    """Return the jet of every joint coordinate, except those of quaternion joints.
 
-    The coefficients have shape (3, 1 + nv, n): orders of ε, then the value and its partials along
-    each δq.
+    The coefficients have shape (3, 1 + nv, n): orders of ε, then the value and its partial
+    derivative along each δq.
 
     Args:
-        states: where, how fast and when.
+        states: coordinates, velocities and times.
         tree: the links.
         a: shape (n, nv), accelerations; zero when left out.
 
@@ -42,7 +42,7 @@ def joint_paths(
 
 
 def driven_paths(states: States) -> dict[str, np.ndarray]:
-    """Return the jets' coefficients of driven coordinates at constant v, each (3, 1 + nv, n).
+    """Return the coefficients of the driven coordinates' jets at constant v, each (3, 1 + nv, n).
 
     Raises:
         DerivationError: if the coordinate map cannot be differentiated.
@@ -52,10 +52,10 @@ def driven_paths(states: States) -> dict[str, np.ndarray]:
 
 
 def coordinate_paths(states: States, a: np.ndarray | None = None) -> dict[str, Any]:
-    """Return the value of every parameter, and the jet of t and of every plain coordinate.
+    """Return the value of every parameter, the jet of t and that of every plain coordinate.
 
     Args:
-        states: where, how fast and when.
+        states: coordinates, velocities and times.
         a: shape (n, nv), accelerations; zero when left out.
     """
     mechanism = states.mechanism
@@ -72,7 +72,7 @@ def coordinate_paths(states: States, a: np.ndarray | None = None) -> dict[str, A
 
 
 def _paths(states: States, a: np.ndarray | None) -> dict[str, Any]:
-    """Value of every symbol the map may hold."""
+    """Return the value or jet of every symbol that the coordinate map may contain."""
     mechanism, values = states.mechanism, coordinate_paths(states, a)
     quasi = {name for joint in mechanism.joints if joint.quaternion for name in joint.coordinates}
     used = {
@@ -81,7 +81,7 @@ def _paths(states: States, a: np.ndarray | None) -> dict[str, Any]:
     for symbol in sorted(used.keys() & quasi):
         raise DerivationError(
             f"the map of coordinate {used[symbol]!r} depends on {symbol!r}, a coordinate of "
-            "a quaternion's joint; drive it by coordinates of other joints"
+            "a joint with a quaternion; drive it by coordinates of other joints"
         )
     for signal in mechanism.inputs:
         if signal.symbol in used:

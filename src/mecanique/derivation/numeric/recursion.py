@@ -1,9 +1,9 @@
-"""The equations of motion on batched floats by an O(n) recursion along the tree.
+"""Compute the equations of motion on batched floats by an O(n) recursion along the tree.
 
-The kinetic energy is ½ Σ tr(Ḣ J Ḣᵀ) with poses H and mass moments J, so that Lagrange's equations
+The kinetic energy is ½ Σ tr(Ḣ J Ḣᵀ) with poses H and mass moments J. Lagrange's equations then
 read τ_k = Σ tr(∂H/∂q_k J Ḧᵀ); the sums over all bodies beyond a joint are collected from the tips
-to the ground (J. M. Hollerbach, IEEE Trans. Systems, Man, and Cybernetics 10 (1980) 730, here for
-quasi-velocities as well).
+to the ground (J. M. Hollerbach, IEEE Trans. Systems, Man, and Cybernetics 10 (1980) 730, here
+extended to quasi-velocities).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ __all__ = ["Recursion", "solve"]
 
 
 class _Form(NamedTuple):
-    """The tree of a mechanism: its links, their motions S and the first column of each."""
+    """The tree of a mechanism: its links, their motions S and their first velocity columns."""
 
     tree: tuple[Link, ...]
     chart: Chart
@@ -38,7 +38,7 @@ class _Form(NamedTuple):
 
     @classmethod
     def of(cls, mechanism: Mechanism) -> _Form:
-        """Return that of a mechanism."""
+        """Return the tree of a mechanism."""
         tree = links(mechanism)
         S = [motions(link) for link in tree]
         columns = np.cumsum([0, *map(len, S)])
@@ -58,9 +58,10 @@ class _Form(NamedTuple):
 
 
 class _Numbers(NamedTuple):
-    """Where the links' frames stand, their mass moments J and the acceleration of free fall.
+    """The numbers of a tree: poses of the links' frames, mass moments J and gravity.
 
-    The axes of some joints, by place, are turned in the joint's frame; shape (4, 4) or (n, 4, 4).
+    Matrices have shape (4, 4) or (n, 4, 4). The axes of some joints, by index, are turned in the
+    joint's frame.
     """
 
     origins: list[np.ndarray]
@@ -70,7 +71,7 @@ class _Numbers(NamedTuple):
 
     @classmethod
     def of(cls, mechanism: Mechanism, tree: tuple[Link, ...]) -> _Numbers:
-        """Return those of a mechanism."""
+        """Return the numbers of a mechanism."""
         constants, places = mechanism.values, place_of(tree, mechanism)
         J: list[np.ndarray] = [np.zeros((4, 4)) for _ in tree]
         for body in mechanism.bodies:
@@ -94,8 +95,8 @@ class Recursion(BatchDynamics):
 
     Args:
         mechanism: any mechanism.
-        form: its tree, if that is known.
-        numbers: what to compute with instead of the mechanism's own.
+        form: its tree, if already known.
+        numbers: numbers that replace the mechanism's own.
     """
 
     def __init__(
@@ -157,12 +158,12 @@ class Recursion(BatchDynamics):
 
     @property
     def tree(self) -> tuple[Link, ...]:
-        """The elementary links, in the order in which `varied` and `regressor` count them."""
+        """The elementary links, in the order in which `vary` and `regressor` count them."""
         return self._tree
 
     @property
     def origins(self) -> tuple[np.ndarray, ...]:
-        """Where each link's frame stands in its parent's, each shape (4, 4)."""
+        """The pose of each link's frame in its parent's, each shape (4, 4)."""
         return tuple(self._origin)
 
     @property
@@ -172,7 +173,7 @@ class Recursion(BatchDynamics):
 
     @property
     def turns(self) -> tuple[np.ndarray, ...]:
-        """How the axis of each joint is turned in the joint's frame, each shape (4, 4)."""
+        """The rotation of each joint's axis in the joint's frame, each shape (4, 4)."""
         return tuple(self._turns.get(k, np.eye(4)) for k in range(len(self._tree)))
 
     def vary(
@@ -182,15 +183,17 @@ class Recursion(BatchDynamics):
         gravity: np.ndarray | None = None,
         turns: Mapping[int, np.ndarray] | None = None,
     ) -> Recursion:
-        """Return a copy with other numbers, which may differ from state to state; not for energies.
+        """Return a copy with other numbers, which may differ from state to state.
+
+        The energies of a copy are not defined.
 
         Args:
-            origins: where a link's frame stands in its parent's, shape (4, 4) or (n, 4, 4), by the
-                link's place.
-            moments: mass moments of a link, shape (4, 4) or (n, 4, 4), by its place.
+            origins: pose of a link's frame in its parent's, shape (4, 4) or (n, 4, 4), by index of
+                the link.
+            moments: mass moments of a link, shape (4, 4) or (n, 4, 4), by index of the link.
             gravity: acceleration of free fall, shape (3,) or (n, 3) [m/s²].
-            turns: how a joint's axis is turned in the joint's frame, where its link's frame stays,
-                shape (4, 4) or (n, 4, 4), by the link's place.
+            turns: rotation of a joint's axis in the joint's frame, which stays in place, shape
+                (4, 4) or (n, 4, 4), by index of the link.
         """
         numbers = _Numbers(
             [(origins or {}).get(k, X) for k, X in enumerate(self._origin)],
@@ -201,13 +204,13 @@ class Recursion(BatchDynamics):
         return Recursion(self._mechanism, self._form, numbers)
 
     def regressor(self, states: States, a: np.ndarray) -> np.ndarray:
-        """Return Y with M a + bias = Σ Y J over the mass moments J of each link, without rotors.
+        """Return the regressor Y with M a + bias = Σ Y J, J the mass moments of each link.
 
-        The equations of motion are linear in them (C. G. Atkeson, C. H. An & J. M. Hollerbach, Int.
-        J. Robotics Research 5 (1986) 101).
+        The equations of motion are linear in J (C. G. Atkeson, C. H. An & J. M. Hollerbach, Int.
+        J. Robotics Research 5 (1986) 101). The rotors' inertia is left out.
 
         Args:
-            states: where and how fast.
+            states: coordinates and velocities.
             a: shape (n, nv), accelerations.
 
         Returns:
@@ -237,7 +240,7 @@ class Recursion(BatchDynamics):
         )
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return the kinetic energy and that of gravity and springs, each shape (n,) [J]."""
+        """Return the kinetic energy T and the potential energy V, each shape (n,) [J]."""
         move = self._chart.motions(states)
         H, Hd = self._poses(self._local(move, len(states)), move.u)
         T = 0.5 * np.sum(self._armature * move.u**2, axis=-1)
@@ -255,7 +258,7 @@ class Recursion(BatchDynamics):
         return self._poses(self._local(move, len(states)), move.u)[0]
 
     def _local(self, move: Motions, n: int) -> list[np.ndarray]:
-        """Pose of each link in the link that carries it."""
+        """Return the pose of each link in its parent link."""
         floats = Arithmetic()
         moved = [stack(local(link, move.r, floats), n) for link in self._tree]
         for k, Q in self._turns.items():
@@ -263,7 +266,7 @@ class Recursion(BatchDynamics):
         return [X @ motion for X, motion in zip(self._origin, moved, strict=True)]
 
     def _twist(self, place: int, rates: np.ndarray) -> np.ndarray:
-        """Σ S u of one link, shape (n, 4, 4)."""
+        """Return the twist Σ S u of one link, shape (n, 4, 4)."""
         first, total = self._first[place], np.zeros((len(rates), 4, 4))
         for k, S in enumerate(self._S[place]):
             total += rates[:, first + k, None, None] * S
@@ -285,7 +288,7 @@ class Recursion(BatchDynamics):
         return H, Hd
 
     def _inverse_dynamics(self, A: list[np.ndarray], u: np.ndarray, ud: np.ndarray) -> np.ndarray:
-        """M u̇ + bias in the joint velocities, shape (n, nu)."""
+        """Return M u̇ + bias in the joint velocities, shape (n, nu)."""
         H, Hdd = self._accelerate(A, u, ud)
         D = [J @ np.swapaxes(rate, -1, -2) for J, rate in zip(self._J, Hdd, strict=True)]
         bodies = self._collect(A, H, D, len(u))
@@ -294,7 +297,7 @@ class Recursion(BatchDynamics):
     def _accelerate(
         self, A: list[np.ndarray], u: np.ndarray, ud: np.ndarray
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Poses and their second rates; gravity is an acceleration of the ground."""
+        """Return the poses and their second time derivatives; gravity accelerates the ground."""
         H: list[np.ndarray] = []
         Hd: list[np.ndarray] = []
         Hdd: list[np.ndarray] = []
@@ -313,7 +316,7 @@ class Recursion(BatchDynamics):
     def _collect(
         self, A: list[np.ndarray], H: list[np.ndarray], D: list[Any], n: int
     ) -> np.ndarray:
-        """τ_k = Σ tr(H S_k D) over the bodies each velocity moves, shape (n, nu)."""
+        """Return τ_k = Σ tr(H S_k D), summed over the bodies that u_k moves, shape (n, nu)."""
         D = list(D)
         tau = np.zeros((n, len(self._armature)))
         for place in range(len(self._tree) - 1, -1, -1):
@@ -331,7 +334,7 @@ class Recursion(BatchDynamics):
         """Return M in the joint velocities from the moments beyond each joint, (n, nu, nu)."""
         M = np.zeros((n, len(self._armature), len(self._armature)))
         C: list[np.ndarray] = [np.broadcast_to(J, (n, 4, 4)) for J in self._J]
-        # contributions of the velocities beyond each link, carried from link to link together
+        # contributions of the velocities beyond each link, passed together from link to link
         beyond: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in self._tree]
         for place in range(len(self._tree) - 1, -1, -1):
             if self._S[place]:
@@ -362,20 +365,20 @@ class Recursion(BatchDynamics):
 
 
 def solve(mechanism: Mechanism, M: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """Return a from M a = rest, shape (n, nv).
+    """Solve M a = rest for a, shape (n, nv).
 
     Args:
-        mechanism: whose equations, for the message.
+        mechanism: the mechanism, which the error names.
         M: shape (n, nv, nv), mass matrices.
         rest: shape (n, nv), forces minus bias.
 
     Raises:
-        DerivationError: if a motion meets no inertia.
+        DerivationError: if the mass matrix is singular.
     """
     try:
         return np.linalg.solve(M, rest[..., None])[..., 0]
     except np.linalg.LinAlgError:
         raise DerivationError(
-            f"mechanism {mechanism.name!r}: its mass matrix is singular, a motion of massless "
+            f"mechanism {mechanism.name!r}: its mass matrix is singular, as a motion of massless "
             "bodies has no inertia; give them mass, or leave that coordinate out"
         ) from None

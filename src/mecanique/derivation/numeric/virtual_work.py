@@ -1,14 +1,14 @@
-"""The principle of virtual work with d'Alembert's inertia forces, on batched floats.
+"""Apply the principle of virtual work with d'Alembert's inertia forces, on batched floats.
 
-With a virtual displacement δr_C = J δq of each center of mass and δφ = J_φ δq of each body, the
-work of all forces, those of inertia included, vanishes for every δq (Fundamentals of Dynamics, eqs.
-1.22, 1.27):
+Each center of mass has the virtual displacement δr_C = J δq, each body the virtual rotation
+δφ = J_φ δq. The virtual work of all forces, inertia forces included, vanishes for every δq
+(Fundamentals of Dynamics, eqs. 1.22, 1.27):
 
     Σ (F + m g − m a_C)·δr_C + (M_C − d/dt H_C)·δφ = 0.
 
-Reactions of ideal joints do no work together, so they are not even computed. Nor are the forces
-of contacts and velocity constraints A δq = 0, where δq = S δπ with independent quasi-coordinates π
-whose rates u are the velocities left free, v = S u + …, A S = 0 (G. A. Maggi, Principii della
+Reactions of ideal joints do no virtual work in total and need not be computed. Nor need the forces
+of contacts and velocity constraints A δq = 0: δq = S δπ with independent quasi-coordinates π, whose
+rates u are the independent velocities, v = S u + …, and A S = 0 (G. A. Maggi, Principii della
 teoria matematica del movimento, 1896; Kane & Levinson, Dynamics, 1985, sect. 4.11, 6.1):
 
     Sᵀ (M a + bias − forces) = 0.
@@ -32,7 +32,7 @@ from mecanique.model.states import States
 __all__ = ["Works"]
 
 _ROUNDING = 1e-12
-"""Rows of constraints shorter than this part of the longest are rounding."""
+"""Rows of constraints shorter than this part of the longest count as rounding."""
 
 _RANK = 1e-9
 """Singular values of the constraints below this part of the largest count as zero."""
@@ -40,10 +40,10 @@ _RANK = 1e-9
 
 @final
 class Works(BatchDynamics):
-    """Virtual work of applied forces, weights and inertia forces.
+    """The equations of motion in numbers, by the virtual work of applied and inertia forces.
 
     Args:
-        mechanism: any mechanism; of one with loops, its tree.
+        mechanism: any mechanism; with loops, its tree.
     """
 
     rolls: ClassVar[bool] = True
@@ -57,7 +57,7 @@ class Works(BatchDynamics):
         return Held(self._mechanism)
 
     def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M: the work that inertia forces of unit accelerations take."""
+        """Return M: minus the virtual work of the inertia forces of unit accelerations."""
         at = self._bodies.at(states)
         G = at.rates
         M: np.ndarray = np.swapaxes(G, 1, 2) @ (at.armature[:, None] * G)
@@ -87,7 +87,7 @@ class Works(BatchDynamics):
         return np.asarray(times(self.mass_matrix(states), a) + self.bias(states))
 
     def gravity(self, states: States) -> np.ndarray:
-        """Return the part of the bias that gravity makes, shape (n, nv)."""
+        """Return gravity's part of the bias, shape (n, nv)."""
         out: np.ndarray = np.zeros(states.v.shape)
         for body in self._bodies.at(states).bodies:
             out = out - self._work(
@@ -113,7 +113,7 @@ class Works(BatchDynamics):
     ) -> np.ndarray:
         """Return a = S u' + σ with J a + γ = 0 and Sᵀ (M a − rest) = 0, shape (nv,)."""
         length = np.linalg.norm(J, axis=1)
-        # a row of rounding alone, where joints hold already what it says, stays next to zero
+        # a row that the joints satisfy by themselves is rounding alone and must stay negligible
         most = float(length.max(initial=0.0)) or 1.0
         size = np.where(length > _ROUNDING * most, length, most)
         left, values, right = np.linalg.svd(J / size[:, None])
@@ -134,5 +134,5 @@ class Works(BatchDynamics):
         return total_momentum(self._bodies.moving(states), len(states))
 
     def _work(self, J: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Virtual work of a force or moment by each δq, shape (n, nv)."""
+        """Return the virtual work of a force or moment in each δq, shape (n, nv)."""
         return np.asarray(np.einsum("nij,ni->nj", J, force))

@@ -1,1 +1,1 @@
-"""Expressions and equations as text, LaTeX and MathML."""
+"""Print expressions and equations as text, LaTeX and MathML."""

@@ -1,4 +1,4 @@
-"""Inertia terms over powers of one sum as one product: a/s + b/s² = (a + b/s)/s."""
+"""Collect inertia terms over powers of one sum: a/s + b/s² = (a + b/s)/s."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ __all__ = ["draw_divisor"]
 
 
 def draw_divisor(terms: Sequence[Product]) -> list[Product]:
-    """Return terms with the first two as one product, if both are divided by one sum.
+    """Merge the first two terms into one product, if both are divided by the same sum.
 
-    m q''/s + m q q'²/s² = m (q'' + q q'²/s)/s, where that takes fewer signs.
+    m q''/s + m q q'²/s² = m (q'' + q q'²/s)/s, where that takes fewer symbols.
 
     Args:
-        terms: of the left side of an equation, that of the acceleration first.
+        terms: the terms of an equation's left side, that of the acceleration first.
     """
     if len(terms) < 2:
         return [*terms]

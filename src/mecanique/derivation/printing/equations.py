@@ -1,4 +1,4 @@
-"""Equations of motion and expressions as a textbook prints them: as text, LaTeX and MathML."""
+"""Bring equations of motion and expressions into the form in which a textbook prints them."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ from mecanique.errors import DerivationError
 __all__ = ["distribute", "equations", "expression", "half_square", "join", "root", "shorter"]
 
 _MEASURED = 10_000
-"""Denominators beyond this are those of measured numbers."""
+"""Numbers with a larger denominator are taken as measured."""
 
 _LONG = 150
-"""Equations with more terms are written in one style, that of sums of angles."""
+"""Equations with more terms are tried in one style only, that of sums of angles."""
 
 _GAIN = 2
-"""Products of single angles are preferred to double angles up to this many signs more."""
+"""Single angles are preferred to double angles if they take at most this many symbols more."""
 
 
 def equations(
@@ -61,16 +61,16 @@ def equations(
 ) -> tuple[Equation, ...]:
     """Return equations of motion element = 0 in textbook form.
 
-    Each is collected by its accelerations, velocities, inputs and lengths and divided by the
-    rational number, the monomial of parameters and the sum of parameters and time that all terms
-    share. It is never divided by a coordinate.
+    The terms of each are collected by accelerations, velocities, inputs and lengths, and divided by
+    their common factors: a rational number, a monomial of parameters, and a sum of parameters and
+    time. No equation is ever divided by a coordinate.
 
     Args:
         elements: one series for each equation.
-        monic: whether to divide by the coefficient before the acceleration where that is a monomial
-            of parameters; by default where there is a single equation.
+        monic: whether to divide by the coefficient of the acceleration if it is a monomial of
+            parameters; by default only for a single equation.
         own: name of the acceleration that each equation belongs to, whose inertia is printed
-            positive; the first in an equation where there is none.
+            positive; by default the first acceleration of each equation.
 
     Raises:
         DerivationError: if an element is zero.
@@ -81,19 +81,19 @@ def equations(
 
 
 def root(series: Series) -> Expression:
-    """Return the square root of a series as it is written out."""
+    """Return the square root of a series as a printed expression."""
     return Expression((to_power(to_formula(series), Fraction(1, 2)),), _in_decimals(series))
 
 
 def half_square(factor: Series, base: Series) -> Expression:
-    """Return half a factor times a square that is not multiplied out, e.g. ½ k (q2 − q1)²."""
+    """Return half a factor times a square that is not expanded, e.g. ½ k (q2 − q1)²."""
     inner = add(expression(base).terms)
     whole = multiply(number(Fraction(1, 2)), to_formula(factor), (inner, 2))
     return Expression((whole,), _in_decimals(factor))
 
 
 def join(parts: Iterable[Expression]) -> Expression:
-    """Return the sum of expressions, each as it is."""
+    """Return the sum of expressions, each left as it is."""
     found = list(parts)
     terms = tuple(term for part in found for term in part.terms)
     return Expression(terms, any(part.decimals for part in found))
@@ -106,13 +106,13 @@ def distribute(series: Series, factor: Series) -> Expression:
 
 
 def shorter(one: Expression, other: Expression) -> Expression:
-    """Return the expression that takes fewer signs."""
+    """Return the expression that takes fewer symbols."""
     sizes = [sum(map(size, each.terms)) + len(each.terms) for each in (one, other)]
     return one if sizes[0] <= sizes[1] else other
 
 
 def expression(series: Series) -> Expression:
-    """Return a series, e.g. a kinetic energy, in textbook order, with the fewest signs."""
+    """Return a series, e.g. a kinetic energy, in textbook order, with the fewest symbols."""
     parts = []
     bare, stretches = draw_stretches(series)
     for (_, key), part in group(bare, by_side=False):
@@ -128,11 +128,11 @@ def expression(series: Series) -> Expression:
 
 @final
 class _Part(NamedTuple):
-    """A term of an equation: what stands before a monomial of motions and lengths.
+    """A term of an equation: a coefficient times a monomial of motions and lengths.
 
     Args:
         key: the monomial.
-        factor: what stands before it.
+        factor: its coefficient.
         motion: the monomial as a formula.
     """
 
@@ -141,25 +141,25 @@ class _Part(NamedTuple):
     motion: Product
 
     def divide(self, by: Sum) -> _Part:
-        """Return it without a sum that it holds, or that sum turned round."""
+        """Return the term divided by one of its factors, a sum that may have the opposite sign."""
         held = any(base == by for base, _ in self.factor.factors)
         sign = number(1 if held else -1)
         quotient = multiply(sign, self.factor, (by if held else by.negative(), -1))
         return self._replace(factor=quotient)
 
     def negate(self) -> _Part:
-        """Return it with the other sign."""
+        """Return the term with the opposite sign."""
         return self._replace(factor=multiply(number(-1), self.factor))
 
     def term(self) -> Product:
-        """Return it as one product."""
+        """Return the term as one product."""
         return multiply(self.factor, self.motion)
 
 
 def _equation(element: Series, own: str, divide: bool) -> Equation:
     if not element:
         raise DerivationError(
-            "expected an equation of motion, got 0 = 0: a coordinate meets neither inertia nor "
+            "expected an equation of motion, got 0 = 0: a coordinate has neither inertia nor "
             "force"
         )
     ring = element.ring
@@ -168,7 +168,7 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
     ordinary = len(groups)
     groups += [((False, 0), one.share) for one in stretches]
     candidates = []
-    # of long equations one style is tried: with many angles sums are shorter
+    # only one style is tried for long equations: with many angles sums are shorter
     styles = (True, False) if has_double_angles(element) else (True,)
     for products in styles if len(element) <= _LONG else (False,):
         forms = [shortest(part, products=products) for _, part in groups]
@@ -193,7 +193,7 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
         left, right = [p.negate() for p in left], [p.negate() for p in right]
         divisor = -divisor
     if left and left[0].factor.number < 0 and inertia in left:
-        left.remove(inertia)  # an equation does not begin with a minus
+        left.remove(inertia)  # first, as an equation does not begin with a minus
         left.insert(0, inertia)
     whole_left = _expression(element, left)
     whole_left = replace(whole_left, terms=tuple(draw_divisor(whole_left.terms)))
@@ -206,14 +206,14 @@ def _cost(candidate: tuple[bool, list[Form], Series]) -> int:
 
 
 def _parts(ring: Basis, key: int, form: Form) -> list[_Part]:
-    """A group's part of an equation, term by term where it multiplies no motion."""
+    """Return a group's terms: one, or each by itself where the group multiplies no motion."""
     if key:
         return [_Part(key, factor_out(form), letters(ring, key))]
     return [_Part(0, part, number(1)) for term in collect_terms(form) for part in open_sum(term)]
 
 
 def _shared_sum(factors: Sequence[Product]) -> Sum | None:
-    """A sum of parameters and time that all factors hold, if there is one."""
+    """Find a sum of parameters and time that divides all factors; None without one."""
     for base, power_of in factors[0].factors:
         if isinstance(base, Sum) and power_of > 0 and _is_given(base):
             either = (base, base.negative())
@@ -227,13 +227,13 @@ def _holds(factor: Product, sums: Sequence[Sum]) -> bool:
 
 
 def _is_given(whole: Sum) -> bool:
-    """Whether a sum holds parameters and time alone."""
+    """Whether a sum contains only parameters and time."""
     inner = [base for term in whole.terms for base, _ in term.factors]
     return all(isinstance(b, Letter) and (b.place[0] < SUMS or b.name == "t") for b in inner)
 
 
 def _to_series(ring: Basis, whole: Sum) -> Series:
-    """A sum of letters as a series."""
+    """Convert a sum of letters into a series."""
     terms = []
     for term in whole.terms:
         found = ring.number(term.number)
@@ -245,7 +245,7 @@ def _to_series(ring: Basis, whole: Sum) -> Series:
 
 
 def _divisor(ring: Basis, groups: list[Group], forms: list[Form], divide: bool) -> Series:
-    """What the equation is divided by: monomials of parameters and a number."""
+    """Return the divisor of an equation: a number times a monomial of parameters."""
     first = forms[0]
     if divide and first.keys() == {()} and first[()].is_unit and accelerates(ring, groups[0][0][1]):
         unit = first[()]
@@ -258,7 +258,7 @@ def _divisor(ring: Basis, groups: list[Group], forms: list[Form], divide: bool) 
         if any(ring.generators[i].kind is Kind.REACTION for i, _ in exponents(key)):
             forces += form.values()
     if forces:
-        # an unknown force stands with its bare lever: its numbers are not cleared of fractions
+        # an unknown force keeps its plain lever arm: its fractions are not cleared
         ((_, _, number_of),) = shared.terms()
         shared = shared * (common_measure(forces) / number_of)
     return shared
@@ -270,7 +270,7 @@ def _expression(series: Series, parts: Sequence[_Part]) -> Expression:
 
 
 def _pair(terms: Sequence[Product]) -> list[Product]:
-    """Terms with those that differ in one letter as one: k q2 − k q1 = k (q2 − q1)."""
+    """Merge terms that differ in one letter: k q2 − k q1 = k (q2 − q1)."""
     paired: list[Product] = []
     seats: dict[Any, int] = {}
     for term in terms:
@@ -289,7 +289,7 @@ def _pair(terms: Sequence[Product]) -> list[Product]:
 
 
 def _split(term: Product) -> tuple[Any, Letter | None]:
-    """A force law's term as what multiplies its last letter, and that length or velocity."""
+    """Split a force law's term into a coefficient and its last letter, a length or velocity."""
     *before, (last, e) = term.factors or [(Letter("", (0, 0)), 0)]
     plain = all(isinstance(base, Letter) for base, _ in term.factors) and e == 1 and before
     moving = any(base.place[0] > MOVING for base, _ in term.factors)
@@ -300,7 +300,7 @@ def _split(term: Product) -> tuple[Any, Letter | None]:
 
 
 def _in_decimals(series: Series) -> bool:
-    """Whether numbers are measured, as those of URDF are, not fractions of a law."""
+    """Whether a series has measured numbers, as from URDF, rather than fractions of a law."""
     if not any(g.kind is Kind.PARAMETER for g in series.ring.generators):
         return True
     return series.denominator > _MEASURED

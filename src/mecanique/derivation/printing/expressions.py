@@ -1,6 +1,6 @@
-"""Poisson series as formulas: what terms share is drawn out, sums are factored if that is shorter.
+"""Turn Poisson series into formulas: common factors first, sums factored where that is shorter.
 
-sympy factors polynomials, nothing else; it takes half a second to import, so it is imported when
+SymPy is used to factor polynomials only; as it takes half a second to import, it is imported when
 the first polynomial is factored.
 """
 
@@ -38,8 +38,8 @@ from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
 
 __all__ = ["collect_terms", "factor_out", "letters", "size", "to_formula", "to_power"]
 
-_LARGEST = 40  # polynomials with more terms are not worth factoring
-_WILD = 10_000  # numbers without a common measure below this stay decimals before each term
+_LARGEST = 40  # polynomials with more terms are not factored
+_WILD = 10_000  # coefficients that are larger multiples of their common measure stay decimals
 
 _PLACES = {
     Kind.CONSTANT: -1,
@@ -55,7 +55,7 @@ _PLACES = {
 
 
 def to_formula(series: Series) -> Product:
-    """Return a series as a formula with the fewest signs."""
+    """Return a series as the formula with the fewest symbols."""
     return factor_out(shortest(series, products=True))
 
 
@@ -68,10 +68,10 @@ def letters(ring: Basis, monomial: int) -> Product:
 
 
 def factor_out(form: Form) -> Product:
-    """Return a form as one product, with everything common to all terms before it.
+    """Return a form as one product, with all common factors in front.
 
     Args:
-        form: polynomials before products of sines and cosines.
+        form: polynomial coefficients of products of sines and cosines.
     """
     if not form:
         return number(0)
@@ -93,7 +93,7 @@ def factor_out(form: Form) -> Product:
 
 
 def _common(polynomials: list[Series], *, kept: bool) -> int:
-    """The greatest monomial that divides all; denominators are kept within if not all share one."""
+    """Return the greatest monomial that divides all; a denominator only if all terms share it."""
     common = common_monomial(polynomials)
     if kept:
         common -= sum(power(i, e) for i, e in exponents(common) if e < 0)
@@ -102,7 +102,7 @@ def _common(polynomials: list[Series], *, kept: bool) -> int:
 
 
 def _common_denominator(polynomials: list[Series]) -> int:
-    """The negative powers that all terms share: k (1 − l/ρ) is shorter than k (ρ − l)/ρ."""
+    """Return the negative powers that all terms share: k (1 − l/ρ) is shorter than k (ρ − l)/ρ."""
     first, *others = monomials_in(polynomials)
     least = {i: e for i, e in exponents(first) if e < 0}
     for monomial in others:
@@ -115,7 +115,7 @@ def _common_denominator(polynomials: list[Series]) -> int:
 
 
 def _shared_functions(form: Form) -> Trig:
-    """The sines and cosines that all terms share, each in its lowest power."""
+    """Return the sines and cosines that all terms share, each in its lowest power."""
     first, *others = form
     least = {(angle, sine): e for angle, sine, e in first}
     for trig in others:
@@ -125,11 +125,11 @@ def _shared_functions(form: Form) -> Trig:
 
 
 def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
-    """Return a form as terms, those that share a sine, cosine or sum of parameters as one.
+    """Return the terms of a form, merging those that share a sine, cosine or sum of parameters.
 
     Args:
-        form: polynomials before products of sines and cosines.
-        kept: whether terms keep denominators that are not those of all.
+        form: polynomial coefficients of products of sines and cosines.
+        kept: whether a term keeps a denominator that other terms do not have.
     """
     terms: list[Product] = []
     while form:
@@ -173,7 +173,7 @@ def _unit_term(unit: Series, trig: Trig) -> Product:
 
 
 def _choose_shared(form: Form) -> tuple[tuple[int, int, int] | None, list[Trig]]:
-    """The sine or cosine that most terms share, in the same power, and these terms."""
+    """Choose the sine or cosine that most terms share in the same power; return these terms too."""
     holders: dict[tuple[int, int, int], list[Trig]] = {}
     for trig in form:
         for factor in trig:
@@ -186,21 +186,21 @@ def _choose_shared(form: Form) -> tuple[tuple[int, int, int] | None, list[Trig]]
 
 
 def _without(trig: Trig, shared: Trig) -> Trig:
-    """A product of sines and cosines divided by a shared one."""
+    """Divide a product of sines and cosines by a shared one."""
     taken = {(angle, sine): e for angle, sine, e in shared}
     left = [(angle, sine, e - taken.get((angle, sine), 0)) for angle, sine, e in trig]
     return tuple(factor for factor in left if factor[2])
 
 
 def _is_negative(polynomial: Series) -> bool:
-    """Whether most of its terms are negative, or half of them and the first."""
+    """Whether more than half of the terms are negative, or half of them including the first."""
     signs = [1 if c > 0 else -1 for c in polynomial.parts[0].values()]
     first = polynomial.parts[0][min(polynomial.parts[0])]
     return sum(signs) < 0 or (sum(signs) == 0 and first < 0)
 
 
 def _factored_sum(polynomial: Series) -> Product:
-    """A polynomial without monomial content, factored over the rationals if that is shorter."""
+    """Factor a polynomial without monomial content over the rationals if that is shorter."""
     ring = polynomial.ring
     terms = polynomial.parts[0]
     degrees = [dict(exponents(m)) for m in terms]
@@ -209,7 +209,7 @@ def _factored_sum(polynomial: Series) -> Product:
     by_inertia = _collect_by_inertia(polynomial)
     if by_inertia is not None and size(by_inertia) < size(plain):
         plain = by_inertia
-    # a linear sum, or two terms without powers and common letters, cannot be factored
+    # a linear sum cannot be factored, nor can two terms without powers and common letters
     linear = all(sum(d.values()) <= 1 for d in degrees)
     without = linear or (len(terms) == 2 and all(e == 1 for d in degrees for e in d.values()))
     if without or len(terms) > _LARGEST or max(map(abs, terms.values())) > _WILD:
@@ -218,7 +218,7 @@ def _factored_sum(polynomial: Series) -> Product:
     rows = []
     for d in degrees:
         rows.append(tuple(d.get(i, 0) for i in indices))
-    # powers that are negative are shifted out; a polynomial has none
+    # negative powers are shifted out, as a polynomial has none
     if min(min(row) for row in rows) < 0:
         return plain
     content, factors = _factor(tuple(zip(rows, terms.values(), strict=True)))
@@ -235,7 +235,7 @@ def _factored_sum(polynomial: Series) -> Product:
 
 
 def _collect_by_inertia(polynomial: Series) -> Product | None:
-    """A sum by its masses, moments of inertia and the like, if each term holds one of these.
+    """Collect a sum by masses, moments of inertia and the like, if each term contains one.
 
     Js rp² + Jp rs² + 2 Jp rs rp + Jp rp² = Js rp² + Jp (rs + rp)².
     """
@@ -258,20 +258,20 @@ def _collect_by_inertia(polynomial: Series) -> Product | None:
 
 
 def _is_inertial(ring: Basis, index: int) -> bool:
-    """Whether a generator is a parameter that is no length, rate or acceleration."""
+    """Whether a generator is a parameter other than a length, rate or acceleration."""
     generator = ring.generators[index]
     return generator.kind is Kind.PARAMETER and ring.places.get(generator.name, 0) == 0
 
 
 _Rows: TypeAlias = "tuple[tuple[tuple[int, ...], int], ...]"
-"""A polynomial: the powers of its letters and the coefficient, term by term."""
+"""A polynomial, term by term: the powers of its letters, and the coefficient."""
 
 
 @lru_cache(maxsize=1 << 12)
 def _factor(rows: _Rows) -> tuple[Fraction, tuple[tuple[_Rows, int], ...]]:
     """Return the number before a polynomial's factors, and each factor with its power.
 
-    The same sum stands in many coefficients of a mechanism's equations.
+    It is cached, as the same sum occurs in many coefficients of a mechanism's equations.
     """
     from sympy import Poly, Symbol
 
@@ -285,7 +285,7 @@ def _factor(rows: _Rows) -> tuple[Fraction, tuple[tuple[_Rows, int], ...]]:
 
 
 def _gather(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Product]:
-    """Terms of a sum without factors; a shared square is drawn out, a² b + a² c = a² (b + c)."""
+    """Collect the terms of a sum by shared squares: a² b + a² c = a² (b + c)."""
     shared: dict[tuple[int, int], int] = {}
     for degrees, _ in rows:
         for letter in degrees.items():
@@ -312,7 +312,7 @@ def _term(ring: Basis, c: Fraction, degrees: dict[int, int]) -> Product:
 
 
 def _power(ring: Basis, index: int, e: int) -> Product:
-    """A generator to a power: a letter, or what an atom without a name stands for."""
+    """Return a power of a generator: a letter, or the definition of an atom without a name."""
     atom = ring.atoms.get(index)
     if atom is None or atom.named:
         return Product(1, ((_letter(ring, index), e),))
@@ -324,7 +324,7 @@ def _power(ring: Basis, index: int, e: int) -> Product:
 
 
 def to_power(inner: Product, e: Fraction) -> Product:
-    """Return a formula to a power; of a root all stays under one sign."""
+    """Return a power of a formula; a root keeps everything under one radical sign."""
     if e.denominator == 1:
         factors = [(base, own * e) for base, own in inner.factors]
         return multiply(number(Fraction(inner.number) ** int(e)), *factors)
@@ -344,7 +344,7 @@ def _letter(ring: Basis, index: int) -> Letter:
 
 
 def _circular(ring: Basis, trig: Trig) -> Product:
-    """A product of powers of sines and cosines; the sign of sin(−x) is drawn out."""
+    """Return a product of powers of sines and cosines, with sin(−x) as −sin x."""
     return multiply(*(_power_of_function(ring, factor) for factor in trig))
 
 
@@ -352,7 +352,7 @@ def _power_of_function(ring: Basis, factor: tuple[int, int, int]) -> Product:
     if factor not in ring.written:
         angle, sine, e = factor
         multiples, sign = dict(exponents(angle)), 1
-        # the packed angle is positive by its last part; in print the first should be
+        # a packed angle's last coefficient is positive; in print its first should be
         if next(iter(multiples.values())) < 0:
             multiples = {j: -k for j, k in multiples.items()}
             sign = -1 if sine and e % 2 else 1
@@ -371,7 +371,7 @@ def _argument(ring: Basis, multiples: dict[int, int]) -> Sum:
 
 @lru_cache(maxsize=1 << 14)
 def size(part: Product | Base) -> int:
-    """Return how many signs it takes to write a formula."""
+    """Return how many symbols it takes to write a formula."""
     if isinstance(part, Letter):
         return 1
     if isinstance(part, Call):

@@ -1,4 +1,4 @@
-"""Formulas as trees: sums of products of letters, functions and sums, in a book's order."""
+"""Represent formulas as trees: sums of products of letters, functions and sums, in book order."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ __all__ = [
 ]
 
 SUMS, FUNCTIONS, MOVING = 10, 30, 32
-"""Places within a product: parameters, then sums and lengths, then functions, then motions."""
+"""Order within a product: parameters, then sums and lengths, then functions, then motions."""
 
 _FIRST = ("sin", "cos")
-"""Functions that stand before others."""
+"""Functions that precede others."""
 
 Place: TypeAlias = "tuple[Any, ...]"
-"""Where something stands in a product or sum; tuples of one length and kind are compared."""
+"""A sort key within a product or sum; keys of one length and kind are compared."""
 
 
 @final
@@ -41,7 +41,7 @@ class Letter:
 
     Args:
         name: its name, e.g. "q''".
-        place: what it stands after in a product, then the author's order.
+        place: its sort key in a product: the kind of factor, then the author's order.
         of_time: whether it is a given function of time, F(t).
     """
 
@@ -50,7 +50,7 @@ class Letter:
     of_time: bool = False
 
     def sympy(self) -> Any:
-        """Return it as a sympy symbol."""
+        """Return the letter as a sympy symbol."""
         from sympy import Symbol, pi
 
         return pi if self.name == "pi" else Symbol(self.name)
@@ -73,7 +73,7 @@ class Call:
 
     @cached_property
     def place(self) -> Place:
-        """Its place in a product: sin before cos, then by the letters of the argument."""
+        """Its sort key in a product: sin before cos, then by the letters of the argument."""
         first = _FIRST.index(self.function) if self.function in _FIRST else len(_FIRST)
         order: list[float] = [first]
         for term in self.argument.terms:
@@ -82,7 +82,7 @@ class Call:
         return (FUNCTIONS, tuple(order))
 
     def sympy(self) -> Any:
-        """Return it as a sympy expression; sines are not evaluated."""
+        """Return the function as a sympy expression; sines are not evaluated."""
         import sympy
 
         function = getattr(sympy, self.function)
@@ -112,13 +112,13 @@ class Product:
 
     @cached_property
     def order(self) -> Place:
-        """Its place in a sum: without functions first, then by its letters."""
+        """Its sort key in a sum: products without functions first, then by letters."""
         called = any(base.place[0] == FUNCTIONS for base, _ in self.factors)
         places = [(_flat(base.place), -power) for base, power in self.factors]
         return (called, tuple(places))
 
     def sympy(self) -> Any:
-        """Return it as a sympy expression; a number before a sum is not multiplied out."""
+        """Return the product as a sympy expression; a number is not distributed over a sum."""
         from sympy import Integer, Mul, Pow, Rational
 
         parts = []
@@ -149,7 +149,7 @@ class Sum:
 
     @cached_property
     def place(self) -> Place:
-        """Its place in a product: where its letters stand if they are parameters, else after."""
+        """Its sort key in a product: that of its letters if these are parameters, else later."""
         firsts = [term.factors[0][0] for term in self.terms if term.factors]
         fixed = all(base.place[0] < SUMS for term in self.terms for base, _ in term.factors)
         if fixed and len(firsts) == len(self.terms):
@@ -159,7 +159,7 @@ class Sum:
         return (SUMS, firsts[0].place[1] if firsts and firsts[0].place[0] < FUNCTIONS else 0)
 
     def sympy(self) -> Any:
-        """Return it as a sympy expression."""
+        """Return the sum as a sympy expression."""
         from sympy import Add
 
         return Add(*(term.sympy() for term in self.terms))
@@ -178,7 +178,7 @@ def number(value: Fraction | int) -> Product:
 
 
 def add(terms: Iterable[Product]) -> Sum:
-    """Return a sum of products, positive ones first; sums among them are open_sum."""
+    """Return a sum of products, positive ones first; sums among them are opened."""
     parts = [part for term in terms for part in open_sum(term)]
     if len(parts) == 1 and parts[0].number:
         return Sum((parts[0],))
@@ -187,7 +187,7 @@ def add(terms: Iterable[Product]) -> Sum:
 
 
 def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:
-    """Return a product: powers of one base as one, a sum with more minus than plus turned round.
+    """Multiply: merge powers of one base, and negate a sum with more minus than plus signs.
 
     Args:
         parts: products, bases, or bases with a power.
@@ -225,9 +225,9 @@ def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:
 
 
 def _wants_turn(whole: Sum, negative: bool) -> bool:
-    """Whether a factor reads better with its signs changed: if most are −.
+    """Whether a sum reads better negated: if most of its signs are −.
 
-    Of two terms with one sign each, what changes in time stands last: l − w t.
+    If one of two terms is negative, the one that changes in time comes last: l − w t.
     """
     minus = sum(term.number < 0 for term in whole.terms)
     plus = len(whole.terms) - minus
@@ -241,7 +241,7 @@ def _wants_turn(whole: Sum, negative: bool) -> bool:
 
 
 def open_sum(term: Product) -> tuple[Product, ...]:
-    """Return the terms of ± a sum, else the product itself."""
+    """Return the terms if the product is a sum or its negative, else the product itself."""
     if abs(term.number) == 1 and len(term.factors) == 1:
         base, power = term.factors[0]
         if isinstance(base, Sum) and power == 1:
@@ -260,6 +260,6 @@ def names_in(part: Product | Base) -> frozenset[str]:
 
 
 def _flat(place: Place) -> Place:
-    """A place whose parts compare with those of every other."""
+    """Flatten a sort key into parts that can be compared with those of any other."""
     major, minor = place
     return (major, minor if isinstance(minor, tuple) else (minor,))

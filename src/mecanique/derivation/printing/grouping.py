@@ -1,4 +1,4 @@
-"""The terms of an equation by what moves in them, in the order of a textbook."""
+"""Group the terms of an equation by the motions in them, in textbook order."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ Group = tuple[tuple[bool, int], Series]
 
 
 def group(series: Series, *, by_side: bool) -> list[Group]:
-    """Group a series by monomials of motion and lengths: ((on the right, monomial), rest).
+    """Group a series by monomials of motions and lengths: ((on the right, monomial), coefficient).
 
     Args:
         series: the terms of an equation.
-        by_side: whether what forces the motion goes to the right.
+        by_side: whether terms that force the motion go to the right side.
     """
     ring = series.ring
     kinds = [g.kind for g in ring.generators]
@@ -61,14 +61,14 @@ def group(series: Series, *, by_side: bool) -> list[Group]:
 
 
 def _kinds(series: Series) -> set[Kind]:
-    """What a series depends on."""
+    """Return the kinds of quantities that a series depends on."""
     return {generator.kind for generator in series.generators()}
 
 
 def _rank(ring: Basis, key: int) -> tuple[object, ...]:
-    """Accelerations, then velocities, then lengths, then the rest.
+    """Return a sort key: accelerations, then velocities, then lengths, then the rest.
 
-    Of motions the higher powers come first, of lengths the lower ones.
+    Higher powers of motions come first, but lower powers of lengths.
     """
     powers = dict(exponents(key))
     degrees: dict[Kind, list[int]] = {kind: [] for kind in _RANKED}
@@ -81,5 +81,5 @@ def _rank(ring: Basis, key: int) -> tuple[object, ...]:
 
 
 def accelerates(ring: Basis, key: int) -> bool:
-    """Return whether a monomial holds an acceleration."""
+    """Return whether a monomial contains an acceleration."""
     return any(ring.generators[i].kind is Kind.ACCELERATION for i, _ in exponents(key))

@@ -1,4 +1,4 @@
-"""Lay formulas out: draw out signs, build fractions and roots in one walk over the tree."""
+"""Lay formulas out: extract signs, build fractions and roots in one walk over the tree."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from mecanique.derivation.printing.writers import Writer
 __all__ = ["write"]
 
 _LARGE = 10**7  # numbers with more digits are written as decimals
-_DECIMAL = 100  # of a number that ends, e.g. 981/100, as many hundredths stay a fraction
+_DECIMAL = 100  # a terminating number with a larger numerator, e.g. 981/100, becomes a decimal
 _DIGITS = 13
 
 
 def write(terms: Iterable[Product], writer: Writer, *, decimals: bool = False) -> str:
-    """Return a sum in a format, its terms in the order given.
+    """Write a sum in a format, its terms in the given order.
 
     Args:
-        terms: what is added.
+        terms: the terms.
         writer: the format.
         decimals: whether fractions of numbers are written as decimals.
     """
@@ -33,7 +33,7 @@ _HALF = Fraction(1, 2)
 
 @final
 class _Walk:
-    """A walk over a formula: draw out signs, put negative powers below."""
+    """A walk over a formula that extracts signs and puts negative powers into denominators."""
 
     def __init__(self, writer: Writer, decimals: bool) -> None:
         self._writer = writer
@@ -41,7 +41,7 @@ class _Walk:
         self._written: dict[Sum, str] = {}
 
     def term(self, product: Product) -> tuple[bool, str]:
-        """Whether a product is negative, and the product without its sign."""
+        """Return whether a product is negative, and the product written without its sign."""
         numerator, tail, denominator = list[str](), list[str](), list[str]()
         above = [factor for factor in product.factors if factor[1] > 0]
         below = [(base, -power) for base, power in product.factors if power < 0]
@@ -58,7 +58,7 @@ class _Walk:
         return product.number < 0, self._writer.term(numerator, denominator, tail)
 
     def _number(self, signed: int | Fraction) -> tuple[list[str], list[str]]:
-        """What a number without its sign is written as, above and below the line."""
+        """Write a number without its sign, as numerator and denominator."""
         if signed in (1, -1):
             return [], []
         size = abs(Fraction(signed))
@@ -76,13 +76,13 @@ class _Walk:
         return measured or (ends and size.numerator >= _DECIMAL)
 
     def sum(self, whole: Sum) -> str:
-        """A sum, positive terms first; the same stands in many places of a long equation."""
+        """Write a sum, positive terms first; cached, as long equations repeat the same sums."""
         if whole not in self._written:
             self._written[whole] = self._writer.sum([self.term(term) for term in whole.terms])
         return self._written[whole]
 
     def _factor(self, base: Base, power: int | Fraction, *, alone: bool) -> str:
-        """A power; alone above or below a line a sum needs no brackets."""
+        """Write a power; a sum that is all of a numerator or denominator needs no brackets."""
         writer = self._writer
         if power != 1 and power == _HALF:
             return writer.call("sqrt", self._inner(base), "")
@@ -103,7 +103,7 @@ class _Walk:
 
 
 def _is_bare(argument: Sum) -> bool:
-    """Whether a function of this needs no brackets: a letter or a multiple of one."""
+    """Whether a function's argument needs no brackets: a letter or a multiple of one."""
     if len(argument.terms) != 1:
         return False
     (term,) = argument.terms

@@ -1,4 +1,4 @@
-"""Names of quantities as they are written: base letter, subscript, dots and Greek."""
+"""Split the names of quantities into base letter, subscript and dots, with Greek letters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SPELLED = (
 )
 _SIGNS = "α β γ δ ε ζ η θ ι κ λ μ ν ξ ο π ρ σ τ υ φ χ ψ ω Γ Δ Θ Λ Ξ Π Σ Υ Φ Ψ Ω"
 GREEK = dict(zip(_SPELLED.split(), _SIGNS.split(), strict=True))
-"""Greek letters by their names."""
+"""Greek letters by name."""
 
 _NAMES = {sign: name for name, sign in GREEK.items()}
 _NICKNAMES = {"th": "theta", "lam": "lambda", "eps": "epsilon"}
@@ -25,12 +25,12 @@ _SHAPE = re.compile(r"(?P<base>[^\W\d_]+|.)(?:_?(?P<subscript>\w+))?")
 @final
 @dataclass(frozen=True)
 class Letter:
-    """A name taken apart: "theta1''" is theta with subscript 1 and two dots.
+    """The parts of a name: "theta1''" is theta with subscript 1 and two dots.
 
     Args:
         base: the letter or word; a Greek letter by its name.
-        subscript: what stands below it, "" for nothing; a Greek letter by its name.
-        dots: how many time derivatives.
+        subscript: its subscript, "" for none; a Greek letter by its name.
+        dots: number of time derivatives.
     """
 
     base: str
@@ -39,7 +39,7 @@ class Letter:
 
     @classmethod
     def of(cls, name: str) -> Letter:
-        """Return a name taken apart.
+        """Split a name into its parts.
 
         Args:
             name: e.g. "m1", "k_theta", "θ'", "x''".
@@ -51,7 +51,7 @@ class Letter:
 
 
 def is_varied(name: str) -> bool:
-    """Return whether a name is that of a virtual displacement or of virtual work, e.g. "δq"."""
+    """Return whether a name denotes a virtual displacement or virtual work, e.g. "δq"."""
     return name.startswith("δ") and name[1:2].isalpha()
 
 

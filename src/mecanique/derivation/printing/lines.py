@@ -1,4 +1,4 @@
-"""Formulas in LaTeX as lines of a page: how wide they are, and where they are broken."""
+"""Break LaTeX formulas into lines of a page, by their estimated width."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from collections.abc import Iterator, Sequence
 __all__ = ["PAGE", "align", "display"]
 
 PAGE = 335.0
-"""Width of a page's text that formulas keep to, in points at a size of 10 points."""
+"""Text width that formulas are fitted to, in points at a font size of 10 points."""
 
-_INDENT = 20.0  # of a line that goes on, \qquad
-_LEFT = 0.3  # of the page is what stands before the sign of equality at most
-_ROWS = 24  # of one display
+_INDENT = 20.0  # indentation of a continued line, \qquad
+_LEFT = 0.3  # largest share of the page for the part before the equals sign
+_ROWS = 24  # largest number of rows in one display
 _END = " \\\\\n"
-_DEEPEST = 6  # brackets within brackets are broken no deeper
+_DEEPEST = 6  # brackets nested deeper are not broken
 
 _TOKEN = re.compile(r"\\[a-zA-Z]+|\\.|\s+|.", re.DOTALL)
 _ARGUMENTS = {
@@ -39,8 +39,8 @@ def align(formulas: Sequence[str], page: float = PAGE) -> str:
     """Return formulas as the rows of an aligned environment, broken where they are too long.
 
     Args:
-        formulas: in LaTeX, each with one sign of equality.
-        page: width in points.
+        formulas: in LaTeX, each with one equals sign.
+        page: width of the page in points.
     """
     sides = [formula.split(" = ", 1) for formula in formulas]
     split = all(len(side) == 2 for side in sides)
@@ -56,14 +56,14 @@ def align(formulas: Sequence[str], page: float = PAGE) -> str:
 
 
 def display(formulas: Sequence[str], page: float = PAGE) -> str:
-    """Return formulas as displays, which may go on on the next page; KaTeX takes no long ones."""
+    """Return formulas as displays short enough for KaTeX, between which a page may break."""
     rows = align(formulas, page).split(_END)
     parts = [_END.join(rows[k : k + _ROWS]) for k in range(0, len(rows), _ROWS)]
     return "\n".join(f"\\begin{{align*}}\n{part}\n\\end{{align*}}" for part in parts)
 
 
 def width(formula: str) -> float:
-    """Return about how wide a formula is, in points."""
+    """Estimate the width of a formula, in points."""
     total = 0.0
     for atom in _atoms(formula):
         if atom.startswith("\\frac"):
@@ -85,7 +85,7 @@ def width(formula: str) -> float:
 
 
 def _rows(formula: str, start: str, page: float) -> Iterator[str]:
-    """The lines of a formula: as many terms to a line as there is room for."""
+    """Yield the lines of a formula, each with as many terms as fit."""
     line, taken = start, 0.0
     first = True
     pieces = _pieces(formula, page - _INDENT, 0)
@@ -101,7 +101,7 @@ def _rows(formula: str, start: str, page: float) -> Iterator[str]:
 
 
 def _pieces(formula: str, page: float, depth: int) -> list[str]:
-    """A formula in parts that begin with a sign; a term wider than the page is opened."""
+    """Split a formula into parts that begin with a sign; open a term wider than the page."""
     pieces, piece, level = list[str](), "", 0
     for atom in _atoms(formula):
         level += _opens(atom)
@@ -116,12 +116,12 @@ def _pieces(formula: str, page: float, depth: int) -> list[str]:
 
 
 def _open(piece: str, page: float, depth: int) -> list[str]:
-    """A term in parts: a wide fraction as a factor before its numerator, brackets in terms."""
+    """Split a term: a wide fraction into a factor and its numerator, brackets into terms."""
     if width(piece) <= page:
         return [piece]
     atoms = list(_atoms(piece))
     for k, atom in enumerate(atoms):
-        opened = atom.startswith("\\frac{1}")  # its denominator alone is wide
+        opened = atom.startswith("\\frac{1}")  # only its denominator is wide
         if atom.startswith("\\frac") and not opened and width(atom) > page / 2:
             above, below = _groups(atom)
             if len(_pieces(above, page, _DEEPEST + 1)) > 1:
@@ -143,7 +143,7 @@ def _open(piece: str, page: float, depth: int) -> list[str]:
 
 
 def _brackets(atoms: Sequence[str]) -> Iterator[tuple[int, int]]:
-    """Places of the outermost brackets."""
+    """Yield the positions of the outermost brackets."""
     level, start = 0, 0
     for k, atom in enumerate(atoms):
         if _opens(atom) > 0:
@@ -166,7 +166,7 @@ def _bare(bracket: str) -> str:
 
 
 def _atoms(formula: str) -> Iterator[str]:
-    """A formula's commands with their arguments, scripts, brackets and signs."""
+    """Yield a formula's atoms: commands with their arguments, scripts, brackets and signs."""
     tokens = _TOKEN.findall(formula)
     place = 0
 
@@ -198,7 +198,7 @@ def _atoms(formula: str) -> Iterator[str]:
 
 
 def _groups(atom: str) -> list[str]:
-    """The arguments of a command, without braces."""
+    """Return the arguments of a command, without braces."""
     found, level, start = [], 0, 0
     for k, token in enumerate(atom):
         if token == "{":

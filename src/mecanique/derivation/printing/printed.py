@@ -1,4 +1,4 @@
-"""Expressions and equations as they are printed: terms in order, written in three formats."""
+"""Printed expressions and equations: ordered terms that can be written in three formats."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ __all__ = ["Equation", "Expression"]
 
 
 class _Printed(ABC):
-    """What can be written as text, in LaTeX and in MathML, and shows itself in a notebook."""
+    """An object that can be written as text, LaTeX and MathML, and displayed in a notebook."""
 
     @abstractmethod
     def write(self, writer: Writer) -> str:
-        """Return it in the format of a writer."""
+        """Write it in the format of a writer."""
 
     def text(self) -> str:
         """Return it as one line of text, e.g. q'' + 3 g sin(q)/(2 l) = 0."""
@@ -44,7 +44,7 @@ class _Printed(ABC):
         return f"$\\displaystyle {self.latex()}$"
 
     def _repr_html_(self) -> str:
-        """It in a notebook, also where no script sets LaTeX."""
+        """Show it in a notebook, even where no script renders LaTeX."""
         return self.mathml()
 
 
@@ -54,7 +54,7 @@ class Expression(_Printed):
     """A sum of terms in textbook order.
 
     Args:
-        terms: what is added.
+        terms: the terms.
         decimals: whether fractions of numbers are written as decimals.
     """
 
@@ -63,11 +63,11 @@ class Expression(_Printed):
 
     @property
     def letters(self) -> frozenset[str]:
-        """Names of the letters in it."""
+        """The names of its letters."""
         return frozenset().union(*(names_in(term) for term in self.terms))
 
     def write(self, writer: Writer) -> str:
-        """Return it in the format of a writer."""
+        """Write it in the format of a writer."""
         return write(self.terms, writer, decimals=self.decimals)
 
 
@@ -77,10 +77,10 @@ class Equation(_Printed):
     """An equation of motion left = right, with inputs and other functions of time on the right.
 
     Args:
-        left: what holds accelerations, velocities and coordinates.
-        right: what depends on time alone.
-        divisor: monomial of parameters that the derived equation was divided by: derived = (left −
-            right) × divisor.
+        left: the terms with accelerations, velocities and coordinates.
+        right: the terms that depend on time alone.
+        divisor: the monomial of parameters by which the derived equation was divided: derived =
+            (left − right) × divisor.
     """
 
     left: Expression
@@ -88,5 +88,5 @@ class Equation(_Printed):
     divisor: Series
 
     def write(self, writer: Writer) -> str:
-        """Return it in the format of a writer."""
+        """Write it in the format of a writer."""
         return writer.equation(self.left.write(writer), self.right.write(writer))

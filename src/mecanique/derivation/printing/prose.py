@@ -1,4 +1,4 @@
-"""Sentences in LaTeX: the letters and formulas in them are set as mathematics."""
+"""Convert sentences to LaTeX, with the letters and formulas in them set as mathematics."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ _SIGNS = {"+": "+", "-": "-", "−": "-", "±": "\\pm "}
 _POWERS = {"²": "^{2}", "³": "^{3}"}
 
 _AFTER = {"ahead", "along", "and", "are", "from", "in", "is", "of", "on", "or", "to"}
-"""Words that stand after a letter a, never after an article."""
+"""Words that may follow the letter a, never the article."""
 
 _BEFORE = {"acceleration", "amplitude", "distance", "edges", "length", "radius", "side", "sides"}
-"""Words that a letter a follows."""
+"""Words that the letter a may follow."""
 
 _ESCAPED = {sign: f"\\{sign}" for sign in "&%$#_{}"}
 _ESCAPED |= {"²": "\\textsuperscript{2}", "³": "\\textsuperscript{3}", "°": "$^\\circ$"}
@@ -54,7 +54,7 @@ _ESCAPED |= {sign: f"$\\{name}$" for sign, name in _NAMES.items() if name != "om
 
 
 def escape(sentence: str) -> str:
-    """Return a sentence without letters of formulas, e.g. a source, for LaTeX's text mode.
+    """Escape a sentence without formulas, e.g. a source, for LaTeX's text mode.
 
     Args:
         sentence: plain text.
@@ -63,17 +63,17 @@ def escape(sentence: str) -> str:
 
 
 def find_points(sentence: str) -> frozenset[str]:
-    """Return the capital letters that stand alone in a text, as those of points do."""
+    """Return the capital letters that stand alone in a text, as names of points do."""
     return frozenset(_Sentence(sentence, ()).points)
 
 
 def to_latex(sentence: str, names: Collection[str], points: Collection[str] = ()) -> str:
-    """Return a sentence for LaTeX's text mode.
+    """Convert a sentence to LaTeX's text mode, with its formulas set as mathematics.
 
     Args:
-        sentence: plain text with letters such as R_pin_n, δq and ∂T/∂q' in it.
-        names: every symbol of the formulas around it.
-        points: letters of points beside those in the sentence; ABC is a bar between such.
+        sentence: plain text that may contain symbols such as R_pin_n, δq and ∂T/∂q'.
+        names: every symbol of the surrounding formulas.
+        points: names of further points; ABC is then a bar between three of them.
     """
     return _Sentence(sentence, names, points).latex()
 
@@ -84,8 +84,8 @@ class _Token(NamedTuple):
 
     Args:
         kind: the group of `_TOKEN` that it belongs to.
-        text: itself.
-        apart: whether a space stands before it.
+        text: its text.
+        apart: whether a space precedes it.
     """
 
     kind: str
@@ -98,10 +98,10 @@ class _Part(NamedTuple):
     """A part of a formula.
 
     Args:
-        latex: how it is written.
+        latex: its LaTeX.
         end: index of the token after it.
-        lettered: whether it holds more than numbers.
-        related: whether it holds a sign such as =.
+        lettered: whether it contains more than numbers.
+        related: whether it contains a relation such as =.
         joined: whether it is more than one letter, number or function.
     """
 
@@ -114,7 +114,7 @@ class _Part(NamedTuple):
 
 @final
 class _Sentence:
-    """A sentence as tokens, read from left to right; each formula is as long as it can be."""
+    """A sentence as tokens, read from left to right; each formula is as long as possible."""
 
     def __init__(self, sentence: str, names: Collection[str], points: Collection[str] = ()) -> None:
         self.names = names
@@ -126,11 +126,11 @@ class _Sentence:
         self.points = {word for word in words if len(word) == 1 and word.isupper()} | {*points}
 
     def latex(self) -> str:
-        """Return it for text mode."""
+        """Return the sentence for text mode."""
         out, at = "", 0
         while at < len(self.tokens):
             token = self.tokens[at]
-            # in x-z the line is no sign of z
+            # in the compound x-z the hyphen is not a minus sign of z
             within = token.text in _SIGNS and at > 0 and not token.apart
             part = None if within and self._text(at - 1) != "(" else self._formula(at)
             out += " " if token.apart else ""
@@ -151,7 +151,7 @@ class _Sentence:
         return at < len(self.tokens) and self.tokens[at].apart
 
     def _formula(self, at: int) -> _Part | None:
-        """The longest formula from a token on."""
+        """Read the longest formula that starts at a token; None without one."""
         part = self._read_sign(at)
         while part is not None:
             longer = self._join_next(part) or self._multiply_next(part)
@@ -161,7 +161,7 @@ class _Sentence:
         return None
 
     def _read_sign(self, at: int) -> _Part | None:
-        """A factor with or without a sign."""
+        """Read a factor with or without a sign."""
         sign = _SIGNS.get(self._text(at))
         if sign is None:
             return self._factor(at)
@@ -169,11 +169,11 @@ class _Sentence:
         return None if part is None else part._replace(latex=f"{sign}{part.latex}")
 
     def _join_next(self, part: _Part) -> _Part | None:
-        """A formula with a sign and what follows it."""
+        """Extend a formula by an operator or relation and the operand after it."""
         text, end = self._text(part.end), part.end
         related = text in _RELATIONS
         sign = _RELATIONS.get(text, _JOINTS.get(text))
-        # "x-z" is no difference, "-y" after a letter no sign between them
+        # "x-z" is not a difference, and in "x -y" the sign belongs to y
         tight = text in ("/", "·", "*") and not self._apart(end)
         if sign is None or not (tight or self._apart(end)) or self._apart(end + 1) == tight:
             return None
@@ -190,7 +190,7 @@ class _Sentence:
         )
 
     def _multiply_next(self, part: _Part) -> _Part | None:
-        """A formula with one more factor."""
+        """Extend a formula by one more factor."""
         if not self._apart(part.end) or self.tokens[part.end].kind == "number":
             return None
         after = self._factor(part.end, within=True)
@@ -202,7 +202,7 @@ class _Sentence:
         )
 
     def _factor(self, at: int, within: bool = False) -> _Part | None:
-        """A number, letter, function, slope, or sum in brackets."""
+        """Read a number, letter, function, derivative, or sum in brackets."""
         if at >= len(self.tokens):
             return None
         kind, text, _ = self.tokens[at]
@@ -221,7 +221,7 @@ class _Sentence:
         return self._call(at) or self._letter(at, within)
 
     def _between(self, at: int, close: str, *, sums: bool) -> _Part | None:
-        """What stands between two brackets; relations and single letters stay in the sentence."""
+        """Read a formula in brackets; relations and single letters are left to the sentence."""
         inner = None if self._apart(at + 1) else self._formula(at + 1)
         if inner is None or self._text(inner.end) != close:
             return None
@@ -233,7 +233,7 @@ class _Sentence:
         return _Part(whole + power, end + bool(power), inner.lettered, joined=True)
 
     def _call(self, at: int) -> _Part | None:
-        """A function with what it is taken of."""
+        """Read a function with its argument."""
         name = self._text(at)
         known = name in _CALLED or name in self.names
         if not known or self._text(at + 1) != "(" or self._apart(at + 1):
@@ -248,7 +248,7 @@ class _Sentence:
         return _Part(f"{head}{written}{power}", end + bool(power), lettered=True)
 
     def _letter(self, at: int, within: bool) -> _Part | None:
-        """A letter, of a symbol, a point or an axis."""
+        """Read a letter: a symbol, a point or an axis."""
         text = self._text(at)
         core, _, power = text.partition("^")
         if core[-1] in _POWERS:
@@ -271,7 +271,7 @@ class _Sentence:
         if bare in GREEK or any(sign in _NAMES or sign in "δ∂" for sign in core):
             return True
         if core in self.names or bare in self.names:
-            # words that are letters too, e.g. arm, are meant as such within a formula
+            # a word that is also a symbol, e.g. arm, is a symbol only within a formula
             word = core.isalpha() and len(core) > 2 and core not in GREEK
             return not word or self._is_joined(at)
         if len(bare) == 1 and bare.isascii():
@@ -281,7 +281,7 @@ class _Sentence:
         return core == "dm" or re.fullmatch(r"[A-Za-z]_\w+", core) is not None
 
     def _is_joined(self, at: int) -> bool:
-        """Whether a word stands beside a sign, as in sun - arm, or is what a function is of."""
+        """Whether a word is an operand, as in sun - arm, or the argument of a function."""
         if self._text(at - 1) == "(" and self._text(at + 1) == ")" and not self._apart(at - 1):
             return True
         for sign, apart in ((at - 1, self._apart(at)), (at + 1, self._apart(at + 1))):
@@ -291,7 +291,7 @@ class _Sentence:
         return False
 
     def _is_no_article(self, at: int, within: bool) -> bool:
-        """Whether an a is a letter: beside a sign, before a comma, or after "length"."""
+        """Whether an "a" is a letter: beside a sign, before a comma, or after e.g. "length"."""
         before, after = self._text(at - 1), self._text(at + 1)
         if self._is_joined(at) or (before == "-" and not self._apart(at)):
             return True
@@ -302,7 +302,7 @@ class _Sentence:
         return known and (follows or before in _BEFORE)
 
     def _slope(self, text: str) -> str:
-        """A derivative, or nothing where it is none."""
+        """Return a derivative in LaTeX, "" if the text is not one."""
         writer = Latex()
         if text == "d/dt":
             return "\\frac{d}{dt}"

@@ -1,4 +1,4 @@
-"""Forces of springs between two points as k (1 − a/ρ) times what their length grows by."""
+"""Write forces of springs between two points with the common factor k (1 − a/ρ)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
 __all__ = ["Stretch", "draw_stretches"]
 
 _SIGNS = 5
-"""Signs that 1 − a/ρ takes, with its brackets."""
+"""Number of symbols in (1 − a/ρ), with brackets."""
 
 
 @final
@@ -25,7 +25,7 @@ class Stretch:
     """The force of a spring of free length a and length ρ: share × (1 − a/ρ).
 
     Args:
-        share: what it would be without a free length.
+        share: the force for zero free length.
         ratio: the monomial a/ρ.
     """
 
@@ -39,7 +39,7 @@ class Stretch:
 
 
 def draw_stretches(series: Series) -> tuple[Series, list[Stretch]]:
-    """Return a series without the forces of springs, and these, if that is shorter.
+    """Separate the forces of springs from a series, if that is shorter.
 
     Args:
         series: the left side of an equation of motion.
@@ -63,7 +63,7 @@ def draw_stretches(series: Series) -> tuple[Series, list[Stretch]]:
 
 
 def _pull(series: Series, index: int) -> Series | None:
-    """What stands before 1/ρ, if ρ appears only so, without motions."""
+    """Return the coefficient of 1/ρ, if ρ appears in no other way and without motions."""
     ring = series.ring
     parts: Parts = {}
     for trig, polynomial in series.parts.items():
@@ -81,7 +81,7 @@ def _pull(series: Series, index: int) -> Series | None:
 
 
 def _free_lengths(pull: Series) -> Iterator[int]:
-    """Parameters that all terms of a pull hold, the last of the author's first."""
+    """Yield parameters common to all terms of a pull, the author's last one first."""
     ring = pull.ring
     held = [dict(exponents(monomial)) for _, monomial, _ in pull.terms()]
     for index in sorted(held[0], reverse=True):

@@ -1,4 +1,4 @@
-"""Series as expressions and matrices of SymPy."""
+"""Convert series to expressions and matrices of SymPy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["to_matrix", "to_sympy"]
 
 
 def to_sympy(series: Series) -> Any:
-    """Return a series as a sympy expression, factored and with the fewest signs.
+    """Return a series as a sympy expression, factored and with the fewest symbols.
 
     Args:
         series: the series; velocities and accelerations become symbols q', q''.

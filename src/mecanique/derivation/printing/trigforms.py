@@ -1,9 +1,8 @@
-"""The shortest way to write a Poisson series: which sines to leave as sums, which to fold.
+"""Find the shortest way to write a Poisson series: which angles to leave as sums, which to fold.
 
-The canonical series of ½ A (1 − cos 2θ) + ½ C (1 + cos 2θ) is not what a book prints; A sin²θ + C
-cos²θ is. Here every pair of terms may be folded back by the addition theorems and every double
-angle written by single ones, and the form with the fewest signs wins. Nothing is simplified: each
-form is an exact identity.
+A book does not print the canonical series ½ A (1 − cos 2θ) + ½ C (1 + cos 2θ), but A sin²θ + C
+cos²θ. Here every pair of terms may be folded back by the addition theorems, every double angle
+written by single ones, and the form with the fewest symbols is chosen. All forms are exactly equal.
 """
 
 from __future__ import annotations
@@ -36,26 +35,26 @@ __all__ = [
 ]
 
 Trig: TypeAlias = "tuple[tuple[int, int, int], ...]"
-"""A product of sines and cosines: (packed angle, 1 for sin or 0 for cos, power) each."""
+"""A product of sines and cosines, each as (packed angle, 1 for sin or 0 for cos, power)."""
 
 Form: TypeAlias = "dict[Trig, Series]"
-"""A sum of products, each with a polynomial before it."""
+"""A sum of products of sines and cosines, each with its polynomial coefficient."""
 
 _ANGLES, _EXPANDED, _MULTIPLE = 3, 12, 6
-"""Most angles, terms and multiples of angles of a series that is written by single angles."""
+"""Largest numbers of angles, terms and multiples in a series written in single angles."""
 
 _WILD = 10_000
-"""Numbers without a common measure that leaves smaller ones are written as they are."""
+"""Numbers are left as they are if larger multiples than this of a common measure remain."""
 
 _MANY = 5  # with more sines and cosines than this, only the obvious foldings are tried
 
 
 def shortest(series: Series, *, products: bool) -> Form:
-    """Return the form of a series with the fewest signs.
+    """Return the form of a series with the fewest symbols.
 
     Args:
         series: the series.
-        products: whether double angles are written by single ones.
+        products: whether double angles are written in single ones.
     """
     forms = _forms(series, products)
     first, *others = chain(forms, _by_single_angles(series)) if products else forms
@@ -63,13 +62,13 @@ def shortest(series: Series, *, products: bool) -> Form:
 
 
 def _rank(form: Form) -> tuple[int, int]:
-    """A form's cost, and how many multiples of angles are in it, of which a book has few."""
+    """Rank a form by its cost, then by its number of multiple angles, which books avoid."""
     multiples = [abs(k) > 1 for trig in form for angle, _, _ in trig for _, k in exponents(angle)]
     return cost(form), sum(multiples)
 
 
 def has_double_angles(series: Series) -> bool:
-    """Return whether a sine or cosine could be written by half its angle."""
+    """Return whether a sine or cosine could be written in half its angle."""
     return any(_halvable(trig >> 1) for trig in series.parts)
 
 
@@ -95,7 +94,7 @@ def common_number(polynomials: Iterable[Series]) -> Fraction:
 
 
 def _measure_of(polynomials: Sequence[Series]) -> tuple[Fraction, int]:
-    """The greatest rational that divides all coefficients, and the largest quotient."""
+    """Return the greatest rational that divides all coefficients, and the largest quotient."""
     whole = math.lcm(*(p.denominator for p in polynomials))
     shared = largest = 0
     for p in polynomials:
@@ -110,7 +109,7 @@ def _measure_of(polynomials: Sequence[Series]) -> tuple[Fraction, int]:
 def common_measure(polynomials: Sequence[Series]) -> Fraction:
     """Return the greatest rational that divides all coefficients, 1 if they are measured numbers.
 
-    These have large denominators, or no common measure that leaves small numbers.
+    Measured numbers have large denominators, or are large multiples of a common measure.
     """
     measure, largest = _measure_of(polynomials)
     if sum(map(len, polynomials)) > 1:
@@ -139,7 +138,7 @@ def monomials_in(polynomials: Iterable[Series]) -> set[int]:
 
 
 def _least(one: dict[int, int], other: tuple[tuple[int, int], ...]) -> dict[int, int]:
-    """The lower power of each generator; what does not occur has the power 0."""
+    """Return the lower power of each generator; one that does not occur has the power 0."""
     powers = dict(other)
     found = {}
     for i, e in one.items():
@@ -176,7 +175,7 @@ def rescale(series: Series, factor: Fraction, monomial: int) -> Series:
 
 
 def cost(form: Form) -> int:
-    """Return how many signs it takes to write a form: letters, numbers, functions and powers."""
+    """Return how many symbols it takes to write a form: letters, numbers, functions and powers."""
     if not form:
         return 1
     common = common_monomial(form.values())
@@ -192,7 +191,7 @@ def cost(form: Form) -> int:
         own = common_monomial([polynomial])
         total += _letters(own - common) + 1
         primitive = frozenset((m - own, abs(c)) for m, c in polynomial.parts[0].items())
-        if primitive not in seen:  # equal sums are written once, before all they belong to
+        if primitive not in seen:  # equal sums are written once, as a common factor
             seen.add(primitive)
             divisor = math.gcd(*(c for _, c in primitive))
             if len(primitive) > 1:
@@ -201,7 +200,7 @@ def cost(form: Form) -> int:
 
 
 def _shared_powers(form: Form) -> dict[tuple[int, int], int]:
-    """The sines and cosines that all products hold, each in its lowest power."""
+    """Return the sines and cosines that all products share, each in its lowest power."""
     first, *others = form
     shared = {(angle, sine): e for angle, sine, e in first}
     for trig in others:
@@ -224,7 +223,7 @@ def _halvable(packed: int) -> bool:
 
 
 def _forms(series: Series, products: bool) -> Iterator[Form]:
-    """All foldings of a series."""
+    """Yield all foldings of a series."""
     keys = sorted(series.parts)
     many = len(keys) > _MANY
 
@@ -265,7 +264,7 @@ def _forms(series: Series, products: bool) -> Iterator[Form]:
 
 
 def _by_single_angles(series: Series) -> Iterator[Form]:
-    """The series in sines and cosines of single angles, of each angle with one of the squares."""
+    """Yield the series in single angles, with either sin² or cos² of each angle eliminated."""
     angles = sorted({j for key in series.parts for j, _ in exponents(key >> 1)})
     multiple = max((_count_turns(key) for key in series.parts), default=0)
     if len(angles) > _ANGLES or len(series.parts) > _EXPANDED or not 2 <= multiple <= _MULTIPLE:
@@ -286,7 +285,7 @@ def _count_turns(key: int) -> int:
 
 
 def _expand(key: int, kept: dict[int, int]) -> dict[Trig, int]:
-    """Cos or sin of a sum of angles as the real or imaginary part of ∏ (cos φ + i sin φ)^k."""
+    """Expand cos or sin of a sum of angles, the real or imaginary part of ∏ (cos φ + i sin φ)^k."""
     # a product of sines (1) and cosines (0) by angle -> real and imaginary integer coefficient
     found: dict[Trig, tuple[int, int]] = {(): (1, 0)}
     for j, k in exponents(key >> 1):
@@ -303,7 +302,7 @@ def _expand(key: int, kept: dict[int, int]) -> dict[Trig, int]:
 
 
 def _raise(trig: Trig, factor: tuple[int, int], kept: int) -> list[tuple[Trig, int]]:
-    """A product times a sine or cosine, a square of the other kind written by the kept one."""
+    """Multiply a product by a sine or cosine; replace a square of the kind that is not kept."""
     angle, sine = factor
     powers = {(a, s): e for a, s, e in trig}
     powers[factor] = powers.get(factor, 0) + 1
@@ -334,10 +333,10 @@ def _foldable(key: int, other: int, products: bool) -> bool:
 
 
 def _fold(key: int, other: int, P: Series, Q: Series) -> list[tuple[Trig, Series]]:
-    """P cos k + Q cos l, or with sin, by half the sum and half the difference of the angles."""
+    """Write P cos k + Q cos l, or with sin, in half the sum and difference of the angles."""
     first, second = key >> 1, other >> 1
     u, w = (first + second) >> 1, (first - second) >> 1
-    flip = -1 if w < 0 else 1  # of sin w
+    flip = -1 if w < 0 else 1  # sign of sin w
     w = abs(w)
     if key & 1:
         sine, cosine = _trig((u, 1), (w, 0)), _trig((u, 0), (w, 1))

@@ -1,4 +1,4 @@
-"""Three alphabets for formulas: text, LaTeX and MathML."""
+"""The three formats of formulas: text, LaTeX and MathML."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _THIN = '<mspace width="0.1667em"/>'
 
 
 class Writer(ABC):
-    """A format. All arguments except names and numbers are strings already written in it."""
+    """A format; all arguments except names and numbers are strings already written in it."""
 
     @abstractmethod
     def number(self, digits: str) -> str:
@@ -35,7 +35,7 @@ class Writer(ABC):
 
     @abstractmethod
     def call(self, function: str, argument: str, exponent: str, *, bare: bool = False) -> str:
-        """Write a function; of a bare argument, one letter, a book leaves out the brackets."""
+        """Write a function; a bare argument, such as one letter, needs no brackets."""
 
     @abstractmethod
     def brackets(self, inner: str, exponent: str) -> str:
@@ -61,16 +61,16 @@ class Writer(ABC):
 
     @abstractmethod
     def partial(self, function: str, variable: str, rate: bool) -> str:
-        """Write a partial derivative of two written letters, or the time derivative of that."""
+        """Write a partial derivative of two letters in this format, or its time derivative."""
 
     @abstractmethod
     def turning(self, gradient: str, component: str) -> str:
-        """Write a component of ω × a gradient, as in Euler and Kirchhoff's equations."""
+        """Write a component of ω × a gradient, as in the equations of Euler and Kirchhoff."""
 
 
 @final
 class Text(Writer):
-    """One line: a b is a product, ^ a power, ' a time derivative, f(x)/(a b) a quotient."""
+    """Plain text: a b is a product, ^ a power, ' a time derivative, f(x)/(a b) a quotient."""
 
     def number(self, digits: str) -> str:
         """Write an unsigned decimal number."""
@@ -114,7 +114,7 @@ class Text(Writer):
         return f"{left} = {right}"
 
     def partial(self, function: str, variable: str, rate: bool) -> str:
-        """Write a partial derivative, or the time derivative of that."""
+        """Write a partial derivative, or its time derivative."""
         return f"{'d/dt ' if rate else ''}∂{function}/∂{variable}"
 
     def turning(self, gradient: str, component: str) -> str:
@@ -124,7 +124,7 @@ class Text(Writer):
 
 @final
 class Latex(Writer):
-    """LaTeX for mathematics mode, with nothing beyond amsmath."""
+    """LaTeX for math mode, which needs no package but amsmath."""
 
     def number(self, digits: str) -> str:
         """Write an unsigned decimal number."""
@@ -187,7 +187,7 @@ class Latex(Writer):
         return f"{left} = {right}"
 
     def partial(self, function: str, variable: str, rate: bool) -> str:
-        """Write a partial derivative, or the time derivative of that."""
+        """Write a partial derivative, or its time derivative."""
         slope = f"\\frac{{\\partial {function}}}{{\\partial {variable}}}"
         return f"\\frac{{d}}{{dt}} {slope}" if rate else slope
 
@@ -209,7 +209,7 @@ class Latex(Writer):
 
 @final
 class MathML(Writer):
-    """Presentation MathML of the core subset that browsers draw and screen readers read."""
+    """Presentation MathML in the core subset that browsers and screen readers support."""
 
     def number(self, digits: str) -> str:
         """Write an unsigned decimal number."""
@@ -280,7 +280,7 @@ class MathML(Writer):
         return f"<mrow>{left}<mo>=</mo>{right}</mrow>"
 
     def partial(self, function: str, variable: str, rate: bool) -> str:
-        """Write a partial derivative, or the time derivative of that."""
+        """Write a partial derivative, or its time derivative."""
         slope = f"<mfrac><mrow><mo>∂</mo>{function}</mrow><mrow><mo>∂</mo>{variable}</mrow></mfrac>"
         operator = "<mfrac><mi>d</mi><mrow><mi>d</mi><mi>t</mi></mrow></mfrac>"
         return f"<mrow>{operator}{slope}</mrow>" if rate else slope
@@ -291,7 +291,7 @@ class MathML(Writer):
         return f"<msub>{product}{component}</msub>"
 
     def _row(self, factors: Sequence[str], moving: Sequence[str]) -> str:
-        """A product; a thin space goes before functions and motions, and beside words."""
+        """Write a product, with thin spaces before functions and motions, and beside words."""
         product = "".join(factors[:1])
         for before, factor in pairwise(factors):
             letters = not before.startswith("<mn>") and not factor.startswith("<mrow>")
@@ -321,7 +321,7 @@ class MathML(Writer):
 
 
 def _space(factors: Sequence[str]) -> str:
-    """Factors in LaTeX, with a thin space after functions and beside letters that are words."""
+    """Join factors in LaTeX, with thin spaces after functions and beside words."""
     written = ""
     for before, factor in zip(["", *factors], factors, strict=False):
         called = _CALL.match(before) is not None and _CALL.match(factor) is None
@@ -333,7 +333,7 @@ def _space(factors: Sequence[str]) -> str:
 
 
 def _hug(inner: str) -> str:
-    """Brackets in MathML; those about what is not tall do not grow."""
+    """Put brackets around a formula in MathML; they stretch only around fractions."""
     fence = "<mo>" if "<mfrac>" in inner else '<mo stretchy="false">'
     return f"<mrow>{fence}(</mo>{inner}{fence})</mo></mrow>"
 

@@ -1,1 +1,1 @@
-"""The numbers of equations: Poisson series, elementary functions, jets, and their values."""
+"""The scalars of the equations: Poisson series, elementary functions, jets, and their values."""

@@ -1,4 +1,4 @@
-"""Sines and cosines of sums with arc sines, cosines and tangents: they cancel to roots."""
+"""Simplify sines and cosines of sums with arc sines, cosines and tangents to roots."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["function_without_arcs"]
 
 
 def function_without_arcs(name: str) -> Callable[..., Any]:
-    """Return a function for series; sine and cosine take arcs apart, e.g. sin(asin u + q)."""
+    """Return a function for series; its sine and cosine expand arcs, as in sin(asin u + q)."""
     if name not in ("sin", "cos"):
         return function(name)
     place = ("sin", "cos").index(name)
@@ -25,7 +25,7 @@ def function_without_arcs(name: str) -> Callable[..., Any]:
 
 
 def _sine_cosine(angle: Series) -> tuple[Series, Series]:
-    """Sine and cosine of Σ kᵢ arcᵢ + rest, by adding one arc after the other."""
+    """Return sine and cosine of Σ kᵢ arcᵢ + rest, adding one arc after the other."""
     arcs, rest = [], angle
     for trig, monomial, factor in angle.terms():
         for index, atom in angle.ring.atoms.items():
@@ -56,4 +56,4 @@ _OF_ARC: dict[str, Callable[[Atom[Series]], tuple[Series, Series]]] = {
     "acos": lambda atom: (sqrt(1 - atom.argument * atom.argument), atom.argument),
     "atan": _of_atan,
 }
-"""Sine and cosine of each arc."""
+"""Functions that give sine and cosine of each arc."""

@@ -1,4 +1,4 @@
-"""Shorter forms of series that are divided by sums or roots: what can be cancelled is cancelled."""
+"""Cancel common factors in series that are divided by sums or roots."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ __all__ = ["by_velocity", "tidy", "without_common_divisor"]
 
 
 def tidy(series: Series) -> Series:
-    """Cancel the roots ρ = √s and the sums that a series is divided by, if no terms are added.
+    """Cancel roots ρ = √s and sums in the denominators of a series, if that adds no terms.
 
-    All terms are brought over one power of the root, where its square is its radicand, and the
-    radicand is divided out as often as it goes: q²/ρ² + 1 = (q² + ρ²)/ρ², and (m₁² + m₁ m₂)/(m₁ +
-    m₂)² = m₁/(m₁ + m₂).
+    All terms are brought over one power of the root, ρ² is replaced by s, and s is divided out as
+    often as possible: q²/ρ² + 1 = (q² + ρ²)/ρ², and (m₁² + m₁ m₂)/(m₁ + m₂)² = m₁/(m₁ + m₂).
     """
     ring = series.ring
     for index, degree in reversed(ring.roots):
@@ -27,7 +26,7 @@ def tidy(series: Series) -> Series:
         cleared = series
         for _ in range(
             steps * degree
-        ):  # one by one: the root's square would be its radicand before it meets the rest
+        ):  # one by one: ρ² alone would turn into s before it multiplies the series
             cleared = cleared * root
         while steps and (quotient := _quotient(cleared, ring.atoms[index].argument)) is not None:
             cleared, steps = quotient, steps - 1
@@ -37,7 +36,7 @@ def tidy(series: Series) -> Series:
 
 
 def by_velocity(series: Series, velocities: Sequence[str]) -> Series:
-    """Return a series tidied velocity by velocity, so that roots that belong together cancel."""
+    """Tidy a series velocity by velocity, so that roots within one coefficient cancel."""
     if not series.ring.roots:
         return series
     v = [series.ring[name] for name in velocities]
@@ -51,9 +50,9 @@ def by_velocity(series: Series, velocities: Sequence[str]) -> Series:
 
 
 def without_common_divisor(series: Series) -> Series:
-    """Return a series times those sums that all its terms are divided by.
+    """Multiply a series by the sums that all its terms are divided by.
 
-    These do not vanish where the series is defined: x''/(R² − x²) + x x'²/(R² − x²)² = 0 becomes
+    Such a sum is not zero where the series is defined: x''/(R² − x²) + x x'²/(R² − x²)² = 0 becomes
     x'' + x x'²/(R² − x²) = 0.
 
     Args:
@@ -67,21 +66,20 @@ def without_common_divisor(series: Series) -> Series:
             for g in atom.argument.generators()
         )
         if not atom.named and known and powers and max(powers) < 0:
-            for _ in range(-max(powers)):  # one by one, as a root's square would be its radicand
+            for _ in range(-max(powers)):  # one by one: ρ² alone would turn into its radicand
                 series = Series(ring, {0: {power(index): 1}}, 1, 1) * series
     return series
 
 
 def _quotient(series: Series, divisor: Series) -> Series | None:
-    """Return series / divisor if that leaves no rest, for a divisor without sines and cosines."""
+    """Return series / divisor, None with a remainder; the divisor has no sines or cosines."""
     if divisor.parts.keys() != {0} or not series:
         return None
     parts: dict[int, Polynomial] = {}
     scale = divisor.parts[0][max(divisor.parts[0])]
     longest = max(map(len, series.parts.values()))
     for trig, polynomial in series.parts.items():
-        # integer coefficients stay integers when the numerator is scaled by the divisor's leading
-        # one each time
+        # coefficients stay integers as each step scales the numerator by the divisor's leading one
         divided = _long_division(polynomial, divisor.parts[0], scale, longest)
         if divided is None:
             return None

@@ -1,4 +1,4 @@
-"""Vectors over their lengths where a length is a cosine: the quotients are exact."""
+"""Divide vectors by their lengths, exactly where a length is a cosine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STEPS = 200
 
 
 def over_length(vector: Sequence[Series], length: Series) -> list[Series]:
-    """Return a vector over its length, exactly where that is a cosine and divides it.
+    """Divide a vector by its length, exactly if that is a cosine that divides all components.
 
     Args:
         vector: its components.
@@ -53,7 +53,7 @@ def root_of_square(square: Series) -> Series | None:
 
 
 def _quotient(series: Series, cosine: Series) -> Series | None:
-    """Return series / cos A if that leaves no rest, by long division in multiples of A."""
+    """Return series / cos A by long division in multiples of A; None with a remainder."""
     ring = series.ring
     key, *others = cosine.parts
     if others or (not key and not cosine.is_number):

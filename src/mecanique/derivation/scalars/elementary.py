@@ -1,4 +1,4 @@
-"""Functions of Poisson series: exact where they can be, otherwise atoms."""
+"""Apply elementary functions to Poisson series: exactly where possible, otherwise as atoms."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ __all__ = ["cos", "of_series", "sin", "sqrt"]
 
 
 def of_series(name: str, *arguments: Any) -> Series:
-    """Return a function of a series.
+    """Apply a function, given by name, to series.
 
     Raises:
-        DerivationError: if the function of this series has no form in the ring.
+        DerivationError: if the result has no form in the ring.
     """
     (series,) = arguments if len(arguments) == 1 else (None,)
     if not isinstance(series, Series) or name not in _KNOWN:
@@ -75,7 +75,7 @@ def _pure(series: Series, angle: int, quarters: int, parity: int) -> Series:
 
 
 def _twelfths_of_pi(series: Series, monomial: int, c: Fraction) -> int | None:
-    """Return n if the term is n π/12, with π as a generator or as the nearest float."""
+    """Return n if a term is n π/12, with π as a generator or as the nearest float, else None."""
     generators = [series.ring.generators[i] for i, _ in exponents(monomial)]
     if [g.name for g in generators] == ["pi"] and generators[0].kind is Kind.CONSTANT:
         twelfths = c * 12 if monomial == power(generators[0].index) else Fraction(1, 2)
@@ -87,7 +87,7 @@ def _twelfths_of_pi(series: Series, monomial: int, c: Fraction) -> int | None:
 
 
 def _exact_cosine(ring: Basis, twelfths: int) -> Series:
-    """cos(n π/12) for n = 1 … 5."""
+    """Return cos(n π/12) for n = 1 … 5."""
     two, three = (sqrt(ring.number(k)) for k in (2, 3))
     table: dict[int, Series] = {
         1: two * (three + 1) / 4,
@@ -102,13 +102,13 @@ def _exact_cosine(ring: Basis, twelfths: int) -> Series:
 def sqrt(series: Series, name: str | None = None) -> Series:
     """Return the square root: exact for squares of monomials and polynomials, otherwise an atom.
 
-    Parameters count as positive. Of the two roots of a square polynomial the one is taken whose
-    terms in parameters alone are positive: √((l + x)²) = l + x. Where it has no such term, the
-    first coordinate counts as positive.
+    Parameters are taken as positive. Of the two roots of a square polynomial, the one whose terms
+    in parameters alone are positive is returned: √((l + x)²) = l + x. Without such a term, the
+    first coordinate is taken as positive.
 
     Args:
         series: the radicand; the same radicand gives the same atom.
-        name: the name an atom has in print, e.g. "rho".
+        name: the printed name of an atom, e.g. "rho".
 
     Raises:
         DerivationError: if the radicand is a negative number.
@@ -152,14 +152,14 @@ def _square_content(series: Series) -> tuple[Fraction, int]:
     monomials = [m for _, m, _ in series.terms()]
     packed = 0
     for g in series.ring.generators:
-        # of a coordinate, √x² would be |x|; it is left inside
+        # a coordinate stays inside, as √x² would be |x|
         if g.kind in (Kind.PARAMETER, Kind.CONSTANT):
             packed += power(g.index, min(exponent(m, g.index) for m in monomials) // 2)
     return content, packed
 
 
 def _root_of_number(ring: Basis, number: Fraction) -> Series:
-    """√(n/d) = √(n d)/d, with one atom per prime."""
+    """Return √(n/d) = √(n d)/d, with one atom per prime."""
     n, outside, root = number.numerator * number.denominator, 1, ring.number(1)
     prime = 2
     while n > 1 and prime < 10_000:
@@ -205,7 +205,7 @@ def _polynomial_root(series: Series) -> Series | None:
 
 
 def _positive(root: Series) -> Series:
-    """The root or its negative, whichever is positive for positive parameters."""
+    """Return the root or its negative, whichever is positive for positive parameters."""
     kinds = {g.index: g.kind for g in root.ring.generators}
 
     def rank(monomial: int) -> tuple[int, int]:
@@ -222,7 +222,14 @@ def _function(
     slope: Callable[[Series, Series], Series],
     at_zero: int | None = None,
 ) -> Callable[[Series], Series]:
-    """Return a function that enters as an atom f(u), from f' by f and u, and an integer f(0)."""
+    """Make a function that returns atoms f(u).
+
+    Args:
+        name: its name.
+        value: f of numbers and arrays.
+        slope: gives f'(u) from f and u.
+        at_zero: the integer f(0), if it is one.
+    """
 
     def apply(u: Series) -> Series:
         if not u and at_zero is not None:

@@ -1,4 +1,4 @@
-"""Numbers from Poisson series: values of named generators in, floats or arrays out."""
+"""Evaluate Poisson series in numbers or arrays, given the values of their generators."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def evaluate(series: Series, values: Mapping[str, Any]) -> Any:
 
     Args:
         series: the series.
-        values: floats or arrays that broadcast, by name of the generators it depends on; atoms
-            follow from these.
+        values: floats or arrays that broadcast, by name of each generator it depends on; atoms are
+            computed from these.
 
     Raises:
         UnknownNameError: if a generator it depends on has no value.
@@ -32,10 +32,10 @@ def evaluate(series: Series, values: Mapping[str, Any]) -> Any:
 
 
 def relative_rest(parts: Sequence[Any]) -> float:
-    """Return how far a sum that is to vanish is from zero, relative to its largest part.
+    """Return the residual of a sum that should vanish, relative to its largest part.
 
     Args:
-        parts: of the sum, numbers or arrays that broadcast; of all their entries the worst counts.
+        parts: numbers or arrays that broadcast; the entry with the largest residual counts.
     """
     together = np.broadcast_arrays(*parts)
     largest = np.max(np.abs(together), axis=0)
@@ -45,7 +45,7 @@ def relative_rest(parts: Sequence[Any]) -> float:
 
 @final
 class Evaluation:
-    """One set of values for many series of a ring; functions are computed once.
+    """Evaluates many series of a ring for one set of values; each function is computed once.
 
     Args:
         ring: the ring.
@@ -71,7 +71,7 @@ class Evaluation:
             for monomial, c in polynomial.items():
                 term: Any = c / series.denominator
                 for index, e in exponents(monomial):
-                    # a negative integer power of an integer array is an error in numpy
+                    # numpy refuses negative integer powers of integer arrays
                     term = term * self._generator(index) ** e
                 factor = factor + term
             total = total + factor * self._sine_or_cosine(trig)

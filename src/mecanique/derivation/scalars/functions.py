@@ -1,6 +1,6 @@
 """Mathematical functions of numbers, arrays, jets, Poisson series and sympy expressions.
 
-A Lagrangian, a pose or a force written with these and ordinary arithmetic works for each of them.
+A Lagrangian, a pose or a force written with these and ordinary arithmetic works for all of them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["function"]
 
 
 def function(name: str) -> Callable[..., Any]:
-    """Return the function of a name, for any scalar.
+    """Return a mathematical function that accepts any scalar.
 
     Args:
         name: its sympy name, e.g. "sin", "atan", "Abs".

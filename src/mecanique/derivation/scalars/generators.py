@@ -1,4 +1,4 @@
-"""What series are written in: named indeterminates, angles and functions of series."""
+"""The generators of series: named indeterminates, angles, and functions of series."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Generator:
     Args:
         name: its name, e.g. "q", "q'" for a velocity, "q''" for an acceleration.
         kind: what it stands for.
-        index: its place in monomials.
+        index: its position in monomials.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Generator:
 @final
 @dataclass(frozen=True)
 class Angle(Generic[E]):
-    """What sines and cosines are taken of: a rational multiple of a monomial, e.g. q, Ω t or x/R.
+    """An argument of sines and cosines: a rational multiple of a monomial, e.g. q, Ω t or x/R.
 
     Args:
         argument: the angle as a series [rad].
@@ -65,12 +65,12 @@ class Atom(Generic[E]):
     """A function of a series, adjoined to the ring as a generator with its own chain rule.
 
     Args:
-        function: its name, e.g. "sqrt", "exp"; "1" where the generator is the argument itself,
-            adjoined so that it can be divided by.
-        argument: the series it is a function of.
+        function: its name, e.g. "sqrt", "exp"; "1" if the generator is the argument itself,
+            adjoined to allow division by it.
+        argument: the argument of the function.
         slope: its derivative with respect to the argument.
-        value: the function on numbers and arrays.
-        named: whether it has a name of its own in print.
+        value: the function of numbers and arrays.
+        named: whether it is printed under a name of its own.
     """
 
     function: str

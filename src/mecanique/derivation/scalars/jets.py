@@ -1,9 +1,9 @@
 """Jets: numbers that carry their motion and their variations.
 
 A jet is a Taylor polynomial in the parameter ε of a path, each coefficient with its first-order
-partials (duals), for any array of states at once. Arithmetic with jets is exact to rounding:
-nothing is stepped or tuned. Source of the arithmetic: A. Griewank, A. Walther, Evaluating
-Derivatives, 2nd ed., SIAM 2008, chapters 3 and 13.
+partial derivatives (duals), for any array of states at once. Arithmetic with jets is exact up to
+rounding and has no step size to choose. It follows A. Griewank, A. Walther, Evaluating Derivatives,
+2nd ed., SIAM 2008, chapters 3 and 13.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["Jet"]
 
 @final
 class Jet:
-    """A Taylor polynomial in ε with first-order partials, for an array of states or matrices.
+    """A Taylor polynomial in ε with partial derivatives, for an array of states or matrices.
 
     Args:
         c: shape (order + 1, 1 + directions, …): c[k, 0] is the coefficient of εᵏ (not the
@@ -27,7 +27,7 @@ class Jet:
     """
 
     __slots__ = ("c",)
-    __array_ufunc__ = None  # array + jet is left to the jet
+    __array_ufunc__ = None  # makes numpy leave array + jet to Jet.__radd__
 
     def __init__(self, c: np.ndarray) -> None:
         self.c = c
@@ -111,12 +111,11 @@ class Jet:
         """Return f(self) for a function f given by its Taylor coefficients.
 
         Args:
-            series: gives f(u), f'(u), f''(u)/2!, … as arrays shaped like u, as many as asked for.
+            series: returns f(u), f'(u), f''(u)/2!, … as arrays shaped like u, as many as requested.
         """
         orders = len(self.c)
         f = series(self.value, orders + 1)
-        # without its value a jet is nilpotent: ε to the power `orders` and products of two
-        # variations vanish
+        # less its value a jet is nilpotent: ε^orders and products of two variations vanish
         small = Jet(self.c.copy())
         small.c[0, 0] = 0.0
         result = small * f[1]
@@ -127,7 +126,7 @@ class Jet:
         return result + f[0]
 
     def ddt(self) -> Jet:
-        """Return the derivative along the path; one order is lost."""
+        """Return the derivative along the path, a jet of one order less."""
         k = np.arange(1, len(self.c)).reshape(-1, *[1] * (self.c.ndim - 1))
         return Jet(k * self.c[1:])
 
@@ -189,7 +188,7 @@ class Jet:
         return Jet(np.zeros_like(self.c)).__add__(np.sign(self.value))
 
     def _integral(self, value: np.ndarray, slope: Callable[[Jet], Jet]) -> Jet:
-        """Return f(self) from f': its Taylor coefficients are those of f shifted and scaled."""
+        """Return f(self), given f(u) and f': the coefficients of f' are those of f, shifted."""
 
         def series(u: np.ndarray, orders: int) -> list[np.ndarray]:
             line = np.zeros((orders, 1, *u.shape))
@@ -201,19 +200,19 @@ class Jet:
 
 
 def _turned_to(y: Any, x: Any, y0: np.ndarray, x0: np.ndarray) -> Jet:
-    """Return the angle from (x0, y0) to (x, y), small near it and without branch cuts."""
+    """Return the angle from (x0, y0) to (x, y), which is small and has no branch cut nearby."""
     ratio: Jet = (y * x0 - x * y0) / (x * x0 + y * y0)
     return ratio.atan()
 
 
 def _pad(c: np.ndarray, trailing: int) -> np.ndarray:
-    """The coefficients with axes inserted, so that they broadcast against a trailing shape."""
+    """Insert axes into coefficients so that they broadcast against a trailing shape."""
     missing = trailing - (c.ndim - 2)
     return c.reshape(*c.shape[:2], *[1] * missing, *c.shape[2:]) if missing > 0 else c
 
 
 def _align(a: Jet, b: Any) -> tuple[np.ndarray, np.ndarray]:
-    """The coefficients of both, cut to the lower order and shaped to broadcast."""
+    """Return the coefficients of both, cut to the lower order and shaped to broadcast."""
     if not isinstance(b, Jet):
         c = np.zeros((*a.c.shape[:2], *np.shape(b)))
         c[0, 0] = b
@@ -223,7 +222,7 @@ def _align(a: Jet, b: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _product(first: Jet, second: Jet, times: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Jet:
-    """Cauchy product in ε, rule of Leibniz in the partials."""
+    """Multiply by the Cauchy product in ε and the Leibniz rule in the partial derivatives."""
     orders = min(len(first.c), len(second.c))
     if times is np.multiply:
         a, b = _align(first, second)
@@ -239,13 +238,13 @@ def _product(first: Jet, second: Jet, times: Callable[[np.ndarray, np.ndarray], 
 
 
 def _circular(f: np.ndarray, slope: np.ndarray, orders: int) -> list[np.ndarray]:
-    """Taylor coefficients of a function with f'' = −f."""
+    """Return the Taylor coefficients of a function with f'' = −f."""
     cycle = (f, slope, -f, -slope)
     return [cycle[k % 4] / _factorial(k) for k in range(orders)]
 
 
 def _riccati(y0: np.ndarray, sign: float, orders: int) -> list[np.ndarray]:
-    """Taylor coefficients of the solution of y' = 1 ± y²."""
+    """Return the Taylor coefficients of the solution of y' = 1 ± y²."""
     y = [y0]
     for k in range(orders - 1):
         square = sum(y[i] * y[k - i] for i in range(k + 1))

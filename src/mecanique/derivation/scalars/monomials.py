@@ -1,8 +1,8 @@
-"""Laurent monomials as integers, polynomials as dictionaries: what Poisson series rest on.
+"""Pack Laurent monomials into integers, and multiply polynomials as dictionaries of these.
 
 A monomial x₀^e₀ x₁^e₁ … is one integer: the sum of eᵢ 2^(12 i). Exponents are signed, products of
 monomials are sums of integers, and a ring may gain generators at any time. Each exponent must stay
-within ±`REACH`; who multiplies checks that. A polynomial maps monomials to integer coefficients.
+within ±`REACH`, which the caller checks. A polynomial maps monomials to integer coefficients.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _BITS = 12
 _HALF = 1 << (_BITS - 1)
 _MASK = (1 << _BITS) - 1
 REACH = _HALF - 1
-"""The largest exponent, and the largest multiple of an angle, that a series may hold."""
+"""The largest exponent, and the largest multiple of an angle, that a series may contain."""
 
 
 def power(index: int, exponent: int = 1) -> int:
@@ -44,7 +44,7 @@ def power(index: int, exponent: int = 1) -> int:
 
 @lru_cache(maxsize=1024)
 def _bias(fields: int) -> int:
-    """Half a field in every field: added to a signed monomial it makes every field non-negative."""
+    """Return half a field's range in every field; added to a monomial it makes all non-negative."""
     return sum(_HALF << (_BITS * i) for i in range(fields))
 
 
@@ -58,7 +58,7 @@ def exponents(monomial: int) -> tuple[tuple[int, int], ...]:
     """Return (generator, exponent) for every generator in a monomial, in order."""
     found, rest, index = [], monomial, 0
     while rest:
-        # straight to the first generator that occurs
+        # skip to the first generator that occurs
         empty = ((rest & -rest).bit_length() - 1) // _BITS
         rest, index = rest >> (_BITS * empty), index + empty
         low = ((rest + _HALF) & _MASK) - _HALF
@@ -81,7 +81,7 @@ def largest_exponent(monomials: Iterable[int]) -> int:
 
 
 def multiply(p: Polynomial, q: Polynomial) -> Polynomial:
-    """Return the product of two polynomials; coefficients that cancel stay as zeros."""
+    """Return the product of two polynomials; coefficients that cancel remain as zeros."""
     if len(p) == 1:
         ((m, c),) = p.items()
         return {m + n: c * d for n, d in q.items()}
@@ -96,7 +96,7 @@ def multiply(p: Polynomial, q: Polynomial) -> Polynomial:
 
 
 def exact(number: object) -> Fraction:
-    """Return a number as an exact rational; a float becomes the simple rational it stands for.
+    """Return a number as an exact rational; a float becomes the simple rational it represents.
 
     A float within one unit in the last place of a rational with denominator up to 10⁴ becomes that
     rational (0.1 → 1/10, 1/3 → 1/3); one of at most 15 significant decimal digits becomes that

@@ -1,4 +1,4 @@
-"""Products and sums of Poisson series as dictionaries: a polynomial for each sine and cosine."""
+"""Compute with Poisson series as dictionaries: a polynomial for each sine and cosine."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 Parts: TypeAlias = "dict[int, Polynomial]"
-"""Polynomial of each trigonometric function: key 2 K for cos(K·φ), 2 K + 1 for sin(K·φ), 0 for 1.
+"""Polynomials by trigonometric function: key 2 K for cos(K·φ), 2 K + 1 for sin(K·φ), 0 for 1.
 
 K > 0 packs the integer multiples of the angles as a monomial packs exponents.
 """
@@ -39,10 +39,10 @@ def size(parts: Parts) -> int:
 
 
 def check_size(parts: Parts, most: int, *, canceling: bool = False) -> None:
-    """Raise if there are more than `most` terms, or twice as many while some may cancel."""
+    """Refuse more than `most` terms, or twice as many while some may still cancel."""
     if size(parts) > (2 * most if canceling else most):
         raise DerivationError(
-            f"the closed form has more than {most} terms and would help no reader; "
+            f"the closed form has more than {most} terms, too many to be read; "
             "use the numeric derivation"
         )
 
@@ -67,9 +67,9 @@ def product(first: Parts, second: Parts, most: int) -> tuple[Parts, int]:
     """Return (parts, denominator) of a product.
 
     Raises:
-        DerivationError: as soon as it is clear that it has far more than `most` terms.
+        DerivationError: as soon as it clearly has far more than `most` terms.
     """
-    # sums of angles bring a factor ½; products with the key 0 do not, and get a 2 where both occur
+    # sums of angles have a factor ½; products with the key 0 get a factor 2 instead
     halved = any(first) and any(second)
     parts: Parts = {}
     for f, p in first.items():
@@ -85,7 +85,7 @@ def product(first: Parts, second: Parts, most: int) -> tuple[Parts, int]:
 
 
 def lowest_terms(parts: Parts, denominator: int) -> tuple[Parts, int]:
-    """Return parts without zeros and the denominator, the fraction reduced."""
+    """Remove zeros and reduce the fraction; return parts and denominator."""
     sound = {}
     for t, p in parts.items():
         if q := p if all(p.values()) else {m: c for m, c in p.items() if c}:
@@ -103,7 +103,7 @@ def lowest_terms(parts: Parts, denominator: int) -> tuple[Parts, int]:
 
 
 def shift(parts: Parts, monomial: int) -> Parts:
-    """Return parts with every monomial multiplied by another, negative to divide by one."""
+    """Multiply every monomial by another; a negated monomial divides."""
     moved = {}
     for t, p in parts.items():
         moved[t] = {m + monomial: c for m, c in p.items()}
@@ -111,7 +111,7 @@ def shift(parts: Parts, monomial: int) -> Parts:
 
 
 def negative(parts: Parts) -> Parts:
-    """Return parts with every sign turned."""
+    """Return parts with every sign changed."""
     turned = {}
     for t, p in parts.items():
         turned[t] = {m: -c for m, c in p.items()}
@@ -119,7 +119,7 @@ def negative(parts: Parts) -> Parts:
 
 
 def differentiate_powers(parts: Parts, index: int) -> Parts:
-    """Return ∂/∂x of a generator x in the monomials alone, not within angles and atoms."""
+    """Return ∂/∂x for a generator x in the monomials alone, not within angles and atoms."""
     x = power(index)
     slopes: Parts = {}
     for trig, polynomial in parts.items():
@@ -130,7 +130,7 @@ def differentiate_powers(parts: Parts, index: int) -> Parts:
 
 
 def differentiate_angles(parts: Parts, index: int) -> Parts:
-    """Return ∂/∂φ of an angle φ: sin' = cos, cos' = −sin."""
+    """Return ∂/∂φ for an angle φ: sin' = cos, cos' = −sin."""
     slopes: Parts = {}
     for trig, polynomial in parts.items():
         k = exponent(trig >> 1, index)
@@ -145,7 +145,7 @@ def split_powers(parts: Parts, places: Mapping[int, int]) -> dict[tuple[int, ...
 
     Args:
         parts: the polynomial.
-        places: place of each of these generators among the exponents.
+        places: index of each of these generators in the tuples of exponents.
     """
     split = {m: _split_monomial(m, places) for m in set().union(*parts.values())}
     found: dict[tuple[int, ...], Parts] = {}
@@ -157,7 +157,7 @@ def split_powers(parts: Parts, places: Mapping[int, int]) -> dict[tuple[int, ...
 
 
 def _split_monomial(monomial: int, places: Mapping[int, int]) -> tuple[tuple[int, ...], int]:
-    """The exponents of the generators that have a place, and the rest of a monomial."""
+    """Split a monomial into the exponents of generators that have a place, and the rest."""
     powers, rest = [0] * len(places), monomial
     for i, e in exponents(monomial):
         if i in places:
@@ -169,13 +169,13 @@ def _split_monomial(monomial: int, places: Mapping[int, int]) -> tuple[tuple[int
 def lower_powers(
     parts: Parts, index: int, degree: int, *, below_zero: bool = False
 ) -> dict[int, Parts]:
-    """Return the coefficients of (x^degree)^k by k, where x is a generator of lower power in them.
+    """Return the coefficients of (x^degree)^k by k; lower powers of x remain in them.
 
     Args:
         parts: the polynomial.
-        index: of the generator x.
-        degree: of the power that is taken out.
-        below_zero: whether k may be negative; otherwise what is divided by x stays.
+        index: index of the generator x.
+        degree: degree of the power that is taken out.
+        below_zero: whether k may be negative; otherwise negative powers of x remain.
     """
     found: dict[int, Parts] = {}
     for trig, polynomial in parts.items():
@@ -195,6 +195,6 @@ def _product_to_sum(f: int, g: int) -> tuple[tuple[int, int], ...]:
     plus, minus = 2 * (K + L), 2 * abs(K - L)
     if (f & 1) == (g & 1):
         return (minus, 1), (plus, -1 if f & 1 else 1)
-    # sin K cos L has + sin(K − L), cos K sin L has − sin(K − L)
+    # sin K cos L contains + sin(K − L), cos K sin L contains − sin(K − L)
     sign = (1 if f & 1 else -1) * (1 if K > L else -1)
     return ((plus | 1, 1),) if K == L else ((plus | 1, 1), (minus | 1, sign))

@@ -1,4 +1,4 @@
-"""The ring of Poisson series: named generators, angles, atoms and the rate of each."""
+"""The ring of Poisson series: named generators, angles and atoms, each with its rate."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["Euler", "Ring"]
 @final
 @dataclass(frozen=True)
 class Euler:
-    """Lagrange's operator on a function L, for one velocity q'.
+    """The parts of Lagrange's operator applied to a function L, for one velocity q'.
 
     Args:
         momentum: ∂L/∂q'.
@@ -47,10 +47,10 @@ class Euler:
 
 @final
 class Ring(Basis):
-    """The generators that Poisson series are written in, and the chain rule of each.
+    """The generators of a ring of Poisson series, with their chain rules.
 
     Args:
-        most_terms: a series with more terms is refused; beyond it a closed form helps nobody.
+        most_terms: longest series allowed; a longer closed form cannot be read.
     """
 
     def __init__(self, most_terms: int = 20_000) -> None:
@@ -72,8 +72,8 @@ class Ring(Basis):
         """Adjoin coordinates whose rates the caller sets in `rates`, and their velocities.
 
         Args:
-            names: of the coordinates, e.g. of a quaternion.
-            velocities: of the velocities; the acceleration of each is name'.
+            names: names of the coordinates, e.g. of a quaternion.
+            velocities: names of the velocities; the acceleration of each is name'.
         """
         moved = [self._adjoin(name, Kind.COORDINATE) for name in names]
         rates = [self._adjoin(name, Kind.VELOCITY) for name in velocities]
@@ -92,7 +92,7 @@ class Ring(Basis):
         return self.rates[self._index_of(name + "'", Kind.VELOCITY)]
 
     def parameter(self, name: str) -> Series:
-        """Adjoin and return a parameter; where a square root needs its sign it is positive."""
+        """Adjoin and return a parameter; square roots take it as positive."""
         return self._adjoin(name, Kind.PARAMETER)
 
     def input(self, name: str, derivatives: int = 0) -> Series:
@@ -114,7 +114,7 @@ class Ring(Basis):
         return self[name] if name in self._indices else self._adjoin(name, Kind.CONSTANT)
 
     def unknown(self, name: str, kind: Kind) -> Series:
-        """Adjoin (once) a reaction or a virtual displacement, which has no rate, and return it."""
+        """Adjoin (once) a quantity without a rate, such as a reaction, and return it."""
         return (
             self[name]
             if name in self._indices and self._kind(name) is kind
@@ -138,7 +138,7 @@ class Ring(Basis):
         return tuple(g.name for g in self.generators if g.kind is kind)
 
     def index(self, generator: str | Series) -> int:
-        """Return the place of a generator, given by name or as a series."""
+        """Return the index of a generator, given by name or as a series."""
         if isinstance(generator, str):
             return self.index(self[generator])
         if (
@@ -168,7 +168,7 @@ class Ring(Basis):
         return [series.diff(v) for v in self.names(Kind.VELOCITY)]
 
     def along(self, series: Series) -> list[Series]:
-        """Return how a function of the coordinates changes along each velocity: ∂/∂q along q'."""
+        """Return the derivatives of a function of the coordinates along each velocity."""
         moving = [g for g in series.generators() if g.kind is Kind.COORDINATE]
         found = []
         for v in self.names(Kind.VELOCITY):
@@ -190,14 +190,13 @@ class Ring(Basis):
 
         Args:
             monomial: the packed monomial that is the angle, 0 for a constant one.
-            multiple: the factor before it.
+            multiple: its factor.
 
         Raises:
-            DerivationError: if the multiple is no integer multiple of the unit this angle was first
-                met with.
+            DerivationError: if the multiple is not an integer multiple of the angle's unit, the
+                first multiple that occurred.
         """
-        # Constant angles that are no multiples of one another are independent; a monomial has one
-        # unit.
+        # a monomial has one unit; different constant angles are independent
         key = (monomial, abs(multiple) if not monomial else Fraction(0))
         if key not in self._angle_indices:
             unit = abs(multiple) if not monomial else Fraction(1, multiple.denominator)
@@ -232,16 +231,15 @@ class Ring(Basis):
         Args:
             function: the function's name; powers of "sqrt" and "1" are reduced to powers of their
                 argument.
-            argument: the series it is taken of.
-            slope: gives the derivative with respect to the argument from the new atom.
-            value: the function on numbers and arrays.
-            name: a name for it in print, e.g. "rho"; its definition is printed by default.
+            argument: its argument.
+            slope: returns the derivative with respect to the argument, given the new atom.
+            value: the function of numbers and arrays.
+            name: the printed name, e.g. "rho"; by default the definition is printed.
         """
         key = (function, argument)
         if key not in self._atom_indices:
             index = len(self.generators)
-            # the name of a generator must be unique, and an atom without a name of its own prints
-            # as its definition
+            # names of generators must be unique; an atom without one is printed as its definition
             atom = self._adjoin(name or f"{function}#{index}", Kind.ATOM)
             self._atom_indices[key] = index
             self.atoms[index] = Atom(function, argument, slope(atom), value, name is not None)
@@ -250,7 +248,7 @@ class Ring(Basis):
         return self[self.generators[self._atom_indices[key]].name]
 
     def inverse(self, series: Series) -> Series:
-        """Return 1/u as an atom, for a series u that is no unit; u × u⁻¹ is not cancelled."""
+        """Return 1/u as an atom, for a series u that is not a unit; u × u⁻¹ is not cancelled."""
         atom = self.adjoin("1", series, lambda _: self.number(1), lambda u: u)
         return Series(self, {0: {-power(self.index(atom)): 1}}, 1, 1)
 

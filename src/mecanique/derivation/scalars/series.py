@@ -1,8 +1,8 @@
 """Poisson series: canonical sums of rational × monomial × cos or sin of integer sums of angles.
 
 Products of sines and cosines are written as sums at once, so that cos² + sin² = 1 and every
-angle-sum identity hold by construction and nothing ever needs to be simplified (the representation
-is that of celestial mechanics: A. Deprit, J. Henrard, A. Rom, "Lunar ephemeris: Delaunay's theory
+angle-sum identity hold by construction and nothing ever needs to be simplified (a representation
+from celestial mechanics: A. Deprit, J. Henrard, A. Rom, "Lunar ephemeris: Delaunay's theory
 revisited", Science 168 (1970), 1569).
 """
 
@@ -35,10 +35,10 @@ __all__ = ["Basis", "Generator", "Kind", "Series", "canonical"]
 
 
 class Basis(ABC):
-    """What series are written in, and what arithmetic asks of it; a `Ring` is one.
+    """The interface that the arithmetic of series needs of its ring; `Ring` implements it.
 
     Args:
-        most_terms: a series with more terms is refused; beyond it a closed form helps nobody.
+        most_terms: longest series allowed; a longer closed form cannot be read.
     """
 
     def __init__(self, most_terms: int) -> None:
@@ -49,9 +49,9 @@ class Basis(ABC):
         self.rates: dict[int, Series] = {}
         self.roots: list[tuple[int, int]] = []
         self.places: dict[str, int] = {}
-        """Place of each parameter within a product, by its name; the first is 0."""
+        """Position of each parameter within a printed product, by name; the first is 0."""
         self.written: dict[Any, Any] = {}
-        """What print keeps of monomials and angles it has written before."""
+        """A cache of printed monomials and angles."""
 
     @abstractmethod
     def number(self, value: object) -> Series:
@@ -63,7 +63,7 @@ class Basis(ABC):
 
     @abstractmethod
     def index(self, generator: str | Series) -> int:
-        """Return the place of a generator."""
+        """Return the index of a generator."""
 
     @abstractmethod
     def angle(self, monomial: int, multiple: Fraction) -> int:
@@ -82,7 +82,7 @@ class Basis(ABC):
 
     @abstractmethod
     def inverse(self, series: Series) -> Series:
-        """Return 1/series for a series that is no unit, as an atom."""
+        """Return 1/series as an atom, for a series that is not a unit."""
 
     @abstractmethod
     def sum(self, series: Iterable[Series]) -> Series:
@@ -93,14 +93,14 @@ class Basis(ABC):
 class Series:
     """An element of a ring of Poisson series: immutable, canonical, hashable.
 
-    Two series are equal exactly when they are the same function, as long as no adjoined root is
-    divided by; see `vanishes` for that case. Series are made by a ring and by arithmetic, not by
-    hand.
+    Two series are equal exactly when they are the same function, unless an adjoined root is in a
+    denominator; see `vanishes` for that case. Series are made by a ring and by arithmetic, not
+    directly.
 
     Args:
         ring: the ring it belongs to.
         parts: integer polynomials by trigonometric function, without zeros.
-        denominator: what all coefficients are divided by, in lowest terms.
+        denominator: common denominator of all coefficients, in lowest terms.
         reach: a bound of all |exponents| and |multiples of angles|.
     """
 
@@ -149,13 +149,13 @@ class Series:
 
     @property
     def is_unit(self) -> bool:
-        """Whether it is one monomial without sine or cosine, so that it can be divided by."""
+        """Whether it is one monomial without sine or cosine, which has an inverse."""
         return self.parts.keys() == {0} and len(self.parts[0]) == 1
 
     def vanishes(self) -> bool:
-        """Return whether it is zero, if need be after clearing the roots it is divided by."""
+        """Return whether it is zero, after clearing roots from denominators if necessary."""
         series = self
-        # an atom's argument holds earlier atoms only, so the latest are cleared first
+        # the latest atoms are cleared first, as arguments contain only earlier ones
         for index, degree in reversed(self.ring.roots):
             lowest = min((exponent(m, index) for p in series.parts.values() for m in p), default=0)
             if lowest < 0:
@@ -165,7 +165,7 @@ class Series:
         return not series.parts
 
     def generators(self) -> list[Generator]:
-        """Return the generators it depends on, also through its angles and atoms, in order."""
+        """Return the generators it depends on in order, including those in angles and atoms."""
         found: set[int] = set()
         todo: list[Series] = [self]
         while todo:
@@ -207,7 +207,7 @@ class Series:
             reach = largest(self.parts) + largest(other.parts)
             if reach > REACH:
                 raise DerivationError(
-                    f"a product would hold an exponent or a multiple of an angle beyond ±{REACH}; "
+                    f"a product would have an exponent or a multiple of an angle beyond ±{REACH}; "
                     "use the numeric derivation"
                 )
         parts, halves = product(self.parts, other.parts, self.ring.most_terms)
@@ -255,10 +255,10 @@ class Series:
         return other
 
     def diff(self, generator: str | Series) -> Series:
-        """Return the partial derivative by a generator, through angles and atoms too.
+        """Return the partial derivative by a generator, including through angles and atoms.
 
         Args:
-            generator: its name, or itself as a series.
+            generator: its name, or the generator as a series.
         """
         return self._along({self.ring.index(generator): self.ring.number(1)})
 
@@ -312,7 +312,7 @@ class Series:
         """Return the coefficients of a polynomial in some generators, by their exponents.
 
         Args:
-            generators: names; dependence through angles and atoms stays in the coefficients.
+            generators: their names; dependence through angles and atoms stays in the coefficients.
         """
         places = {self.ring.index(name): k for k, name in enumerate(generators)}
         found = split_powers(self.parts, places)
@@ -359,11 +359,11 @@ def canonical(ring: Basis, parts: Parts, denominator: int, reach: int) -> Series
     Args:
         ring: the ring it belongs to.
         parts: integer polynomials by trigonometric function.
-        denominator: what their coefficients are divided by.
+        denominator: common denominator of their coefficients.
         reach: a bound of all |exponents| and |multiples of angles|.
 
     Raises:
-        DerivationError: if it has more terms than the ring admits.
+        DerivationError: if it has more terms than the ring allows.
     """
     parts, denominator = lowest_terms(parts, denominator)
     check_size(parts, ring.most_terms)
@@ -371,11 +371,11 @@ def canonical(ring: Basis, parts: Parts, denominator: int, reach: int) -> Series
 
 
 def _reduce(series: Series) -> Series:
-    """Replace ρ² by s wherever ρ = √s was adjoined, and likewise divisors."""
+    """Replace ρ² by s wherever ρ = √s was adjoined, and adjoined divisors by their sums."""
     ring = series.ring
     for index, degree in reversed(ring.roots):
         argument = ring.atoms[index].argument
-        # powers of a unit can be taken out below zero, too
+        # negative powers of a unit can be taken out, too
         lowered = lower_powers(series.parts, index, degree, below_zero=argument.is_unit)
         if lowered.keys() - {0}:
             pieces = {

@@ -1,4 +1,4 @@
-"""Values put into Poisson series, through their angles, roots and other functions."""
+"""Substitute values into Poisson series, including their angles, roots and other functions."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Substitution:
     """Replaces generators by series, exactly: sin q at q = π/6 is 1/2, √(h² + x²) at x = 0 is h.
 
     Args:
-        values: what to put in, by name of the generator.
-        numbers: numbers of all generators that are left; they decide which root of a square is the
-            positive one.
+        values: the replacements, by name of the generator.
+        numbers: numeric values of all other generators, which decide which root of a square is
+            positive.
     """
 
     def __init__(self, values: Mapping[str, Series], numbers: Mapping[str, float]) -> None:
@@ -32,14 +32,13 @@ class Substitution:
         self._angles: dict[int, Series] = {}
 
     def __call__(self, series: Series) -> Series:
-        """Return the series with the values put in.
+        """Return the series after substitution.
 
         Args:
             series: any series of the ring that the values belong to.
 
         Raises:
-            DerivationError: if it is divided by what becomes zero, or a value has no form in the
-                ring.
+            DerivationError: if a divisor becomes zero, or a value has no form in the ring.
         """
         ring, terms = series.ring, []
         for trig, monomial, c in series.terms():

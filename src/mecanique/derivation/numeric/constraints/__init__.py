@@ -1,1 +1,1 @@
-"""Loops and contacts in numbers, and the equations of motion that they hold."""
+"""Constraints of loops and contacts in numbers, and the constrained equations of motion."""

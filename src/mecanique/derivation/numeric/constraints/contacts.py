@@ -1,9 +1,9 @@
-"""The rows of rolling, blades and velocity constraints on our own poses: A v = b and A a + γ = 0.
+"""Compute the rows A v = b, A a + γ = 0 of rolling, blades and velocity constraints from our poses.
 
-A body's point that touches has in the body the place s(ε) = R(ε)ᵀ (P(ε) − p(ε)), where P is where
-the contact is, and the velocity H'(ε) s(ε) of that point; s moves too, but is not what moves the
-point. So with jets along the path q + ε v the velocity is [ε⁰] and its rate [ε¹] of H' s, and the
-virtual displacement is δH s.
+The body's point at the place of contact P has in the body the position s(ε) = R(ε)ᵀ (P(ε) − p(ε))
+and the velocity H'(ε) s(ε); s changes as the contact moves, but adds nothing to the velocity of the
+material point. With jets along the path q + ε v, that velocity is [ε⁰] of H' s, its rate [ε¹], and
+the virtual displacement δH s.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ __all__ = ["Touch", "VelocityLaws"]
 
 
 class Touch(NamedTuple):
-    """The place of a contact and the directions it closes.
+    """The place of a contact and the directions in which it prevents motion.
 
     Args:
         place: trailing shape (n, 3, 1), in the world [m].
-        directions: the same, of each row.
+        directions: one for each row, trailing shape (n, 3, 1).
         gap: shape (n,), Φ of the first row.
     """
 
@@ -43,10 +43,10 @@ class Touch(NamedTuple):
 
 @final
 class VelocityLaws:
-    """The rows of the contacts and velocity constraints of a mechanism.
+    """The rows of a mechanism's contacts and velocity constraints.
 
     Args:
-        mechanism: whose they are.
+        mechanism: the mechanism with the constraints.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -60,14 +60,14 @@ class VelocityLaws:
         units = [length] * len(contacts) + [1.0] * len(constraints)
         blocks = contacts + [len(mechanism.contacts) + k for k in range(len(constraints))]
         self.row_units = RowUnits(np.array(units), np.array(blocks, dtype=int))
-        """Plain units of the rows, and their blocks: one for each contact or constraint."""
+        """Natural units of the rows, and their blocks: one for each contact or constraint."""
 
     def at(self, states: States, poses: list[Jet]) -> Constraints:
         """Return the rows at n states.
 
         Args:
-            states: where, how fast and when.
-            poses: of every link along q + ε v, each of trailing shape (n, 4, 4).
+            states: coordinates, velocities and times.
+            poses: pose of every link along q + ε v, each of trailing shape (n, 4, 4).
         """
         found = []
         for contact in self._mechanism.contacts:
@@ -83,7 +83,7 @@ class VelocityLaws:
         return Constraints(*(np.concatenate(part, axis=1) for part in parts))
 
     def touch(self, contact: Contact, poses: list[Jet]) -> Touch:
-        """Return where a contact is and which directions it closes."""
+        """Return the place of a contact and the directions in which it prevents motion."""
         number = self._mechanism.evaluate
         A, B = (self._pose(body, poses) for body in (contact.body, contact.on))
         turn = A[:, :3, :3]
@@ -109,7 +109,7 @@ class VelocityLaws:
         return Touch(place, (n, x, y), gap.value[:, 0, 0])
 
     def _touch_sphere(self, contact: Rolling, hub: Jet, frame: Jet) -> Touch:
-        """Return where a ball touches a bowl or a dome, on the line to the sphere's center."""
+        """Find where a ball touches a bowl or a dome: on the line to the sphere's center."""
         radius, bowl = (self._mechanism.evaluate(s) for s in (contact.radius, contact.bowl))
         x, y, z = (frame[:, :3, k : k + 1] for k in range(3))
         side = 1.0 if bowl > 0 else -1.0
@@ -122,7 +122,7 @@ class VelocityLaws:
         return Touch(hub - n * radius, (n, *turned), gap)
 
     def _state_laws(self, states: States) -> Constraints:
-        """The rows Σ A_i v_i − b of the velocity constraints."""
+        """Return the rows Σ A_i v_i − b of the velocity constraints."""
         constraints, velocities = self._mechanism.velocity_constraints, self._mechanism.velocities
         n, size = len(states), len(constraints)
         jacobian, gamma = np.zeros((n, size, len(velocities))), np.zeros((n, size))
@@ -152,7 +152,7 @@ class VelocityLaws:
 
 
 def _no_slip(A: Jet, B: Jet, place: Jet, direction: Jet) -> tuple[np.ndarray, np.ndarray]:
-    """Return δ and γ of n·(v_A − v_B) = 0 for the points of two bodies at a place of contact."""
+    """Return the row A and γ of n·(v_A − v_B) = 0, for the points of two bodies in contact."""
     velocity, rate, shifts = (
         a - b for a, b in zip(_carry(A, place), _carry(B, place), strict=True)
     )
@@ -163,7 +163,7 @@ def _no_slip(A: Jet, B: Jet, place: Jet, direction: Jet) -> tuple[np.ndarray, np
 
 
 def _carry(H: Jet, place: Jet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return H' s, its rate without accelerations, and δH s, for the point that is there now."""
+    """Return H' s, its rate without accelerations, and δH s, of the body's point at a place."""
     s = H[:, :3, :3].T @ (place - H[:, :3, 3:])
     one = np.ones((*s.c.shape[2:-2], 1, 1))
     at = np.concatenate([s.c[0, 0], one], axis=-2)

@@ -1,15 +1,15 @@
-"""Lagrange's equations of the second kind in as many coordinates as there are degrees of freedom.
+"""Solve Lagrange's equations of the second kind of a closed mechanism in independent coordinates.
 
 The loops make the other coordinates functions of the independent ones. These functions are never
-written down: as jets they are found by Newton's method in the ring of jets, x ← x − J⁻¹ Φ(x) with
-the constant J of the state, one order of ε after the other. Lagrange's operator then sees the
-independent coordinates alone, on the same definition as for a tree
+written down: their jets are found by Newton's method in the ring of jets, x ← x − J⁻¹ Φ(x) with
+the constant J of the state, one order of ε after the other. Lagrange's operator is then evaluated
+for the independent coordinates alone, by the same definition as for a tree
 (`mecanique.derivation.numeric.lagrange`).
 
-A joint that turns by a quaternion has the Gibbs vector g against the state as coordinates, p = p₀
-(g/2, 1)/√(1 + g²/4), and a free one the components of its displacement in the axes it has in the
-state: at the state their rates are the joint's velocities (Shuster, J. Astronaut. Sci. 41 (1993)
-439, eq. 337).
+The coordinates of a joint with a quaternion are the Gibbs vector g of its rotation from the state,
+p = p₀ (g/2, 1)/√(1 + g²/4), and for a free joint also the components of its displacement in the
+axes it has in the state: at the state their rates are the joint's velocities (Shuster, J.
+Astronaut. Sci. 41 (1993) 439, eq. 337).
 """
 
 from __future__ import annotations
@@ -42,24 +42,26 @@ from mecanique.model.states import States
 __all__ = ["Reduced"]
 
 _SWEEPS = 40
+"""Largest number of Newton's iterations."""
+
 _ROUNDING = 1e-12
-"""Loops and rates this close to closed, in their units, are left as they are."""
+"""Residuals of loops and rates below this, in their units, are not corrected."""
 
 _RANK = 1e-8
 """Pivots and singular values of J below this part of the largest count as zero."""
 
 REGULAR = 0.3
-"""Least singular value that the dependent coordinates' part of J must have, relative to J's."""
+"""Least singular value that the dependent columns of J must have, relative to J's."""
 
 
 class _Group(NamedTuple):
     """States with the same dependent coordinates.
 
     Args:
-        at: their places.
+        at: indices of the states.
         rows: independent rows of J.
         dependent: columns of J that these rows determine.
-        blocks: these parts of J, shape (states, rows, rows).
+        blocks: J in these rows and columns, shape (states, rows, rows).
         regular: least singular value of each block, relative to J's.
     """
 
@@ -72,7 +74,7 @@ class _Group(NamedTuple):
 
 @final
 class Reduced:
-    """Accelerations of a closed mechanism from its equations in independent coordinates.
+    """Compute the accelerations of a closed mechanism in independent coordinates.
 
     Args:
         mechanism: a mechanism with loops.
@@ -105,10 +107,10 @@ class Reduced:
         """Return a, shape (n, nv).
 
         Args:
-            states: where, how fast and when; the loops closed.
+            states: coordinates, velocities and times, with closed loops.
 
         Raises:
-            DerivationError: if a motion that the loops leave free meets no inertia.
+            DerivationError: if a motion that the loops allow has no inertia.
         """
         result = np.empty_like(states.v)
         if not result.shape[1]:
@@ -122,10 +124,10 @@ class Reduced:
         return result
 
     def regularity(self, states: States) -> np.ndarray:
-        """Return the least singular value of what is inverted, relative to J's, shape (n,).
+        """Return the least singular value of the dependent columns of J, relative to J's, (n,).
 
         Args:
-            states: where; the loops closed.
+            states: positions with closed loops.
         """
         found = np.ones(len(states))
         for group in self._groups(states) if self._mechanism.nv else ():
@@ -133,7 +135,7 @@ class Reduced:
         return found
 
     def _groups(self, states: States) -> Iterator[_Group]:
-        """Yield the states that share their dependent coordinates."""
+        """Group the states by their dependent coordinates."""
         J = constraints(self._mechanism, states).jacobian / self._closure.units[:, None]
         waiting = np.arange(len(states))
         while len(waiting):
@@ -158,7 +160,7 @@ class Reduced:
         nv, n = self._mechanism.nv, len(states)
         free = np.setdiff1d(np.arange(nv), dependent)
         rest, E, weight = self._operator(states, np.zeros((n, len(free))), rows, dependent, inverse)
-        # partials of all coordinates by the independent ones
+        # partial derivatives of all coordinates with respect to the independent ones
         follow = np.stack([x.c[0, 1:] for x in rest], axis=0).transpose(2, 0, 1)
         M = np.empty((n, len(free), len(free)))
         for k in range(len(free)):
@@ -171,13 +173,13 @@ class Reduced:
         except np.linalg.LinAlgError:
             raise DerivationError(
                 f"mechanism {self._mechanism.name!r}: "
-                "its loops leave a motion free that meets no inertia; give a body in it mass"
+                "its loops allow a motion without inertia; give a body in it mass"
             ) from None
         without = np.stack([2 * x.c[2, 0] for x in rest], axis=-1)
         found: np.ndarray = without + np.einsum("nvk,nk->nv", follow, independent)
         for joint in self._mechanism.joints:
             if joint.quaternion and joint.linear_velocities:
-                # the velocity's components turn with the body
+                # the components of the velocity are in axes that turn with the body
                 at = [self._mechanism.velocities.index(name) for name in joint.velocities]
                 found[:, at[:3]] -= np.cross(states.v[:, at[3:]], states.v[:, at[:3]])
         return found
@@ -190,7 +192,10 @@ class Reduced:
         dependent: np.ndarray,
         inverse: np.ndarray,
     ) -> tuple[list[Jet], np.ndarray, np.ndarray]:
-        """Return coordinates as jets, Lagrange's operator on T, ∂V/∂q of gravity, (n, free)."""
+        """Return the coordinates as jets, Lagrange's operator on T, and ∂V/∂q of gravity.
+
+        The latter two have shape (n, free).
+        """
         q = self._paths(states, a, rows, dependent, inverse)
         r, H = self._evaluate_poses(states, q)
         E = np.zeros((a.shape[1], len(states)))
@@ -230,8 +235,8 @@ class Reduced:
         units = self._closure.units
         x = [Jet(path) for path in c]
         for order in range(3):
-            # the state itself is closed: near a singular position its rounding would grow with
-            # every order
+            # the state itself is not corrected: near a singular position the correction of its
+            # rounding errors would grow with every order
             given = order < 2
             last = np.inf
             for _ in range(_SWEEPS):
@@ -269,7 +274,7 @@ class Reduced:
 
 
 def _turn(start: list[np.ndarray], x: list[Jet]) -> list[Any]:
-    """Displace the coordinates of a joint that turns by a quaternion."""
+    """Displace the coordinates of a joint with a quaternion."""
     origin, p = start[:-4], start[-4:]
     gx, gy, gz = (g * 0.5 for g in x[-3:])
     size = (1 + gx * gx + gy * gy + gz * gz).sqrt()
@@ -294,7 +299,7 @@ def _as_jet(rows: list[list[Any]], like: Jet) -> Jet:
 
 
 def _delay(x: Jet) -> Jet:
-    """The same motion with the variation η = ε instead of η = 1."""
+    """Return the same motion with the variation η = ε instead of η = 1."""
     c = np.zeros_like(x.c)
     c[:, 0] = x.c[:, 0]
     c[1:, 1:] = x.c[:-1, 1:]
@@ -302,7 +307,7 @@ def _delay(x: Jet) -> Jet:
 
 
 def _choose(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Choose independent rows and the coordinates they determine best, by full pivoting."""
+    """Choose independent rows, and the coordinates they determine best, by full pivoting."""
     J = J.copy()
     rows: list[int] = []
     columns: list[int] = []
@@ -320,7 +325,7 @@ def _choose(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _regularity(block: np.ndarray, J: np.ndarray) -> float:
-    """Return the least singular value of a block of J, relative to J's; 0 if its rank is not."""
+    """Return the least singular value of a block of J, relative to J's; 0 if its rank is less."""
     sizes = np.linalg.svd(J, compute_uv=False)
     if int((sizes > _RANK * sizes[0]).sum()) != len(block):
         return 0.0

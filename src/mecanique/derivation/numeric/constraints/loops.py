@@ -1,15 +1,16 @@
-"""The constraint equations of loops on our own poses: Φ, its Jacobian J and J' v, all from one jet.
+"""Compute the constraints Φ of loops, their Jacobian J and γ = J' v from our poses, in one jet.
 
-Along the path q + ε v the value of Φ is a jet: its partials at ε = 0 are J, twice its coefficient
-of ε² is what Φ'' is without accelerations. Everything is measured in the axes of frame a, where
-frame b has the position p and the rotation matrix R; a hinge keeps R z = z, a weld the skew part of
-R at zero.
+Along the path q + ε v the value of Φ is a jet: its partial derivatives at ε = 0 are J, and twice
+its coefficient of ε² is γ, the value of Φ'' without accelerations. All is measured in the axes of
+frame a, where frame b has the position p and the rotation matrix R; a hinge keeps R z = z, a weld
+keeps the skew part of R at zero.
 
-Loops may also lock a mechanism in a singular position, where small motions meet no resistance.
+Loops may also lock a mechanism in a singular position, where J alone would allow small motions.
 With q' along the free directions, q' = N c and J N = 0, a motion needs some q'' with
-J q'' + γ(N c) = 0. So ℓᵀ γ(N c) = 0 for every ℓ with ℓᵀ J = 0: a quadratic form in c for each row
-too many. If a combination of them is definite, only c = 0 satisfies all, and what is rigid to
-second order is rigid (R. Connelly & W. Whiteley, SIAM J. Discrete Math. 9 (1996) 453, sect. 2, 3).
+J q'' + γ(N c) = 0. So ℓᵀ γ(N c) = 0 for every ℓ with ℓᵀ J = 0: a quadratic form in c for each
+redundant row. If a combination of them is definite, only c = 0 satisfies all; a mechanism that is
+rigid to second order is rigid (R. Connelly & W. Whiteley, SIAM J. Discrete Math. 9 (1996) 453,
+sect. 2, 3).
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ _DEFINITE = 1e-6
 """Least eigenvalue of a definite form, as a part of the largest second derivative."""
 
 _LOOKS = 100
-"""How often a combination that is not definite is bettered."""
+"""How often a combination that is not definite is improved."""
 
 
 @final
@@ -69,11 +70,11 @@ def constraints_of(rows: list[Jet]) -> Constraints:
 
 
 class RowUnits(NamedTuple):
-    """Plain units of the rows of constraints.
+    """Natural units of the rows of constraints.
 
     Args:
         units: shape (m,), a typical length or one radian.
-        blocks: shape (m,), number of the block of rows that is measured as one.
+        blocks: shape (m,), number of each row's block; the rows of a block are scaled together.
     """
 
     units: np.ndarray
@@ -88,7 +89,7 @@ class Closure:
         self._loops = mechanism.loops
         place = place_of(links(mechanism), mechanism)
         self._ends: list[list[tuple[int, np.ndarray]]] = []
-        """Of each loop: place of each end's link in the tree, and its pose there."""
+        """For each end of each loop: index of its link in the tree, and its pose in that link."""
         for loop in mechanism.loops:
             X_a = placement_matrix(loop.frame_a, mechanism.values)
             X_b = placement_matrix(loop.frame_b, mechanism.values)
@@ -99,7 +100,7 @@ class Closure:
         )
         """Name of each row: the loop's and the motion it closes, in the axes of frame a."""
         self.length = characteristic_length(mechanism)
-        """The length that others are compared with [m]."""
+        """The characteristic length, with which others are compared [m]."""
         self.units = np.array(
             [self.length if name.split(": ")[-1][0] != "r" else 1.0 for name in self.names]
         )
@@ -108,13 +109,13 @@ class Closure:
         owners = [(k, row) for k, loop in enumerate(mechanism.loops) for row in CLOSED[loop.kind]]
         blocks = np.array([2 * k + (row[0] == "r") for k, row in owners], dtype=int)
         self.row_units = RowUnits(self.units, blocks)
-        """Plain units of the rows, and their blocks: a loop's lengths, or its angles."""
+        """Natural units of the rows, and their blocks: a loop's lengths, or its angles."""
 
     def rows(self, poses: list[Jet]) -> list[Jet]:
         """Return Φ, one jet per row.
 
         Args:
-            poses: of every link, in the order of the tree, each of trailing shape (n, 4, 4).
+            poses: pose of every link, in the order of the tree, each of trailing shape (n, 4, 4).
         """
         found: list[Jet] = []
         for loop, ends, length in zip(self._loops, self._ends, self._lengths, strict=True):
@@ -157,10 +158,10 @@ def _carry(poses: list[Jet], place: int, X: np.ndarray) -> Jet:
 
 
 def is_locked(state: States, at: Callable[[States], Constraints]) -> bool:
-    """Return whether nothing can move in a state of a mechanism that only loops hold.
+    """Return whether loops prevent every motion in a state; there are no other constraints.
 
     Args:
-        state: one state; the loops closed.
+        state: one state with closed loops.
         at: returns J and γ of the loops.
     """
     units = velocity_scales(state.mechanism)
@@ -185,7 +186,7 @@ def _second_order(state: States, free: Array, at: Callable[[States], Constraints
     v = np.concatenate([np.zeros((1, len(free))), c @ free.T, -c @ free.T])
     each = state.at(np.zeros(len(v), dtype=int))
     gamma = at(replace(each, v=v)).gamma
-    # what is linear in the velocities, or free of them, is due to prescribed motions
+    # the even part in c without its value at rest; the rest is due to prescribed motions
     along = (gamma[1 : 1 + len(c)] + gamma[1 + len(c) :]) / 2 - gamma[0]
     forms = np.zeros((gamma.shape[1], k, k))
     own = {i: along[n] for n, (i, j) in enumerate(pairs) if i == j}
@@ -202,7 +203,7 @@ def _has_definite(forms: Array) -> bool:
         values, vectors = np.linalg.eigh(np.einsum("r,rkl->kl", weights, forms))
         if values[0] > _DEFINITE:
             return True
-        # more of the forms that are positive along the worst direction
+        # add more of the forms that are positive along the worst direction
         along = np.einsum("rkl,k,l->r", forms, vectors[:, 0], vectors[:, 0])
         if np.abs(along).max() < _DEFINITE:
             return False

@@ -1,7 +1,7 @@
-"""Lagrange's equations of the first kind: M a + bias − Q = Jᵀ λ together with J a + γ = 0.
+"""Solve Lagrange's equations of the first kind: M a + bias − Q = Jᵀ λ together with J a + γ = 0.
 
-Both are solved at once, in the least-squares sense where constraints are redundant: a is unique as
-long as every motion that the loops leave free has inertia, λ is the least one (Lagrange, Mécanique
+Both are solved at once, by least squares where constraints are redundant: a is unique if every
+motion that the constraints allow has inertia, and λ is the least solution (Lagrange, Mécanique
 analytique, 1788, part II, sect. IV; F. E. Udwadia & R. E. Kalaba, Analytical Dynamics, 1996, ch.
 3).
 """
@@ -38,11 +38,11 @@ _RANK = 1e-9
 @final
 @dataclass(frozen=True)
 class ConstrainedMotion:
-    """What loops make of a tree's motion at n states.
+    """The accelerations and multipliers of a constrained tree in n states.
 
     Args:
         acceleration: shape (n, nv).
-        multipliers: λ of each row, shape (n, m); the generalized force of the loops is Jᵀ λ.
+        multipliers: λ of each row, shape (n, m); Jᵀ λ is the generalized constraint force.
         determined: shape (n, m), False where redundant constraints leave a multiplier undetermined.
     """
 
@@ -55,9 +55,9 @@ class Push(NamedTuple):
     """A unit force of a contact.
 
     Args:
-        place: shape (n, 3), where it acts, in the world [m].
+        place: shape (n, 3), its point of action, in the world [m].
         direction: shape (n, 3), world axes.
-        ends: the body that it acts on, and the one that has the opposite.
+        ends: the body on which it acts, and the one on which its opposite acts.
     """
 
     place: np.ndarray
@@ -67,10 +67,10 @@ class Push(NamedTuple):
 
 @final
 class Held:
-    """The rows that hold the tree of a mechanism: of its loops, contacts, velocity constraints.
+    """All rows that constrain a mechanism's tree: of loops, contacts and velocity constraints.
 
     Args:
-        mechanism: whose they are.
+        mechanism: the mechanism with the constraints.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -84,7 +84,7 @@ class Held:
             np.concatenate([first.units, rest.units]),
             np.concatenate([first.blocks, 2 * len(mechanism.loops) + rest.blocks]),
         )
-        """Plain units of the rows, and their blocks."""
+        """Natural units of the rows, and their blocks."""
 
     def at(self, states: States) -> Constraints:
         """Return Φ, J and γ."""
@@ -99,7 +99,7 @@ class Held:
         )
 
     def forces(self, states: States) -> dict[int, Push]:
-        """Return where and along what the force of each row of a contact acts, by row."""
+        """Return the unit force of each row that belongs to a contact, by row."""
         _, poses = self._definition.motion(states, np.zeros_like(states.v))
         found, row = {}, len(self._loops.names)
         for contact in self._mechanism.contacts:
@@ -115,23 +115,23 @@ class Held:
 
 
 def constraints(mechanism: Mechanism, states: States) -> Constraints:
-    """Return Φ, J and γ of all that holds a mechanism's tree.
+    """Return Φ, J and γ of all constraints on a mechanism's tree.
 
     Args:
         mechanism: a mechanism with loops, contacts or velocity constraints.
-        states: where, how fast and when.
+        states: coordinates, velocities and times.
     """
     return Held(mechanism).at(states)
 
 
 class HeldMotion(NamedTuple):
-    """The motion of a tree held by constraints, at one state.
+    """The motion of a constrained tree in one state.
 
     Args:
         acceleration: shape (nv,).
         multipliers: λ of each row, shape (m,).
         determined: shape (m,), False where redundant constraints leave a multiplier undetermined.
-        massless: shape (nv,), a motion that is left free and meets no inertia, if there is one.
+        massless: shape (nv,), an allowed motion without inertia, if there is one.
     """
 
     acceleration: np.ndarray
@@ -148,18 +148,18 @@ def solve_held(
     columns: np.ndarray,
     rows: RowUnits,
 ) -> HeldMotion:
-    """Return the solution of M a − rest = Jᵀ λ and J a + γ = 0, with the least λ.
+    """Solve M a − rest = Jᵀ λ together with J a + γ = 0, with the least λ.
 
-    Every velocity is measured by the energy it carries and every block of rows by what it closes,
-    so that a small part of a mechanism counts as much as a large one beside it.
+    Velocities are scaled by the kinetic energy they carry and blocks of rows by their size, which
+    gives a small part of a mechanism the same weight as a large one.
 
     Args:
         M: shape (nv, nv).
         rest: shape (nv,), applied forces minus bias.
         jacobian: J, shape (m, nv).
         gamma: γ, shape (m,).
-        columns: shape (nv,), plain units of the velocities.
-        rows: plain units of the rows, and their blocks.
+        columns: shape (nv,), natural units of the velocities.
+        rows: natural units of the rows, and their blocks.
     """
     nv, m = jacobian.shape[1], len(gamma)
     units = _energy_units(M, jacobian, columns)
@@ -172,7 +172,7 @@ def solve_held(
     rank = int((values > _RANK * values[0]).sum())
     moving, idle = turned[rank:, :nv], turned[rank:, nv:].T
     solution = np.zeros(nv + m)
-    for _ in range(2):  # again for what the rounding of a large part leaves in a small one
+    for _ in range(2):  # refined once: rounding of a large part disturbs a small one
         missing = left[:, :rank].T @ (right - both @ solution)
         solution = solution + turned[:rank].T @ (missing / values[:rank])
     a, multipliers = units * solution[:nv], solution[nv:]
@@ -189,7 +189,7 @@ def solve_held(
 def _energy_units(M: np.ndarray, J: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """Return units of the velocities in which each carries the energy ½, shape (nv,).
 
-    A massless velocity takes after the lightest of those that the loops tie it to.
+    A massless velocity takes the unit of the lightest of those that the loops couple it to.
     """
     inertia = np.diag(M) * columns**2
     massive = inertia > 0
@@ -204,11 +204,11 @@ def _energy_units(M: np.ndarray, J: np.ndarray, columns: np.ndarray) -> np.ndarr
 
 @final
 class Constrained:
-    """The motion of a tree that loops, contacts or velocity constraints hold.
+    """Solve for the motion of a tree with loops, contacts or velocity constraints.
 
     Args:
-        mechanism: a mechanism with some of them.
-        tree: gives M, bias and forces of its tree.
+        mechanism: a mechanism with such constraints.
+        tree: computes M, bias and forces of its tree.
     """
 
     def __init__(self, mechanism: Mechanism, tree: BatchDynamics) -> None:
@@ -217,7 +217,7 @@ class Constrained:
         self._held = Held(mechanism)
         self._units = velocity_scales(mechanism)
         self._movable = bool(mechanism.contacts or mechanism.velocity_constraints)
-        """Whether it is known that the loops do not lock it in a singular position."""
+        """Whether the loops are known not to lock the mechanism in a singular position."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -225,13 +225,13 @@ class Constrained:
         return self._held.names
 
     def motion(self, states: States) -> ConstrainedMotion:
-        """Return accelerations and multipliers.
+        """Solve for accelerations and multipliers.
 
         Args:
-            states: where, how fast and when; the loops closed.
+            states: coordinates, velocities and times, with closed loops.
 
         Raises:
-            DerivationError: if a motion that the loops leave free meets no inertia.
+            DerivationError: if a motion that the loops allow has no inertia.
             InputError: if the loops lock the mechanism in a singular position.
         """
         closed = self._held.at(states)
@@ -255,7 +255,10 @@ class Constrained:
         )
 
     def _refuse_locked(self, state: States) -> None:
-        """Raise in a singular position without motion; once is enough: it can be in no other."""
+        """Refuse a position in which the loops lock the mechanism.
+
+        One check suffices: a locked mechanism cannot reach any other position.
+        """
         if is_locked(state, self._held.at):
             raise InputError(explain_lock(self._mechanism.name))
         self._movable = True
@@ -267,7 +270,6 @@ class Constrained:
             if abs(part) > 0.1
         ]
         return DerivationError(
-            f"mechanism {self._mechanism.name!r}: its loops leave a motion of "
-            f"{', '.join(names) or 'several joints'} free that meets no "
-            "inertia; give a body in it mass"
+            f"mechanism {self._mechanism.name!r}: its loops allow a motion of "
+            f"{', '.join(names) or 'several joints'} without inertia; give a body in it mass"
         )

@@ -1,4 +1,4 @@
-"""Equations of constraints that follow from the others wherever the constraints hold."""
+"""Find redundant constraints: equations that follow from the others wherever these hold."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from mecanique.model.units import characteristic_length, velocity_scales
 __all__ = ["Redundancy", "find_redundancy"]
 
 _POSITIONS, _STEPS = 8, 50
-"""Random positions to start from, and steps of Newton's method from each to the constraints."""
+"""Number of random positions to start from, and Newton iterations from each."""
 
 _CLOSED = 1e-11
-"""Constraints met to this part of their units hold."""
+"""Constraints hold if their residual is below this part of their units."""
 
 _RANK = 1e-7
 """Singular values below this part of the largest count as zero."""
@@ -27,11 +27,11 @@ _RANK = 1e-7
 
 @final
 class Redundancy(NamedTuple):
-    """What is redundant among the equations of constraints.
+    """The redundant equations among a mechanism's constraints.
 
     Args:
         rows: names of those that follow from the ones before them.
-        shared: names of those whose multipliers are undetermined by themselves.
+        shared: names of those whose multipliers are not determined individually.
     """
 
     rows: tuple[str, ...]
@@ -39,7 +39,7 @@ class Redundancy(NamedTuple):
 
 
 def find_redundancy(mechanism: Mechanism) -> Redundancy:
-    """Return what is redundant in each of some positions; nothing if none are found.
+    """Find the equations that are redundant in every sampled position that can be reached.
 
     Args:
         mechanism: a mechanism with loops, contacts or velocity constraints.
@@ -66,7 +66,7 @@ def _names(held: Held, rows: set[int]) -> tuple[str, ...]:
 
 
 def _positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
-    """Positions that the constraints allow, near random ones; quaternions stay as they are."""
+    """Yield positions that satisfy the constraints, near random ones; quaternions are not moved."""
     random = np.random.default_rng(0)
     velocities = mechanism.velocities
     plain = [k for k, name in enumerate(mechanism.coordinates) if f"{name}'" in velocities]
@@ -88,14 +88,14 @@ def _positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
 
 
 def _rows(mechanism: Mechanism, held: Held, q: np.ndarray) -> np.ndarray:
-    """The rows, each of length one in plain units, shape (m, nv)."""
+    """Return the rows of J, normalized in natural units, shape (m, nv)."""
     J = held.at(_still(mechanism, q)).jacobian[0] * velocity_scales(mechanism)
     size = np.linalg.norm(J, axis=1, keepdims=True)
     return np.asarray(J / np.where(size > 0, size, 1.0))
 
 
 def _still(mechanism: Mechanism, q: np.ndarray) -> States:
-    """At rest in a position, which may be beyond limits on the way."""
+    """Return the state of rest in a position, which may lie beyond limits during iterations."""
     rest = np.zeros((1, mechanism.nv))
     return States(mechanism, q[None], rest, np.zeros(1), rest)
 
