@@ -42,7 +42,7 @@ def test_the_steps_name_them() -> None:
         "force of contact: y is undetermined."
     ) in by_multipliers
     by_bodies = derive_system("two_wheeled_cart", method="newton_euler").text(steps=True)
-    assert "right_contact: x and right_contact: y are undetermined one by one" in " ".join(
+    assert "right_contact: x and right_contact: y are undetermined individually" in " ".join(
         by_bodies.split()
     )
     work = derive_system("rolling_disk", method="virtual_work").text(steps=True)

@@ -108,14 +108,14 @@ def test_what_is_driven_keeps_no_momentum() -> None:
     free = coupled(mq.Parameter("P", 1.0))
     pushed, by_speed = mq.JointForce("drive", "rail", 2.0), mq.JointForce("drive", "pin", RATE)
     for drive in (pushed, by_speed):
-        with pytest.raises(mq.DerivationError, match="has no cyclic coordinate: on each of x, q T"):
+        with pytest.raises(mq.DerivationError, match="has no cyclic coordinate: T or V depends on each of x, q,"):
             mq.routh(replace(free, forces=(drive,)))
 
 
 def test_no_cyclic_coordinate_is_said() -> None:
-    with pytest.raises(mq.DerivationError, match="has no cyclic coordinate: on each of q1, q2 T"):
+    with pytest.raises(mq.DerivationError, match="has no cyclic coordinate: T or V depends on each of q1, q2,"):
         mq.routh(textbook.load("double_pendulum"))
-    with pytest.raises(mq.DerivationError, match="constraints that tie them"):
+    with pytest.raises(mq.DerivationError, match="got constraints on them"):
         mq.routh(textbook.load("slider_crank"))
 
 
@@ -123,7 +123,7 @@ def test_the_command_prints_steps_and_a_document() -> None:
     text = CliRunner().invoke(app, ["derive", "particle_on_circle", "--routh", "--steps"]).output
     assert "p_theta = m R^2 theta'" in text
     assert "momentum of theta, constant [kg·m²/s]" in text
-    assert "No equation of motion is left to be solved." in text
+    assert "No equation of motion is left to solve." in text
     assert "Beware: R stands for" in text
     found = CliRunner().invoke(app, ["derive", "heavy_top", "--routh", "--document"])
     assert found.output.startswith("\\documentclass")

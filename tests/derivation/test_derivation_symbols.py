@@ -135,7 +135,7 @@ def test_what_belongs_to_a_coordinate_or_a_tie_has_its_unit() -> None:
     assert dumbbell["p_phi"] == "momenta, each of the coordinate it is named after [N·m·s]"
     press = _listed("screw_press")
     assert press["Q_theta"].endswith(" [N·m]")
-    assert press["theta_travel"] == "what follows within joint thread [m]"
+    assert press["theta_travel"] == "dependent coordinate of joint thread [m]"
     assert _listed("free_rigid_body")["ω"].startswith("angular velocity [rad/s] and velocity [m/s]")
 
 

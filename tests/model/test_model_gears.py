@@ -107,7 +107,7 @@ def test_a_pair_of_wheels_in_letters() -> None:
     assert "F_mesh = 0.1 A''" in lines
     assert "R_B_z = 9.81 - 0.1 A''" in lines
     parted = mq.derive(pair(), method="newton_euler").text(steps=True)
-    assert "N_mesh  what parts the wheels, |F_mesh| sin of the angle [N]" in parted
+    assert "N_mesh  separating force, |F_mesh| sin(pressure angle) [N]" in parted
     assert "R_A_x = N_mesh" in [line.strip() for line in parted.splitlines()]
 
 

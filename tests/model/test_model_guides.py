@@ -160,7 +160,7 @@ def test_the_derivation_names_totals_and_says_why() -> None:
     assert "R_C" not in text
     assert "M_A" not in text
     assert "the coordinate map guides A, D and C together".lower() in text.lower()
-    assert "moment of reaction and guide together across A on ABC" in text
+    assert "moment of reaction and guides together across A on ABC" in text
 
 
 def test_a_page_and_a_free_body_show_no_false_force(tmp_path: Path) -> None:

@@ -62,7 +62,7 @@ def test_rows_and_multipliers_have_names() -> None:
         "lambda_rim_normal  normal force of ground on disk at rim [N]",
         "lambda_rim_x       friction along x of the plane of ground on disk at rim [N]",
         "Phi_rim_normal = z - r cos(lean)",
-        "must not be put into T",
+        "must not be substituted into T",
     ):
         assert words in text
     text = derive(sleigh(), "newton_euler").text(steps=True)

@@ -1,1 +1,1 @@
-"""Derivations in letters: Lagrange, Newton–Euler and virtual work on Poisson series."""
+"""Derive in symbols, on Poisson series: Lagrange, Newton–Euler and virtual work."""

@@ -44,11 +44,11 @@ class Left:
 
     Args:
         quantity: its letter, e.g. "T".
-        by: the variable of a partial derivative, if it is one, e.g. "q'".
-        total: whether the time derivative of that is meant.
-        turning: whether the terms of Euler and Kirchhoff, ω × ∂T/∂ω + v × ∂T/∂v, are meant.
-        component: whether the quantity's component named by `by` is meant, e.g. Q_x.
-        primes: of a rate, e.g. "'" for Φ'.
+        by: the variable of a partial derivative, e.g. "q'"; "" if it is not a derivative.
+        total: whether to take the time derivative as well.
+        turning: whether it is a term of Euler and Kirchhoff, ω × ∂T/∂ω + v × ∂T/∂v.
+        component: whether it is the quantity's component named by `by`, e.g. Q_x.
+        primes: primes of a rate, e.g. "'" for Φ'.
     """
 
     quantity: str
@@ -60,11 +60,11 @@ class Left:
 
     @property
     def symbol(self) -> str:
-        """The letter that must be known to read it."""
+        """The symbol that a reader must know to read it."""
         return f"{self.quantity}_{self.by}" if self.component else self.quantity
 
     def write(self, writer: Writer) -> str:
-        """Return it in the format of a writer."""
+        """Write it in the format of a writer."""
         if self.component:
             return writer.letter(self.symbol, False, "")
         quantity = writer.letter(f"{self.quantity}{self.primes}", False, "")
@@ -83,9 +83,9 @@ class Result:
     """One line of a derivation, left = right.
 
     Args:
-        left: what is found; a series where an equation relates two sums.
-        right: what it is.
-        shown: writes it, if not in the usual order.
+        left: the quantity found; a series where an equation relates two sums.
+        right: its value.
+        shown: returns the value as printed, if not in the usual order.
     """
 
     left: Left | Series
@@ -93,11 +93,11 @@ class Result:
     shown: Callable[[], Expression] | None = field(default=None, compare=False)
 
     def expression(self) -> Expression:
-        """Return the right-hand side as it is printed."""
+        """Return the right side as it is printed."""
         return expression(self.right) if self.shown is None else self.shown()
 
     def write(self, writer: Writer) -> str:
-        """Return the line in the format of a writer."""
+        """Write the line in the format of a writer."""
         left = self.left if isinstance(self.left, Left) else expression(self.left)
         return writer.equation(left.write(writer), self.expression().write(writer))
 
@@ -110,7 +110,7 @@ class Stage:
     Args:
         title: its name.
         explanation: its purpose, in a sentence or two.
-        results: what it gives.
+        results: the formulas it leads to.
     """
 
     title: str
@@ -118,7 +118,7 @@ class Stage:
     results: tuple[Result, ...] = ()
 
     def _repr_html_(self) -> str:
-        """The step in a notebook: its title, what it does and its formulas in MathML."""
+        """Show the step in a notebook: title, explanation and formulas in MathML."""
         writer = MathML()
         lines = [_MATH.format(result.write(writer)) for result in self.results]
         head = f"<h4>{escape(self.title)}</h4>\n<p>{escape(self.explanation)}</p>"
@@ -138,24 +138,24 @@ class Stages(tuple[Stage, ...]):
 class Derivation:
     """Symbolic equations of motion M a + h = Q, with loops M a + h = Q + Σ λ ∂Φ/∂q and Φ = 0.
 
-    What rolls has ∂ψ/∂v for ∂Φ/∂q, where ψ = A v − b = 0.
+    For rolling and other velocity constraints ψ = A v − b = 0, ∂ψ/∂v takes the place of ∂Φ/∂q.
 
     Args:
         algebra: the mechanism's symbols.
         M: rows of the mass matrix.
         h: Coriolis, centrifugal and rheonomic inertia terms and gravity.
         Q: generalized forces of springs, dampers, drives and loads.
-        stages: how they came about.
-        assumptions: what they take for granted.
-        lengths: what each root adjoined for springs and dampers is, by its name in print.
-        closing: how the equations of motion follow from the last step, in a sentence.
-        unknowns: what each reaction or virtual displacement in the steps is, by its name.
-        reactions: each reaction that is not identically zero, by its name; empty where the method
+        stages: the steps that lead to them.
+        assumptions: the assumptions of the closed form.
+        lengths: meaning of each root adjoined for springs and dampers, by its printed name.
+        closing: a sentence that says how the equations of motion follow from the last step.
+        unknowns: meaning of each reaction or virtual displacement in the steps, by its name.
+        reactions: each reaction that is not identically zero, by its name; empty if the method
             shows none.
         ties: the equations of the loops, contacts and velocity constraints, with their
             multipliers.
-        quasi: independent displacements that contacts and velocity constraints allow, each by all
-            velocities; if there are some, the equations of motion are those along them.
+        quasi: independent displacements that the constraints allow, each with a part for every
+            velocity; if given, the equations of motion are projected on them.
         written: the equations of motion as they are printed, if not in the usual form.
     """
 
@@ -178,7 +178,7 @@ class Derivation:
         """M a + h − Q − Σ λ ∂Φ/∂q, one series for each velocity or independent displacement."""
         ring = self.algebra.ring
         a = [ring[name] for name in self.algebra.accelerations]
-        # along independent displacements the multipliers do no work
+        # the constraint forces do no work in independent displacements
         ties = () if self.quasi else self.ties
         slopes = [(tie.multiplier, tie.slopes(ring)) for tie in ties]
         rows = []
@@ -193,7 +193,7 @@ class Derivation:
 
 
 def along_displacement(displacement: Sequence[Series], rows: Sequence[Series]) -> Series:
-    """Return the sum of the rows of equations, each times its part of a displacement."""
+    """Project equations on a displacement: the sum of their rows, each times its part of it."""
     pairs = zip(displacement, rows, strict=True)
     return rows[0].ring.sum([part * row for part, row in pairs if part])
 
@@ -206,11 +206,11 @@ class SymbolicMethod(Protocol):
 
 
 def mass_and_bias(algebra: Algebra, rows: Iterable[Series]) -> tuple[Matrix, tuple[Series, ...]]:
-    """Return M and h of rows M a + h, one for each velocity.
+    """Split rows M a + h into M and h.
 
     Args:
         algebra: the mechanism's symbols.
-        rows: the inertia forces and weights that each velocity meets.
+        rows: inertia forces and weights of each velocity.
     """
     M, h = [], []
     for row in rows:

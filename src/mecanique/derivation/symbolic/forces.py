@@ -1,4 +1,4 @@
-"""Forces as series: a spring's energy, a damper's Rayleigh function, the work of others."""
+"""Write forces as series: a spring's energy, a damper's Rayleigh function, the work of others."""
 
 from __future__ import annotations
 
@@ -20,17 +20,16 @@ __all__ = ["Work", "works_of"]
 @final
 @dataclass(frozen=True)
 class Work:
-    """What one force contributes to the equations of motion.
+    """The contribution of one force to the equations of motion.
 
     Args:
         name: the force's name.
         kind: "potential", "dissipation" or "work".
         scalar: its energy V, its Rayleigh function D, or None.
         forces: generalized forces by coordinate: −∂V/∂q, −∂D/∂q' or the coefficients of δq in δW.
-        assumptions: what these take for granted.
-        length: the distance between the ends of a spring or damper that enters.
-        square: stiffness and elongation of a spring whose energy is half the one times the square
-            of the other.
+        assumptions: the assumptions of these expressions.
+        length: the distance between the ends of a spring or damper, if it occurs.
+        square: stiffness k and elongation x of a spring with the energy ½ k x².
     """
 
     name: str
@@ -43,7 +42,7 @@ class Work:
 
 
 def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
-    """Yield what a force contributes, law by law."""
+    """Yield the contributions of a force, law by law."""
     algebra = kinematics.algebra
     if isinstance(force, BodyLoad):
         yield _of_wrench(kinematics, force.name, force.wrench)
@@ -56,7 +55,7 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
         )
         scalar = law.scalar(along)
         forces = _forces(algebra, law, along, scalar)
-        # elsewhere the length enters with its square, so its sign does not matter
+        # in the other laws only the square of the length occurs, so its sign does not matter
         taken = along.assumption if law.kind == "potential" else None
         assumptions = () if taken is None else (taken,)
         square = _square(law, along)
@@ -72,7 +71,7 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
 
 
 def _square(law: Law, along: Span | Travel) -> tuple[Series, Series] | None:
-    """Stiffness and elongation of a spring, if a free length or a joint states the latter."""
+    """Return stiffness and elongation of a spring with a free length or in a joint, else None."""
     if not isinstance(law, Elastic) or not (law.rest or isinstance(along, Travel)):
         return None
     return law.stiffness, along.x - law.rest
@@ -81,7 +80,7 @@ def _square(law: Law, along: Span | Travel) -> tuple[Series, Series] | None:
 def _forces(
     algebra: Algebra, law: Law, along: Span | Travel, scalar: Series | None
 ) -> tuple[Series, ...]:
-    """The generalized forces: −∂V/∂q of a potential, −f ∂x/∂q of a pull f."""
+    """Return the generalized forces: −∂V/∂q of a potential, −f ∂x/∂q of a pull f."""
     if law.kind == "potential" and scalar is not None:
         return tuple(-slope for slope in algebra.ring.along(scalar))
     pull = law.pull(Travel(along.x))
@@ -89,7 +88,7 @@ def _forces(
 
 
 def _of_wrench(kinematics: Kinematics, name: str, wrench: WrenchOnBody) -> Work:
-    """F·δr + C·δφ; the virtual displacement along δq is ∂(velocity)/∂q'."""
+    """Return the work F·δr + C·δφ; the virtual displacement along δq is ∂(velocity)/∂q'."""
     algebra, body = kinematics.algebra, wrench.body
     works: list[list[Series]] = [[] for _ in algebra.velocities]
 

@@ -1,7 +1,7 @@
-"""Poses, velocities and virtual displacements of a mechanism as series.
+"""Write poses, velocities and virtual displacements of a mechanism as series.
 
-Velocities are written in the axes of the body's carrier: the world, or the body that a quaternion's
-joint frees from the ground, in whose axes the quaternion does not appear.
+Velocities are written in the axes of the body's carrier: the world, or the body of the quaternion
+joint that leads to it from the ground; in the axes of that body no quaternion appears.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from mecanique.model.expression import Scalar
 __all__ = ["ORIGIN", "Kinematics"]
 
 ORIGIN = (0, 0, 0)
-"""Of a body's frame."""
+"""The origin of a body's frame."""
 
 
 @final
 class Kinematics:
-    """Where the bodies are and how they move, as series.
+    """The poses and velocities of all bodies as series.
 
     Raises:
-        DerivationError: if a quaternion's joint hangs on a body that moves.
+        DerivationError: if the parent of a quaternion joint can move.
     """
 
     def __init__(self, algebra: Algebra) -> None:
@@ -69,7 +69,10 @@ class Kinematics:
             self._relative.append(pose)
 
     def carrier(self, body: str) -> int:
-        """Return the place of the link whose axes a body's velocities are in, −1 for the world."""
+        """Return the index of a body's carrier, the link in whose axes its velocities are written.
+
+        It is −1 for the world.
+        """
         return self._of(self.place[body])
 
     def pose(self, body: str) -> Matrix:
@@ -91,8 +94,8 @@ class Kinematics:
     def rate(self, body: str) -> Matrix:
         """Return the rate of a body's pose in its carrier's axes, three rows of four scalars.
 
-        For a carrier that turns at ω and moves at v, both in its own axes, it is (ω̂ K + K', v + ω̂
-        p + p') with the pose (K, p) of the body in it.
+        With the carrier's angular velocity ω and velocity v in its own axes, and the body's pose
+        (K, p) in the carrier, it is (ω̂ K + K', v + ω̂ p + p').
         """
         place = self.place[body]
         if place < 0:
@@ -141,8 +144,8 @@ class Kinematics:
 
         Args:
             components: shape (3,), in the axes of the first carrier.
-            start: place of that link, −1 for the world.
-            end: place of the link in whose axes it is wanted, −1 for the world.
+            start: index of the first carrier, −1 for the world.
+            end: index of the other carrier, −1 for the world.
         """
         given = list(components)
         if start != end:
@@ -155,8 +158,8 @@ class Kinematics:
         """Return the inertial rate of a vector, x' + ω × x, in the axes of its carrier.
 
         Args:
-            vector: in the axes of the carrier.
-            carrier: place of that link, −1 for the world.
+            vector: a vector in the axes of the carrier.
+            carrier: index of the carrier, −1 for the world.
         """
         rate = Vector(*(component.ddt() for component in vector))
         if carrier < 0:
@@ -165,14 +168,14 @@ class Kinematics:
         return rate + lift(self.algebra.ring, turned)
 
     def seat(self, body: str) -> Vector:
-        """Return the origin of a body's frame against its carrier's, in the carrier's axes."""
+        """Return the vector from the carrier's origin to a body's, in the carrier's axes."""
         return lift(self.algebra.ring, [row[3] for row in self._pose(self.place[body])])
 
     def turn(self, place: int) -> Matrix:
         """Return the axes of a link in those of its carrier, three rows of three scalars.
 
         Args:
-            place: of the link in the tree, −1 for the ground.
+            place: index of the link in the tree, −1 for the ground.
         """
         return [row[:3] for row in self._pose(place)]
 
@@ -191,14 +194,14 @@ class Kinematics:
         return [self.algebra.arithmetic(c, self.algebra.values) for c in components]
 
     def _pose(self, place: int) -> Matrix:
-        """The pose of a link in its carrier."""
+        """Return the pose of a link in its carrier."""
         return self._relative[place] if place >= 0 else IDENTITY
 
     def _of(self, place: int) -> int:
         return self._carriers[place] if place >= 0 else -1
 
     def _twist(self, carrier: int) -> Matrix:
-        """(ω̂, v) of a carrier in its own axes."""
+        """Return the twist (ω̂, v) of a carrier in its own axes."""
         *linear, x, y, z = (self.algebra.values[name] for name in self.tree[carrier].velocities)
         u, v, w = linear or (0, 0, 0)
         return [[0, -z, y, u], [z, 0, -x, v], [-y, x, 0, w]]

@@ -1,8 +1,8 @@
-"""Lagrange's equations in Poisson series: d/dt ∂T/∂q' − ∂T/∂q + ∂V/∂q + ∂D/∂q' = Q.
+"""Derive Lagrange's equations in Poisson series: d/dt ∂T/∂q' − ∂T/∂q + ∂V/∂q + ∂D/∂q' = Q.
 
-Where a joint turns by a quaternion its velocities ω, or v and ω, are no rates of coordinates, and
-the operator gains the terms of Euler and Kirchhoff, ω × ∂T/∂ω + v × ∂T/∂v (H. Lamb, Hydrodynamics,
-1932, art. 124, eqs. 2).
+The velocities ω, or v and ω, of a joint with a quaternion are quasi-velocities, not rates of
+coordinates; for them the operator has the additional terms of Euler and Kirchhoff, ω × ∂T/∂ω +
+v × ∂T/∂v (H. Lamb, Hydrodynamics, 1932, art. 124, eqs. 2).
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ __all__ = ["Lagrange"]
 
 @final
 class Lagrange:
-    """Energies, dissipation and virtual work as series, and Lagrange's operator on them.
+    """Energies, dissipation and virtual work as series, with Lagrange's operator applied to them.
 
     Args:
         mechanism: any mechanism.
-        algebra: its symbols, if they are there already.
+        algebra: its symbols, if they exist already.
 
     Raises:
         DerivationError: if the mechanism has no closed form of reasonable length.
@@ -51,7 +51,7 @@ class Lagrange:
         rolling = contact_ties(self.kinematics, self._touches)
         self.ties = (*loop_ties(self.kinematics), *rolling)
         for tie in rolling:
-            _ = tie.second  # what it demands of the accelerations must have a closed form, too
+            _ = tie.second  # raises unless Φ'' has a closed form, too
         self.works = [
             work for force in mechanism.forces for work in works_of(self.kinematics, force)
         ]
@@ -120,7 +120,7 @@ class Lagrange:
         )
 
     def _bodies(self) -> Iterator[tuple[str, Series]]:
-        """Name and kinetic energy ½ tr(Ḣ J Ḣᵀ) of each body."""
+        """Yield name and kinetic energy ½ tr(Ḣ J Ḣᵀ) of each body."""
         terms = 0
         for body in self.kinematics.bodies:
             rate, J = self.kinematics.rate(body), self.kinematics.moments(body)
@@ -133,13 +133,13 @@ class Lagrange:
             terms += len(energy)
             if terms > self.algebra.ring.most_terms:
                 raise DerivationError(
-                    f"the kinetic energy has more than {self.algebra.ring.most_terms} terms and "
-                    "would help no reader"
+                    f"the kinetic energy has more than {self.algebra.ring.most_terms} terms, too "
+                    "many to be read"
                 )
             yield body, energy
 
     def _rotors(self) -> Iterator[tuple[str, Series]]:
-        """Name of the joint and kinetic energy ½ I r'² of each rotor."""
+        """Yield the joint's name and the kinetic energy ½ I r'² of each rotor."""
         algebra = self.algebra
         for link in self.kinematics.tree:
             inertia = algebra.series(link.armature)
@@ -150,7 +150,7 @@ class Lagrange:
                 )
 
     def _weights(self) -> list[Series]:
-        """−g·(m c) of each body."""
+        """Return the potential energy −g·(m c) of each body."""
         algebra, terms = self.algebra, []
         g = [algebra.arithmetic(c, algebra.values) for c in algebra.mechanism.gravity]
         for body in self.kinematics.bodies:
@@ -167,7 +167,7 @@ class Lagrange:
         return tidy(self.algebra.ring.sum(scalars))
 
     def find_free(self) -> list[bool]:
-        """Whether no drive, load or constraint acts along each velocity."""
+        """Return for each velocity whether no drive, load or constraint acts along it."""
         drives = [work for work in self.works if work.kind == "work"]
         acting = [work.forces for work in drives]
         acting += [tuple(tie.slopes(self.algebra.ring)) for tie in self.ties]
@@ -190,7 +190,7 @@ class Lagrange:
         return (
             f"{which} are d/dt ∂T/∂q' - ∂T/∂q + ∂V/∂q{loss} = {drive} for every coordinate q"
             + (
-                ", and for a velocity that is no rate of a coordinate the terms of Euler and "
+                "; for a velocity that is not the rate of a coordinate the terms of Euler and "
                 "Kirchhoff are added."
                 if quasi
                 else "."
@@ -203,12 +203,12 @@ class Lagrange:
         if not self.ties:
             return ""
         if not self.algebra.mechanism.rolls:
-            return " The loops add their own equations, Φ = 0."
+            return " The loops add their constraint equations, Φ = 0."
         held = any(not tie.of_velocities for tie in self.ties)
         return f" The constraints add their own equations, {'Φ = 0 and ' if held else ''}ψ = 0."
 
     def _turning(self, momenta: Sequence[Series]) -> list[Series]:
-        """ω × ∂T/∂v and ω × ∂T/∂ω + v × ∂T/∂v of each quaternion's joint, else zero."""
+        """Return ω × ∂T/∂v and ω × ∂T/∂ω + v × ∂T/∂v of each quaternion joint, else zero."""
         algebra = self.algebra
         found = [algebra.ring.number(0)] * len(momenta)
         for joint in algebra.mechanism.joints:

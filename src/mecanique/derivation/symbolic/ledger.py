@@ -1,4 +1,4 @@
-"""The ledger of virtual work: each force on a body, its virtual displacement and its work."""
+"""Keep a ledger of virtual work: each force on a body, its virtual displacement and its work."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Displacements", "Ledger", "couple_of_inertia", "join_words"]
 
 
 class _Letters(NamedTuple):
-    """What acts, what it moves and its work."""
+    """The letters of a force or couple, of its virtual displacement and of its work."""
 
     act: str
     move: str
@@ -33,7 +33,7 @@ _COUPLE = _Letters("C", "δφ", "δW_couple")
 
 @final
 class Displacements:
-    """The virtual displacements δq of a mechanism, time standing still.
+    """The virtual displacements δq of a mechanism, at fixed time.
 
     Args:
         algebra: the mechanism's symbols.
@@ -44,11 +44,11 @@ class Displacements:
         self.names = tuple(f"δ{coordinate_of(v)}" for v in algebra.velocities)
         self.deltas = [self.ring.unknown(name, Kind.VARIATION) for name in self.names]
         self.meanings: dict[str, str] = {}
-        """What each of them is, by its name."""
+        """The meaning of each, by its name."""
         for name, v in zip(self.names, algebra.velocities, strict=True):
             q = coordinate_of(v)
             of = f"that belongs to the velocity {v}" if q == v else f"of {q}"
-            meaning = f"virtual displacement {of}: small, arbitrary, with time standing still"
+            meaning = f"virtual displacement {of}: small, arbitrary, at fixed time"
             self.meanings[name] = meaning
 
     def vary(self, velocity: Vector) -> Vector:
@@ -57,12 +57,12 @@ class Displacements:
         return Vector(*(self.sum(partials(component)) for component in velocity)).tidy()
 
     def sum(self, slopes: Sequence[Series]) -> Series:
-        """Return Σ ∂v/∂q' δq of some slopes ∂v/∂q'."""
+        """Return Σ ∂v/∂q' δq for the slopes ∂v/∂q' of a component."""
         pairs = zip(slopes, self.deltas, strict=True)
         return self.ring.sum([slope * delta for slope, delta in pairs if slope])
 
     def coefficients(self, works: Sequence[Series]) -> list[Series]:
-        """Return the factor of each virtual displacement in a sum of works."""
+        """Return the coefficient of each virtual displacement in a sum of works."""
         factors, _ = self.ring.sum(list(works)).linear(self.names)
         return [tidy(factor) for factor in factors]
 
@@ -73,7 +73,7 @@ class Ledger:
 
     Args:
         balances: the bodies cut free.
-        displacements: of the mechanism.
+        displacements: the mechanism's virtual displacements.
     """
 
     def __init__(self, balances: FreeBodies, displacements: Displacements) -> None:
@@ -83,7 +83,7 @@ class Ledger:
         acting = {(cut.body, one.name) for cut in self.cuts.bodies for one in cut.applied}
         self._acting = Counter(name for _, name in acting)
         self.inertia: list[Series] = []
-        """Work of the inertia forces of each body entered."""
+        """The work of the inertia forces of each body entered so far."""
         self.weights: list[Series] = []
         self.loads: list[Series] = []
 
@@ -116,7 +116,7 @@ class Ledger:
         return lines
 
     def locate(self, cut: Cut) -> str:
-        """Return where weight and inertia forces act, in words."""
+        """Return a sentence that says where weight and inertia forces act."""
         if not cut.inert:
             return ""
         if self._seat_of_inertia(cut)[0] is not None:
@@ -127,7 +127,11 @@ class Ledger:
         return f" {both} at the center of mass."
 
     def _seat_of_inertia(self, cut: Cut) -> tuple[Vector | None, Vector]:
-        """Virtual displacement of the point where a rod's inertia forces act, the couple there."""
+        """Return the virtual displacement of the point where a rod's inertia forces act.
+
+        Also return their couple about that point; for other bodies None and the couple about the
+        center of mass.
+        """
         spread, couple = distribution_of(self.cuts, cut), couple_of_inertia(cut)
         if spread is None:
             return None, couple
@@ -151,7 +155,7 @@ class Ledger:
         *,
         known: bool = False,
     ) -> Series:
-        """Enter a force, unless it stands above already, its displacement and work."""
+        """Enter a force, unless it is listed already, with its displacement and work."""
         if not any(force):
             return self._ring.number(0)
         acts, moves = along(cut.axes.rows, force), along(cut.axes.rows, displacement)
@@ -168,7 +172,7 @@ class Ledger:
         *,
         known: bool = False,
     ) -> Series:
-        """Enter a couple, unless it stands above already, its rotation and work."""
+        """Enter a couple, unless it is listed already, with its rotation and work."""
         if not any(couple):
             return self._ring.number(0)
         acts, moves = along(cut.axes.turns, couple), along(cut.axes.turns, rotation)
@@ -203,5 +207,5 @@ def _enter(
 
 
 def join_words(*words: str) -> str:
-    """Return a name of several words, empty ones left out."""
+    """Join words with underscores into a name, leaving out empty ones."""
     return "_".join(filter(None, words))

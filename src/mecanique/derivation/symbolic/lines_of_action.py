@@ -1,6 +1,6 @@
-"""What springs, dampers and drives act along: lengths between points, joint coordinates.
+"""The lines along which springs, dampers and drives act: lengths and joint coordinates, as series.
 
-A length is a polynomial where the distance is a square, a named root elsewhere.
+A length is a polynomial if its square is the square of a polynomial, else a named root.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Assumption:
     """An assumption of a closed form.
 
     Args:
-        subject: what it is about, e.g. "the length of spring1".
+        subject: its subject, e.g. "the length of spring1".
         positive: the series that must be positive.
     """
 
@@ -48,11 +48,11 @@ class Assumption:
 class Span:
     """The line between the ends of a force, as series.
 
-    A distance whose square is the square of a polynomial is that polynomial, with the sign it has
-    where all coordinates are zero; any other is adjoined as a root of its own.
+    If the squared distance is the square of a polynomial, the distance is that polynomial, taken
+    as positive where all coordinates are zero; otherwise it is adjoined as a root.
 
     Args:
-        kinematics: of the mechanism.
+        kinematics: the kinematics of the mechanism.
         force: the spring, damper or other force between two points.
     """
 
@@ -61,9 +61,9 @@ class Span:
         self._subject = f"the length of {force.name}"
         a, b = (kinematics.point(end.body, end.point) for end in force.ends)
         self.reach = (b - a).tidy()
-        """From the first end to the other, world axes [m]."""
+        """The vector from the first end to the other, world axes [m]."""
         self.length: Series | None = None
-        """The distance, once it was asked for."""
+        """The distance, once it has been requested."""
 
     @cached_property
     def square(self) -> Series:
@@ -91,7 +91,7 @@ class Span:
 
     @property
     def assumption(self) -> Assumption | None:
-        """What the sign of the distance takes for granted, if it was asked for and can change."""
+        """The assumption about the sign of the distance, if it was used and can change."""
         root = self.length
         if root is None:
             return None
@@ -136,7 +136,7 @@ class Travel:
 
 
 def _ratio(component: Series, length: Series) -> Series:
-    """Component over length, exact where it is 0 or ±1."""
+    """Return component/length, exact where it is 0 or ±1."""
     if not component or component == length:
         return component.ring.number(1 if component else 0)
     if component == -length:
@@ -145,7 +145,7 @@ def _ratio(component: Series, length: Series) -> Series:
 
 
 def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str, str]:
-    """Return what each root in the length of a spring or damper is, by its name.
+    """Return the meaning of each root in the lengths of springs and dampers, by its name.
 
     Args:
         ring: the ring.

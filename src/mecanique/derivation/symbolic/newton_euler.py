@@ -1,4 +1,4 @@
-"""Newton and Euler's equations: bodies cut free, reactions by name, then eliminated.
+"""Derive Newton and Euler's equations: cut bodies free, name their reactions, eliminate these.
 
 Fundamentals of Dynamics, sect. 1.3.1: d/dt p = F (eq. 1.8) and d/dt H = M about the center of mass
 (eq. 1.12) or a fixed point (eq. 1.10).
@@ -43,7 +43,7 @@ class NewtonEuler:
 
     Args:
         mechanism: any mechanism.
-        algebra: its symbols, if they are there already.
+        algebra: its symbols, if they exist already.
 
     Raises:
         DerivationError: if the mechanism has no closed form of reasonable length.
@@ -66,8 +66,8 @@ class NewtonEuler:
         if unstated:
             raise DerivationError(
                 f"mechanism {algebra.mechanism.name!r}: velocity constraint {unstated[0].name!r} "
-                "does not say by which force it acts, and where; a Rolling or a Blade does, and "
-                "Lagrange's equations and virtual work need not know"
+                "does not say by which force it acts, and where; use a Rolling or a Blade, or "
+                "derive by Lagrange's equations or virtual work"
             )
         rates = self.balances.rates
         inertia = project(self.cuts, rates, self._inertia, rotors=True)
@@ -104,7 +104,7 @@ class NewtonEuler:
         )
 
     def _free_body(self, cut: Cut) -> Iterator[Stage]:
-        """The balances of one body, with the reactions by name."""
+        """Yield the steps with the balances of one body, in terms of named reactions."""
         moving = self._accelerations(cut)
         left, right = along(cut.axes.rows, cut.push), self.balances.forces_along(cut)
         forces = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
@@ -118,7 +118,7 @@ class NewtonEuler:
             yield Stage(f"Free body {cut.body}: moments", state_moment_balance(cut), tuple(moments))
 
     def _acting(self, cut: Cut) -> list[str]:
-        """What acts on a body, in words."""
+        """List in words the forces that act on a body."""
         hung = [other for other in self.cuts.bodies if other.joint.parent == cut.body]
         return [
             f"{self._total(cut)} {cut.joint.name}",
@@ -129,15 +129,15 @@ class NewtonEuler:
         ]
 
     def _total(self, cut: Cut) -> str:
-        """What acts across the joint of a body, in words."""
+        """Name what acts across the joint of a body: a reaction, or a total with guides."""
         return (
-            "the total of reaction and guide in"
+            "the total of reaction and guides in"
             if self.balances.is_guided(cut)
             else "the reaction in"
         )
 
     def _accelerations(self, cut: Cut) -> list[Result]:
-        """Position, velocity and acceleration of a body's center of mass."""
+        """Return position, velocity and acceleration of a body's center of mass."""
         if not cut.mass:
             return []
         kinematics = self.cuts.kinematics
@@ -153,18 +153,18 @@ class NewtonEuler:
         return found
 
     def _elimination(self) -> Iterator[Stage]:
-        """The reactions in closed form, and what guides coordinates that follow others."""
+        """Yield the steps with the reactions and the forces of guides in closed form."""
         sentence = (
-            "From the tips to the ground each body's balances give the reaction in its own joint; "
-            "the motion then gives its value at any time."
+            "From the tips to the ground, the balances of each body give the reaction in its "
+            "joint; the motion then gives its value at any time."
         )
         if self.balances.zeros:
             sentence += f" Identically zero: {', '.join(self.balances.zeros)}."
         if self.balances.guiding.names:
             yield Stage(
                 "Forces of the elements",
-                "A joint transmits nothing along or about the directions in which it is free: what "
-                "the bodies need there, the elements give."
+                "A joint transmits nothing along or about the directions in which it is free; "
+                "there the elements supply what the balances of the bodies require."
                 + ("" if self.balances.guide_forces else " Their closed forms would be long."),
                 tuple(self.balances.guide_forces),
             )
@@ -181,33 +181,33 @@ class NewtonEuler:
             yield Stage(
                 "Guided coordinates",
                 f"The joint coordinates {', '.join(words)} follow the generalized coordinates. "
-                "What guides them does no work in any virtual displacement: the reactions along "
-                "these joints, each times the derivative of its coordinate, add up to zero.",
+                "The forces that guide them do no work in any virtual displacement: the reactions "
+                "along these joints, each times the derivative of its coordinate, sum to zero.",
                 tuple(self.balances.sum_guides()),
             )
 
     def _closing(self) -> str:
         if self.cuts.closings:
             return (
-                "Put into the balances along and about the directions in which the joints are "
-                "free, the reactions leave one equation for each velocity. The forces λ of the "
-                "loops stay unknown in them; the loops add as many equations, Φ = 0."
+                "Substituted into the balances along and about the free directions of the joints, "
+                "the reactions leave one equation for each velocity. The forces λ of the loops "
+                "remain as unknowns; the loops add as many equations, Φ = 0."
             )
         if self.cuts.touches:
             return (
-                "Put into the balances along and about the directions in which the joints are "
-                "free, the reactions leave one equation for each velocity. The forces λ of the "
-                "contacts stay unknown in them; the conditions of rolling, Φ = 0 and ψ = 0, add "
-                "as many equations as there are of these."
+                "Substituted into the balances along and about the free directions of the joints, "
+                "the reactions leave one equation for each velocity. The forces λ of the contacts "
+                "remain as unknowns; the conditions of rolling, Φ = 0 and ψ = 0, add as many "
+                "equations."
             )
         if len(self.balances.rates) == len(self.algebra.velocities):
             return (
-                "Put into the balances along and about the directions in which the joints are "
-                "free, where they transmit nothing, the reactions leave one equation for each "
-                "velocity, without unknown forces."
+                "Substituted into the balances along and about the free directions of the joints, "
+                "where these transmit nothing, the reactions leave one equation for each velocity, "
+                "without unknown forces."
             )
         return (
-            "Put into the balances where the joints are free and transmit nothing, and into the "
-            "sum of what guides the other coordinates, the reactions leave one equation for each "
-            "velocity, without unknown forces."
+            "Substituted into the balances along and about the free directions of the joints, "
+            "where these transmit nothing, and into the sums for the guided coordinates, the "
+            "reactions leave one equation for each velocity, without unknown forces."
         )

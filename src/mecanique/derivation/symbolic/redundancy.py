@@ -1,4 +1,4 @@
-"""The step of a derivation that names redundant constraints."""
+"""Write the step of a derivation that names redundant constraints."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ __all__ = ["redundancy_stages"]
 
 
 def redundancy_stages(mechanism: Mechanism, *, of_work: bool = False) -> list[Stage]:
-    """Return the step that names redundant constraints; nothing if there are none.
+    """Return the step that names redundant constraints, or no step if there are none.
 
     Args:
-        mechanism: whose constraints.
-        of_work: whether their forces do not appear.
+        mechanism: the mechanism with the constraints.
+        of_work: whether the method is virtual work, in which their forces do not appear.
     """
     if not mechanism.constrained:
         return []
     try:
         rows, shared = find_redundancy(mechanism)
-    except DerivationError:  # the positions that constraints allow are not found
+    except DerivationError:  # no position satisfies the constraints
         return []
     if not rows:
         return []
@@ -34,8 +34,8 @@ def redundancy_stages(mechanism: Mechanism, *, of_work: bool = False) -> list[St
         sentence += f" The force of {shared[0]} is undetermined."
     elif not of_work:
         sentence += (
-            f" The forces of {_list(shared)} are undetermined one by one; only what they do "
-            "together follows from the motion."
+            f" The forces of {_list(shared)} are undetermined individually; only their combined "
+            "effect follows from the motion."
         )
     return [Stage("Redundant constraints", sentence, ())]
 

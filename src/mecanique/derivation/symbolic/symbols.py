@@ -1,4 +1,4 @@
-"""The symbols of a mechanism in the ring of Poisson series."""
+"""Adjoin the symbols of a mechanism to the ring of Poisson series."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from mecanique.model.mechanism import Mechanism
 __all__ = ["MOST_TERMS", "Algebra"]
 
 MOST_TERMS = 5_000
-"""Longest series: a robot with six hinges stays below it; longer ones are refused in seconds."""
+"""The longest series: enough for a robot with six hinges, and soon reached by what is longer."""
 
 _CONSTANTS = {"exp(1)": "E"}
 
 _GRAVITY, _LENGTH, _RATE = 1, 2, 3
-"""Places in a product after what is measured in kg or N: m g l, m l², m l Ω²."""
+"""Positions in a product, after masses and forces: m g l, m l², m l Ω²."""
 
 
 @final
 class Algebra:
     """The symbols of a mechanism as series.
 
-    Velocities are q' for a coordinate q and quasi-velocities for a quaternion's joint;
+    Velocities are q' for a coordinate q and quasi-velocities for a quaternion joint;
     accelerations are their rates.
 
     Raises:
-        DerivationError: if the coordinate map holds what has no closed form.
+        DerivationError: if the coordinate map has no closed form.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -66,10 +66,10 @@ class Algebra:
             values[signal.symbol] = ring.input(signal.symbol, 2 if signal.symbol in mapped else 0)
         values["t"] = ring.time
         self.values: dict[str, Any] = joint_values(mechanism, values, self.arithmetic)
-        """Value of each parameter, input, coordinate (of joints, too), velocity and t, by name."""
+        """Each parameter, input, generalized or joint coordinate, velocity and t, by name."""
 
     def number(self, constant: Any) -> Series:
-        """Return a constant as a series, exact where it stands for a root or a fraction.
+        """Return a constant as a series, exact if it is recognized as a root or a fraction.
 
         Args:
             constant: a float or a sympy number.
@@ -80,7 +80,7 @@ class Algebra:
             return self.ring.number(Fraction(int(constant.p), int(constant.q)))
         if constant.is_NumberSymbol:
             return self.ring.constant(_CONSTANTS.get(str(constant), str(constant)))
-        # a compound number, e.g. sqrt(2) pi: evaluated as an expression in its parts
+        # a compound number, e.g. sqrt(2) pi, is evaluated as an expression in its parts
         from sympy import Symbol
 
         base, *rest = constant.args
@@ -97,7 +97,7 @@ class Algebra:
         return self.lift(self.arithmetic(scalar, self.values))
 
     def lift(self, value: Any) -> Series:
-        """Return a plain number as a series; a series stays.
+        """Return a plain number as a series; return a series unchanged.
 
         Args:
             value: a series, or a number left plain by the poses.
@@ -105,10 +105,10 @@ class Algebra:
         return value if isinstance(value, Series) else self.ring.number(value)
 
     def root(self, square: Series) -> Series:
-        """Return the square root of a square distance, positive where all coordinates are zero.
+        """Return the square root of a squared distance, positive where all coordinates are zero.
 
         Args:
-            square: the radicand; a root that is no polynomial gets the name rho.
+            square: the radicand; a root that is not a polynomial is named rho.
         """
         taken = {generator.name for generator in self.ring.generators}
         names = ("rho", *(f"rho{k}" for k in range(2, len(taken) + 3)))
@@ -124,7 +124,7 @@ class Algebra:
         return float(value_of(series, values))
 
     def _float(self, value: float) -> Series:
-        """A float as the fraction, or the square root of a fraction, that it stands for."""
+        """Return a float as the fraction, or the square root of a fraction, that it represents."""
         series = self.ring.number(value)
         square = Fraction(value * value).limit_denominator(1000)
         if (
@@ -136,7 +136,7 @@ class Algebra:
         return series
 
     def _quaternion(self, joint: Joint) -> dict[str, Series]:
-        """Coordinates and velocities of a quaternion's joint; the quaternion p has p' = ½ p ⊗ ω."""
+        """Adjoin a quaternion joint's coordinates and velocities, with p' = ½ p ⊗ ω."""
         ring = self.ring
         moved, velocities = ring.quasi_coordinates(joint.coordinates, joint.velocities)
         rates = [part / 2 for part in quaternion_product(moved[-4:], velocities[-3:])]
@@ -151,7 +151,7 @@ class Algebra:
 
 
 def _place(unit: str) -> int:
-    """Where a parameter stands within a product, by its unit."""
+    """Return the position of a parameter within a product, by its unit."""
     if unit in ("m/s²", "m/s^2"):
         return _GRAVITY
     if unit.startswith(("rad/s", "1/s", "m/s", "Hz")):

@@ -41,7 +41,7 @@ class Vector:
         return Vector(factor * self.x, factor * self.y, factor * self.z)
 
     def tidy(self) -> Vector:
-        """Return it with what can be cancelled cancelled."""
+        """Cancel common factors in every component."""
         return Vector(tidy(self.x), tidy(self.y), tidy(self.z))
 
 
@@ -52,7 +52,7 @@ class Wrench:
 
     Args:
         force: [N].
-        moment: about a point that its user knows [N·m].
+        moment: moment about a point that the user chooses [N·m].
     """
 
     force: Vector
@@ -69,7 +69,7 @@ class Wrench:
         return Wrench(-self.force, -self.moment)
 
     def tidy(self) -> Wrench:
-        """Return it with what can be cancelled cancelled."""
+        """Cancel common factors in every component."""
         return Wrench(self.force.tidy(), self.moment.tidy())
 
 
@@ -79,7 +79,7 @@ def zero(ring: Basis) -> Vector:
 
 
 def lift(ring: Basis, components: Sequence[Any]) -> Vector:
-    """Return a vector of three components of which some may be plain numbers."""
+    """Make a vector from three components, some of which may be plain numbers."""
     return Vector(*(c if isinstance(c, Series) else ring.number(c) for c in components))
 
 

@@ -1,8 +1,8 @@
-"""d'Alembert's principle: inertia forces, equilibrium of every body, a ledger of virtual work.
+"""Derive by d'Alembert's principle: inertia forces, equilibrium, a ledger of virtual work.
 
-Fundamentals of Dynamics, sect. 1.3.2: with the forces −m a on every particle each body is in
-equilibrium (eqs. 1.21, 1.22), so that in a virtual displacement, time standing still, all forces
-together do no work (eq. 1.27).
+Fundamentals of Dynamics, sect. 1.3.2: with the inertia forces −a dm on its particles each body is
+in equilibrium (eqs. 1.21, 1.22); hence all forces together do no work in a virtual displacement at
+fixed time (eq. 1.27).
 """
 
 from __future__ import annotations
@@ -39,12 +39,13 @@ from mecanique.model.mechanism import Mechanism
 __all__ = ["VirtualWork"]
 
 _QUASI = (
-    "What stands before each independent displacement, with the sign changed, is an equation of "
-    "motion without any multiplier. The constraints add their own equations, {}."
+    "The coefficient of each independent displacement, with the sign changed, is the left side of "
+    "an equation of motion without multipliers. The constraints add their own equations, {}."
 )
 
 _CLOSING = (
-    "What stands before each virtual displacement, with the sign changed, is an equation of motion."
+    "The coefficient of each virtual displacement, with the sign changed, is the left side of an "
+    "equation of motion."
 )
 
 
@@ -54,7 +55,7 @@ class VirtualWork:
 
     Args:
         mechanism: any mechanism.
-        algebra: its symbols, if they are there already.
+        algebra: its symbols, if they exist already.
 
     Raises:
         DerivationError: if the mechanism has no closed form of reasonable length.
@@ -106,7 +107,7 @@ class VirtualWork:
         )
 
     def _independent(self, slopes: Sequence[Sequence[Series]]) -> list[list[Series]]:
-        """The displacements that the constraints allow; none if those of loops would be long."""
+        """Return the displacements that the constraints allow; none if those of loops are long."""
         algebra = self.algebra
         loops = bool(algebra.mechanism.loops)
         count = len(algebra.velocities)
@@ -118,7 +119,7 @@ class VirtualWork:
             return []
 
     def _relate(self, ties: Sequence[Tie], S: list[list[Series]]) -> Iterator[Stage]:
-        """The displacements that the constraints allow, by independent ones."""
+        """Yield the steps that express the allowed displacements by independent ones."""
         if not ties:
             return
         yield from loop_stages(ties, of_work=bool(S))
@@ -149,25 +150,25 @@ class VirtualWork:
         )
         count = "one" if len(S) == 1 else len(S)
         sentence = (
-            "A virtual displacement must keep the constraints, time standing still: put for the "
-            f"velocities into {where}, it makes what holds velocities vanish. That leaves {count} "
-            f"of them independent, {words}; all others follow."
+            "A virtual displacement must satisfy the constraints at fixed time: with it in place "
+            f"of the velocities, the terms of {where} that contain velocities sum to zero. That "
+            f"leaves {count} of them independent, {words}; all others follow."
         )
         yield Stage("Independent displacements", sentence, tuple(results))
 
     def _sum(self, whole: Series, *, free: bool) -> Stage:
-        """The sum of all work, by virtual displacement."""
+        """Return the step with the sum of all work, by virtual displacement."""
         title, displacements = "Sum of the virtual work", self._displacements
         if not displacements.names:
             return Stage(title, "Nothing can be displaced, so no force does any work.", ())
         are = "is" if len(displacements.names) == 1 else "are"
         sentence = (
             "The work of all forces in the virtual displacement, inertia forces included, is zero. "
-            f"As {enumerate_words(displacements.names)} {are} arbitrary, what stands before each "
+            f"As {enumerate_words(displacements.names)} {are} arbitrary, the coefficient of each "
             "is zero by itself."
             if free
             else "The work of all forces in a virtual displacement that the constraints allow, "
-            "inertia forces included, is zero; the forces where bodies touch or are joined do none."
+            "inertia forces included, is zero; the constraint forces between bodies do none."
         )
         results = []
         factors = displacements.coefficients([whole])
@@ -179,34 +180,35 @@ class VirtualWork:
         return Stage(title, sentence, tuple(results))
 
     def _body(self, cut: Cut) -> Iterator[Stage]:
-        """Inertia forces of a body, its equilibrium with them, and the work of all forces on it."""
+        """Yield the steps of a body: inertia forces, equilibrium, work of all forces on it."""
         if cut.inert:
             yield self._inertia_forces(cut)
         yield self._equilibrium(cut)
         entries = self._ledger.enter(cut)
         if entries:
             sentence = (
-                "Each force F with the virtual displacement δr of its point, and each couple C "
-                "with the virtual rotation δφ of the body: δW is the sum of the products of their "
+                "Each force F does work in the virtual displacement δr of its point, each couple C "
+                "in the virtual rotation δφ of the body: δW is the sum of the products of their "
                 f"components. Components that are not listed are zero.{self._ledger.locate(cut)}"
             )
             yield Stage(f"Virtual work on {cut.body}", sentence, tuple(entries))
 
     def _inertia_forces(self, cut: Cut) -> Stage:
-        """D'Alembert's inertia forces, spread over a rod, then moved to the center of mass."""
+        """Return the step with d'Alembert's inertia forces and their resultant."""
         body, axes = cut.body, cut.axes
         spread = distribution_of(self.cuts, cut)
         parts = [
-            f"Against the acceleration of every particle of {body} acts its inertia force, -a dm.",
+            f"Every particle of {body} has the inertia force -a dm, opposite to its acceleration.",
             axes.sentence,
         ]
         results = []
         if spread is not None:
             self._unknowns[spread.coordinate] = "distance along a rod from its end [m]"
             parts.append(
-                f"On the rod they are spread with f per length at the distance {spread.coordinate} "
-                f"from its end; each component integrates to F_inertia_{body}, which acts at the "
-                f"distance s_{body} where its moment is that of f."
+                f"On the rod they have the density f per length at the distance "
+                f"{spread.coordinate} from its end; each component integrates to "
+                f"F_inertia_{body}, which acts at the distance s_{body}, where it has the same "
+                "moment as f."
             )
             results += _spread_forces(spread, cut)
         else:
@@ -220,35 +222,37 @@ class VirtualWork:
             if part:
                 results.append(Result(Left(join_words("C_inertia", body, label)), part))
         parts.append(
-            "Moved to the center of mass they are one force, minus the mass times the acceleration "
-            "of that center, and a couple, minus the rate of the angular momentum about it."
+            "Reduced to the center of mass they are one force, minus the mass times the "
+            "acceleration of that center, and a couple, minus the rate of the angular momentum "
+            "about it."
         )
         if not results:
             parts.append("Here they are all zero.")
         return Stage(f"Inertia forces of {body}", " ".join(parts), tuple(results))
 
     def _equilibrium(self, cut: Cut) -> Stage:
-        """The sums of all forces and moments on a body, inertia forces included."""
+        """Return the step with the sums of all forces and moments, inertia forces included."""
         title, zero = f"Equilibrium of {cut.body}", self.algebra.ring.number(0)
         F = self.balances.forces_along(cut) - along(cut.axes.rows, cut.push)
         C = self.balances.moments_along(cut) - along(cut.axes.turns, self.balances.turning(cut))
         lines = [Result(one, zero) for one in (*F, *C) if one]
         if not lines:
-            return Stage(title, f"{cut.body} has no mass, and nothing acts on it: all is zero.")
+            return Stage(title, f"{cut.body} has no mass, and no force acts on it.")
         about = cut.joint.name if cut.fixed or not cut.mass else "the center of mass"
         sentence = (
-            "With its inertia forces the body is in equilibrium, the reactions R and M of its "
-            f"joints included: the sums of forces, then of moments about {about}, are zero."
+            "Under all forces, including inertia forces and the reactions R and M of its joints, "
+            f"the body is in equilibrium: the sums of forces, then of moments about {about}, are "
+            "zero."
         )
         return Stage(title, sentence, tuple(lines))
 
     def _rotors(self) -> list[Series]:
-        """Work of the inertia of the joints' rotors."""
+        """Return the virtual work of the inertia of the joints' rotors."""
         rates = [rate for rate in self.balances.rates if rate.rotor]
         return [-rate.rotor * self._displacements.sum(rate.partials) for rate in rates]
 
     def _reactions(self) -> list[Stage]:
-        """The work of each joint's reaction and its opposite together."""
+        """Return the step with the work of each joint's reaction together with its opposite."""
         if not self.balances.unknowns:
             return []
         lines = []
@@ -261,21 +265,24 @@ class VirtualWork:
             lines.append(Result(Left(f"δW_R_{cut.joint.name}"), work))
         sentence = (
             "A reaction acts on the child, its opposite on the parent at the same point: together "
-            "they do work only in the displacement of one against the other, and the joint allows "
-            "that only where it transmits nothing."
+            "they do work only in the relative displacement of the two, and that the joint allows "
+            "only in directions in which it transmits nothing."
         )
         if guided := self.balances.sum_guides():
             sentence += (
-                " What guides the coordinates that follow others counts with the reactions; it "
-                "does work joint by joint, but none in all, as the last lines say."
+                " The forces that guide dependent coordinates count as reactions; they do work in "
+                "single joints, but none in total, as the last lines state."
             )
             lines += guided
         if any(rate.rotor for rate in self.balances.rates):
-            sentence += " Where a joint has a rotor, its inertia is what is left."
+            sentence += " Where a joint has a rotor, the work of its inertia remains."
         return [Stage("Virtual work of the reactions", sentence, tuple(lines))]
 
     def _against_parent(self, cut: Cut) -> tuple[Vector, Vector]:
-        """Virtual displacement and rotation of a body against its parent, at its origin."""
+        """Return the virtual displacement of a body's origin relative to its parent.
+
+        Also return the body's virtual rotation relative to its parent.
+        """
         cuts, kinematics, parent = self.cuts, self.cuts.kinematics, cut.joint.parent
         vary = self._displacements.vary
         shift, rotation = vary(kinematics.velocity(cut.body)), vary(cut.spin)
@@ -290,7 +297,7 @@ class VirtualWork:
 
 
 def _spread_forces(spread: Distribution, cut: Cut) -> list[Result]:
-    """The density f, its resultant F and where that acts, component by component."""
+    """List the density f, its resultant F and the point where that acts, by component."""
     results = []
     for k, label in enumerate(cut.axes.labels):
         if spread.density[k]:
@@ -303,6 +310,6 @@ def _spread_forces(spread: Distribution, cut: Cut) -> list[Result]:
 
 
 def _name_conditions(ties: Sequence[Tie]) -> str:
-    """The conditions of loops and of what rolls, as equations."""
+    """Name the equations of the constraints: Φ = 0, ψ = 0 or both."""
     held = {"ψ = 0" if tie.of_velocities else "Φ = 0" for tie in ties}
     return " and ".join(sorted(held))

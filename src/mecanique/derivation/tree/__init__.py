@@ -1,1 +1,1 @@
-"""The tree of links and joints, and its poses over any scalar."""
+"""The tree of links and joints, and its poses in any scalar arithmetic."""

@@ -1,8 +1,9 @@
-"""What unit forces of the elements that guide do to the bodies, in any arithmetic.
+"""Find how unit forces of guiding elements act on the bodies, in any arithmetic.
 
-A cord that touches a wheel of radius r, which it runs around in the sense s, does so at ρ = s r e ×
-n from its center, e its direction there and n the normal. From wheel P to wheel Q at d: d + ρ_Q −
-ρ_P = l e, so that with h = s_Q r_Q − s_P r_P, l² = d² − h² and d² e = l d + h d × n.
+A cord that runs around a wheel of radius r in the sense s leaves it at ρ = s r e × n from the
+center, where e is the direction of the straight run and n the normal. Between wheels P and Q, with
+d from center to center, d + ρ_Q − ρ_P = l e; hence with h = s_Q r_Q − s_P r_P, l² = d² − h² and
+d² e = l d + h d × n.
 """
 
 from __future__ import annotations
@@ -31,15 +32,15 @@ Three: TypeAlias = "list[Any]"
 @final
 @dataclass(frozen=True, eq=False)
 class UnitForce:
-    """What a unit force of an element does to one body.
+    """The action of an element's unit force on one body.
 
     Args:
-        index: which of the mechanism's unknown forces.
+        index: index among the mechanism's unknown forces.
         body: name of the body.
-        point: where it acts in the world [m].
+        point: its point of action in the world [m].
         force: components along the world's axes.
-        moment: about that point.
-        pressed: whether it goes with the force's magnitude, as what parts two wheels in mesh.
+        moment: moment about that point.
+        pressed: whether it grows with the force's magnitude, as the separating force of gears.
     """
 
     index: int
@@ -53,15 +54,15 @@ class UnitForce:
 @final
 @dataclass(frozen=True)
 class Ground:
-    """Where bodies are, in some arithmetic.
+    """The poses of bodies in some arithmetic, with the functions that it needs.
 
     Args:
-        point: gives a point of a body in the world.
-        turn: gives the rotation of a body, three rows of three scalars.
-        scalar: gives a scalar of the description.
-        root: gives the square root of a square distance.
-        wave: gives the cosine and the sine of an angle of the description.
-        ratio: gives a quotient.
+        point: returns a point of a body in the world.
+        turn: returns the rotation of a body, three rows of three scalars.
+        scalar: converts a scalar of the description.
+        root: returns the square root of a squared distance.
+        wave: returns the cosine and the sine of an angle of the description.
+        ratio: returns a quotient.
     """
 
     point: Callable[[str, Sequence[Scalar]], Three]
@@ -73,11 +74,11 @@ class Ground:
 
 
 def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
-    """Return what unit forces of all elements do to the bodies.
+    """Return the actions of all elements' unit forces on the bodies.
 
     Args:
-        mechanism: whose elements they are.
-        ground: where its bodies are.
+        mechanism: the mechanism with the elements.
+        ground: the poses of its bodies.
     """
     units: list[UnitForce] = []
     first = 0
@@ -95,7 +96,7 @@ def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
 
 
 def _of_cord(cord: Cord | Belt, ground: Ground) -> Iterator[UnitForce]:
-    """The stretches between the stops, each pulling both of its ends along e."""
+    """Yield the forces of a cord's straight runs, each of which pulls both of its ends along e."""
     n: Three = [float(c) for c in cord.normal]
     if cord.axes != "world":
         n = _direction(ground, cord.axes, cord.normal)
@@ -106,7 +107,7 @@ def _of_cord(cord: Cord | Belt, ground: Ground) -> Iterator[UnitForce]:
         h = reach[k + 1] - reach[k]
         square = _dot(d, d)
         length = ground.root(square - h * h)
-        # a free end to a free end, or two wheels alike: along d
+        # between two free ends, or two equal wheels, the run is along d
         across = _add(_scale(length, d), _scale(h, _cross(d, n)))
         e = [ground.ratio(component, square) for component in across]
         rho = _cross(e, n)
@@ -121,7 +122,7 @@ def _of_cord(cord: Cord | Belt, ground: Ground) -> Iterator[UnitForce]:
 
 
 def _of_teeth(mechanism: Mechanism, mesh: Gear | Rack, ground: Ground) -> Iterator[UnitForce]:
-    """Where pitch circles touch: along the tangent n × u, and apart along u."""
+    """Yield the forces where pitch circles touch: along the tangent n × u, and apart along u."""
     a, b = (mechanism.joint(name) for name in mesh.joints)
     assert isinstance(a, Single)
     assert isinstance(b, Single)
@@ -152,16 +153,16 @@ def _of_teeth(mechanism: Mechanism, mesh: Gear | Rack, ground: Ground) -> Iterat
 def _of_bevel(
     gear: Gear, bevel: Bevel, ground: Ground, wheels: tuple[tuple[str, Three], tuple[str, Three]]
 ) -> Iterator[UnitForce]:
-    """Where pitch cones touch: along n × u, and apart across the line to the apex."""
+    """Yield the forces where pitch cones touch: along n × u, and apart, normal to the cones."""
     (a, n), (b, line) = wheels
     c, s, (i, k) = bevel.cosine, bevel.sine, bevel.sides
     r, R = ground.scalar(gear.radius), ground.scalar(gear.other_radius)
-    # across the wheel's axis, towards the other's
+    # normal to the wheel's axis, toward the other's
     w = [(y - x * c) * (1 / s) for x, y in zip(n, line, strict=True)]
     touch = _add(ground.point(a, _HERE), _scale(r * i, w))
     height = (R * k + r * (i * c)) * (1 / s)
     ray = ground.root((r * r + R * R + r * R * (2 * i * k * c)) * (1 / s**2))
-    # across the ray from the apex, in the plane of the axes, away from the wheel
+    # normal to the ray from the apex, in the plane of the axes, away from the wheel
     lean = [(height * y - r * i * x) * bevel.ahead for x, y in zip(n, w, strict=True)]
     away = [ground.ratio(x, ray) for x in lean]
     along = [x * i for x in _cross(n, w)]
@@ -177,13 +178,13 @@ def _direction(ground: Ground, body: str, axis: Sequence[float]) -> Three:
 
 
 def _less(d: Three, e: Three) -> Three:
-    """A vector without its part along a unit vector."""
+    """Return a vector less its projection on a unit vector."""
     size = _dot(d, e)
     return [c - size * x for c, x in zip(d, e, strict=True)]
 
 
 def _of_loop(loop: Loop, ground: Ground) -> Iterator[UnitForce]:
-    """Forces and moments of body a on body b, row by row of what the loop closes."""
+    """Yield the force or moment of body a on body b for each row that the loop closes."""
     b = ground.point(loop.body_b, loop.frame_b.xyz)
     turn = ground.turn(loop.body_a)
     frame = [list(map(ground.scalar, row)) for row in loop.frame_a.rotation]

@@ -1,7 +1,7 @@
-"""A mechanism's tree as elementary links: a placement, then a turn, slide, ball or free motion.
+"""Split a mechanism's tree into elementary links: a placement, then one elementary motion.
 
-A planar joint is two slides and a turn, a universal joint two turns; the links between carry no
-mass.
+The motion is a turn, slide, ball or free motion. A planar joint becomes two slides and a turn, a
+universal joint two turns; links in between have no mass.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ class Link:
 
     Args:
         joint: name of the joint it belongs to.
-        parent: place of the link that carries it in the tree, −1 for the ground.
+        parent: index of its parent link in the tree, −1 for the ground.
         body: name of the body it carries; None within a joint.
-        kind: what it may do.
-        origin: where its frame stands in its parent's.
+        kind: kind of its motion.
+        origin: placement of its frame in its parent's.
         axis: shape (3,), unit axis of a turn or a slide.
         coordinates: names of its joint coordinates.
         velocities: names of its joint velocities.
-        armature: inertia of the drive's rotor seen at the joint [kg·m² or kg].
+        armature: inertia of the drive's rotor, referred to the joint [kg·m² or kg].
     """
 
     joint: str
@@ -51,7 +51,7 @@ class Link:
 
 
 def links(mechanism: Mechanism) -> tuple[Link, ...]:
-    """Return the elementary links of a mechanism, each after the one that carries it."""
+    """Return the elementary links of a mechanism, each after its parent."""
     found: list[Link] = []
     place = {mechanism.ground: -1}
 
@@ -78,7 +78,7 @@ def links(mechanism: Mechanism) -> tuple[Link, ...]:
 
 
 def place_of(tree: tuple[Link, ...], mechanism: Mechanism) -> dict[str, int]:
-    """Return the place of each body's link in the tree, −1 for the ground, by the body's name."""
+    """Return the index of each body's link in the tree, −1 for the ground, by the body's name."""
     return {
         mechanism.ground: -1,
         **{link.body: place for place, link in enumerate(tree) if link.body is not None},
@@ -86,7 +86,7 @@ def place_of(tree: tuple[Link, ...], mechanism: Mechanism) -> dict[str, int]:
 
 
 def moving(tree: tuple[Link, ...]) -> tuple[bool, ...]:
-    """Return of each link whether a joint lets it move against the ground."""
+    """Return for each link whether it can move relative to the ground."""
     found: list[bool] = []
     for link in tree:
         found.append(link.kind != "fixed" or (link.parent >= 0 and found[link.parent]))

@@ -1,7 +1,7 @@
-"""Poses of all bodies in any arithmetic: floats, batched arrays, jets, Poisson series.
+"""Compute poses of all bodies in any arithmetic: floats, batched arrays, jets, Poisson series.
 
 A pose is three rows of four scalars (the fourth row of the homogeneous matrix is always 0 0 0 1).
-Entries that are the plain numbers 0 and 1 stay plain numbers and cost nothing, so that series stay
+Entries that are the plain numbers 0 and 1 remain plain numbers and cost nothing, which keeps series
 short.
 """
 
@@ -45,11 +45,11 @@ IDENTITY: Matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]
 @final
 @dataclass(frozen=True)
 class Arithmetic:
-    """What the poses need to know about a kind of scalar.
+    """The operations of one kind of scalar that poses need.
 
     Args:
-        function: gives the function of a sympy name, e.g. "sin".
-        number: turns a constant (a float or a sympy number) into the scalar.
+        function: returns the function with a sympy name, e.g. "sin".
+        number: converts a constant (a float or a sympy number) into the scalar.
     """
 
     function: Callable[[str], Callable[..., Any]] | None = None
@@ -77,12 +77,12 @@ class Arithmetic:
 def joint_values(
     mechanism: Mechanism, values: Mapping[str, Any], arithmetic: Arithmetic
 ) -> dict[str, Any]:
-    """Return the values with those of the driven joint coordinates added: r = φ(q, t).
+    """Add the values of the driven joint coordinates: r = φ(q, t).
 
     Args:
-        mechanism: gives the coordinate map.
+        mechanism: the mechanism with the coordinate map.
         values: value of each generalized coordinate, parameter, input and t, by name.
-        arithmetic: how to compute.
+        arithmetic: the arithmetic to use.
     """
     driven = {
         name: arithmetic(scalar, values) for name, scalar in mechanism.coordinates.driven.items()
@@ -96,7 +96,7 @@ def poses(tree: Sequence[Link], values: Mapping[str, Any], arithmetic: Arithmeti
     Args:
         tree: the links.
         values: value of each joint coordinate and parameter, by name.
-        arithmetic: how to compute.
+        arithmetic: the arithmetic to use.
     """
     found: list[Matrix] = []
     for link in tree:
@@ -109,9 +109,9 @@ def origin(placement: Placement, values: Mapping[str, Any], arithmetic: Arithmet
     """Return a placement as a matrix.
 
     Args:
-        placement: where the frame stands.
+        placement: placement of the frame.
         values: value of each parameter, by name.
-        arithmetic: how to compute.
+        arithmetic: the arithmetic to use.
     """
     pose = []
     for row, offset in zip(placement.rotation, placement.xyz, strict=True):
@@ -126,7 +126,7 @@ def placement_matrix(placement: Placement, values: Mapping[str, float]) -> np.nd
 
 
 def stack(rows: Matrix, n: int) -> np.ndarray:
-    """Return a pose over n states as homogeneous matrices, shape (n, 4, 4)."""
+    """Stack a pose over n states as homogeneous matrices, shape (n, 4, 4)."""
     out = np.zeros((n, 4, 4))
     out[:, 3, 3] = 1.0
     for i, row in enumerate(rows):
@@ -136,7 +136,7 @@ def stack(rows: Matrix, n: int) -> np.ndarray:
 
 
 def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matrix:
-    """Return the motion of a link against its own frame.
+    """Return the pose of a link relative to its own frame.
 
     A turn by θ about the unit axis n is cos θ 1 + sin θ n̂ + (1 − cos θ) n nᵀ (Rodrigues 1840); a
     quaternion's rotation matrix is that of Hamilton (Goldstein, Classical Mechanics, 1980, eq.
@@ -145,7 +145,7 @@ def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matr
     Args:
         link: the link.
         values: value of each joint coordinate, by name; quaternions of unit length.
-        arithmetic: how to compute.
+        arithmetic: the arithmetic to use.
     """
     if link.kind == "turn":
         return _turn(link.axis, *arithmetic.sine_cosine(values[link.coordinates[0]]), arithmetic)
@@ -164,9 +164,9 @@ def moments(body: Body, values: Mapping[str, Any], arithmetic: Arithmetic) -> Ma
     Its upper left block is ½ tr(I) 1 − I + m c cᵀ, with I about the center of mass c.
 
     Args:
-        body: the body; its shapes add up without dividing by the mass.
+        body: the body; its shapes are summed without division by the mass.
         values: value of each parameter, by name.
-        arithmetic: how to compute.
+        arithmetic: the arithmetic to use.
     """
     total: Matrix = [[0] * 4 for _ in range(4)]
     for shape in body.shapes:
@@ -189,11 +189,11 @@ def moments(body: Body, values: Mapping[str, Any], arithmetic: Arithmetic) -> Ma
 
 
 def product(a: Matrix, b: Matrix) -> Matrix:
-    """Return the product of two poses.
+    """Multiply two poses.
 
     Args:
-        a: the pose that carries b.
-        b: a pose in a's frame.
+        a: a pose.
+        b: a pose in the frame of a.
     """
     columns, rows = transpose(b), []
     for row in a:
@@ -204,12 +204,12 @@ def product(a: Matrix, b: Matrix) -> Matrix:
 
 
 def transpose(rows: Sequence[Sequence[Any]]) -> Matrix:
-    """Return the columns of a matrix of scalars as rows."""
+    """Transpose a matrix of scalars."""
     return [list(column) for column in zip(*rows, strict=True)]
 
 
 def times_point(pose: Matrix, point: Sequence[Any]) -> list[Any]:
-    """Return a point of a body in the world, three scalars [m].
+    """Transform a body's point to the world, three scalars [m].
 
     Args:
         pose: the body's pose.
@@ -219,7 +219,7 @@ def times_point(pose: Matrix, point: Sequence[Any]) -> list[Any]:
 
 
 def combination(factors: Iterable[Any], terms: Iterable[Any]) -> Any:
-    """Return the sum of products of two sequences, in which zeros and ones cost nothing.
+    """Return the sum of products of two sequences; zeros and ones cost nothing.
 
     Args:
         factors: shape (n,).
@@ -242,7 +242,7 @@ def _turn(
         row: list[Any] = []
         for k in range(3):
             square = _times(n[i], n[k])
-            # cos δ + (1 − cos) n n: an axis of the frame leaves cos or 1, without cancellation
+            # cos δᵢₖ + (1 − cos) nᵢ nₖ: if n is a frame's axis this is exactly cos or 1
             if _is(square, 0):
                 along = cosine if i == k else square
             elif i == k and _is(square, 1):

@@ -1,4 +1,4 @@
-"""Unit quaternions (x, y, z, w) of any scalars: Hamilton's product and rotation."""
+"""Multiply and apply quaternions (x, y, z, w) of any scalars, by Hamilton's rules."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def quaternion_product(p: Sequence[Any], r: Sequence[Any]) -> list[Any]:
 
     Args:
         p: four scalars.
-        r: four scalars, or three of a quaternion without a scalar part.
+        r: four scalars, or three if the scalar part is zero.
     """
     x, y, z, w = p
     a, b, c, *scalar = r
@@ -27,7 +27,7 @@ def quaternion_product(p: Sequence[Any], r: Sequence[Any]) -> list[Any]:
 
 
 def quaternion_rotation(x: Any, y: Any, z: Any, w: Any) -> tuple[tuple[Any, Any, Any], ...]:
-    """Return the rotation of a unit quaternion, three rows of three scalars.
+    """Return the rotation matrix of a unit quaternion, three rows of three scalars.
 
     Args:
         x: first component.

@@ -1,1 +1,1 @@
-"""Every body cut free: its axes, what acts on it, and how reactions are eliminated."""
+"""Cut bodies free: choose their axes, collect the forces on them, eliminate reactions."""

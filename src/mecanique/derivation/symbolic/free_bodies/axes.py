@@ -1,4 +1,4 @@
-"""In which axes a free body's equations are written, and what its reactions are called."""
+"""Choose the axes in which a free body's equations are written, and label its reactions."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class Direction:
 
     Args:
         kind: "force" or "moment".
-        place: among the three directions of its kind.
+        place: index among the three directions of its kind.
         row: shape (3,), in the axes of the body's carrier.
         label: its name, e.g. "x"; "" for the normal of a plane.
-        sign: 1, or −1 where the reaction is counted against it.
+        sign: 1, or −1 if the reaction is positive in the opposite direction.
     """
 
     kind: str
@@ -46,10 +46,10 @@ class Axes:
     Args:
         rows: shape (3, 3), directions of forces, in the axes of the body's carrier.
         labels: name of each; the reaction along "x" is R_joint_x.
-        signs: 1, or −1 where the reaction is counted against the direction.
+        signs: 1, or −1 if the reaction is positive in the opposite direction.
         turns: shape (3, 3), directions of moments.
         turn_labels: name of each; "" for the normal of a plane.
-        sentence: what they are, for the reader.
+        sentence: a sentence that introduces them to the reader.
         whose: name of the body whose axes x, y and z are, or "the world".
     """
 
@@ -63,7 +63,7 @@ class Axes:
 
     @property
     def directions(self) -> Iterator[Direction]:
-        """Those of forces, then those of moments."""
+        """Yield the directions of forces, then those of moments."""
         for k, row in enumerate(self.rows):
             yield Direction("force", k, row, self.labels[k], self.signs[k])
         for k, row in enumerate(self.turns):
@@ -71,16 +71,16 @@ class Axes:
 
 
 def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axes:
-    """Return the axes that suit a body.
+    """Choose the axes for the equations of a body.
 
-    The one body of a pendulum has n from the pin to the center of mass and t across, in the sense
-    of its angle, as in Fundamentals of Dynamics, Figure 1.4; bodies that move in a plane have the
-    world's axes; all others their own.
+    The single body of a pendulum gets n from the pin to the center of mass and t perpendicular, in
+    the sense of its angle, as in Fundamentals of Dynamics, Figure 1.4; bodies in plane motion get
+    the world's axes, all others their own.
 
     Args:
-        kinematics: of the mechanism.
+        kinematics: the kinematics of the mechanism.
         body: name of the body.
-        normal: the plane's normal, if there is one, see `normal_of`.
+        normal: normal of the plane of motion, if there is one, see `normal_of`.
     """
     mechanism = kinematics.algebra.mechanism
     if normal is None:
@@ -98,10 +98,10 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
             rows.append([_dot(row, unit) for row in rotation])
         pin = joint.name
         sentence = (
-            f"Unit vectors that turn with the body: n points from {pin} to the center of mass, t "
-            f"across, to where the angle grows, k along the axis. R_{pin}_n is counted towards "
-            f"{pin}, against n, and R_{pin}_t along t. Moments count positive in the sense of the "
-            "angle."
+            f"The unit vectors n, t and k turn with the body: n points from {pin} to the center of "
+            f"mass, t is perpendicular to it, in the sense of the angle, and k is along the axis. "
+            f"R_{pin}_n is positive toward {pin}, opposite to n, and R_{pin}_t along t. Moments "
+            "are positive in the sense of the angle."
         )
         return Axes(rows, ("n", "t", "k"), (-1, 1, 1), rows, ("n", "t", ""), sentence)
     at = int(np.abs(normal).argmax())
@@ -116,8 +116,8 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
             _UNITS, labels, (1, 1, 1), _UNITS, labels, "x, y and z are the axes of the world."
         )
     sentence = (
-        f"{plane} are the axes of the world, forces count positive along them; moments count "
-        f"positive about {'-' if sign < 0 else ''}{labels[at]}."
+        f"{plane} are the axes of the world; forces are positive along them, moments about "
+        f"{'-' if sign < 0 else ''}{labels[at]}."
     )
     return Axes(_UNITS, labels, (1, 1, 1), turns, (moments[0], moments[1], moments[2]), sentence)
 
@@ -125,7 +125,7 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
 def normal_of(kinematics: Kinematics) -> np.ndarray | None:
     """Return the world's axis normal to the plane of a mechanism's motion, shape (3,), or None.
 
-    Where nothing turns any axis is a normal, and z is returned.
+    If nothing turns, any axis is a normal, and z is returned.
     """
     mechanism = kinematics.algebra.mechanism
     if any(link.kind in ("ball", "free") for link in kinematics.tree):
@@ -153,7 +153,7 @@ def normal_of(kinematics: Kinematics) -> np.ndarray | None:
 def find_swing(
     mechanism: Mechanism, body: str
 ) -> tuple[Revolute, tuple[float, ...], tuple[float, ...]] | None:
-    """Return joint, n and t of the only body of a pendulum, in its own axes; None of others."""
+    """Return joint, n and t of a pendulum's only body, in its own axes; None for other bodies."""
     (joint, *others) = mechanism.joints
     if others or not isinstance(joint, Revolute) or joint.child != body:
         return None
@@ -169,7 +169,7 @@ def find_swing(
 
 
 def _dot(row: Sequence[Any], unit: Sequence[float]) -> Any:
-    """A direction in the body's axes, turned: units only pick a component or change its sign."""
+    """Multiply a row of a rotation by a direction; ±1 and 0 only pick a component or its sign."""
     for entry, component in zip(row, unit, strict=True):
         if component:
             return entry if component > 0 else -entry

@@ -1,4 +1,4 @@
-"""The balances of bodies cut free, with the reactions by name and in closed form."""
+"""Write the balances of bodies cut free, with named reactions and their closed forms."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ from mecanique.model.mechanism import Mechanism
 __all__ = ["FreeBodies", "needs"]
 
 _LETTERS = {"force": "R", "moment": "M"}
-"""Of the reactions."""
+"""Letters of the reactions."""
 
 _TOTALS = {"force": "S", "moment": "C"}
-"""Of what crosses a joint in all, where something that is not described guides it."""
+"""Letters of the totals across a joint with a guide that no element describes."""
 
 
 @final
@@ -63,16 +63,16 @@ class FreeBodies:
         self.rates = joint_rates(self.cuts)
         every = Balances(mechanism).guides if mechanism.elements else guides_of(mechanism)
         self.guides = [guide for guide in every if guide.crossed]
-        """What ties joints without being described."""
+        """The guides that no element describes."""
         self._held = {name for guide in every for name in guide.coordinates}
         self.guiding = Guiding(self.cuts)
         free = {cut.body: self._free(cut) for cut in self.cuts.bodies}
         self.demands = demands(self.cuts, _missing, None if mechanism.elements else free)
-        """What each joint transmits to its child along a motion, by name of the child."""
+        """The wrench that each joint must transmit to its child, by name of the child."""
         self.unknowns: dict[str, str] = dict(self.guiding.meanings)
-        """What each reaction is, by its name."""
+        """The meaning of each reaction, by its name."""
         self.symbols: dict[str, Wrench] = {}
-        """What each joint does to its child, the reactions by name, by name of the child."""
+        """The wrench of each joint on its child in terms of named reactions, by child."""
         self._own: dict[str, Wrench] = {}
         self.zeros: list[str] = []
         self.closed: list[Result] = []
@@ -84,7 +84,7 @@ class FreeBodies:
 
     @property
     def reactions(self) -> dict[str, Series]:
-        """Each reaction that is not identically zero in closed form, by its name, e.g. R_pin_n."""
+        """The closed form of each reaction that is not identically zero, by name, e.g. R_pin_n."""
         return {
             result.left.quantity: result.right
             for result in (*self.guide_forces, *self.closed)
@@ -100,7 +100,7 @@ class FreeBodies:
         sums = {"force": [zero(ring)], "moment": [zero(ring)]}
         for d in cut.axes.directions:
             loose = [rate for rate in free if rate.kind == d.kind and _parallel(d.row, rate.axis)]
-            if loose:  # there the joint transmits what its rotor takes, nothing else
+            if loose:  # along this direction the joint transmits only the force of its rotor
                 sums[d.kind] += [rate.axis * -rate.rotor for rate in loose]
                 continue
             name = "_".join(filter(None, (letters[d.kind], cut.joint.name, d.label)))
@@ -117,7 +117,7 @@ class FreeBodies:
         self._own[cut.body] = Wrench(Vector(*own["force"]), Vector(*own["moment"]))
 
     def _find_guide_forces(self) -> None:
-        """Solve for the forces of elements, and take what they do off what crosses the joints."""
+        """Solve for the forces of elements, and remove their actions from the joints' wrenches."""
         carried, guiding = self.guiding.balance_units(), self.guiding
         free = [rate for cut in self.cuts.bodies for rate in self._free(cut)]
         found = guiding.solve(free, self.demands, carried)
@@ -143,11 +143,11 @@ class FreeBodies:
             self.demands[cut.body] = whole.tidy()
 
     def is_guided(self, cut: Cut) -> bool:
-        """Return whether something that is not described acts across the joint of a body."""
+        """Return whether a guide that no element describes acts across a body's joint."""
         return bool(explain_joint(self.guides, cut.joint.name))
 
     def _free(self, cut: Cut) -> list[JointRate]:
-        """The joint velocities in which the joint of a body transmits nothing."""
+        """Return the joint velocities along which a body's joint transmits nothing."""
         algebra = self.algebra
         here = [rate for rate in self.rates if rate.body == cut.body]
         if len(self.rates) == len(algebra.velocities):
@@ -162,7 +162,7 @@ class FreeBodies:
         return [rate for rate in here if rate.name not in guided]
 
     def resultant(self, cut: Cut) -> Vector:
-        """Return the resultant force on a body, reactions by name, in the axes of its carrier."""
+        """Return the resultant force on a body with named reactions, in its carrier's axes."""
         back = [wrench.force for _, wrench in self._behind(cut)]
         held = self.guiding.on(cut).force
         return total([cut.weight, cut.loads().force, held, self.symbols[cut.body].force, *back])
@@ -170,8 +170,7 @@ class FreeBodies:
     def forces_along(self, cut: Cut) -> Vector:
         """Return the resultant force along the axes in which the body's equations are written.
 
-        The reaction of its own joint needs no projection, which would write out n·n = 1 in its
-        coordinates.
+        The reaction in the body's own joint is not projected: that would expand n·n = 1.
         """
         rest = self.resultant(cut) - self.symbols[cut.body].force
         known = total([rest, self._rotors(cut, "force")])
@@ -184,7 +183,7 @@ class FreeBodies:
         return along(cut.axes.turns, known) + self._own[cut.body].moment
 
     def _rotors(self, cut: Cut, kind: str) -> Vector:
-        """What the rotor of a body's free joint takes."""
+        """Return the force or moment on the rotor of a body's joint, with opposite sign."""
         found = zero(self.algebra.ring)
         for rate in self._free(cut):
             if rate.kind == kind and rate.rotor:
@@ -192,11 +191,11 @@ class FreeBodies:
         return found
 
     def turning(self, cut: Cut) -> Vector:
-        """Return the moment of the rates of momentum, about the fixed point or mass center."""
+        """Return the rate of angular momentum about the fixed point, or else the center of mass."""
         return total([cut.turning, cross(_back(cut), cut.push)])
 
     def moment(self, cut: Cut) -> Vector:
-        """Return the resultant moment about the body's fixed point, or else its center of mass."""
+        """Return the resultant moment about the fixed point, or else the center of mass."""
         moments = [cut.weight_moment, cut.loads().moment, self.symbols[cut.body].moment]
         moments.append(self.guiding.on(cut).moment)
         moments.append(cross(_back(cut), self.resultant(cut)))
@@ -205,7 +204,7 @@ class FreeBodies:
         return total(moments)
 
     def _behind(self, cut: Cut) -> list[tuple[Vector, Wrench]]:
-        """The place of each joint whose parent is a body, and its action on the body."""
+        """Return the position of each joint that a body carries, and its wrench on the body."""
         found = []
         for other in self.cuts.bodies:
             if other.joint.parent == cut.body:
@@ -214,7 +213,7 @@ class FreeBodies:
         return found
 
     def sum_guides(self) -> list[Result]:
-        """Return what the reactions along guided joints add up to: zero for each displacement."""
+        """Return the sums of reactions along guided joints, zero for each virtual displacement."""
         algebra, ring = self.algebra, self.algebra.ring
         sums: list[list[Series]] = [[] for _ in algebra.velocities]
         for rate in self.rates:
@@ -227,20 +226,20 @@ class FreeBodies:
 
 
 def needs(cut: Cut) -> Wrench:
-    """Return what a body needs by itself: rates of momentum less weight."""
+    """Return the wrench that a body needs for its motion: rates of momentum less weight."""
     return Wrench(cut.push - cut.weight, cut.turning - cut.weight_moment).tidy()
 
 
 def _missing(cut: Cut) -> Wrench:
-    """What a body needs from its joint besides what is applied to it."""
+    """Return the wrench that a body needs in addition to its loads."""
     return needs(cut) - cut.loads()
 
 
 def _back(cut: Cut) -> Vector:
-    """From the point that moments are taken about to the origin of the body's frame."""
+    """Return the vector from the reference point of moments to the origin of the body's frame."""
     return zero(cut.mass.ring) if cut.fixed else -cut.center
 
 
 def _parallel(row: Sequence[Any], axis: Vector) -> bool:
-    """Whether a direction is ± an axis, as series."""
+    """Whether a direction is an axis or its opposite."""
     return lift(axis.x.ring, row) in (axis, -axis)

@@ -1,4 +1,4 @@
-"""Every body cut free, in series: its rates of momentum, weight and applied forces."""
+"""Cut every body free, in series: its rates of momentum, weight and applied forces."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class Applied:
     """A force or couple on a body, in the axes of the body's carrier.
 
     Args:
-        name: of the force.
+        name: name of the force.
         force: [N].
         moment: a couple [N·m].
-        arm: its point against the origin of the body's frame [m].
-        velocity: of that point [m/s].
+        arm: vector from the origin of the body's frame to its point of action [m].
+        velocity: velocity of that point [m/s].
         ties: whether it is the unknown force of a contact or a loop.
     """
 
@@ -53,18 +53,17 @@ class Cut:
 
     Args:
         body: its name.
-        joint: the joint that holds it.
-        carrier: place of the link in whose axes the vectors are, −1 for the world.
-        axes: in which its equations are written.
+        joint: the joint that connects it to its parent.
+        carrier: index of the link in whose axes the vectors are, −1 for the world.
+        axes: the axes in which its equations are written.
         mass: [kg].
-        fixed: whether the origin of its frame rests.
-        center: its center of mass against the origin of its frame; zero for one without
+        fixed: whether the origin of its frame is at rest.
+        center: vector from the origin of its frame to its center of mass; zero without
             mass [m].
         center_velocity: [m/s].
         spin: angular velocity [rad/s].
         push: rate of the linear momentum [N].
-        turning: moment of the rates of momentum about the origin of its frame, ∫ y ×
-            x'' dm [N·m].
+        turning: moment of m a about the origin of its frame, ∫ y × x'' dm [N·m].
         weight: [N].
         weight_moment: about the origin of its frame [N·m].
         applied: springs, dampers, drives and loads.
@@ -87,7 +86,7 @@ class Cut:
 
     @property
     def inert(self) -> bool:
-        """Whether it has mass, or moments of inertia alone, as what turns may be described."""
+        """Whether it has mass, or moments of inertia without mass, as rotating parts may."""
         return bool(self.mass) or any(self.turning)
 
     def loads(self) -> Wrench:
@@ -128,14 +127,14 @@ class Cuts:
         )
 
     def _in_contact(self, touch: Touch) -> Iterator[tuple[str, Applied]]:
-        """The unknown force of a contact on one body, and its opposite on the other."""
+        """Yield the unknown force of a contact on one body, and its opposite on the other."""
         contact, wrench = touch.contact, Wrench(touch.force, zero(self.algebra.ring))
         for body, sign in ((contact.body, 1), (contact.on, -1)):
             if self.kinematics.place[body] >= 0:
                 yield body, self._tie(contact.name, body, touch.place, wrench, sign)
 
     def _in_loop(self, closing: Closing) -> Iterator[tuple[str, Applied]]:
-        """The unknown force of a loop on one body, and its opposite on the other."""
+        """Yield the unknown force of a loop on one body, and its opposite on the other."""
         loop, wrench = closing.loop, closing.wrench
         ends = (loop.body_b, closing.on_b, 1), (loop.body_a, closing.on_a, -1)
         for body, place, sign in ends:
@@ -143,7 +142,7 @@ class Cuts:
                 yield body, self._tie(f"the loop {loop.name}", body, place, wrench, sign)
 
     def _tie(self, name: str, body: str, place: Vector, wrench: Wrench, sign: int) -> Applied:
-        """An unknown force at a place of the world, and a moment, on a body."""
+        """Apply an unknown force at a place in the world, and a couple, to a body."""
         kinematics = self.kinematics
         carrier = kinematics.carrier(body)
         reach = place - kinematics.point(body, ORIGIN)
@@ -154,16 +153,16 @@ class Cuts:
 
     @cached_property
     def ties(self) -> tuple[Tie, ...]:
-        """The equations of the loops, then of contacts and velocity constraints."""
+        """The equations of loops, then of contacts and velocity constraints."""
         loops = [tie for closing in self.closings for tie in closing.ties]
         return (*loops, *contact_ties(self.kinematics, self.touches))
 
     def between_seats(self, parent: str, child: str) -> Vector:
-        """Return a child's origin against its parent's, in the axes of the parent's carrier.
+        """Return the vector from a parent's origin to a child's, in the parent's carrier's axes.
 
         Args:
-            parent: name of the body that carries.
-            child: name of the body carried.
+            parent: name of the parent.
+            child: name of the child.
         """
         kinematics = self.kinematics
         start, end = kinematics.carrier(parent), kinematics.carrier(child)
@@ -175,22 +174,22 @@ class Cuts:
         return reach if start == end else kinematics.between(reach, -1, start)
 
     def carry(self, vector: Vector, start: str, end: str) -> Vector:
-        """Return a vector in the axes of another body's carrier.
+        """Transform a vector to the axes of another body's carrier.
 
         Args:
-            vector: what to carry over.
-            start: name of the body in whose carrier's axes it is.
+            vector: the vector.
+            start: name of the body in whose carrier's axes it is given.
             end: name of the other body.
         """
         kinematics = self.kinematics
         return kinematics.between(vector, kinematics.carrier(start), kinematics.carrier(end))
 
     def carried_wrench(self, wrench: Wrench, start: str, end: str) -> Wrench:
-        """Return a force and a moment in the axes of another body's carrier.
+        """Transform a force and a moment to the axes of another body's carrier.
 
         Args:
-            wrench: what to carry over.
-            start: name of the body in whose carrier's axes it is.
+            wrench: force and moment.
+            start: name of the body in whose carrier's axes they are given.
             end: name of the other body.
         """
         return Wrench(self.carry(wrench.force, start, end), self.carry(wrench.moment, start, end))
@@ -228,7 +227,7 @@ class Cuts:
         )
 
     def _spin_momentum(self, K: Matrix, Kd: Matrix, J: Matrix) -> Vector:
-        """∫ y × y' dm, the skew part of ∫ y y'ᵀ dm = K J K'ᵀ."""
+        """Return ∫ y × y' dm, the skew part of ∫ y y'ᵀ dm = K J K'ᵀ."""
         columns = transpose(J)[:3]
         outer = []
         for row in K:
@@ -237,7 +236,7 @@ class Cuts:
         return Vector(*(outer[i][k] - outer[k][i] for i, k in ((1, 2), (2, 0), (0, 1))))
 
     def _of(self, force: AnyForce) -> Iterator[tuple[str, Applied]]:
-        """What a force does to each body that can move."""
+        """Yield the action of a force on each body that can move."""
         match force:
             case LineLoad():
                 yield from self._along_line(force)
@@ -266,14 +265,14 @@ class Cuts:
         return Applied(name, force, moment, arm, kinematics.velocity(body, point))
 
     def _along_line(self, force: LineLoad) -> Iterator[tuple[str, Applied]]:
-        """A force on both its ends, along the line between them."""
+        """Yield a force on both its ends, along the line between them."""
         kinematics, algebra = self.kinematics, self.algebra
         span = Span(kinematics, force)
         laws = laws_of(force, algebra.series)
         pull = total([law.pull(span) for law in laws])
         if span.length is not None:
             self.lengths[force.name] = span.length
-        # elsewhere the length enters with its square, so its sign does not matter
+        # other forces contain only the square of the length, so its sign does not matter
         if span.assumption is not None and force.conservative:
             self.assumptions.append(span.assumption)
         for end, sign in zip(force.ends, (1, -1), strict=True):
@@ -283,7 +282,7 @@ class Cuts:
                 yield body, self._at(force.name, body, end.point, F, zero(algebra.ring))
 
     def _in_joint(self, force: JointLoad) -> Iterator[tuple[str, Applied]]:
-        """A force in a joint on child and parent, along or about its axis."""
+        """Yield a joint's force on child and parent, along or about its axis."""
         kinematics, algebra = self.kinematics, self.algebra
         joint = algebra.mechanism.joint(force.joint)
         place = kinematics.place[joint.child]
@@ -300,6 +299,6 @@ class Cuts:
         if kinematics.place[parent] >= 0:
             back = -self.carried_wrench(wrench, child, parent)
             arm = self.between_seats(parent, child)
-            # the point of the parent that is where the joint is now
+            # velocity of the parent's point at the joint's present position
             v, w = kinematics.velocity(parent), kinematics.spin(parent)
             yield parent, Applied(force.name, back.force, back.moment, arm, v + cross(w, arm))

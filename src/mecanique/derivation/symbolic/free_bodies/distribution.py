@@ -1,4 +1,4 @@
-"""How d'Alembert's inertia forces are spread over a slender rod, and where their resultant acts."""
+"""Distribute d'Alembert's inertia forces over a slender rod, and locate their resultant."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ class Distribution:
 
     Args:
         coordinate: name of the distance from the rod's end.
-        length: of the rod [m].
-        direction: along the rod away from that end, in the axes of the body's carrier.
+        length: length of the rod [m].
+        direction: direction along the rod from that end, in the axes of the body's carrier.
         density: force per length at that distance, along the axes of the body [N/m].
         resultant: its integral over the rod [N].
-        point: distance at which the resultant of each component acts; None where it has
-            no single point.
+        point: distance at which the resultant of each component acts; None if it is not the
+            same in all states.
     """
 
     coordinate: str
@@ -45,10 +45,10 @@ class Distribution:
 
 
 def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
-    """Return how the inertia forces of a body are spread, if it is one homogeneous slender rod.
+    """Return the distribution of a body's inertia forces if it is a homogeneous slender rod.
 
     With the acceleration a(s) of the rod's points the density is −(m/L) a(s), a polynomial in s;
-    its integral and its moment about the end are integrated term by term.
+    its resultant and its moment about the end are integrated term by term.
     """
     algebra, kinematics = cuts.algebra, cuts.kinematics
     shapes = algebra.mechanism.body(cut.body).shapes
@@ -82,7 +82,7 @@ def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
 
 
 def _rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | None:
-    """Length, direction away from the joint and center of a slender rod drawn at full length."""
+    """Return length, direction away from the joint and center of a slender rod, None for others."""
     algebra = cuts.algebra
     if len(shape.visuals) != 1 or not isinstance(cylinder := shape.visuals[0].geometry, Cylinder):
         return None
@@ -105,7 +105,7 @@ def _rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | N
 
 
 def _integral(density: Series, name: str, length: Series, order: int) -> Series:
-    """∫ s^order f(s) ds from 0 to the length, for a polynomial f."""
+    """Return ∫ s^order f(s) ds from 0 to the length, for a polynomial f."""
     ring = density.ring
     terms: Sequence[Any] = [
         coefficient * length ** (power + order + 1) / (power + order + 1)
@@ -115,7 +115,7 @@ def _integral(density: Series, name: str, length: Series, order: int) -> Series:
 
 
 def _quotient(moment: Series, force: Series) -> Series | None:
-    """Moment over force where that is the same at any state: a product of parameters."""
+    """Return moment/force if it is the same in any state, a product of parameters; else None."""
     if not force or not moment:
         return None
     # the ratio of the first terms, if it is the ratio of all

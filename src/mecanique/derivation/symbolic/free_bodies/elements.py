@@ -1,4 +1,4 @@
-"""The forces of the elements that guide, as series, from what joints cannot transmit."""
+"""Solve for the forces of guiding elements (cords, gears …) in closed form."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from mecanique.model.mechanism import Mechanism
 __all__ = ["Guiding"]
 
 _MOST = 3
-"""Systems of more unknown forces than this are left to numbers."""
+"""Systems with more unknown forces than this are solved in numbers only."""
 
 
 @final
 class Guiding:
-    """The unknown forces of a mechanism's elements, and what they do to its bodies.
+    """The unknown forces of a mechanism's elements, and their actions on its bodies.
 
     Args:
         cuts: the bodies.
@@ -39,24 +39,24 @@ class Guiding:
         mechanism, ring = self._algebra.mechanism, self._algebra.ring
         self.names = _names(mechanism)
         self.meanings = dict(zip(self.names, _meanings(mechanism), strict=True))
-        """What each unknown is, by its name."""
+        """The meaning of each unknown, by its name."""
         self.symbols = [ring.unknown(name, Kind.REACTION) for name in self.names]
         self._units = unit_forces(mechanism, self._ground()) if mechanism.elements else []
         self.pressing: dict[int, Series] = {}
-        """What parts wheels in mesh, |F| sin α, of those forces that do."""
+        """The separating force |F| sin α of meshing wheels, by index of F."""
         for index, name in enumerate(self.names):
             mine = [unit for unit in self._units if unit.pressed and unit.index == index]
             if any(any(unit.force) for unit in mine):
                 stem = name.partition("_")[2]
                 self.pressing[index] = ring.unknown(f"N_{stem}", Kind.REACTION)
-                self.meanings[f"N_{stem}"] = f"what parts the wheels, |{name}| sin of the angle [N]"
+                self.meanings[f"N_{stem}"] = f"separating force, |{name}| sin(pressure angle) [N]"
 
     def on(self, cut: Cut, sizes: Sequence[Series] | None = None) -> Wrench:
-        """Return what the elements do to a body, about the origin of its frame.
+        """Return the elements' wrench on a body, about the origin of its frame.
 
         Args:
             cut: the body.
-            sizes: of the forces; by their names if left out.
+            sizes: magnitudes of the forces; by default their symbols.
         """
         pressing = self.pressing if sizes is None else {}
         sizes = self.symbols if sizes is None else sizes
@@ -85,7 +85,7 @@ class Guiding:
         return list(found)
 
     def balance_units(self) -> list[dict[str, Wrench]]:
-        """Return what joints transmit to balance each unit force, by name of the child."""
+        """Return the wrenches of the joints that balance each unit force, by name of the child."""
         ring = self._algebra.ring
         found = []
         for k in range(len(self.names)):
@@ -94,7 +94,7 @@ class Guiding:
         return found
 
     def balance_pressing(self) -> list[tuple[Series, dict[str, Wrench]]]:
-        """Return what parts wheels, and what joints transmit to balance a unit of it."""
+        """Return each separating force with the joints' wrenches that balance one unit of it."""
         ring = self._algebra.ring
 
         def apart(cut: Cut, index: int) -> Wrench:
@@ -121,12 +121,12 @@ class Guiding:
         totals: Mapping[str, Wrench],
         carried: Sequence[Mapping[str, Wrench]],
     ) -> list[Series] | None:
-        """Return the forces in closed form; None if they have none that is short.
+        """Solve for the forces in closed form; return None if there is no short one.
 
         Args:
-            rates: the joint velocities along which joints transmit nothing but what rotors take.
-            totals: what crosses the joints in all.
-            carried: what they transmit under unit forces.
+            rates: the joint velocities along which joints transmit only the forces of rotors.
+            totals: total wrenches across the joints.
+            carried: wrenches of the joints under unit forces.
         """
         count = len(self.names)
         rows = []
@@ -141,7 +141,7 @@ class Guiding:
             rows.append((together, algebra.series(one.total)))
         if not 0 < count <= _MOST or len(rows) < count:
             return None
-        # the shortest equations that will do
+        # take the shortest equations that determine the forces
         rows.sort(key=lambda each: sum(map(len, (*each[0], each[1]))))
         for chosen in combinations(rows, count):
             determinant = tidy(_determinant([row for row, _ in chosen]))
@@ -156,7 +156,7 @@ class Guiding:
         return forces
 
     def _wrench(self, cut: Cut, unit: UnitForce) -> Wrench:
-        """A unit force in the axes of a body's carrier, about the origin of the body's frame."""
+        """Refer a unit force to the origin of a body's frame, in the axes of its carrier."""
         kinematics, ring = self._cuts.kinematics, self._algebra.ring
         point, force, moment = (lift(ring, part) for part in (unit.point, unit.force, unit.moment))
         seat = kinematics.point(cut.body, (0.0, 0.0, 0.0))
@@ -177,7 +177,7 @@ class Guiding:
         )
 
     def _wave(self, angle: Scalar) -> tuple[Series, Series]:
-        """Unit along the line of action where it parts nothing, else its parts by name."""
+        """Return cosine and sine of a pressure angle, with 1 for the sine that N contains."""
         algebra = self._algebra
         value = algebra.mechanism.evaluate(angle)
         if not value:
@@ -188,7 +188,7 @@ class Guiding:
 
 
 def _ratio(a: Series, b: Series) -> Series:
-    """A quotient, exact where it is 0 or ±1."""
+    """Return a quotient, exact where it is 0 or ±1."""
     a, b = tidy(a), tidy(b)
     if not a or a in (b, -b):
         size = 1 if a else 0
@@ -209,7 +209,7 @@ def _determinant(rows: Sequence[Sequence[Series]]) -> Series:
 
 
 def _names(mechanism: Mechanism) -> list[str]:
-    """The letters of the unknown forces."""
+    """Name the unknown forces."""
     found = []
     for element in mechanism.elements:
         for name in element.forces:
@@ -224,7 +224,7 @@ def _names(mechanism: Mechanism) -> list[str]:
 
 
 def _meanings(mechanism: Mechanism) -> list[str]:
-    """What they are, with their units."""
+    """Return the meanings of the unknown forces, with units."""
     found = []
     for element in mechanism.elements:
         if isinstance(element, (Cord, Belt)):

@@ -1,8 +1,7 @@
-"""Eliminate the reactions from the tips to the ground: what each joint must transmit.
+"""Eliminate the reactions from the tips to the ground, by the wrench that each joint must transmit.
 
-For a body with all that hangs on it, F = d/dt p − m g − F_applied + Σ F_child, and the same for
-moments about the origin of the body's frame: equations are only ever solved by moving terms, so
-that closed forms stay short.
+A body needs F = d/dt p − m g − F_applied + Σ F_child from its joint, and likewise moments about the
+origin of its frame: equations are solved only by moving terms, which keeps closed forms short.
 """
 
 from __future__ import annotations
@@ -25,15 +24,15 @@ __all__ = ["JointRate", "demands", "joint_rates", "project"]
 @final
 @dataclass(frozen=True)
 class JointRate:
-    """A joint velocity: the reaction that does work in it, and how it follows the coordinates.
+    """A joint velocity with its direction and its derivatives by the generalized velocities.
 
     Args:
         body: the child that it moves.
-        kind: "force" or "moment".
+        kind: "force" or "moment", the part of a reaction that does work with it.
         axis: its direction in the axes of the child's carrier.
-        name: of the joint coordinate or quasi-velocity.
+        name: name of the joint coordinate or quasi-velocity.
         partials: its derivative by each generalized velocity.
-        rotor: moment or force that the joint's rotor takes.
+        rotor: moment or force that accelerates the joint's rotor.
     """
 
     body: str
@@ -49,16 +48,15 @@ def demands(
     part: Callable[[Cut], Wrench],
     free: Mapping[str, Sequence[JointRate]] | None = None,
 ) -> dict[str, Wrench]:
-    """Return what every joint must transmit, by name of its child.
+    """Return the wrench that every joint must transmit, by name of its child.
 
     Force and moment are in the axes of the child's carrier, the moment about the child's origin.
 
     Args:
         cuts: the bodies.
-        part: gives what a body needs from its joint by itself.
-        free: by name of the child, the motions in which its joint transmits nothing but what its
-            rotor takes, which is then used; left out, the components there are kept as the bodies
-            beyond need them.
+        part: returns the wrench that a body by itself needs from its joint.
+        free: by name of the child, the joint velocities along which its joint transmits only the
+            force of its rotor; by default these components are what the bodies beyond need.
     """
     found: dict[str, Wrench] = {}
     behind: dict[str, list[str]] = {}
@@ -93,7 +91,7 @@ def joint_rates(cuts: Cuts) -> tuple[JointRate, ...]:
 
 
 def _axial(cuts: Cuts, place: int, body: str) -> JointRate:
-    """The rate of a hinge or a slide."""
+    """Return the joint velocity of a hinge or a slide."""
     algebra, link = cuts.algebra, cuts.kinematics.tree[place]
     r = algebra.lift(algebra.values[link.coordinates[0]])
     axis = [algebra.arithmetic(component, {}) for component in link.axis]
@@ -110,7 +108,7 @@ def _axial(cuts: Cuts, place: int, body: str) -> JointRate:
 
 
 def _quasi(algebra: Algebra, link: Link, body: str) -> Iterator[JointRate]:
-    """The quasi-velocities of a quaternion's joint, along and about the child's own axes."""
+    """Yield the quasi-velocities of a quaternion joint, along and about the child's own axes."""
     number = algebra.ring.number
     kinds = ("force",) * (len(link.velocities) - 3) + ("moment",) * 3
     for k, (name, kind) in enumerate(zip(link.velocities, kinds, strict=True)):
@@ -124,7 +122,7 @@ def _quasi(algebra: Algebra, link: Link, body: str) -> Iterator[JointRate]:
 def project(
     cuts: Cuts, rates: Iterable[JointRate], found: Mapping[str, Wrench], *, rotors: bool
 ) -> list[Series]:
-    """Return the work of reactions by each displacement, Σ ∂u/∂v × (reaction · axis + rotor)."""
+    """Project reactions on the generalized velocities: Σ ∂u/∂v × (reaction · axis + rotor)."""
     ring = cuts.algebra.ring
     sums: list[list[Series]] = [[] for _ in cuts.algebra.velocities]
     for rate in rates:

@@ -1,4 +1,4 @@
-"""The sentences about free bodies, their balances and the reactions on them."""
+"""Write the sentences about free bodies, their balances and the reactions on them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = [
 
 
 def state_momentum_balance(cut: Cut, moving: bool) -> str:
-    """Return the sentence above the balance of forces of a body.
+    """Return the sentence that introduces the balance of forces of a body.
 
     Args:
         cut: the body, cut free.
@@ -26,17 +26,17 @@ def state_momentum_balance(cut: Cut, moving: bool) -> str:
     """
     if moving:
         return (
-            "Mass times the acceleration a of the center of mass equals the resultant force; "
-            "below are the position r of that center in the axes of the world, the components of "
+            "Mass times the acceleration a of the center of mass equals the resultant force. "
+            "Listed are the position r of that center in the axes of the world, the components of "
             "its velocity v and acceleration a, and then both sides in components."
         )
     if cut.mass:
-        return "Its center of mass stays where it is, so the forces on it are in balance."
+        return "Its center of mass does not move, so the forces on it are in balance."
     return "It has no mass, so the forces on it are in balance."
 
 
 def state_moment_balance(cut: Cut) -> str:
-    """Return the sentence above the balance of moments of a body, cut free."""
+    """Return the sentence that introduces the balance of moments of a body."""
     what = "Moments balance"
     if cut.mass:
         what = "The rate of the angular momentum equals the resultant moment"
@@ -50,28 +50,28 @@ def state_moment_balance(cut: Cut) -> str:
 
 
 def explain_guides(guides: Sequence[Guide]) -> str:
-    """Return what guides leave undetermined, and what they do not."""
+    """Explain which reactions the guides leave undetermined, and what S and C are."""
     reasons = "; ".join(guide.reason for guide in guides)
     return (
         f"{reasons[0].upper()}{reasons[1:]}. There the reactions by themselves are undetermined. S "
-        "and C are force and moment of all that acts across the joint, reaction and guides "
-        "together, on what hangs on it."
+        "and C are the total force and moment across the joint, of reaction and guides together, "
+        "on the child."
     )
 
 
 def describe_reaction(cut: Cut, d: Direction, *, guided: bool) -> str:
-    """Return what a component of a reaction is, with its unit.
+    """Describe a component of a reaction, with its unit.
 
     Args:
-        cut: the body that it acts on, cut free.
+        cut: the body on which it acts.
         d: its direction.
         guided: whether guides act across the joint as well.
     """
     exerted = f"that {cut.joint.parent} exerts on {cut.body} in {cut.joint.name}"
     if guided:
-        exerted = f"of reaction and guide together across {cut.joint.name} on {cut.body}"
+        exerted = f"of reaction and guides together across {cut.joint.name} on {cut.body}"
     if d.kind == "moment":
-        about = "in the sense in which moments count positive"
+        about = "in the positive sense of moments"
         if d.label:
             about = f"about {d.label}{_whose(cut, d.label)}"
         return f"moment {exerted}, {about} [N·m]"
@@ -82,12 +82,12 @@ def describe_reaction(cut: Cut, d: Direction, *, guided: bool) -> str:
 
 
 def _whose(cut: Cut, label: str) -> str:
-    """Whose axis a label means, where the sentence about the axes does not say so."""
+    """Say whose axes x, y and z are, where the sentence about the axes does not."""
     return f" of {cut.axes.whose}" if label in ("x", "y", "z") else ""
 
 
 def enumerate_words(words: Sequence[str]) -> str:
-    """Return words as an enumeration, the last after "and".
+    """Join words into an enumeration, the last after "and".
 
     Args:
         words: at least one.

@@ -1,1 +1,1 @@
-"""Fewer equations from the same mechanics: by conserved momenta, and by closed loops."""
+"""Reduce the number of equations: by conserved momenta, and by closed loops."""

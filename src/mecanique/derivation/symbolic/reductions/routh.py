@@ -1,9 +1,9 @@
-"""Routh's reduction: coordinates that only their velocities show give way to their momenta.
+"""Apply Routh's reduction: replace cyclic coordinates by their conserved momenta.
 
-If T and V hold a coordinate's velocity and not the coordinate, and nothing else acts along it, its
-momentum p = ∂T/∂q' is conserved, and q' = (p − B)/A where p = A q' + B. Routh's function R = L −
-Σ p q' takes the part of L for the other coordinates (E. J. Routh, Stability of a Given State of
-Motion, 1877, ch. IV; Goldstein, Classical Mechanics, 1980, sect. 8-3).
+If T and V contain a coordinate's velocity but not the coordinate, and no other force acts along it,
+its momentum p = ∂T/∂q' = A q' + B is conserved, and q' = (p − B)/A. Routh's function R = L − Σ p q'
+takes the place of L for the other coordinates (E. J. Routh, Stability of a Given State of Motion,
+1877, ch. IV; Goldstein, Classical Mechanics, 1980, sect. 8-3).
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ from mecanique.model.units import units
 __all__ = ["Ignored", "Routh", "reduce_by_momenta"]
 
 _LETTERS = ("p", "P", "pi")
-"""What a momentum may be called, before the name of its coordinate."""
+"""Letters for a momentum, before the name of its coordinate."""
 
 _SINCE = (
     "Neither T nor V depends on these coordinates, and no other force acts along them: they are "
-    "cyclic, and the momentum p = ∂T/∂q' of each keeps the value it has at the start."
+    "cyclic, and the momentum p = ∂T/∂q' of each is conserved."
 )
 _RATES = (
-    "Each momentum is linear in the velocity it belongs to, and gives it. What stands before the "
-    "velocity is the inertia that its motion meets."
+    "Each momentum is linear in its velocity and can be solved for it. The coefficient of the "
+    "velocity is the inertia of that motion."
 )
 _FUNCTION = (
     "Routh's function is R = T - V - Σ p q', summed over the cyclic coordinates, with their "
-    "velocities replaced. Half the square of what is left of a momentum, divided by its inertia, "
-    "acts on the other coordinates like a potential energy."
+    "velocities replaced. Half the square of a momentum, less its part from other velocities, "
+    "divided by its inertia acts on the other coordinates like a potential energy."
 )
 
 
@@ -56,9 +56,9 @@ class Ignored:
     Args:
         name: the coordinate.
         momentum: its letter p.
-        inertia: what stands before its velocity.
-        rest: the momentum that the other motions give it.
-        folded: whether what R loses by it is multiplied out, as the rest holds velocities.
+        inertia: coefficient of its velocity.
+        rest: part of the momentum due to the other motions.
+        folded: whether its part of R is expanded, as the rest contains velocities.
     """
 
     name: str
@@ -74,26 +74,26 @@ class Ignored:
 
     @property
     def rate(self) -> Series:
-        """The velocity q' by the momenta and the velocities that are not ignored before it."""
+        """The velocity q' in terms of momenta and velocities that have not been ignored yet."""
         return tidy(self.left * _inverse(self.inertia))
 
     @property
     def energy(self) -> Series:
-        """The part (p − rest)²/(2 inertia) that R loses."""
+        """The part (p − rest)²/(2 inertia) that is subtracted in R."""
         return tidy(self.left**2 * _inverse(self.inertia) / 2)
 
     def shown_rate(self) -> Expression:
-        """The rate as a quotient that is not multiplied out."""
+        """The velocity q' as a quotient that is not expanded."""
         quotient = multiply(to_formula(self.left), to_power(to_formula(self.inertia), Fraction(-1)))
         return Expression((quotient,))
 
     def shown_energy(self) -> Expression:
-        """The part that R loses, with its sign, as a square over its inertia."""
+        """The part that is subtracted in R, with its sign, as a square over the inertia."""
         square = multiply(number(Fraction(-1, 2)), (add(expression(self.left).terms), 2))
         return Expression((multiply(square, to_power(to_formula(self.inertia), Fraction(-1))),))
 
     def shown_slope(self, coordinate: str) -> Product:
-        """∂/∂q of (p − rest)²/(2 inertia) where the rest holds no velocity."""
+        """Return ∂/∂q of (p − rest)²/(2 inertia) if the rest contains no velocity."""
         left, A = self.left, self.inertia
         slope, change = left.diff(coordinate), A.diff(coordinate)
         factor = tidy(2 * A * slope - left * change)
@@ -104,12 +104,12 @@ class Ignored:
 @final
 @dataclass(frozen=True)
 class Routh:
-    """What Routh's reduction finds.
+    """The result of Routh's reduction.
 
     Args:
         derivation: the reduced equations with their steps.
         ignored: the cyclic coordinates, in the order in which they are ignored.
-        parts: of each reduced equation, the sums whose sum is zero.
+        parts: the terms of each reduced equation, which sum to zero.
     """
 
     derivation: Derivation
@@ -118,20 +118,20 @@ class Routh:
 
 
 def reduce_by_momenta(lagrange: Lagrange) -> Routh:
-    """Return the equations of the coordinates that are not cyclic, by the conserved momenta.
+    """Derive the equations of the coordinates that are not cyclic, with conserved momenta.
 
     Args:
         lagrange: the energies and forces of a mechanism.
 
     Raises:
-        DerivationError: if no coordinate is cyclic, or constraints tie the velocities.
+        DerivationError: if no coordinate is cyclic, or there are constraints on the velocities.
     """
     algebra = lagrange.algebra
     ring, mechanism = algebra.ring, algebra.mechanism
     if lagrange.ties:
         raise DerivationError(
             f"mechanism {mechanism.name!r}: expected independent velocities for Routh's "
-            "reduction, got constraints that tie them"
+            "reduction, got constraints on them"
         )
     cyclic = _find_cyclic(lagrange)
     letters = _momenta(lagrange, cyclic)
@@ -146,7 +146,7 @@ def reduce_by_momenta(lagrange: Lagrange) -> Routh:
         rest = tidy(slopes[name] - A * v)
         folded = any(g.kind is Kind.VELOCITY for g in rest.generators())
         one = Ignored(name, momentum, A, rest, folded)
-        # with q' = (p − B)/A, T − p q' is T without q' less (p − B)²/(2 A)
+        # with q' = (p − B)/A, T − p q' is the part of T without q', minus (p − B)²/(2 A)
         kinetic = tidy(kinetic - A * v**2 / 2 - rest * v)
         if folded:
             kinetic = tidy(kinetic - one.energy)
@@ -155,7 +155,7 @@ def reduce_by_momenta(lagrange: Lagrange) -> Routh:
 
 
 def _find_cyclic(lagrange: Lagrange) -> list[str]:
-    """The cyclic coordinates on whose velocities no drive, load or damper depends."""
+    """Find the cyclic coordinates, including that no drive, load or damper acts along them."""
     algebra = lagrange.algebra
     ring = algebra.ring
     drives = [force for work in lagrange.works if work.kind == "work" for force in work.forces]
@@ -179,9 +179,9 @@ def _find_cyclic(lagrange: Lagrange) -> list[str]:
             held.append(name)
     if not found:
         raise DerivationError(
-            f"mechanism {algebra.mechanism.name!r} has no cyclic coordinate: on each of "
-            f"{', '.join(held) or 'its velocities'} T or V depends, or another force acts along "
-            "it, so that no momentum ∂T/∂q' is conserved and Routh's reduction does not apply"
+            f"mechanism {algebra.mechanism.name!r} has no cyclic coordinate: T or V depends on "
+            f"each of {', '.join(held) or 'its velocities'}, or another force acts along it; "
+            "no momentum ∂T/∂q' is conserved, and Routh's reduction does not apply"
         )
     return found
 
@@ -191,7 +191,7 @@ def _inverse(inertia: Series) -> Series:
 
 
 def _by(velocity: str, coordinate: str) -> Callable[[Series], bool]:
-    """Whether a series depends on a coordinate or its velocity."""
+    """Return a test of whether a series depends on a coordinate or its velocity."""
 
     def depends(series: Series) -> bool:
         return bool(series.diff(velocity)) or bool(series.diff(coordinate))
@@ -200,7 +200,7 @@ def _by(velocity: str, coordinate: str) -> Callable[[Series], bool]:
 
 
 def _momenta(lagrange: Lagrange, names: Sequence[str]) -> list[Series]:
-    """A letter for the momentum of each coordinate, adjoined as constants of the motion."""
+    """Adjoin a letter for the momentum of each coordinate, a constant of the motion."""
     ring = lagrange.algebra.ring
     taken = {generator.name for generator in ring.generators}
     clashing = {one for one in _LETTERS for name in names if f"{one}_{name}" in taken}
@@ -209,7 +209,7 @@ def _momenta(lagrange: Lagrange, names: Sequence[str]) -> list[Series]:
 
 
 def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> Routh:
-    """The reduced equations with their steps."""
+    """Assemble the reduced equations with their steps."""
     algebra = lagrange.algebra
     ring, V = algebra.ring, lagrange.V
     ahead = [one for one in ignored if not one.folded]
@@ -284,7 +284,7 @@ def _letter_of(one: Ignored) -> str:
 
 
 def _meanings(lagrange: Lagrange, ignored: Sequence[Ignored]) -> dict[str, str]:
-    """What each momentum is, with its unit."""
+    """Return the meaning of each momentum, with its unit."""
     unit = units(lagrange.algebra.mechanism)
     found = {}
     for one in ignored:
@@ -303,5 +303,5 @@ def _closing(lagrange: Lagrange, any_left: bool) -> str:
     drive = "Q" if "work" in kinds else "0"
     return (
         f"For each other coordinate d/dt ∂R/∂q' - ∂R/∂q{loss} = {drive}: Lagrange's equations with "
-        "R in place of L, which hold the momenta and no cyclic coordinate."
+        "R in place of L, which contain the momenta and no cyclic coordinate."
     )

@@ -1,7 +1,7 @@
-"""Loops that leave one motion free, as one equation: J(θ) θ'' + C(θ) θ'² = Q.
+"""Reduce loops with one degree of freedom to one equation: J(θ) θ'' + C(θ) θ'² = Q.
 
 Every other coordinate u follows θ: u' = K θ' and u'' = K θ'' + L θ'², where K = du/dθ and L = dK/dθ
-follow from the loops, differentiated. With these J is the inertia that θ meets, and C = ½ dJ/dθ (R.
+follow from the differentiated loop equations. J is the inertia referred to θ, and C = ½ dJ/dθ (R.
 Eksergian, J. Franklin Inst. 209, 1930, 21; B. Paul, Kinematics and Dynamics of Planar Machinery,
 1979, ch. 12).
 """
@@ -38,35 +38,35 @@ from mecanique.model.units import units
 __all__ = ["Coefficient", "Single", "reduce_to_one"]
 
 _FOLLOW = (
-    "The loops tie every other coordinate to {0}: its velocity is K {0}', with the kinematic "
-    "coefficient K named after it. The loops, differentiated by {0}, are linear in these. Taken in "
-    "this order each follows from the loops and those above it."
+    "The loops make every other coordinate a function of {0}: its velocity is K {0}', with the "
+    "kinematic coefficient K named after it. The loop equations, differentiated by {0}, are linear "
+    "in these. In this order, each follows from the loops and the coefficients above it."
 )
 _CHANGE = (
-    "How the coefficients change with {0}, L = dK/d{0}, follows from the loops differentiated once "
-    "more: the acceleration of the coordinate is K {0}'' + L {0}'²."
+    "The derivatives of the coefficients, L = dK/d{0}, follow from the loop equations "
+    "differentiated once more: the acceleration of the coordinate is K {0}'' + L {0}'²."
 )
 _INERTIA = (
-    "With these the kinetic energy is ½ J {0}'² and J is the inertia that {0} meets, each mass "
-    "with the square of its coefficient. C = ½ dJ/d{0} is what its change adds to the equation."
+    "With these the kinetic energy is ½ J {0}'², where J is the inertia referred to {0}: each mass "
+    "times the square of its coefficient. C = ½ dJ/d{0} accounts for the change of J."
 )
 _CLOSING = (
-    "J {0}'' + C {0}'² and the forces along {0}, each times the coefficient of the coordinate it "
-    "acts along, leave one equation without multipliers. It holds where none of the divisors above "
-    "vanishes; the loops give the other coordinates at each {0}."
+    "J {0}'' + C {0}'² equals the sum of all forces, each times the coefficient of the coordinate "
+    "along which it acts: one equation without multipliers. It holds where no divisor above is "
+    "zero; the loops give the other coordinates for each {0}."
 )
 
 
 @final
 @dataclass(frozen=True)
 class Coefficient:
-    """A kinematic coefficient, or how one changes: factor × letter = value.
+    """A kinematic coefficient, or the derivative of one, from factor × letter = value.
 
     Args:
-        coordinate: whose it is.
+        coordinate: the coordinate that it belongs to.
         letter: its letter.
-        factor: what stands before it.
-        value: what the two are together, by the coefficients before it.
+        factor: the factor of the letter.
+        value: the right side, in terms of earlier coefficients.
     """
 
     coordinate: str
@@ -76,11 +76,11 @@ class Coefficient:
 
     @property
     def name(self) -> str:
-        """The letter in print."""
+        """The printed letter."""
         return _name(self.letter)
 
     def result(self) -> Result:
-        """Return it as a line, letter = value/factor."""
+        """Return the line letter = value/factor."""
         return Result(Left(self.name), self.value, self._quotient)
 
     def _quotient(self) -> Expression:
@@ -91,14 +91,14 @@ class Coefficient:
 @final
 @dataclass(frozen=True)
 class Single:
-    """A mechanism with one free motion as one equation.
+    """The single equation of a mechanism with one degree of freedom.
 
     Args:
         derivation: the equation with its steps.
-        coordinate: the one that is kept.
-        coefficients: K of each other coordinate, then L, in the order in which they follow.
-        parts: the terms of the equation, whose sum is zero, by coordinates, the velocity and
-            acceleration of the one that is kept, and the coefficients.
+        coordinate: the coordinate that is kept.
+        coefficients: K of each other coordinate, then L, in the order of their definitions.
+        parts: the terms of the equation, which sum to zero, in terms of all coordinates, the
+            velocity and acceleration of the kept one, and the coefficients.
     """
 
     derivation: Derivation
@@ -108,15 +108,16 @@ class Single:
 
 
 def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> Single:
-    """Return the single equation of a mechanism whose loops leave one motion free.
+    """Derive the single equation of a mechanism with loops and one degree of freedom.
 
     Args:
         lagrange: its energies, forces and loops.
-        coordinate: the one that is kept, by default the first.
+        coordinate: the coordinate that is kept, by default the first.
 
     Raises:
         UnknownNameError: if there is no such coordinate.
-        DerivationError: if the loops leave not one motion free, or the coefficients are long.
+        DerivationError: if there is not exactly one degree of freedom, or the coefficients are
+            long.
     """
     algebra, ties = lagrange.algebra, lagrange.ties
     mechanism = algebra.mechanism
@@ -148,13 +149,13 @@ class _Reducing:
         self.J, self.C = (self._adjoin(letter, taken, ahead=True) for letter in "JC")
 
     def _adjoin(self, name: str, taken: set[str], *, ahead: bool = False) -> Series:
-        """A letter that is not taken, which stands after lengths or ahead of them."""
+        """Adjoin a letter under an unused name, ordered after lengths or ahead of them."""
         free = next(each for each in (name, f"{name}_", f"{name}__") if each not in taken)
         self.ring.places[free] = 0 if ahead else _AFTER_LENGTHS
         return self.ring.parameter(free)
 
     def along(self, series: Series) -> Series:
-        """d/dθ of a function of the coordinates and the coefficients."""
+        """Return d/dθ of a function of the coordinates and the coefficients."""
         terms = [series.diff(self.kept)]
         for name in self.others:
             terms.append(series.diff(name) * self.K[name])
@@ -162,7 +163,7 @@ class _Reducing:
         return self.ring.sum(terms)
 
     def solve(self, demands: Sequence[Series], letters: dict[str, Series]) -> list[Coefficient]:
-        """The coefficients that demands, linear in them, give."""
+        """Solve constraint equations that are linear in the coefficients for these."""
         wanted = [_name(letter) for letter in letters.values()]
         found = [demand.linear(wanted) for demand in demands]
         names = list(letters)
@@ -172,8 +173,8 @@ class _Reducing:
         solved = solve_multipliers(unknown, entries, [-rest for _, rest in found])
         if not solved:
             raise DerivationError(
-                f"mechanism {self.algebra.mechanism.name!r}: the kinematic coefficients by "
-                f"{self.kept} have no short closed form"
+                f"mechanism {self.algebra.mechanism.name!r}: the kinematic coefficients with "
+                f"respect to {self.kept} have no short closed form"
             )
         by_letter = {letter: name for name, letter in letters.items()}
         return [
@@ -206,7 +207,7 @@ class _Reducing:
         return Single(self._derivation(full, K, L, J, C, rest, forces), kept, (*K, *L), parts)
 
     def _put(self, series: Series) -> Series:
-        """A series with the velocities of the others as K θ'."""
+        """Replace the velocities of the other coordinates by K θ'."""
         ring, v = self.ring, self.ring[f"{self.kept}'"]
         ratios = [self.K.get(coordinate, ring.number(1)) for coordinate in self._names]
         terms = []
@@ -255,8 +256,8 @@ class _Reducing:
                 *before,
                 *closed,
                 Stage("Kinematic coefficients", _FOLLOW.format(kept), _lines(K)),
-                Stage("Change of the coefficients", _CHANGE.format(kept), _lines(L)),
-                Stage(f"Inertia met by {kept}", _INERTIA.format(kept), inertias),
+                Stage("Derivatives of the coefficients", _CHANGE.format(kept), _lines(L)),
+                Stage(f"Inertia referred to {kept}", _INERTIA.format(kept), inertias),
             ),
             closing=_CLOSING.format(kept),
             unknowns=dict(self._meanings(K, L)),
@@ -265,7 +266,7 @@ class _Reducing:
         )
 
     def _by_coefficients(self, series: Series) -> Expression:
-        """A series collected by kinematic coefficients."""
+        """Collect a series by kinematic coefficients."""
         letters = [*self.K.values(), *self.L.values()]
         parts = []
         for powers, rest in series.coefficients([*map(_name, letters)]).items():
@@ -279,7 +280,7 @@ class _Reducing:
     def _meanings(
         self, K: Sequence[Coefficient], L: Sequence[Coefficient]
     ) -> Iterator[tuple[str, str]]:
-        """What each letter is, with its unit."""
+        """Yield each letter with its meaning and unit."""
         unit = units(self.algebra.mechanism)
         by = unit[self.kept]
         for one in K:
@@ -287,17 +288,17 @@ class _Reducing:
             yield one.name, f"kinematic coefficient d{one.coordinate}/d{self.kept} [{size}]"
         for one in L:
             size = f"{unit[one.coordinate]}/{by}²"
-            yield one.name, f"its change, d²{one.coordinate}/d{self.kept}² [{size}]"
+            yield one.name, f"its derivative, d²{one.coordinate}/d{self.kept}² [{size}]"
         inertia, change = ("kg·m²", "kg·m²/rad") if by == "rad" else ("kg", "kg/m")
-        yield _name(self.J), f"inertia that {self.kept} meets [{inertia}]"
+        yield _name(self.J), f"inertia referred to {self.kept} [{inertia}]"
         yield (
             _name(self.C),
-            f"half its change, ½ dJ/d{self.kept} [{change}]",
+            f"half its derivative, ½ dJ/d{self.kept} [{change}]",
         )
 
 
 _AFTER_LENGTHS = 4
-"""Place of the coefficients in a product: m l² K."""
+"""Position of the coefficients in a product: m l² K."""
 
 _ENERGIES = ("Positions and velocities", "Kinetic energy", "Potential energy")
 

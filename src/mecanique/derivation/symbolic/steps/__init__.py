@@ -1,1 +1,1 @@
-"""The steps of the methods in words and formulas, in the order of a textbook."""
+"""Write the steps of the methods in words and formulas, in textbook order."""

@@ -1,4 +1,4 @@
-"""The steps that say what loops and rolling demand, and that solve for multipliers."""
+"""Write the steps that state the constraints of loops and rolling, and solve for multipliers."""
 
 from __future__ import annotations
 
@@ -15,57 +15,57 @@ __all__ = ["loop_stages", "multiplier_stages"]
 
 
 _LONGEST_RATE = 40
-"""Terms of a loop's demand on velocities or accelerations above which it would help no reader."""
+"""Constraints of loops on velocities or accelerations with more terms are too long to be read."""
 
 
 def loop_stages(
     ties: Sequence[Tie], *, of_work: bool = False, of_forces: bool = False
 ) -> list[Stage]:
-    """Return the steps that say what the loops demand, and what rolls.
+    """Return the steps that state the constraints of loops and of rolling.
 
     Args:
         ties: the equations of the loops, contacts and velocity constraints.
-        of_work: whether the multipliers do not appear.
-        of_forces: whether they are forces on the bodies, not generalized forces.
+        of_work: whether the method is virtual work, in which no multipliers appear.
+        of_forces: whether the multipliers are forces on the bodies, not generalized forces.
     """
     found = []
     loops = [tie for tie in ties if not tie.of_velocities and not tie.of_contact]
     if loops:
         sentence = (
-            "Each loop joins a point or a frame of one body to one of another; what parts them, Φ, "
-            "follows from the poses of both and is zero as long as the loop is closed."
+            "Each loop joins a point or a frame of one body to one of another. Their separation Φ "
+            "follows from the poses of both; it is zero as long as the loop is closed."
         )
         if of_forces:
             sentence += (
-                " Cut open there, the bodies exert the unknown force λ on each other, like a "
-                "reaction."
+                " Where the loop is cut open, the bodies exert the unknown force λ on each other, "
+                "like a reaction."
             )
         elif not of_work:
             sentence += (
-                " In a virtual displacement that opens it by δΦ its force λ does the work λ δΦ, "
-                "so that λ ∂Φ/∂q joins the generalized forces."
+                " In a virtual displacement that opens it by δΦ its force λ does the work λ δΦ; "
+                "therefore λ ∂Φ/∂q is added to the generalized forces."
             )
         found.append(Stage("Loops", sentence, _demands(loops)))
         found += _moving_loops(loops)
     rolling = [tie for tie in ties if tie.of_velocities or tie.of_contact]
     if rolling:
         sentence = (
-            "Where a body rolls, the point that touches has the velocity of the point it touches; "
-            "a blade does not move sideways. Φ is the distance from the plane; ψ, linear in the "
-            "velocities, is in general not integrable."
+            "Where a body rolls, its point of contact has the same velocity as the point it "
+            "touches; a blade does not move sideways. Φ is the distance from the plane; ψ, linear "
+            "in the velocities, is in general not integrable."
         )
         if not of_work:
             sentence += (
-                " The constraints must not be put into T. In a virtual displacement along which ψ "
-                "is δψ the force λ does the work λ δψ, so that λ ∂ψ/∂q' joins the generalized "
-                "forces, and λ ∂Φ/∂q."
+                " The constraints must not be substituted into T. In a virtual displacement along "
+                "which ψ is δψ the force λ does the work λ δψ; therefore λ ∂ψ/∂q' and λ ∂Φ/∂q are "
+                "added to the generalized forces."
             )
         found.append(Stage("Constraints on velocities", sentence, _demands(rolling)))
     return found
 
 
 def _moving_loops(loops: Sequence[Tie]) -> list[Stage]:
-    """The demands of the loops on velocities and accelerations, if they are short."""
+    """Return the step with the loops' constraints on velocities and accelerations, if short."""
     derived = [("'", tie, tie.demand.ddt()) for tie in loops]
     derived += [("''", tie, tie.second) for tie in loops]
     if max(len(series) for *_, series in derived) > _LONGEST_RATE:
@@ -75,9 +75,9 @@ def _moving_loops(loops: Sequence[Tie]) -> list[Stage]:
         left = Left(f"{tie.letter}_{tie.name}", primes=primes)
         results.append(Result(left, tidy(series)))
     sentence = (
-        "Loops that are closed at all times stay closed: Φ' = 0 ties the velocities, Φ'' = 0 the "
-        "accelerations. The latter are linear in the accelerations, as the equations of motion "
-        "are in accelerations and multipliers, and so all of them follow from one linear system."
+        "As the loops remain closed, Φ' = 0 constrains the velocities and Φ'' = 0 the "
+        "accelerations. The latter equations are linear in the accelerations, and the equations of "
+        "motion are linear in accelerations and multipliers: one linear system gives them all."
     )
     return [Stage("Loops in motion", sentence, tuple(results))]
 
@@ -85,7 +85,7 @@ def _moving_loops(loops: Sequence[Tie]) -> list[Stage]:
 def multiplier_stages(
     algebra: Algebra, M: Matrix, rest: Sequence[Series], ties: Sequence[Tie]
 ) -> list[Stage]:
-    """Return the step that solves for the multipliers of loops, where it is short.
+    """Return the step that solves for the multipliers of loops, if it is short.
 
     Args:
         algebra: the mechanism's symbols.
@@ -110,8 +110,8 @@ def multiplier_stages(
         left = Left(name) if one.factor == 1 else tidy(one.factor * one.multiplier)
         results.append(Result(left, one.value))
     sentence = (
-        "The equations of motion hold the multipliers linearly. Taken in this order, each gives "
-        "one more of them by the accelerations; what is left is free of them."
+        "The equations of motion are linear in the multipliers. In this order, each gives one more "
+        "of them in terms of the accelerations; the remaining equations do not contain them."
     )
     return [Stage("Multipliers", sentence, tuple(results))]
 

@@ -1,4 +1,4 @@
-"""The steps that find the energies, and what the motion conserves."""
+"""Write the steps that find the energies and the conserved quantities."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def energy_stages(
         kinetic: name and kinetic energy of each body and rotor.
         T: their sum.
         gravity: potential energy of gravity.
-        works: what each force contributes.
+        works: the contributions of each force.
         V: potential energy of gravity and springs.
         heavy: whether gravity acts at all.
     """
@@ -41,9 +41,9 @@ def energy_stages(
     found = [
         Stage(
             "Kinetic energy",
-            "A body has half its mass times the square of the velocity of its center of mass, and "
-            "half its moments of inertia times the squares of its angular velocity; summed over "
-            "all bodies, this is T.",
+            "The kinetic energy of a body is half its mass times the square of the velocity of its "
+            "center of mass, plus half its moments of inertia times the squares of its angular "
+            "velocity; the sum over all bodies is T.",
             (*parts, Result(Left("T"), T)),
         )
     ]
@@ -51,8 +51,8 @@ def energy_stages(
     sentences = []
     if gravity:
         sentences.append(
-            "The weights do the work that V loses: it is zero where all centers of mass are at the "
-            "height of the origin."
+            "The work of the weights is the decrease of V, which is zero where all centers of mass "
+            "are at the height of the origin."
         )
     elif heavy:
         sentences.append("The weights do no work in this motion.")
@@ -73,20 +73,20 @@ def energy_stages(
 
 
 def _list_energies(gravity: Series, works: Sequence[Work]) -> list[Result]:
-    """The energy of the weights and of each spring."""
+    """List the energy of the weights and of each spring."""
     springs = [work for work in works if work.kind == "potential" and work.scalar is not None]
     stored = [_store(work.name, work) for work in springs]
     return [Result(Left("V_gravity"), gravity), *stored] if gravity else stored
 
 
 def _write_potential(gravity: Series, works: Sequence[Work], V: Series) -> Expression:
-    """The potential energy spring by spring, where that is shorter."""
+    """Write the potential energy spring by spring, where that is shorter."""
     parts = join(part.expression() for part in _list_energies(gravity, works))
     return shorter(parts, expression(V))
 
 
 def _store(name: str, work: Work) -> Result:
-    """The energy of a spring, as a square where its elongation is known."""
+    """Write the energy of a spring, as a square where its elongation is known."""
     assert work.scalar is not None
     shown = None if work.square is None else partial(half_square, *work.square)
     return Result(Left(f"V_{name}"), work.scalar, shown)
@@ -100,15 +100,15 @@ def energy_integral(
     works: Sequence[Work],
     ties: Sequence[Tie],
 ) -> list[Stage]:
-    """Return the step that says what the motion conserves, if L does not depend on time.
+    """Return the step that states the conserved energy, if L does not depend on time.
 
-    Where a prescribed motion puts terms without velocities or linear in them into T, that is not
-    the energy but Jacobi's integral (Goldstein, Classical Mechanics, 3rd ed., eq. 2.53).
+    If a prescribed motion adds terms of degree 0 or 1 in the velocities to T, the conserved
+    quantity is Jacobi's integral instead (Goldstein, Classical Mechanics, 3rd ed., eq. 2.53).
     """
     given = {Kind.TIME, Kind.INPUT}
     every = [T, V, *(tie.demand for tie in ties)]
     kinds = {g.kind for series in every for g in series.generators()}
-    # a constraint that moves steadily, like a turntable, does work
+    # a constraint in steady motion, like a turntable, does work
     driven = any(tie.of_velocities and _orders(tie.demand) != {1} for tie in ties)
     if D or driven or kinds & given or any(work.kind == "work" for work in works):
         return []
@@ -117,15 +117,15 @@ def energy_integral(
     )
     potential = partial(_write_potential, gravity, works, V)
     if _orders(T) <= {2}:
-        sentence = f"{idle}: along any motion the total energy keeps its value."
+        sentence = f"{idle}: the total energy is constant along any motion."
         energy = Result(Left("E"), T + V, lambda: join((expression(T), potential())))
         return [Stage("Energy integral", sentence, (energy,))]
     degrees, zero = _degrees(T), T.ring.number(0)
     square, rest = degrees.get(2, zero), degrees.get(0, zero)
     sentence = (
-        "L = T - V does not depend on time, but a drive keeps up the prescribed motion and does "
-        "work, so that the total energy changes. What keeps its value is Jacobi's integral "
-        "h = Σ q' ∂T/∂q' - L: V and the part of T that is quadratic in the velocities, less the "
+        "L = T - V does not depend on time, but a drive maintains the prescribed motion and does "
+        "work, so the total energy changes. The conserved quantity is Jacobi's integral "
+        "h = Σ q' ∂T/∂q' - L: V plus the part of T that is quadratic in the velocities, minus the "
         "part without velocities."
     )
     integral = Result(
@@ -137,7 +137,7 @@ def energy_integral(
 
 
 def _orders(series: Series) -> set[int]:
-    """The degrees in the velocities that the terms of a series have."""
+    """Return the degrees of a series' terms in the velocities."""
     moving = {g.index for g in series.ring.generators if g.kind is Kind.VELOCITY}
     found = set()
     for monomial in set().union(*series.parts.values()):
@@ -146,7 +146,7 @@ def _orders(series: Series) -> set[int]:
 
 
 def _degrees(series: Series) -> dict[int, Series]:
-    """The parts of a series by their degree in the velocities."""
+    """Split a series into parts by their degree in the velocities."""
     ring = series.ring
     velocities = [g.name for g in ring.generators if g.kind is Kind.VELOCITY]
     found: dict[int, list[Series]] = {}

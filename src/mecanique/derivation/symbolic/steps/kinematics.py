@@ -1,4 +1,4 @@
-"""The steps from the coordinates to the velocities of all bodies."""
+"""Write the steps from the coordinates to the velocities of all bodies."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ __all__ = ["geometry_stages", "quaternion_stages"]
 
 
 _MOST_LISTED = 600
-"""Most terms of positions and velocities that are listed."""
+"""Positions and velocities are listed if they have at most this many terms in total."""
 
 
 def quaternion_stages(algebra: Algebra) -> list[Stage]:
-    """Return the step that says how quaternions and positions follow from the velocities."""
+    """Return the step that gives the rates of quaternions and positions by the velocities."""
     names = algebra.mechanism.coordinates
     free = [name for name in names if f"{name}'" not in algebra.velocities]
     if not free:
         return []
     sentence = (
-        "The velocities of a body that turns freely are components in its own axes. Its unit "
-        "quaternion p follows the angular velocity w by p' = p w / 2, a product of quaternions, "
-        "and its position follows the turned velocity."
+        "The velocities of a body that rotates freely are components in its own axes. Its unit "
+        "quaternion p has the rate p' = p w / 2, a product of quaternions with the angular "
+        "velocity w, and the rate of its position is its velocity in the axes of the world."
     )
     ring = algebra.ring
     results = tuple(Result(Left(f"{name}'"), ring.rates[ring.index(name)]) for name in free)
@@ -49,11 +49,11 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
         return []
     sentence = (
         "The poses of the bodies as functions of the coordinates give the position r of each "
-        "center of mass, its rate the velocity v, and the turning axes the angular velocity omega. "
-        "Components along x, y and z of the world that are not listed are zero."
+        "center of mass; its rate is the velocity v, and the rates of the axes give the angular "
+        "velocity omega. Components along x, y and z of the world that are not listed are zero."
     )
     if any(joint.quaternion for joint in mechanism.joints):
         sentence += (
-            " Velocities of a body that turns freely, and of what hangs on it, are in its own axes."
+            " Velocities of a body that rotates freely, and of bodies it carries, are in its axes."
         )
     return [Stage("Positions and velocities", sentence, tuple(results))]

@@ -1,4 +1,4 @@
-"""The steps that apply Lagrange's operator, with the work of drives and loads."""
+"""Write the steps that apply Lagrange's operator, with the work of drives and loads."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stag
     found = []
     if D:
         sentence = (
-            "A linear damper resists with c times its rate; half of c times the square of the rate "
-            "is Rayleigh's dissipation function D, whose slope along a velocity is the force of "
-            "the dampers against it."
+            "A linear damper resists with c times its rate. Half of c times the square of the rate "
+            "is Rayleigh's dissipation function D; its derivative by a velocity is the force of "
+            "the dampers against that velocity."
         )
         found.append(Stage("Dissipation", sentence, (Result(Left("D"), D),)))
     loads = [work for work in works if work.kind == "work"]
     if loads:
         sentence = (
-            "In a virtual displacement each drive and each load does work; the factor before the "
-            "displacement of a coordinate is the generalized force Q that belongs to it."
+            "In a virtual displacement each drive and each load does work; the coefficient of a "
+            "coordinate's displacement is the generalized force Q of that coordinate."
         )
         results = []
         for k, name in enumerate(algebra.velocities):
@@ -51,8 +51,8 @@ def coordinate_stages(
         velocities: their names.
         operated: the operator on T.
         turning: the terms of Euler and Kirchhoff.
-        falls: the slope of V along each velocity.
-        losses: the slope of D with each velocity.
+        falls: the derivative of V along each velocity.
+        losses: the derivative of D by each velocity.
         free: whether no drive, load or constraint acts along each velocity.
     """
     found = []
@@ -62,13 +62,13 @@ def coordinate_stages(
         q = coordinate_of(v)
         quasi = q == v
         sentence = (
-            f"Lagrange's operator for {q}: the momentum that belongs to it, how that changes in "
-            "time, and how T and V change with the coordinate while the velocities stay."
+            f"Lagrange's operator for {q}: its momentum, the rate of the momentum, and the "
+            "derivatives of T and V by the coordinate at fixed velocities."
         )
         if quasi:
             sentence = (
-                f"The operator for {v}, which is no rate of a coordinate: because its axes turn "
-                "with the body, the terms of Euler and Kirchhoff enter."
+                f"The operator for {v}, which is not the rate of a coordinate: as its axes turn "
+                "with the body, it includes the terms of Euler and Kirchhoff."
             )
         conserved = unforced and not (quasi or E.slope or fall or loss)
         if conserved:
@@ -91,7 +91,7 @@ def coordinate_stages(
 
 
 def coordinate_of(velocity: str) -> str:
-    """Return the coordinate a velocity is the rate of, or the name of a quasi-velocity itself.
+    """Return the coordinate whose rate a velocity is, or a quasi-velocity's own name.
 
     Args:
         velocity: its name, e.g. "q'".

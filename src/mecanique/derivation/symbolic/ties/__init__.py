@@ -1,1 +1,1 @@
-"""What ties the bodies of a mechanism besides its joints: loops, contacts, velocity constraints."""
+"""Constraints in closed form besides those of the joints: loops, contacts, velocity constraints."""

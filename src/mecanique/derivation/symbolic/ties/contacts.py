@@ -1,8 +1,9 @@
-"""Contacts and velocity constraints in closed form: Φ = 0 along a normal, ψ = A v − b = 0 else.
+"""Write contacts and velocity constraints in closed form: Φ = 0 along a normal, else ψ = 0.
 
-The point that touches has the velocity v_C + ω × ρ, where ρ leads from the hub to it: for a wheel
-with the unit axis e on a plane with the normal n against the part of n across e, for a ball against
-n. Each multiplier is a component of the force on the body that rolls or has the blade.
+Here ψ = A v − b. The point of contact has the velocity v_C + ω × ρ, where ρ leads to it from the
+hub. On a plane with the normal n, ρ is opposite to n for a ball, and opposite to the part of n
+normal to e for a wheel with the unit axis e. Each multiplier is a component of the force on the
+body that rolls or has the blade.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ __all__ = ["Touch", "contact_ties", "touches"]
 @final
 @dataclass(frozen=True)
 class Touch:
-    """Where a contact is, in the world's axes.
+    """A contact with its place and its equations, in the world's axes.
 
     Args:
         contact: the contact.
-        place: [m].
-        directions: of its rows.
-        ties: their equations.
-        assumptions: what they take for granted.
+        place: point of contact [m].
+        directions: direction of each row.
+        ties: equation of each row.
+        assumptions: the assumptions of these equations.
     """
 
     contact: Contact
@@ -46,7 +47,7 @@ class Touch:
 
     @property
     def force(self) -> Vector:
-        """The force on the body that rolls or has the blade, by its multipliers [N]."""
+        """The force on the body that rolls or has the blade, in terms of its multipliers [N]."""
         pairs = zip(self.directions, self.ties, strict=True)
         return total([direction * tie.multiplier for direction, tie in pairs])
 
@@ -55,8 +56,8 @@ def contact_ties(kinematics: Kinematics, met: Sequence[Touch]) -> tuple[Tie, ...
     """Return the equations of all contacts, then of all velocity constraints.
 
     Args:
-        kinematics: where the bodies are.
-        met: the contacts.
+        kinematics: the kinematics of the mechanism.
+        met: its contacts.
     """
     found = [tie for touch in met for tie in touch.ties if not tie.demand.vanishes()]
     return (*found, *_velocity_constraints(kinematics))
@@ -66,7 +67,7 @@ def touches(kinematics: Kinematics) -> tuple[Touch, ...]:
     """Return all contacts of a mechanism.
 
     Args:
-        kinematics: where the bodies are.
+        kinematics: the kinematics of the mechanism.
     """
     return tuple(
         _roll(kinematics, contact) if isinstance(contact, Rolling) else _cut(kinematics, contact)
@@ -153,7 +154,7 @@ def _tie(
 
 
 def _velocity(kinematics: Kinematics, body: str, place: Vector) -> Vector:
-    """The velocity of the point of a body at a place of the world, world axes."""
+    """Return the velocity of a body's point at a place in the world, world axes."""
     if kinematics.place[body] < 0:
         return zero(kinematics.algebra.ring)
     carrier = kinematics.carrier(body)

@@ -1,7 +1,7 @@
-"""What loops demand in closed form: Φ = 0, with one multiplier λ for each equation.
+"""Write the constraints Φ = 0 of loops in closed form, with one multiplier λ for each.
 
-The ends of a loop lie at A and B; B − A is taken in the world's axes wherever the loop ties all of
-it, or ties it within a plane whose normal is one of these axes, else in the axes of frame a. With
+The ends of a loop lie at A and B. B − A is taken in the world's axes if the loop constrains all of
+it, or its part in a plane whose normal is one of these axes, else in the axes of frame a. With
 the generalized force λ ∂Φ/∂q (Lagrange, Mécanique analytique, 1788, part 2, sect. 4; Goldstein,
 Classical Mechanics, 1980, sect. 2-4) each λ is a component of the force, or moment, of body a on
 body b.
@@ -33,7 +33,7 @@ _TURNS: dict[str, dict[str, tuple[tuple[int, int, int], ...]]] = {
         "rz": ((1, 1, 0), (-1, 0, 1)),
     },
 }
-"""Of each kind and row about an axis: Φ as the mean of ± a_i · b_k, axes of the two frames."""
+"""Φ by kind of loop and row about an axis: the mean of ± a_i · b_k, axes of the two frames."""
 
 
 @final
@@ -43,11 +43,11 @@ class Closing:
 
     Args:
         loop: the loop.
-        on_a: where its force acts on body a [m].
-        on_b: where its force acts on body b [m].
+        on_a: point of action of its force on body a [m].
+        on_b: point of action of its force on body b [m].
         ties: its equations, except those that hold identically.
-        directions: of each equation's force on body b, its unit λ; zero of a moment.
-        turns: of each equation's moment on body b, its unit λ; zero of a force.
+        directions: force on body b for λ = 1 of each equation; zero for a moment.
+        turns: moment on body b for λ = 1 of each equation; zero for a force.
     """
 
     loop: Loop
@@ -59,7 +59,7 @@ class Closing:
 
     @property
     def wrench(self) -> Wrench:
-        """The force on body b and the moment besides that of the force, by its multipliers."""
+        """The force and the couple on body b, in terms of its multipliers."""
         ring = self.on_b.x.ring
         sizes = [tie.multiplier for tie in self.ties]
         parts = []
@@ -72,7 +72,7 @@ class Closing:
 @final
 @dataclass(frozen=True)
 class _Row:
-    """One equation of a loop: its name, Φ, what λ is and the force or moment it is."""
+    """One equation of a loop: its name, Φ, the meaning of λ, and its unit force and moment."""
 
     name: str
     demand: Series
@@ -110,7 +110,7 @@ def _cut(kinematics: Kinematics, loop: Loop) -> Closing:
         ties.append(Tie(name, demand, multiplier, row.meaning))
         directions.append(row.direction)
         turns.append(row.turn)
-    # axes that turn with body a carry the end on it along
+    # axes that turn with body a carry the force's point of action along
     return Closing(
         loop=loop,
         on_a=on_b if own else on_a,
@@ -124,7 +124,7 @@ def _cut(kinematics: Kinematics, loop: Loop) -> Closing:
 def _along(
     kinematics: Kinematics, loop: Loop, a: Sequence[Vector], p: Vector, within: int | None
 ) -> Iterator[_Row]:
-    """What keeps the ends together, or at a distance."""
+    """Yield the equations that keep the ends together, or at a distance."""
     algebra = kinematics.algebra
     ring, nothing = algebra.ring, zero(algebra.ring)
     if loop.kind == "distance":
@@ -142,7 +142,10 @@ def _along(
 
 
 def _about(loop: Loop, a: Sequence[Vector], b: Sequence[Vector]) -> Iterator[_Row]:
-    """What keeps axes parallel: with the turn δφ of b against a, a·b changes by (b × a)·δφ."""
+    """Yield the equations that keep axes parallel.
+
+    In the rotation δφ of b relative to a, a·b changes by (b × a)·δφ.
+    """
     nothing = zero(a[0].x.ring)
     for row, terms in _TURNS.get(loop.kind, {}).items():
         whole = a[0].x.ring.sum([dot(a[i], b[k]) * sign for sign, i, k in terms])
@@ -162,7 +165,7 @@ def _frame(kinematics: Kinematics, body: str, frame: Placement) -> Matrix:
 
 
 def _plane(normal: Vector) -> int | None:
-    """The axis of the world along which the normal of a plane stays, if there is one."""
+    """Return the world's axis that is the constant normal of a plane, None without one."""
     one = normal.x.ring.number(1)
     still = [k for k, c in enumerate(normal) if (tidy(c) ** 2 - one).vanishes()]
     return still[0] if still else None

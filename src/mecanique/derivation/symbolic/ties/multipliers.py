@@ -1,8 +1,8 @@
-"""The multipliers of loops in closed form: solved for one after another, from the balances alone.
+"""Solve for the multipliers of loops in closed form, one after another, from the balances alone.
 
-The balance of each velocity k is Σ λ ∂Φ/∂q_k = (M a + h − Q)_k. Where one of them holds a single
-multiplier that is not known yet, it gives that one; two that hold the same are crossed, each times
-the other's factor, so that nothing is divided by what may vanish.
+The balance of each velocity k is Σ λ ∂Φ/∂q_k = (M a + h − Q)_k. A balance with a single unknown
+multiplier gives that multiplier. From two balances with the same one it is eliminated by cross
+multiplication, which avoids division by an expression that may vanish.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from mecanique.derivation.symbolic.ties.tie import Tie
 __all__ = ["Solved", "divide_common", "is_constant", "solve_multipliers"]
 
 _LONGEST = 60
-"""Terms of a balance above which it would help no reader."""
+"""Balances with more terms are too long to be read."""
 
 
 @final
 @dataclass(frozen=True)
 class Solved:
-    """A multiplier, factor × λ = value, where the value may hold those solved for before.
+    """A multiplier λ with factor × λ = value.
 
     Args:
         multiplier: λ.
-        factor: what stands before it.
-        value: what the two are together.
+        factor: its coefficient.
+        value: the right side, which may contain multipliers solved for before.
     """
 
     multiplier: Series
@@ -47,11 +47,11 @@ class _Balance:
     rest: Series
 
     def unknown(self, found: Sequence[int]) -> list[int]:
-        """Places of the multipliers in it that are not known yet."""
+        """Return the indices of its multipliers that are not known yet."""
         return [k for k, factor in enumerate(self.factors) if factor and k not in found]
 
     def cost(self) -> int:
-        """How long it is; constant factors cost less."""
+        """Return its length; constant factors cost less."""
         loose = sum(1 for factor in self.factors if factor and not is_constant(factor))
         return 10 * loose + len(self.rest) + sum(map(len, self.factors))
 
@@ -59,11 +59,11 @@ class _Balance:
 def solve_multipliers(
     ties: Sequence[Tie], slopes: Sequence[Sequence[Series]], sides: Sequence[Series]
 ) -> list[Solved]:
-    """Return the multipliers, one after another; none if the balances would be long.
+    """Solve for the multipliers, one after another; return none if balances become long.
 
     Args:
         ties: the equations they belong to.
-        slopes: ∂Φ/∂q of each tie by each velocity.
+        slopes: ∂Φ/∂q of each tie, for each velocity.
         sides: M a + h − Q of each velocity.
     """
     columns = zip(*slopes, strict=True)
@@ -101,7 +101,7 @@ def is_constant(entry: Series) -> bool:
 
 
 def divide_common(column: Sequence[Series]) -> list[Series]:
-    """Return series divided by the number and the parameters that all of them share."""
+    """Divide series by the number and the parameters that all of them share."""
     whole = [polynomial for entry in column for polynomial in _polynomials(entry)]
     if not whole:
         return list(column)
@@ -111,7 +111,7 @@ def divide_common(column: Sequence[Series]) -> list[Series]:
 
 
 def _polynomials(entry: Series) -> list[Series]:
-    """What stands before each product of sines and cosines."""
+    """Return the coefficients of the products of sines and cosines."""
     return [
         Series(entry.ring, {0: part}, entry.denominator, entry.reach)
         for part in entry.parts.values()
@@ -119,7 +119,7 @@ def _polynomials(entry: Series) -> list[Series]:
 
 
 def _solve(ties: Sequence[Tie], balance: _Balance, k: int) -> Solved:
-    """One balance as the multiplier of tie k."""
+    """Solve a balance for the multiplier of tie k."""
     others = [
         -factor * ties[i].multiplier
         for i, factor in enumerate(balance.factors)
@@ -136,7 +136,7 @@ def _solve(ties: Sequence[Tie], balance: _Balance, k: int) -> Solved:
 
 
 def _cross(balance: _Balance, other: _Balance, k: int) -> _Balance:
-    """A balance without multiplier k, by another that holds it."""
+    """Eliminate multiplier k from a balance by another that contains it."""
     mine, its = balance.factors[k], other.factors[k]
     if not mine:
         return balance

@@ -1,11 +1,10 @@
-"""Independent displacements: what contacts and velocity constraints A δq = 0 leave free, δq = S δπ.
+"""Find independent virtual displacements δq = S δπ that satisfy constraints A δq = 0.
 
-Row by row the displacements that are free so far are combined so that the row vanishes (G. A.
+Row by row, the displacements allowed so far are combined so that they satisfy the next row (G. A.
 Maggi, Principii della teoria matematica del movimento, 1896; Neimark & Fufaev, Dynamics of
-Nonholonomic Systems, 1972, ch. III). Nothing is divided by what may vanish: a row needs an entry
-that is constant, or two whose squares add up to a constant, as −sin θ and cos θ. The rows of loops
-that have none are solved by Cramer's rule, all displacements times the determinant they would be
-divided by.
+Nonholonomic Systems, 1972, ch. III). No divisor may vanish: a row needs a constant entry, or two
+whose squares add up to a constant, such as −sin θ and cos θ. Rows of loops without such entries are
+solved by Cramer's rule, with all displacements multiplied by the determinant instead of divided.
 """
 
 from __future__ import annotations
@@ -24,23 +23,23 @@ __all__ = ["independent_displacements"]
 Column = list[Series]
 
 _LONGEST, _MOST_ROWS = 60, 4
-"""Terms and number of rows above which their displacements would help no reader."""
+"""Largest numbers of terms and of rows whose displacements can still be read."""
 
 
 def independent_displacements(
     ring: Basis, rows: Sequence[Sequence[Series]], count: int, *, cramer: bool = False
 ) -> list[Column]:
-    """Return a basis S of the displacements with A δq = 0, each by all velocities.
+    """Return a basis S of the displacements with A δq = 0, each with a part for every velocity.
 
     Args:
-        ring: of the series.
-        rows: of A.
+        ring: the ring of the series.
+        rows: rows of A.
         count: number of velocities.
-        cramer: whether displacements may be multiplied by a determinant, which is zero only where
-            the rows depend on each other if a single displacement is free.
+        cramer: whether displacements may be multiplied by a determinant; with a single free
+            displacement it vanishes only where the rows are dependent.
 
     Raises:
-        DerivationError: if that would divide by what may vanish, or be long.
+        DerivationError: if a divisor might vanish, or the result is long.
     """
     one, zero = ring.number(1), ring.number(0)
     basis = [[zero] * count for _ in range(count)]
@@ -67,13 +66,13 @@ def independent_displacements(
 
 
 def _by_cramer(ring: Basis, basis: list[Column], rows: Sequence[Sequence[Series]]) -> list[Column]:
-    """The displacements along which rows without constant entries vanish."""
+    """Return displacements that satisfy rows without constant entries, by Cramer's rule."""
     entries = [[*map(partial(_dot, ring, row), basis)] for row in rows]
     size = len(rows)
     if size > _MOST_ROWS or sum(len(entry) for row in entries for entry in row) > _LONGEST:
         raise DerivationError(
-            "the independent displacements of the loops would help no reader; such equations are "
-            "computed, not written out"
+            "the independent displacements of the loops are too long to be read; such equations "
+            "are computed, not written out"
         )
     choices = []
     for places in combinations(range(len(basis)), size):
@@ -97,7 +96,7 @@ def _by_cramer(ring: Basis, basis: list[Column], rows: Sequence[Sequence[Series]
 
 
 def _determinant(ring: Basis, rows: Sequence[Sequence[Series]]) -> Series:
-    """By the first row."""
+    """Expand the determinant by the first row."""
     if not rows:
         return ring.number(1)
     first, *others = rows
@@ -110,7 +109,7 @@ def _determinant(ring: Basis, rows: Sequence[Sequence[Series]]) -> Series:
 
 
 def _columns(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[list[Series]]:
-    """The rows with some of their entries, in this order."""
+    """Select entries of every row, in the given order."""
     found: list[list[Series]] = []
     for row in rows:
         found.append([row[k] for k in places])
@@ -118,7 +117,7 @@ def _columns(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[li
 
 
 def _positive(column: Column) -> Column:
-    """The displacement in the sense in which its first part is positive."""
+    """Return the displacement with the sign that makes its first part positive."""
     first = next(entry for entry in column if entry)
     signs = [1 if c > 0 else -1 for _, _, c in first.terms()]
     return [-entry for entry in column] if sum(signs) < 0 else column
@@ -127,7 +126,7 @@ def _positive(column: Column) -> Column:
 def _without(
     ring: Basis, basis: list[Column], entries: list[Series], met: list[int]
 ) -> list[Column] | None:
-    """The displacements along which a row with these entries vanishes; None if that is not safe."""
+    """Return displacements that satisfy a row with these entries; None if a divisor may vanish."""
     single = next((k for k in met if is_constant(entries[k])), None)
     if single is not None:
         pivot = entries[single]
@@ -140,7 +139,7 @@ def _without(
         size = tidy(entries[i] ** 2 + entries[k] ** 2)
         if not is_constant(size):
             continue
-        # along (c, s) the row is held, along (−s, c) it is free
+        # the row prevents the displacement (c, s) and allows (−s, c)
         c, s = entries[i], entries[k]
         pairs = list(zip(basis[i], basis[k], strict=True))
         held = [tidy(c * a + s * b) for a, b in pairs]

@@ -1,4 +1,4 @@
-"""One equation that ties the bodies of a mechanism, with its multiplier."""
+"""One constraint equation of a mechanism, with its multiplier."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ class Tie:
     """One equation of a loop, a contact or a velocity constraint.
 
     Args:
-        name: of the equation, e.g. "C_x".
-        demand: Φ, which is zero while the loop is closed; or ψ = A v − b, which is zero.
+        name: name of the equation, e.g. "C_x".
+        demand: its left side, Φ(q, t) or ψ = A v − b, which the constraint keeps zero.
         multiplier: λ.
-        meaning: what λ is, with its unit.
-        of_velocities: whether it is ψ, linear in the velocities and in general no rate of a Φ.
-        of_contact: whether it is that of a contact.
+        meaning: the meaning of λ, with its unit.
+        of_velocities: whether it is ψ, linear in the velocities and in general not integrable.
+        of_contact: whether it belongs to a contact.
     """
 
     name: str
@@ -35,15 +35,15 @@ class Tie:
 
     @property
     def letter(self) -> str:
-        """The letter of its demand."""
+        """The letter of its left side, "Phi" or "psi"."""
         return "psi" if self.of_velocities else "Phi"
 
     def slopes(self, ring: Ring) -> list[Series]:
-        """Return how the demand, or its rate, changes with each velocity: ∂Φ/∂q or ∂ψ/∂v."""
+        """Return the derivatives of Φ', or of ψ, by each velocity: ∂Φ/∂q or ∂ψ/∂v."""
         return ring.partials(self.demand) if self.of_velocities else ring.along(self.demand)
 
     @cached_property
     def second(self) -> Series:
-        """What it demands of the accelerations: Φ'' or ψ'."""
+        """The constraint on the accelerations: Φ'' or ψ'."""
         rate = self.demand.ddt()
         return rate if self.of_velocities else rate.ddt()
