@@ -176,8 +176,8 @@ class DerivationError(MecaniqueError):
         Traceback (most recent call last):
             ...
         mecanique.errors.DerivationError: mechanism 'double_pendulum' has no cyclic coordinate:
-        on each of q1, q2 T or V depends, or another force acts along it, so that no momentum
-        ∂T/∂q' is conserved and Routh's reduction does not apply
+        T or V depends on each of q1, q2, or another force acts along it; no momentum ∂T/∂q' is
+        conserved, and Routh's reduction does not apply
     """
 
 

@@ -108,12 +108,16 @@ def test_what_is_driven_keeps_no_momentum() -> None:
     free = coupled(mq.Parameter("P", 1.0))
     pushed, by_speed = mq.JointForce("drive", "rail", 2.0), mq.JointForce("drive", "pin", RATE)
     for drive in (pushed, by_speed):
-        with pytest.raises(mq.DerivationError, match="has no cyclic coordinate: T or V depends on each of x, q,"):
+        with pytest.raises(
+            mq.DerivationError, match="has no cyclic coordinate: T or V depends on each of x, q,"
+        ):
             mq.routh(replace(free, forces=(drive,)))
 
 
 def test_no_cyclic_coordinate_is_said() -> None:
-    with pytest.raises(mq.DerivationError, match="has no cyclic coordinate: T or V depends on each of q1, q2,"):
+    with pytest.raises(
+        mq.DerivationError, match="has no cyclic coordinate: T or V depends on each of q1, q2,"
+    ):
         mq.routh(textbook.load("double_pendulum"))
     with pytest.raises(mq.DerivationError, match="got constraints on them"):
         mq.routh(textbook.load("slider_crank"))

@@ -172,7 +172,8 @@ def _numbers(rows: Sequence[Sequence[Series]], values: dict[str, float]) -> np.n
 def test_what_is_no_equilibrium_is_refused() -> None:
     pendulum = mq.textbook.load("rigid_bar_pendulum")
     with pytest.raises(
-        mq.DerivationError, match=r"do not balance there: they add up to .*; expected an equilibrium"
+        mq.DerivationError,
+        match=r"do not balance there: they add up to .*; expected an equilibrium",
     ):
         _ = linearize(pendulum, at={"q": 0.5}).equations
     with pytest.raises(mq.DerivationError, match="not about a state in motion"):

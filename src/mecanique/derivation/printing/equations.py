@@ -159,8 +159,7 @@ class _Part(NamedTuple):
 def _equation(element: Series, own: str, divide: bool) -> Equation:
     if not element:
         raise DerivationError(
-            "expected an equation of motion, got 0 = 0: a coordinate has neither inertia nor "
-            "force"
+            "expected an equation of motion, got 0 = 0: a coordinate has neither inertia nor force"
         )
     ring = element.ring
     bare, stretches = draw_stretches(element)
