@@ -54,8 +54,9 @@ def test_a_sleeping_top_wakes_below_its_limit() -> None:
     np.testing.assert_allclose(np.sort(fast.exponents.imag)[[0, 1, -2, -1]], expected, rtol=1e-9)
 
 
-@pytest.mark.slow
-def test_the_limit_of_a_sleeping_top_is_found() -> None:
+@pytest.mark.parametrize("most", [8, 2])
+def test_the_limit_of_a_sleeping_top_is_found(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mecanique.motion.linear.speeds._MOST_KNOWN", most)
     limit = np.sqrt(4 * A * WEIGHT) / C
     found = sweep_speeds(top(), None, {"tip_wz": limit}, [0.5, 1.7])
     # there two exponents meet, so that half the digits are lost

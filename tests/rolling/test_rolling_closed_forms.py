@@ -150,7 +150,6 @@ def test_the_sleigh_by_its_closed_form() -> None:
     np.testing.assert_allclose(found, force, atol=1e-7)
 
 
-@pytest.mark.slow
 def test_a_coin_rolls_upright_above_its_limit() -> None:
     """A thin disk is stable if v² > g r/3 (Routh, Advanced Rigid Dynamics, 1905, art. 245)."""
     limit = np.sqrt(g.value / (3 * r.value))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given
-from mecanique.motion.linear.steady import STABLE, linearize_steady, plain
+from mecanique.motion.linear.steady import STABLE, SteadyLinearization, linearize_steady, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,6 +26,12 @@ _CHECKED = 1.5
 
 _FITS = 1e-8
 """The polynomials may miss them there by this part of the largest entry."""
+
+_AGREES = 1e-10
+"""A polynomial through matrices A may miss another by this part of its largest entry."""
+
+_MOST_KNOWN = 8
+"""No polynomial goes through more of them."""
 
 _GONE = 1e-9
 """Coefficients below this part of their matrix's largest entry count as zero."""
@@ -107,31 +113,67 @@ def sweep_speeds(
         >>> rolling.limits
         ()
     """
-    from scipy.optimize import brentq
-
     given = np.array(list(speeds), dtype=float)
     if len(given) < 2 or not (np.diff(given) > 0).all():
         raise InputError(f"expected at least two speeds in ascending order, got {given.tolist()}")
 
-    def exponents(speed: float) -> np.ndarray:
+    def linearize(speed: float) -> SteadyLinearization:
         moving = {name: speed * rate for name, rate in v.items()}
-        return linearize_steady(mechanism, at, moving, by=by).exponents
+        return linearize_steady(mechanism, at, moving, by=by)
 
-    rows = [exponents(speed) for speed in given]
-    heights = [_growth(row) for row in rows]
+    found = [linearize(speed) for speed in given]
     limits = []
-    for left, right, a, b in zip(given, given[1:], heights, heights[1:], strict=False):
-        kinds = [int(np.sign(x)) if abs(x) > STABLE else 0 for x in (a, b)]
-        if kinds[0] == kinds[1]:
-            continue
-        # without damping nothing decays: what counts as zero divides growth from oscillation
-        margin = STABLE * sum(kinds)
+    for k in range(len(given) - 1):
+        ends = found[k : k + 2]
+        kinds = [np.sign(x) if abs(x) > STABLE else 0.0 for x in map(_growth, ends)]
+        if kinds[0] != kinds[1]:
+            # without damping nothing decays: what counts as zero divides growth from oscillation
+            limits.append(_find_limit(linearize, given[k : k + 2], ends, STABLE * sum(kinds)))
+    return SpeedRange(mechanism, given, np.array([one.exponents for one in found]), tuple(limits))
 
-        def height(speed: float, margin: float = margin) -> float:
-            return _growth(exponents(speed)) - margin
 
-        limits.append(float(brentq(height, left, right, xtol=1e-10, rtol=1e-10)))
-    return SpeedRange(mechanism, given, np.array(rows), tuple(limits))
+_Linearized = Callable[[float], SteadyLinearization]
+"""A steady motion linearized, by its speed."""
+
+
+def _find_limit(
+    linearize: _Linearized, between: np.ndarray, ends: list[SteadyLinearization], margin: float
+) -> float:
+    """The speed between two at which the growth is `margin`.
+
+    It is sought by the polynomial in the speed through the matrices A at hand, and found once A
+    itself agrees there, at the second try where A grows with the square, as straight ahead. Where
+    other deviations become idle, A itself is asked all along.
+    """
+    from scipy.optimize import brentq
+
+    def solve(by_speed: _Linearized) -> float:
+        def height(speed: float) -> float:
+            return _growth(by_speed(speed)) - margin
+
+        return float(brentq(height, between[0], between[1], xtol=1e-10, rtol=1e-10))
+
+    speeds, known = list(between), ends
+    while len(known) < _MOST_KNOWN and len({(*one.positions, one.idle) for one in known}) == 1:
+        through = _interpolate(np.array(speeds), known)
+        limit = solve(through)
+        there = linearize(limit)
+        if np.abs(there.A - through(limit).A).max() <= _AGREES * np.abs(there.A).max():
+            return limit
+        speeds, known = [*speeds, limit], [*known, there]
+    return solve(linearize)
+
+
+def _interpolate(speeds: np.ndarray, known: Sequence[SteadyLinearization]) -> _Linearized:
+    """The polynomial in the speed through matrices A (Lagrange)."""
+    matrices = np.array([one.A for one in known])
+    apart = speeds[:, None] - speeds + np.eye(len(speeds))
+
+    def at(speed: float) -> SteadyLinearization:
+        parts = np.where(np.eye(len(speeds)), 1.0, (speed - speeds) / apart)
+        return replace(known[0], A=np.tensordot(parts.prod(axis=1), matrices, 1))
+
+    return at
 
 
 class _Matrices(NamedTuple):
@@ -260,7 +302,8 @@ def expand_in_speed(
     )
 
 
-def _growth(exponents: np.ndarray) -> float:
-    """The largest real part, relative to the largest exponent."""
+def _growth(motion: SteadyLinearization) -> float:
+    """The largest real part of an exponent, relative to the largest exponent."""
+    exponents = motion.exponents
     size = float(np.abs(exponents).max(initial=0.0)) or 1.0
     return float(exponents.real.max(initial=-size)) / size
