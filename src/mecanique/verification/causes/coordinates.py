@@ -17,6 +17,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import symbols_in
 from mecanique.model.joints import Single
+from mecanique.model.mechanism import Mechanism
 from mecanique.verification.causes.change import Change, promising
 from mecanique.verification.causes.evidence import Evidence
 
@@ -111,66 +112,88 @@ def _reverse(name: str) -> str:
 
 
 def _readings(evidence: Evidence) -> Iterator[_Reading]:
-    mechanism = evidence.mechanism
-    nq, nv = mechanism.nq, mechanism.nv
-    same_q, same_v, ones_q, ones_v = np.arange(nq), np.arange(nv), np.ones(nq), np.ones(nv)
-    places = {name: k for k, name in enumerate(mechanism.velocities)}
-    singles = {
-        name: (k, places[f"{name}'"])
-        for k, name in enumerate(mechanism.coordinates)
-        if f"{name}'" in places
-    }
-    of_joint = {j.coordinate: j for j in mechanism.joints if isinstance(j, Single)}
+    singles = _Singles(evidence.mechanism)
+    yield from singles.change_signs(_names_in_map(evidence))
+    yield from singles.change_units()
+    yield from singles.change_orders()
 
-    def scale(names: list[str], q: float, v: float, tau: float) -> tuple[Array, Array, Array]:
-        factors = ones_q.copy(), ones_v.copy(), ones_v.copy()
-        for name in names:
-            at_q, at_v = singles[name]
-            factors[0][at_q], factors[1][at_v], factors[2][at_v] = q, v, tau
-        return factors
 
-    signed = [name for name in singles if name in of_joint]
-    for name in (name for name in signed if name not in _names_in_map(evidence)):
-        joint = of_joint[name]
-        yield _Reading(
-            "axis sign",
-            f"joint {joint.name!r}",
-            _reverse(joint.name),
-            same_q,
-            same_v,
-            *scale([name], -1, -1, -1),
-        )
-    if len(signed) > 1:
-        text = "the axes of all joints of the other sign"
-        yield _Reading("axis sign", "", text, same_q, same_v, *scale(signed, -1, -1, -1))
-    angles = [name for name in signed if of_joint[name].turns]
-    groups = [([name], f"coordinate {name!r}") for name in angles]
-    groups += [(angles, "")] if len(angles) > 1 else []
-    for names, where in groups:
-        what = where or "every angle"
-        for q, said in (
-            (_DEGREE, "taken for degrees"),
-            (1 / _DEGREE, "in degrees taken for radians"),
-        ):
-            yield _Reading(
-                "degree", where, f"{what} {said}", same_q, same_v, *scale(names, q, 1, 1)
-            )
-            text = f"{what} {said}, its rates as well"
-            yield _Reading("degree", where, text, same_q, same_v, *scale(names, q, q, 1))
-    for text, order in _orders(list(singles)):
-        q, v = same_q.copy(), same_v.copy()
-        for name, other in zip(singles, order, strict=True):
-            q[singles[name][0]], v[singles[name][1]] = singles[other][0], singles[other][1]
-        yield _Reading(
-            kind="joint order",
+@final
+class _Singles:
+    """The coordinates that have a velocity of their own, and other ways to read them.
+
+    Args:
+        mechanism: whose coordinates.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        velocities = {name: k for k, name in enumerate(mechanism.velocities)}
+        self._places = {
+            name: (k, velocities[f"{name}'"])
+            for k, name in enumerate(mechanism.coordinates)
+            if f"{name}'" in velocities
+        }
+        of_joint = {j.coordinate: j for j in mechanism.joints if isinstance(j, Single)}
+        self._joints = {name: of_joint[name] for name in self._places if name in of_joint}
+        nq, nv = mechanism.nq, mechanism.nv
+        self._same = _Reading(
+            kind="",
             where="",
-            text=text,
-            q=q,
-            v=v,
-            q_factor=ones_q,
-            v_factor=ones_v,
-            tau_factor=ones_v,
+            text="",
+            q=np.arange(nq),
+            v=np.arange(nv),
+            q_factor=np.ones(nq),
+            v_factor=np.ones(nv),
+            tau_factor=np.ones(nv),
         )
+
+    def change_signs(self, mapped: set[str]) -> Iterator[_Reading]:
+        """Yield axes of the other sign; not of those in the coordinate map alone."""
+        for name, joint in self._joints.items():
+            if name not in mapped:
+                where = f"joint {joint.name!r}"
+                factors = self._scale([name], -1, -1, -1)
+                yield replace(factors, kind="axis sign", where=where, text=_reverse(joint.name))
+        if len(self._joints) > 1:
+            text = "the axes of all joints of the other sign"
+            yield replace(self._scale(list(self._joints), -1, -1, -1), kind="axis sign", text=text)
+
+    def change_units(self) -> Iterator[_Reading]:
+        """Yield degrees for radians and the reverse, of each angle and of all."""
+        angles = [name for name, joint in self._joints.items() if joint.turns]
+        groups = [([name], f"coordinate {name!r}") for name in angles]
+        groups += [(angles, "")] if len(angles) > 1 else []
+        for names, where in groups:
+            for q, said in (
+                (_DEGREE, "taken for degrees"),
+                (1 / _DEGREE, "in degrees taken for radians"),
+            ):
+                text = f"{where or 'every angle'} {said}"
+                alone, moving = self._scale(names, q, 1, 1), self._scale(names, q, q, 1)
+                yield replace(alone, kind="degree", where=where, text=text)
+                text += ", its rates as well"
+                yield replace(moving, kind="degree", where=where, text=text)
+
+    def change_orders(self) -> Iterator[_Reading]:
+        """Yield other orders of the coordinates."""
+        for text, order in _orders(list(self._places)):
+            q, v = self._same.q.copy(), self._same.v.copy()
+            for (at_q, at_v), other in zip(self._places.values(), order, strict=True):
+                q[at_q], v[at_v] = self._places[other]
+            yield replace(self._same, kind="joint order", text=text, q=q, v=v)
+
+    def _scale(self, names: list[str], q: float, v: float, tau: float) -> _Reading:
+        """Multiply some coordinates, their rates and their forces."""
+        found = replace(
+            self._same,
+            q_factor=self._same.q_factor.copy(),
+            v_factor=self._same.v_factor.copy(),
+            tau_factor=self._same.tau_factor.copy(),
+        )
+        for name in names:
+            at_q, at_v = self._places[name]
+            found.q_factor[at_q], found.v_factor[at_v], found.tau_factor[at_v] = q, v, tau
+        return found
 
 
 def _orders(names: list[str]) -> Iterator[tuple[str, list[str]]]:

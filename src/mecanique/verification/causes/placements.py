@@ -151,100 +151,143 @@ def _slopes(
 
 
 def _families(evidence: Evidence, k: int) -> Iterator[_Family]:
-    recursion = evidence.recursion
-    link, X = recursion.tree[k], recursion.origins[k]
-    where, size = f"joint {link.joint!r}", _size(evidence)
-    if link.kind == "free":
-        return
+    if evidence.recursion.tree[k].kind != "free":
+        joint = _Joint(evidence, k)
+        yield from joint.move()
+        yield from joint.turn()
+        yield from joint.tilt()
+        yield joint.place_anew()
 
-    def place_at(p: Array, text: str) -> Frames:
-        other = X.copy()
-        other[:3, 3] = p
-        return Frames("joint origin", where, text, {k: other})
 
-    def face(R: Array, text: str) -> Frames:
-        other = X.copy()
-        other[:3, :3] = R
-        return Frames("joint turn", where, text, {k: other})
+@final
+class _Joint:
+    """A joint where it stands, and the ways to place it otherwise.
 
-    def shift_along(axis: Array, name: str) -> _Family:
+    Args:
+        evidence: what is to be explained.
+        k: its number in the tree.
+    """
+
+    def __init__(self, evidence: Evidence, k: int) -> None:
+        self._evidence, self._k = evidence, k
+        self._link = evidence.recursion.tree[k]
+        self._where = f"joint {self._link.joint!r}"
+        self._size = _size(evidence)
+        self._X = evidence.recursion.origins[k]
+        self._p, self._R = self._X[:3, 3], self._X[:3, :3]
+        self._far = float(np.linalg.norm(self._p))
+        self._rpy = np.array(evidence.mechanism.evaluate_all(self._link.origin.rpy))
+
+    def move(self) -> Iterator[_Family]:
+        """Yield the ways to move its origin."""
+        p, size = self._p, self._size
+        for axis, name in zip(np.eye(3), "xyz", strict=True):
+            yield self._shift_along(axis, name)
+        if np.count_nonzero(p) > 1:
+            yield _Family(
+                "longer",
+                1,
+                lambda x: self._place_at(
+                    p * (1 + x[0]), f"position of {self._where} times {1 + x[0]:.6g}"
+                ),
+                lambda x: Amount.of(1 + x[0], 1.0, ways=3),
+            )
+        yield _Family(
+            "shift",
+            3,
+            lambda x: self._place_at(
+                p + size * x, f"origin of {self._where} moved by ({give_all(size * x)}) m"
+            ),
+            lambda x: Amount.of_all(size * x, self._far),
+        )
+
+    def turn(self) -> Iterator[_Family]:
+        """Yield the ways to turn it."""
+        for at, name in enumerate(("roll", "pitch", "yaw")):
+            yield self._change_angle(at, name)
+        yield from map(self._spin_about, range(3))
+        yield _Family(
+            "turn",
+            3,
+            lambda x: self._face(self._R @ turn_about(x), f"{self._where} turned by {say_turn(x)}"),
+            lambda x: Amount.of_all(np.degrees(x), 180.0),
+        )
+
+    def tilt(self) -> Iterator[_Family]:
+        """Yield the way to tilt its axis, if it has one."""
+        if self._link.kind not in ("turn", "slide"):
+            return
+        own = np.array(self._link.axis)
+        aside = np.linalg.svd(own[None])[2][1:]
+
+        def make(x: Array) -> Frames:
+            axis = turn_about(x @ aside) @ own
+            text = f"axis of {self._where} along ({give_all(axis)})"
+            return with_axis(self._evidence, self._k, axis, text)
+
+        yield _Family("tilt", 2, make, lambda x: Amount.of_all(np.degrees(x), 180.0))
+
+    def place_anew(self) -> _Family:
+        """Return the way to move and turn it at once."""
+        size = self._size
+        return _Family(
+            "place",
+            6,
+            lambda x: _both(self._k, self._X, self._where, size * x[:3], x[3:]),
+            lambda x: Amount.of_all(size * x[:3], self._far),
+        )
+
+    def _shift_along(self, axis: Array, name: str) -> _Family:
+        size, before = self._size, float(self._p @ axis)
         return _Family(
             f"shift {name}",
             1,
-            lambda x: place_at(
-                p + size * x[0] * axis,
-                f"origin of {where} moved by {size * x[0]:.6g} m along {name}",
+            lambda x: self._place_at(
+                self._p + size * x[0] * axis,
+                f"origin of {self._where} moved by {size * x[0]:.6g} m along {name}",
             ),
-            lambda x: Amount.of(float(p @ axis) + size * x[0], float(p @ axis), far, ways=3),
+            lambda x: Amount.of(before + size * x[0], before, self._far, ways=3),
         )
 
-    def change_angle(at: int, name: str) -> _Family:
+    def _change_angle(self, at: int, name: str) -> _Family:
+        before = self._rpy[at]
+
         def make(x: Array) -> Frames:
-            roll, pitch, yaw = angles = rpy + x[0] * np.eye(3)[at]
-            said = f"{angles[at]:.6g} rad instead of {rpy[at]:.6g} rad"
+            roll, pitch, yaw = angles = self._rpy + x[0] * np.eye(3)[at]
+            said = f"{angles[at]:.6g} rad instead of {before:.6g} rad"
             R = np.array(rotation((roll, pitch, yaw)), dtype=float)
-            return face(R, f"{name} of {where}: {said}")
+            return self._face(R, f"{name} of {self._where}: {said}")
 
         def amount(x: Array) -> Amount:
             radians, degrees = (
-                Amount.of(unit * (rpy[at] + x[0]), unit * rpy[at], unit * np.pi, ways=3)
+                Amount.of(unit * (before + x[0]), unit * before, unit * np.pi, ways=3)
                 for unit in (1.0, np.degrees(1.0))
             )
             return min(radians, degrees)
 
         return _Family(name, 1, make, amount)
 
-    def spin_about(at: int) -> _Family:
+    def _spin_about(self, at: int) -> _Family:
+        name = "xyz"[at]
         return _Family(
-            f"turn {'xyz'[at]}",
+            f"turn {name}",
             1,
-            lambda x: face(
-                R @ turn_about(x[0] * np.eye(3)[at]),
-                f"{where} turned by {np.degrees(x[0]):.6g}° about its {'xyz'[at]}",
+            lambda x: self._face(
+                self._R @ turn_about(x[0] * np.eye(3)[at]),
+                f"{self._where} turned by {np.degrees(x[0]):.6g}° about its {name}",
             ),
             lambda x: Amount.of(np.degrees(x[0]), beside=180.0, ways=3),
         )
 
-    p, R = X[:3, 3], X[:3, :3]
-    far = float(np.linalg.norm(p))
-    rpy = np.array(evidence.mechanism.evaluate_all(link.origin.rpy))
-    yield from (shift_along(axis, name) for axis, name in zip(np.eye(3), "xyz", strict=True))
-    if np.count_nonzero(p) > 1:
-        yield _Family(
-            "longer",
-            1,
-            lambda x: place_at(p * (1 + x[0]), f"position of {where} times {1 + x[0]:.6g}"),
-            lambda x: Amount.of(1 + x[0], 1.0, ways=3),
-        )
-    yield _Family(
-        "shift",
-        3,
-        lambda x: place_at(p + size * x, f"origin of {where} moved by ({give_all(size * x)}) m"),
-        lambda x: Amount.of_all(size * x, far),
-    )
-    yield from (change_angle(at, name) for at, name in enumerate(("roll", "pitch", "yaw")))
-    yield from map(spin_about, range(3))
-    yield _Family(
-        "turn",
-        3,
-        lambda x: face(R @ turn_about(x), f"{where} turned by {say_turn(x)}"),
-        lambda x: Amount.of_all(np.degrees(x), 180.0),
-    )
-    if link.kind in ("turn", "slide"):
-        own = np.array(link.axis)
-        aside = np.linalg.svd(own[None])[2][1:]
+    def _place_at(self, p: Array, text: str) -> Frames:
+        other = self._X.copy()
+        other[:3, 3] = p
+        return Frames("joint origin", self._where, text, {self._k: other})
 
-        def tilt(x: Array) -> Frames:
-            axis = turn_about(x @ aside) @ own
-            return with_axis(evidence, k, axis, f"axis of {where} along ({give_all(axis)})")
-
-        yield _Family("tilt", 2, tilt, lambda x: Amount.of_all(np.degrees(x), 180.0))
-    yield _Family(
-        "place",
-        6,
-        lambda x: _both(k, X, where, size * x[:3], x[3:]),
-        lambda x: Amount.of_all(size * x[:3], far),
-    )
+    def _face(self, R: Array, text: str) -> Frames:
+        other = self._X.copy()
+        other[:3, :3] = R
+        return Frames("joint turn", self._where, text, {self._k: other})
 
 
 def _both(k: int, X: Array, where: str, shift: Array, turn: Array) -> Frames:
