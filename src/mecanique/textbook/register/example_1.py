@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import final
 
 from mecanique.derivation.matrix_form import linear
 from mecanique.derivation.scalars.series import Series
@@ -18,23 +19,39 @@ __all__ = ["rows"]
 
 def rows() -> Iterator[Row]:
     """Yield the rows of the example, in the letters of the chapter; x points away from the wall."""
-    mechanism = load("two_blocks")
-    algebra = Algebra(mechanism)
-    ring = algebra.ring
-    m1, m2, k1, k2, F = (ring[name] for name in ("m1", "m2", "k1", "k2", "F"))
-    q1, q2, v1, v2 = (ring[name] for name in ("q1", "q2", "q1'", "q2'"))
-    a1, a2 = ring["q1''"], ring["q2''"]
-    force1, force2 = -k1 * q1 + k2 * (q2 - q1), -k2 * (q2 - q1) + F
-    row1, row2 = m1 * a1 + (k1 + k2) * q1 - k2 * q2, m2 * a2 - k2 * q1 + k2 * q2 - F
+    blocks = _Blocks()
+    yield from _newton_euler(blocks)
+    yield from _virtual_work(blocks)
+    yield from _lagrange(blocks)
 
-    bodies = NewtonEuler(mechanism, algebra)
+
+@final
+class _Blocks:
+    """The blocks: the chapter's forces on both, and its equations of motion, as zeros."""
+
+    def __init__(self) -> None:
+        self.mechanism = load("two_blocks")
+        self.algebra = Algebra(self.mechanism)
+        m1, m2, k1, k2, F, q1, q2, a1, a2 = self.letters("m1 m2 k1 k2 F q1 q2 q1'' q2''")
+        self.force1, self.force2 = -k1 * q1 + k2 * (q2 - q1), -k2 * (q2 - q1) + F
+        self.row1 = m1 * a1 + (k1 + k2) * q1 - k2 * q2
+        self.row2 = m2 * a2 - k2 * q1 + k2 * q2 - F
+
+    def letters(self, names: str) -> Iterator[Series]:
+        """Yield letters by name."""
+        return (self.algebra.ring[name] for name in names.split())
+
+
+def _newton_euler(blocks: _Blocks) -> Iterator[Row]:
+    m1, m2, k1, k2, F, a1, a2 = blocks.letters("m1 m2 k1 k2 F q1'' q2''")
+    bodies = NewtonEuler(blocks.mechanism, blocks.algebra)
     first, second = bodies.cuts.bodies
     yield identity(
         "Ex. 1.1 a",
         "-k1 q1 + k2 (q2 - q1) = m1 q1'', -k2 (q2 - q1) + F = m2 q2''",
         "both blocks cut free, along x",
-        bodies.balances.resultant(first)[0] - force1,
-        bodies.balances.resultant(second)[0] - force2,
+        bodies.balances.resultant(first)[0] - blocks.force1,
+        bodies.balances.resultant(second)[0] - blocks.force2,
         first.push[0] - m1 * a1,
         second.push[0] - m2 * a2,
     )
@@ -43,8 +60,8 @@ def rows() -> Iterator[Row]:
         "Ex. 1.1 b",
         "m1 q1'' + (k1 + k2) q1 - k2 q2 = 0, m2 q2'' - k2 q1 + k2 q2 = F",
         "the equations derived by Newton and Euler",
-        derived.rows[0] - row1,
-        derived.rows[1] - row2,
+        derived.rows[0] - blocks.row1,
+        derived.rows[1] - blocks.row2,
     )
     matrices = linear(derived)
     assert matrices is not None
@@ -56,8 +73,11 @@ def rows() -> Iterator[Row]:
         *_entries(matrices.K, ((k1 + k2, -k2), (-k2, k2))),
         *_entries([matrices.f], ((0, F),)),
     )
-    work = VirtualWork(mechanism, algebra).derivation()
-    d1, d2 = ring["δq1"], ring["δq2"]
+
+
+def _virtual_work(blocks: _Blocks) -> Iterator[Row]:
+    work = VirtualWork(blocks.mechanism, blocks.algebra).derivation()
+    m1, m2, a1, a2, d1, d2 = blocks.letters("m1 m2 q1'' q2'' δq1 δq2")
     (total,) = (stage for stage in work.stages if stage.title == "Sum of the virtual work")
     yield identity(
         "Ex. 1.1 d",
@@ -65,17 +85,22 @@ def rows() -> Iterator[Row]:
         "the sum of the ledger of virtual work",
         total.results[0].right
         + total.results[1].right
-        - (force1 - m1 * a1) * d1
-        - (force2 - m2 * a2) * d2,
+        - (blocks.force1 - m1 * a1) * d1
+        - (blocks.force2 - m2 * a2) * d2,
     )
     yield identity(
         "Ex. 1.1 e",
         "each bracket is zero by itself; rearranged, the same equations",
         "the equations derived by virtual work",
-        work.rows[0] - row1,
-        work.rows[1] - row2,
+        work.rows[0] - blocks.row1,
+        work.rows[1] - blocks.row2,
     )
-    lagrange = Lagrange(mechanism, algebra)
+
+
+def _lagrange(blocks: _Blocks) -> Iterator[Row]:
+    m1, m2, k1, k2, F = blocks.letters("m1 m2 k1 k2 F")
+    q1, q2, v1, v2 = blocks.letters("q1 q2 q1' q2'")
+    lagrange = Lagrange(blocks.mechanism, blocks.algebra)
     T, V = lagrange.T, lagrange.V
     yield identity(
         "Ex. 1.1 f",
@@ -101,16 +126,16 @@ def rows() -> Iterator[Row]:
         "Ex. 1.1 i",
         "m1 q1'' - 0 + (k1 q1 - k2 (q2 - q1)) = 0, m2 q2'' - 0 + k2 (q2 - q1) = F",
         "Lagrange's operator on the derived T and V",
-        T.diff(v1).ddt() - T.diff("q1") + V.diff("q1") - row1,
-        T.diff(v2).ddt() - T.diff("q2") + V.diff("q2") - (row2 + F),
+        T.diff(v1).ddt() - T.diff("q1") + V.diff("q1") - blocks.row1,
+        T.diff(v2).ddt() - T.diff("q2") + V.diff("q2") - (blocks.row2 + F),
     )
     by_lagrange = lagrange.derivation().rows
     yield identity(
         "Ex. 1.1 j",
         "the same equations by Lagrange",
         "the equations derived by Lagrange",
-        by_lagrange[0] - row1,
-        by_lagrange[1] - row2,
+        by_lagrange[0] - blocks.row1,
+        by_lagrange[1] - blocks.row2,
     )
 
 

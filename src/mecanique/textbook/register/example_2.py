@@ -17,6 +17,7 @@ def rows() -> Iterator[Row]:
     """Yield the rows of the example."""
     yield from _kinematics(Bars())
     yield from _balances(Bars())
+    yield from _reactions(Bars())
     yield from _work(Bars())
     yield from _energies(Bars())
     yield from _catalogue()
@@ -53,10 +54,11 @@ def _kinematics(bars: Bars) -> Iterator[Row]:
 
 
 def _balances(bars: Bars) -> Iterator[Row]:
+    """The balances of all bars together."""
     from sympy import Matrix, solve
 
     m, k, l, q, v, a, t = bars.m, bars.k, bars.l, bars.q, bars.v, bars.a, bars.t
-    Ax, Ay, Cx, Cy, Dx, Dy, Fx, Fy = bars.reactions
+    Ax, Ay, _, _, Dx, Dy, _, _ = bars.reactions
     solved = bars.solve()
     equation = m * a * 17 / 4 + 9 * k * q
     upper, lower = bars.springs
@@ -116,6 +118,17 @@ def _balances(bars: Bars) -> Iterator[Row]:
         deduced - equation,
         solve(deduced + Dx, Dx)[0] + equation,
     )
+
+
+def _reactions(bars: Bars) -> Iterator[Row]:
+    """The balances of single bars, and what follows for their reactions."""
+    from sympy import Matrix
+
+    m, k, l, q, a = bars.m, bars.k, bars.l, bars.q, bars.a
+    Ax, Ay, Cx, Cy, _, Dy, Fx, Fy = bars.reactions
+    solved = bars.solve()
+    equation = m * a * 17 / 4 + 9 * k * q
+    upper, _ = bars.springs
     ends = [(bars.C, Matrix([-Cx, Cy])), (bars.F, Matrix([Fx, -Fy]))]
     total, spin = ends[0][1] + ends[1][1], bars.moment((bars.C + bars.F) / 2, ends)
     yield identity(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import final
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.elementary import cos, sin
@@ -20,20 +21,39 @@ _BY = "the derivation of the pendulum in the catalogue, term by term"
 
 def rows() -> Iterator[Row]:
     """Yield the rows of the sections, in components along n (from the pin) and t (across)."""
-    work = VirtualWork(load("rigid_bar_pendulum"))
-    ledger = {stage.title: stage.results for stage in work.derivation().stages}
-    bodies = work.balances
-    (cut,) = bodies.cuts.bodies
-    axes, turns = cut.axes.rows, cut.axes.turns
-    ring = bodies.algebra.ring
-    m, l, g, q, v, a = (ring[name] for name in ("m", "l", "g", "q", "q'", "q''"))
-    Rn, Rt, dq = ring["R_pin_n"], ring["R_pin_t"], ring["δq"]
-    mu = m / l
-    row = NewtonEuler(work.algebra.mechanism, work.algebra).derivation().rows[0]
-    equation = a + 3 * g * sin(q) / (2 * l)
-    H_rate = along(turns, bodies.turning(cut))[2]
-    M_o = along(turns, bodies.moment(cut))[2]
+    rod = _Rod()
+    yield from _balances(rod)
+    yield from _distributed_forces(rod)
+    yield from _virtual_work(rod)
 
+
+@final
+class _Rod:
+    """The rod, cut free, and its equation of motion as the catalogue derives it."""
+
+    def __init__(self) -> None:
+        work = VirtualWork(load("rigid_bar_pendulum"))
+        self.ledger = {stage.title: stage.results for stage in work.derivation().stages}
+        self.bodies = work.balances
+        (self.cut,) = self.bodies.cuts.bodies
+        self.ring = self.bodies.algebra.ring
+        self.letters = tuple(self.ring[name] for name in ("m", "l", "g", "q", "q'", "q''"))
+        m, l, g, q, _, a = self.letters
+        self.row = NewtonEuler(work.algebra.mechanism, work.algebra).derivation().rows[0]
+        self.equation = a + 3 * g * sin(q) / (2 * l)
+        self.difference = self.equation - 3 * self.row / (m * l**2)
+        """Zero, if the derived equation is that of the book."""
+        spread = distribution_of(self.bodies.cuts, self.cut)
+        assert spread is not None
+        self.spread = spread
+
+
+def _balances(rod: _Rod) -> Iterator[Row]:
+    """Newton and Euler's equations, and the motion near rest."""
+    bodies, cut, row = rod.bodies, rod.cut, rod.row
+    m, l, g, q, v, a = rod.letters
+    axes, turns = cut.axes.rows, cut.axes.turns
+    Rn, Rt = rod.ring["R_pin_n"], rod.ring["R_pin_t"]
     a_C = bodies.cuts.kinematics.change(cut.center_velocity, cut.carrier)
     r_n, r_t, *_ = along(axes, cut.center)
     v_n, v_t, *_ = along(axes, cut.center_velocity)
@@ -55,6 +75,8 @@ def rows() -> Iterator[Row]:
         *(p_n + m * l / 2 * v**2, p_t - m * l / 2 * a),
         *(F_n - (m * g * cos(q) - Rn), F_t - (Rt - m * g * sin(q))),
     )
+    H_rate = along(turns, bodies.turning(cut))[2]
+    M_o = along(turns, bodies.moment(cut))[2]
     yield _angular_momentum(H_rate - m * l**2 / 3 * a)
     yield identity("1.16", "dH_o/dt = (m l²/3) q''", _BY, H_rate - m * l**2 / 3 * a)
     yield identity(
@@ -64,14 +86,17 @@ def rows() -> Iterator[Row]:
         M_o + l / 2 * m * g * sin(q),
         H_rate - M_o - row,
     )
-    same = equation - 3 * row / (m * l**2)
-    yield identity("1.18", "q'' + (3 g/(2 l)) sin q = 0", _BY, same)
-    yield identity("1.19", "the same equation of motion", _BY, same)
+    yield identity("1.18", "q'' + (3 g/(2 l)) sin q = 0", _BY, rod.difference)
+    yield identity("1.19", "the same equation of motion", _BY, rod.difference)
     yield _linearize()
 
-    spread = distribution_of(bodies.cuts, cut)
-    assert spread is not None
-    s = ring[spread.coordinate]
+
+def _distributed_forces(rod: _Rod) -> Iterator[Row]:
+    """D'Alembert's forces along the rod, in balance with weight and reaction."""
+    bodies, row = rod.bodies, rod.row
+    m, l, g, q, v, a = rod.letters
+    spread, mu = rod.spread, m / l
+    s = rod.ring[spread.coordinate]
     yield identity(
         "1.23 a",
         "a = -s q'² n + s q'' t along the rod",
@@ -99,10 +124,17 @@ def rows() -> Iterator[Row]:
         "printed: q'' - (3/2)(g/l) sin q = 0, said to be identical to 1.19",
         "the printed left side against the derived equation of motion",
         [tidy(a - 3 * g * sin(q) / (2 * l) - 3 * row / (m * l**2))],
-        [equation + 3 * moments / (m * l**2), same],
+        [rod.equation + 3 * moments / (m * l**2), rod.difference],
         right="q'' + (3/2)(g/l) sin(q) = 0",
         proof="eq. 1.25 divided by -m l²/3 gives the plus sign, as eqs. 1.18 and 1.19 have it",
     )
+
+
+def _virtual_work(rod: _Rod) -> Iterator[Row]:
+    """The virtual work of the same forces."""
+    row, spread, ledger = rod.row, rod.spread, rod.ledger
+    m, l, g, q, _, a = rod.letters
+    dq = rod.ring["δq"]
     dW = ledger["Sum of the virtual work"][0].right
     yield identity(
         "1.27",
