@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import contextmanager
 from os import PathLike
@@ -172,6 +172,17 @@ def simulate_many(
     )
     parts = (every.take(k, size) for k in range(0, len(start), size) if k not in store)
     done = _here(parts, store) if executor is None else _elsewhere(parts, store, executor)
+    _finish(runs, done, progress, directory)
+    return runs
+
+
+def _finish(
+    runs: Runs,
+    done: Iterable[None],
+    progress: bool | Callable[[float], object],
+    directory: str | PathLike[str] | None,
+) -> None:
+    """Integrate the chunks one after another, and say how far they are."""
     with _reporting(progress) as report:
         report(runs.done / len(runs))
         try:
@@ -181,7 +192,6 @@ def simulate_many(
             raise
         except (KeyboardInterrupt, BrokenExecutor) as error:
             raise _explain_interruption(runs, error, directory) from error
-    return runs
 
 
 def _explain_interruption(

@@ -6,9 +6,10 @@ import json
 import os
 import zipfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, final
 
 import numpy as np
 
@@ -89,6 +90,105 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
     Raises:
         InputError: if the file is no motion, is damaged, or belongs to another mechanism.
     """
+    saved = _read(path)
+    mechanism = recover(saved.about, mechanism, os.fspath(path))
+    if not saved.fits(mechanism):
+        raise InputError(f"{os.fspath(path)!r} is damaged: its arrays do not fit each other")
+    step_t, step_q, step_v, step_a, breaks = saved.steps
+    curve = Curve(
+        t=step_t,
+        q=step_q,
+        v=step_v,
+        a=step_a,
+        breaks=breaks,
+        rates=Rates.of(mechanism),
+        smooth=saved.smooth,
+        close=saved.close,
+    )
+    cut = np.cumsum([1, mechanism.nq, mechanism.nv])
+    events = []
+    for name, row in zip(saved.names, saved.happened, strict=True):
+        time, *state = np.split(row, cut)
+        events.append(Occurrence(name, float(time[0]), *state))
+    motion = Motion(
+        mechanism=mechanism,
+        t=saved.t,
+        q=saved.q,
+        v=saved.v,
+        path=curve,
+        method=saved.method,
+        statistics=saved.statistics,
+        events=tuple(events),
+        event_names=saved.watched,
+    )
+    _check_accelerations(motion, os.fspath(path))
+    return motion
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Saved:
+    """What a file holds, before it is known to fit a mechanism.
+
+    Args:
+        about: its description, which says whose motion it is.
+        t: times of the samples.
+        q: positions there.
+        v: velocities there.
+        steps: times, positions, velocities and accelerations of the steps, and the breaks.
+        happened: a row for each event.
+        names: of these events.
+        watched: names of the events that were watched for; None in older files.
+        method: which method integrated it and why.
+        smooth: as in `Curve`.
+        close: as in `Curve`.
+        statistics: what that took.
+    """
+
+    about: dict[str, Any]
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    steps: list[np.ndarray]
+    happened: np.ndarray
+    names: list[str]
+    watched: tuple[str, ...] | None
+    method: str
+    smooth: bool
+    close: bool
+    statistics: Statistics
+
+    def fits(self, m: Mechanism) -> bool:
+        """Return whether the arrays fit each other and a mechanism."""
+        step_t, step_q, step_v, step_a, breaks = self.steps
+        n, count = len(np.atleast_1d(self.t)), len(np.atleast_1d(step_t))
+        shapes: list[tuple[np.ndarray, tuple[int, ...]]] = [
+            (self.t, (n,)),
+            (self.q, (n, m.nq)),
+            (self.v, (n, m.nv)),
+            (step_t, (count,)),
+            (step_q, (count, m.nq)),
+            (step_v, (count, m.nv)),
+            (step_a, (count, m.nv)),
+            (self.happened, (len(self.names), 1 + m.nq + 2 * m.nv)),
+        ]
+        whole = (
+            all(array.shape == expected for array, expected in shapes)
+            and breaks.ndim == 1
+            and n > 0
+            and count > 0
+        )
+        known = (self.t, self.q, self.v, step_t, step_q, step_v, step_a)
+        numeric = all(array.dtype == np.float64 for array in known)
+        if not (whole and numeric and breaks.dtype.kind == "i" and len(breaks) and breaks[0] == 0):
+            return False
+        inside = bool((np.diff(breaks) > 0).all() and breaks[-1] < count)
+        ordered = bool((np.diff(self.t) > 0).all() and (np.diff(step_t) >= 0).all())
+        return inside and ordered and all(bool(np.isfinite(array).all()) for array in known)
+
+
+def _read(path: str | PathLike[str]) -> _Saved:
+    """Return what a file holds; refuse what is no motion."""
     try:
         # NumPy leaves a file that it opened itself open if it is damaged
         with open(path, "rb") as handle, np.load(handle, allow_pickle=False) as file:
@@ -99,14 +199,22 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
                 f"expected a file of format {FORMAT!r}, got {about['format']!r} in "
                 f"{os.fspath(path)!r}"
             )
-        steps = [data[f"step_{name}"] for name in _STEPS]
-        t, q, v, happened = (data[name] for name in ("t", "q", "v", "events"))
-        names, method = list(about["events"]), str(about["method"])
-        watched = about.get("watched")  # older files have none
-        watched = None if watched is None else tuple(map(str, watched))
-        smooth, close = bool(about["smooth"]), bool(about["close"])
+        watched = about.get("watched")
         numbers = about["statistics"]
-        statistics = Statistics(int(numbers[0]), int(numbers[1]), *(float(x) for x in numbers[2:5]))
+        return _Saved(
+            about=about,
+            t=data["t"],
+            q=data["q"],
+            v=data["v"],
+            steps=[data[f"step_{name}"] for name in _STEPS],
+            happened=data["events"],
+            names=list(about["events"]),
+            watched=None if watched is None else tuple(map(str, watched)),
+            method=str(about["method"]),
+            smooth=bool(about["smooth"]),
+            close=bool(about["close"]),
+            statistics=Statistics(int(numbers[0]), int(numbers[1]), *map(float, numbers[2:5])),
+        )
     except MecaniqueError:
         raise
     except OSError as error:
@@ -123,38 +231,6 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
         raise InputError(
             f"{os.fspath(path)!r} is no motion saved by mecanique, or is damaged ({error})"
         ) from None
-    mechanism = recover(about, mechanism, os.fspath(path))
-    if not _fits(mechanism, t, q, v, steps, happened, names):
-        raise InputError(f"{os.fspath(path)!r} is damaged: its arrays do not fit each other")
-    step_t, step_q, step_v, step_a, breaks = steps
-    curve = Curve(
-        t=step_t,
-        q=step_q,
-        v=step_v,
-        a=step_a,
-        breaks=breaks,
-        rates=Rates.of(mechanism),
-        smooth=smooth,
-        close=close,
-    )
-    cut = np.cumsum([1, mechanism.nq, mechanism.nv])
-    events = []
-    for name, row in zip(names, happened, strict=True):
-        time, *state = np.split(row, cut)
-        events.append(Occurrence(name, float(time[0]), *state))
-    motion = Motion(
-        mechanism=mechanism,
-        t=t,
-        q=q,
-        v=v,
-        path=curve,
-        method=method,
-        statistics=statistics,
-        events=tuple(events),
-        event_names=watched,
-    )
-    _check_accelerations(motion, os.fspath(path))
-    return motion
 
 
 def to_csv(motion: Motion, path: str | PathLike[str]) -> None:
@@ -234,45 +310,6 @@ def _write(path: Path, write: Callable[[Any], object]) -> None:
             write(file)
     except OSError as error:
         raise InputError(f"cannot write {os.fspath(path)!r}: {error.strerror or error}") from None
-
-
-def _fits(
-    m: Mechanism,
-    t: np.ndarray,
-    q: np.ndarray,
-    v: np.ndarray,
-    steps: list[np.ndarray],
-    events: np.ndarray,
-    names: list[str],
-) -> bool:
-    step_t, step_q, step_v, step_a, breaks = steps
-    n, count = len(np.atleast_1d(t)), len(np.atleast_1d(step_t))
-    shapes: list[tuple[np.ndarray, tuple[int, ...]]] = [
-        (t, (n,)),
-        (q, (n, m.nq)),
-        (v, (n, m.nv)),
-        (step_t, (count,)),
-        (step_q, (count, m.nq)),
-        (step_v, (count, m.nv)),
-        (step_a, (count, m.nv)),
-        (events, (len(names), 1 + m.nq + 2 * m.nv)),
-    ]
-    whole = (
-        all(array.shape == expected for array, expected in shapes)
-        and breaks.ndim == 1
-        and n > 0
-        and count > 0
-    )
-    numeric = all(array.dtype == np.float64 for array in (t, q, v, *steps[:4]))
-    if not (whole and numeric and breaks.dtype.kind == "i" and len(breaks) and breaks[0] == 0):
-        return False
-    inside = bool((np.diff(breaks) > 0).all() and breaks[-1] < count)
-    ordered = bool((np.diff(t) > 0).all() and (np.diff(step_t) >= 0).all())
-    return (
-        inside
-        and ordered
-        and all(bool(np.isfinite(array).all()) for array in (t, q, v, *steps[:4]))
-    )
 
 
 def _check_accelerations(motion: Motion, path: str) -> None:

@@ -14,7 +14,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import list_left_out
 from mecanique.model.values import Given, whole
 from mecanique.motion.record.events import Event
-from mecanique.motion.record.loops import ClosedLoops, begin_on_loops
+from mecanique.motion.record.loops import Beginning, ClosedLoops, begin_on_loops
 from mecanique.motion.record.motion import Motion
 from mecanique.motion.record.statistics import Statistics
 from mecanique.motion.simulation.arguments import (
@@ -145,17 +145,14 @@ def simulate(
         from mecanique.reference import Reference
 
         reference = Reference.of(mechanism)
-    loops, remark = None, ""
     refuse_indefinite(reference, np.array([t0]), start[None, : mechanism.nq])
-    if mechanism.constrained:
-        reference, start, remark = begin_on_loops(reference, q, v, t0)
-        loops = ClosedLoops(reference, rtol)
+    reference, start, remark = _begin(reference, start, q, v, t0)
     rank = None if reference.closed is None else reference.closed.most
     remark += list_left_out(mechanism, q, v, start, rank)
     problem = Problem(
         mechanism=mechanism,
         reference=reference,
-        loops=loops,
+        loops=ClosedLoops(reference, rtol) if mechanism.constrained else None,
         start=start,
         t0=t0,
         end=end,
@@ -203,6 +200,13 @@ def simulate(
     refuse_limit(motion)
     report_end(progress, motion)
     return motion
+
+
+def _begin(reference: Reference, start: np.ndarray, q: Given, v: Given, t: float) -> Beginning:
+    """Return how a motion begins; its loops are closed, if it has any."""
+    if not reference.mechanism.constrained:
+        return Beginning(reference, start, "")
+    return begin_on_loops(reference, q, v, t)
 
 
 def _integrate_by_choice(problem: Problem, method: str) -> tuple[Choice, Integration]:
