@@ -93,22 +93,28 @@ def read_document(
     robot = None if data is None else parse(data, report)
     if robot is not None and places is not None:
         robot = places.put(robot)
-    if data is None or robot is None:
+    if data is None or robot is None or not _is_robot(robot, report):
         return None, report
-    if robot.tag != "robot":
-        known = _FORMATS.get(robot.tag, "")
-        message = f"expected <robot> as the outermost element, got <{robot.tag[:60]}>{known}"
-        report.add("M005", robot, "", message)
-        return None, report
-    macros = [element for element in robot.walk() if element.tag.startswith("xacro:")]
-    if macros:
-        report.add(
-            "M006",
-            macros[0],
-            f"<{macros[0].tag}>",
-            "the text holds xacro macros that are not expanded",
-        )
-        return None, report
+    text = data.encode() if isinstance(data, str) else data
+    return _read_robot(robot, text, search, report), report
+
+
+def _is_robot(element: Element, report: Report) -> bool:
+    """Return whether an outermost element is a robot's, with its macros expanded."""
+    if element.tag != "robot":
+        known = _FORMATS.get(element.tag, "")
+        message = f"expected <robot> as the outermost element, got <{element.tag[:60]}>{known}"
+        report.add("M005", element, "", message)
+        return False
+    macro = next((each for each in element.walk() if each.tag.startswith("xacro:")), None)
+    if macro is not None:
+        message = "the text holds xacro macros that are not expanded"
+        report.add("M006", macro, f"<{macro.tag}>", message)
+    return macro is None
+
+
+def _read_robot(robot: Element, text: bytes, search: MeshSearch, report: Report) -> Document:
+    """Return the contents of a robot, and report their faults."""
     if "name" not in robot.attributes:
         report.aside.add("M101", robot, "", "the robot has no name")
     name = (name_of(robot, report.aside) if "name" in robot.attributes else None) or "robot"
@@ -125,21 +131,18 @@ def read_document(
     root = root_of(links, joints, report, complete)
     mimics = followers(joints, report)
     extensions = read_extensions(robot, _names(links), joints, report)
-    return (
-        Document(
-            text=data.encode() if isinstance(data, str) else data,
-            name=name,
-            element=robot,
-            links=tuple(links),
-            joints=tuple(joints),
-            root=root,
-            mimics=mimics,
-            extensions=extensions,
-            rotors=tuple(rotors),
-            lost=tuple(pictures.lost),
-            searched=search.searched,
-        ),
-        report,
+    return Document(
+        text=text,
+        name=name,
+        element=robot,
+        links=tuple(links),
+        joints=tuple(joints),
+        root=root,
+        mimics=mimics,
+        extensions=extensions,
+        rotors=tuple(rotors),
+        lost=tuple(pictures.lost),
+        searched=search.searched,
     )
 
 
