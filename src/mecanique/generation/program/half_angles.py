@@ -7,8 +7,9 @@ are accurate to rounding, also where t grows without bounds.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple, final
 
-from mecanique.generation.program.tape import Tape, Value
+from mecanique.generation.program.tape import Operation, Tape, Value
 
 __all__ = ["by_tangents"]
 
@@ -21,15 +22,34 @@ def by_tangents(tape: Tape, outputs: Sequence[Value]) -> tuple[Tape, list[Value]
     Where both of an angle are needed, they share a tangent. For a sum of angles, the addition
     theorems take them from its parts, if one of the parts has a sine or cosine of its own.
     """
-    operations, needed = tape.operations, tape.find_needed(outputs)
+    needed = tape.find_needed(outputs)
+    new = _Rewritten(_find_angles(tape, needed))
+    for place in needed:
+        new.add(place, tape.operations[place])
+    return new.tape, [new.move(value) for value in outputs]
+
+
+class _Angles(NamedTuple):
+    """The angles of a program.
+
+    Args:
+        wanted: which functions of each are needed, by its place.
+        parts: sign and both parts of those that are sums and go by the addition theorems.
+    """
+
+    wanted: dict[int, set[str]]
+    parts: dict[int, tuple[str, int, int]]
+
+
+def _find_angles(tape: Tape, needed: Sequence[int]) -> _Angles:
     wanted: dict[int, set[str]] = {}
     for place in needed:
-        kind, values, _ = operations[place]
+        kind, values, _ = tape.operations[place]
         if kind in _BOTH and isinstance(values[0], int):
             wanted.setdefault(values[0], set()).add(kind)
     parts: dict[int, tuple[str, int, int]] = {}
     for place in sorted(wanted, reverse=True):
-        kind, values, _ = operations[place]
+        kind, values, _ = tape.operations[place]
         if kind in ("+", "-") and any(
             value in wanted for value in values if isinstance(value, int)
         ):
@@ -38,52 +58,68 @@ def by_tangents(tape: Tape, outputs: Sequence[Value]) -> tuple[Tape, list[Value]
                 parts[place] = kind, a, b
                 wanted.setdefault(a, set()).update(_BOTH)
                 wanted.setdefault(b, set()).update(_BOTH)
-    new = Tape()
-    places: dict[int, Value] = {}
-    known: dict[tuple[str, int], Value] = {}
+    return _Angles(wanted, parts)
 
-    def move(value: Value) -> Value:
-        return places[value] if isinstance(value, int) else value
 
-    def circular(function: str, angle: int) -> Value:
-        if (function, angle) not in known:
-            known[function, angle] = (
-                _of_sum(function, angle) if angle in parts else _of_one(function, angle)
-            )
-        return known[function, angle]
+@final
+class _Rewritten:
+    """The new program, as far as it is written.
 
-    def _of_sum(function: str, angle: int) -> Value:
-        kind, a, b = parts[angle]
+    Args:
+        angles: of the old one.
+    """
+
+    def __init__(self, angles: _Angles) -> None:
+        self.tape = Tape()
+        self._angles = angles
+        self._places: dict[int, Value] = {}
+        self._known: dict[tuple[str, int], Value] = {}
+
+    def move(self, value: Value) -> Value:
+        """Return where a value of the old program stands in the new one."""
+        return self._places[value] if isinstance(value, int) else value
+
+    def add(self, place: int, operation: Operation) -> None:
+        """Add an operation of the old program, in its order there."""
+        kind, values, name = operation
+        new, move = self.tape, self.move
+        if kind == "input":
+            self._places[place] = new.input(name)
+        elif kind == "+":
+            self._places[place] = new.add(move(values[0]), move(values[1]))
+        elif kind == "-":
+            self._places[place] = new.subtract(move(values[0]), move(values[1]))
+        elif kind == "*":
+            self._places[place] = new.multiply(move(values[0]), move(values[1]))
+        elif kind == "/":
+            self._places[place] = new.divide(move(values[0]), move(values[1]))
+        elif kind in _BOTH and isinstance(values[0], int):
+            self._places[place] = self._circular(kind, values[0])
+        else:
+            self._places[place] = new.call(kind, *map(move, values))
+
+    def _circular(self, function: str, angle: int) -> Value:
+        """The sine or cosine of an angle, written once."""
+        if (function, angle) not in self._known:
+            write = self._of_sum if angle in self._angles.parts else self._of_one
+            self._known[function, angle] = write(function, angle)
+        return self._known[function, angle]
+
+    def _of_sum(self, function: str, angle: int) -> Value:
+        """By an addition theorem."""
+        kind, a, b = self._angles.parts[angle]
         other = "cos" if function == "sin" else "sin"
-        first = new.multiply(circular(function, a), circular("cos", b))
-        second = new.multiply(circular(other, a), circular("sin", b))
-        return (
-            new.add(first, second)
-            if (kind == "+") == (function == "sin")
-            else new.subtract(first, second)
-        )
+        first = self.tape.multiply(self._circular(function, a), self._circular("cos", b))
+        second = self.tape.multiply(self._circular(other, a), self._circular("sin", b))
+        if (kind == "+") == (function == "sin"):
+            return self.tape.add(first, second)
+        return self.tape.subtract(first, second)
 
-    def _of_one(function: str, angle: int) -> Value:
-        if wanted[angle] != _BOTH:
-            return new.call(function, move(angle))
-        t = new.call("tan", new.multiply(0.5, move(angle)))
+    def _of_one(self, function: str, angle: int) -> Value:
+        """By the tangent of its half, if both functions are needed."""
+        new, moved = self.tape, self.move(angle)
+        if self._angles.wanted[angle] != _BOTH:
+            return new.call(function, moved)
+        t = new.call("tan", new.multiply(0.5, moved))
         twice = new.divide(2.0, new.add(1.0, new.multiply(t, t)))
         return new.multiply(t, twice) if function == "sin" else new.subtract(twice, 1.0)
-
-    for place in needed:
-        kind, values, name = operations[place]
-        if kind == "input":
-            places[place] = new.input(name)
-        elif kind == "+":
-            places[place] = new.add(move(values[0]), move(values[1]))
-        elif kind == "-":
-            places[place] = new.subtract(move(values[0]), move(values[1]))
-        elif kind == "*":
-            places[place] = new.multiply(move(values[0]), move(values[1]))
-        elif kind == "/":
-            places[place] = new.divide(move(values[0]), move(values[1]))
-        elif kind in _BOTH and isinstance(values[0], int):
-            places[place] = circular(kind, values[0])
-        else:
-            places[place] = new.call(kind, *map(move, values))
-    return new, [move(value) for value in outputs]
