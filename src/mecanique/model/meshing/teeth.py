@@ -20,7 +20,7 @@ from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar
 from mecanique.model.joints import Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.meshing.pitch_points import find_pitch_point
+from mecanique.model.meshing.pitch_points import PitchPoint, find_pitch_point
 from mecanique.model.placement import Placement, angles_of
 
 __all__ = ["RackTeeth", "Toothed", "WheelTeeth", "teeth_of", "visuals_of"]
@@ -232,11 +232,7 @@ def _mesh(
     radius = mechanism.evaluate(mesh.radius)
     pitch = 2 * pi * radius / counts[0]
     internal = isinstance(mesh, Gear) and mesh.internal
-    width = _width(mechanism, wheel.child, mesh.radius) or pitch
-    if isinstance(mesh, Gear):
-        width = _width(mechanism, other.child, mesh.other_radius) or width
-    if touch.rises != (0.0, 0.0):
-        width = _FACE * touch.ray
+    width = _width_of(mechanism, mesh, touch) or pitch
     known, partner = found.get((wheel.child, internal)), found.get((other.child, False))
     along = np.cross(touch.other_axis, touch.other_toward)
     sign = 1 if along @ t > 0 else -1
@@ -280,6 +276,17 @@ def _mesh(
     yield RackTeeth(
         body=other.child, axes=axes, start=start, module=module, reach=reach, width=width
     )
+
+
+def _width_of(mechanism: Mechanism, mesh: Gear | Rack, touch: PitchPoint) -> Scalar | None:
+    """The width of a mesh's teeth, None if no shape shows it; the other wheel's shape decides."""
+    if touch.rises != (0.0, 0.0):
+        return _FACE * touch.ray
+    wheel, other = (mechanism.joint(name).child for name in mesh.joints)
+    own = _width(mechanism, wheel, mesh.radius)
+    if isinstance(mesh, Gear):
+        return _width(mechanism, other, mesh.other_radius) or own
+    return own
 
 
 def _count(mechanism: Mechanism, meshes: list[Gear | Rack]) -> dict[int, tuple[int, int]]:

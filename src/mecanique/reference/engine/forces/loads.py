@@ -12,7 +12,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.expression import Scalar, Vector, compile_scalars
-from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad
+from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
@@ -120,33 +120,8 @@ class Loads:
         self._names = [force.name for force in mechanism.forces]
         scalars: list[Scalar] = []
 
-        def note(given: Sequence[Scalar] | None) -> int | None:
-            """Note expressions; return where the first one stands."""
-            if given is None:
-                return None
-            scalars.extend(given)
-            return len(scalars) - len(given)
-
         for force in mechanism.forces:
-            match force:
-                case LineLoad():
-                    self._lines.append(self._line(mechanism, engine, force))
-                case JointLoad():
-                    law = law_of(force)
-                    constants = _numbers(mechanism, (law.stiffness, law.rest, law.damping))
-                    row = engine.seats[force.joint][-1].at_v
-                    at = index[mechanism.joint(force.joint).coordinates[-1]]
-                    drive = note(None if law.drive is None else (law.drive,))
-                    self._terms.append(_Term(force.name, row, at, *constants, drive))
-                case BodyLoad():
-                    wrench = force.wrench
-                    turned = None
-                    if wrench.axes != "world":
-                        holder = engine.holders[wrench.axes]
-                        turned = self._axes[holder.joint], holder.placement.rotation.copy()
-                    site = self._seat(engine, wrench.body, _numbers(mechanism, wrench.point))
-                    parts = note(wrench.force), note(wrench.torque)
-                    self._loads.append(_Load(force.name, site, turned, *parts))
+            self._add(force, mechanism, engine, index, scalars)
         self._varies = bool(scalars)
         self._asks = any(callable(signal.signal) for signal in mechanism.inputs)
         self.waiting = False
@@ -173,6 +148,35 @@ class Loads:
         """Whether a force acts on a body."""
         self.act_in_joints = bool(self._terms)
         """Whether a force acts in a joint."""
+
+    def _add(
+        self,
+        force: AnyForce,
+        mechanism: Mechanism,
+        engine: Engine,
+        index: dict[str, int],
+        scalars: list[Scalar],
+    ) -> None:
+        """Add a force to those of its kind, and its expressions to the scalars."""
+        match force:
+            case LineLoad():
+                self._lines.append(self._line(mechanism, engine, force))
+            case JointLoad():
+                law = law_of(force)
+                constants = _numbers(mechanism, (law.stiffness, law.rest, law.damping))
+                row = engine.seats[force.joint][-1].at_v
+                at = index[mechanism.joint(force.joint).coordinates[-1]]
+                drive = _note(None if law.drive is None else (law.drive,), scalars)
+                self._terms.append(_Term(force.name, row, at, *constants, drive))
+            case BodyLoad():
+                wrench = force.wrench
+                turned = None
+                if wrench.axes != "world":
+                    holder = engine.holders[wrench.axes]
+                    turned = self._axes[holder.joint], holder.placement.rotation.copy()
+                site = self._seat(engine, wrench.body, _numbers(mechanism, wrench.point))
+                parts = _note(wrench.force, scalars), _note(wrench.torque, scalars)
+                self._loads.append(_Load(force.name, site, turned, *parts))
 
     def update(self, values: list[float], q: Array, u: Array, v: Array, t: float) -> list[Action]:
         """Set `external` and `in_joints` and return what acts on the bodies.
@@ -367,6 +371,14 @@ def _components(load: _Load, at: int | None, numbers: tuple[float, ...]) -> Trip
     axes, turn = load.turned
     x, y, z = (turn @ vector).tolist()
     return axes.to_world((x, y, z))
+
+
+def _note(given: Sequence[Scalar] | None, scalars: list[Scalar]) -> int | None:
+    """Add expressions to the scalars; return where the first one stands, None if there is none."""
+    if given is None:
+        return None
+    scalars.extend(given)
+    return len(scalars) - len(given)
 
 
 def _numbers(mechanism: Mechanism, point: Vector) -> Triple:
