@@ -23,7 +23,7 @@ import numpy as np
 from mecanique.derivation.laws import laws_of
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.momenta import momenta
-from mecanique.derivation.numeric.paths import JETS, joint_paths
+from mecanique.derivation.numeric.paths import JETS, delay, joint_paths, stack_jets
 from mecanique.derivation.numeric.recursion import solve
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
@@ -162,8 +162,8 @@ class Definition(BatchDynamics):
         """Lagrange's operator on T, shape (n, nv)."""
         r, H = self.motion(states, a)
         later_r, later_H = (
-            {name: _delay(x) for name, x in r.items()},
-            [_delay(pose) for pose in H],
+            {name: delay(x) for name, x in r.items()},
+            [delay(pose) for pose in H],
         )
         E = np.zeros((self._mechanism.nv, len(states)))
         for now, later in zip(self._kinetic(r, H), self._kinetic(later_r, later_H), strict=True):
@@ -178,28 +178,18 @@ class Definition(BatchDynamics):
             a: shape (n, nv), accelerations.
         """
         r = joint_paths(states, self._tree, a)
+        shape = (3, 1 + self._mechanism.nv, len(states))
         H: list[Jet] = []
         for link in self._tree:
             X = placement_matrix(link.origin, self._mechanism.values)
             A = (
                 self._free(link, states, a)
                 if link.kind in ("ball", "free")
-                else self._local(link, r, states)
+                else stack_jets(local(link, r, JETS), shape)
             )
             here = Jet(X @ A.c)
             H.append(H[link.parent] @ here if link.parent >= 0 else here)
         return r, H
-
-    def _local(self, link: Link, r: dict[str, Jet], states: States) -> Jet:
-        c = np.zeros((3, 1 + self._mechanism.nv, len(states), 4, 4))
-        c[0, 0, :, 3, 3] = 1.0
-        for i, row in enumerate(local(link, r, JETS)):
-            for k, entry in enumerate(row):
-                if isinstance(entry, Jet):
-                    c[..., i, k] = entry.c
-                else:
-                    c[0, 0, :, i, k] = entry
-        return Jet(c)
 
     def _free(self, link: Link, states: States, a: np.ndarray) -> Jet:
         """The jet A (1 + V ε + ½ (V² + V') ε²) of a free joint's pose, with the variation A S η."""
@@ -282,11 +272,3 @@ class Definition(BatchDynamics):
         return (
             vectors if place < 0 else np.einsum("nij,nj->ni", H[place].c[0, 0][:, :3, :3], vectors)
         )
-
-
-def _delay(x: Jet) -> Jet:
-    """Return the same motion with the variation η = ε instead of η = 1."""
-    c = np.zeros_like(x.c)
-    c[:, 0] = x.c[:, 0]
-    c[1:, 1:] = x.c[:-1, 1:]
-    return Jet(c)

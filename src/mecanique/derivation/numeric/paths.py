@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate, symbols_in
 from mecanique.model.states import States
 
-__all__ = ["JETS", "coordinate_paths", "driven_paths", "joint_paths"]
+__all__ = ["JETS", "coordinate_paths", "delay", "driven_paths", "joint_paths", "stack_jets"]
 
 JETS = Arithmetic(function)
 """The arithmetic that computes poses with jets as scalars."""
@@ -69,6 +70,32 @@ def coordinate_paths(states: States, a: np.ndarray | None = None) -> dict[str, A
         values[name] = _jet(states, q, states.v[:, k], 0.0 if a is None else a[:, k], k)
     values["t"] = _jet(states, states.t, 1.0, 0.0, None)
     return values
+
+
+def stack_jets(rows: Sequence[Sequence[Any]], shape: tuple[int, ...]) -> Jet:
+    """Return a pose of jets and numbers as a jet of homogeneous matrices.
+
+    Args:
+        rows: the pose's upper three rows.
+        shape: of the coefficients of one entry: orders of ε, value and partials, states.
+    """
+    c = np.zeros((*shape, 4, 4))
+    c[0, 0, :, 3, 3] = 1.0
+    for i, row in enumerate(rows):
+        for k, entry in enumerate(row):
+            if isinstance(entry, Jet):
+                c[..., i, k] = entry.c
+            else:
+                c[0, 0, :, i, k] = entry
+    return Jet(c)
+
+
+def delay(x: Jet) -> Jet:
+    """Return the same motion with the variation η = ε instead of η = 1."""
+    c = np.zeros_like(x.c)
+    c[:, 0] = x.c[:, 0]
+    c[1:, 1:] = x.c[:-1, 1:]
+    return Jet(c)
 
 
 def _paths(states: States, a: np.ndarray | None) -> dict[str, Any]:

@@ -22,7 +22,7 @@ import numpy as np
 from mecanique.derivation.numeric.constraints.loops import Closure
 from mecanique.derivation.numeric.constraints.multipliers import constraints
 from mecanique.derivation.numeric.lagrange import Definition
-from mecanique.derivation.numeric.paths import JETS
+from mecanique.derivation.numeric.paths import JETS, delay, stack_jets
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import links, place_of
@@ -202,7 +202,7 @@ class Reduced:
         terms = [(Jet(H[place].c @ (0.5 * J)), H[place]) for place, J in self._bodies]
         for half, pose in terms:
             now = half.ddt().trace_with(pose.ddt())
-            later = _delay(half).ddt().trace_with(_delay(pose).ddt())
+            later = delay(half).ddt().trace_with(delay(pose).ddt())
             E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
         weight = np.zeros_like(E)
         for place, J in self._bodies:
@@ -211,7 +211,7 @@ class Reduced:
             inertia = self._mechanism.evaluate(link.armature)
             if inertia:
                 x = r[link.coordinates[0]]
-                now, later = (y.ddt() * y.ddt() * (0.5 * inertia) for y in (x, _delay(x)))
+                now, later = (y.ddt() * y.ddt() * (0.5 * inertia) for y in (x, delay(x)))
                 E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
         return q, np.asarray(E.T), np.asarray(weight.T)
 
@@ -270,7 +270,7 @@ class Reduced:
         for signal in mechanism.inputs:
             values[signal.symbol] = evaluate(signal.signal, values, function=function)
         values = joint_values(mechanism, values, JETS)
-        return values, [_as_jet(rows, x[0]) for rows in poses(self._tree, values, JETS)]
+        return values, [stack_jets(rows, x[0].c.shape) for rows in poses(self._tree, values, JETS)]
 
 
 def _turn(start: list[np.ndarray], x: list[Jet]) -> list[Any]:
@@ -284,26 +284,6 @@ def _turn(start: list[np.ndarray], x: list[Jet]) -> list[Any]:
     turn = quaternion_rotation(*p)
     moved = [combination(row, x[:3]) + at for row, at in zip(turn, origin, strict=True)]
     return [*moved, *quaternion]
-
-
-def _as_jet(rows: list[list[Any]], like: Jet) -> Jet:
-    c = np.zeros((*like.c.shape, 4, 4))
-    c[0, 0, :, 3, 3] = 1.0
-    for i, row in enumerate(rows):
-        for k, entry in enumerate(row):
-            if isinstance(entry, Jet):
-                c[..., i, k] = entry.c
-            else:
-                c[0, 0, :, i, k] = entry
-    return Jet(c)
-
-
-def _delay(x: Jet) -> Jet:
-    """Return the same motion with the variation η = ε instead of η = 1."""
-    c = np.zeros_like(x.c)
-    c[:, 0] = x.c[:, 0]
-    c[1:, 1:] = x.c[:-1, 1:]
-    return Jet(c)
 
 
 def _choose(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
