@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import reduce
+from operator import mul
 from typing import Any, final
 
 import numpy as np
@@ -145,10 +147,7 @@ def _value(node: Node, below: list[Array], letters: Mapping[str, Array]) -> Any:
         case "sum":
             return sum(below[1:], below[0])
         case "product":
-            product = below[0]
-            for factor in below[1:]:
-                product = product * factor
-            return product
+            return reduce(mul, below)
         case "quotient":
             return below[0] / below[1]
         case "power":
@@ -169,10 +168,7 @@ def _size(node: Node, value: Any, below: list[Array], sizes: list[Array]) -> Any
         case "sum":
             return sum(sizes[1:], sizes[0])
         case "product":
-            product = sizes[0]
-            for factor in sizes[1:]:
-                product = product * factor
-            return product
+            return reduce(mul, sizes)
         case "quotient":
             # what cancels below makes the quotient as uncertain as it makes the divisor
             return sizes[0] / np.abs(below[1]) * (sizes[1] / np.abs(below[1]))
