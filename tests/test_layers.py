@@ -58,7 +58,7 @@ ORDER: dict[str, list[str]] = {
         "validation",
         "mechanism",
     ],
-    "textbook": ["charts facts", "system", "systems", "catalogue", "register"],
+    "textbook": ["facts", "charts system", "systems", "catalogue", "register"],
     "urdf": [
         "dialect element limits names robots",
         "rules",

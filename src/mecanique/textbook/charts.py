@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from mecanique.model import Body, Prismatic, Revolute, Spherical
+import numpy as np
 
-__all__ = ["carriers", "hinges", "slides"]
+from mecanique.model import Body, Prismatic, Revolute, Spherical
+from mecanique.textbook.facts import Number
+
+__all__ = ["about", "carriers", "hinges", "slides"]
 
 Led = tuple[Prismatic | Revolute | Spherical, ...]
 """Joints, each of which leads the parent of the next."""
@@ -51,3 +54,18 @@ def hinges(
 def carriers(joints: Led) -> tuple[Body, ...]:
     """Return the massless bodies between joints that lead from the ground to a body."""
     return tuple(Body(joint.child) for joint in joints[:-1])
+
+
+def about(axis: int, angle: Number) -> Number:
+    """Return the turn about x, y or z, of facts in these coordinates, shape (3, 3).
+
+    Args:
+        axis: 0, 1 or 2.
+        angle: [rad], complex where a fact is differentiated by a complex step.
+    """
+    i, k = (axis + 1) % 3, (axis + 2) % 3
+    turn = np.zeros((3, 3), dtype=complex)
+    turn[axis, axis] = 1
+    turn[[i, k], [i, k]] = np.cos(angle)
+    turn[k, i], turn[i, k] = np.sin(angle), -np.sin(angle)
+    return turn

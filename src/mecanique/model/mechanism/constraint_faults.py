@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.constraints.gears import Gear, Rack
@@ -27,33 +27,30 @@ def find_constraint_faults(m: Description) -> Iterator[str]:
     yield from _elements(m)
 
 
-def _loops(m: Description) -> Iterator[str]:
+def _strangers(m: Description, where: str, names: Iterable[str]) -> Iterator[str]:
+    """Names that no body has."""
     bodies = {body.name for body in m.bodies}
+    return (f"{where}: {name!r} is no body" for name in names if name not in bodies)
+
+
+def _loops(m: Description) -> Iterator[str]:
     for loop in m.loops:
-        for name in (loop.body_a, loop.body_b):
-            if name not in bodies:
-                yield f"loop {loop.name!r}: {name!r} is no body"
+        yield from _strangers(m, f"loop {loop.name!r}", (loop.body_a, loop.body_b))
         if loop.body_a == loop.body_b:
             yield f"loop {loop.name!r} joins body {loop.body_a!r} to itself"
 
 
 def _contacts(m: Description) -> Iterator[str]:
-    bodies = {body.name for body in m.bodies}
     for contact in m.contacts:
         where = f"contact {contact.name!r}"
-        for name in (contact.body, contact.on):
-            if name not in bodies:
-                yield f"{where}: {name!r} is no body"
+        yield from _strangers(m, where, (contact.body, contact.on))
         if contact.body == contact.on:
             yield f"{where}: body {contact.body!r} touches itself"
 
 
 def _elements(m: Description) -> Iterator[str]:
-    bodies = {body.name for body in m.bodies}
     for element in m.elements:
-        for name in element.bodies:
-            if name not in bodies:
-                yield f"element {element.name!r}: {name!r} is no body"
+        yield from _strangers(m, f"element {element.name!r}", element.bodies)
         if isinstance(element, (Gear, Rack)):
             yield from _meshes(m, element)
 

@@ -8,7 +8,7 @@ back. The generalized coordinates are the place x, y, z of the ellipsoid's cente
 about the vertical, roll about the long axis and pitch about the short one.
 """
 
-from numpy import array, cos, cross, diag, eye, pi, real, sin, sqrt, stack, zeros
+from numpy import array, cross, diag, eye, pi, real, sqrt, stack
 from numpy.linalg import solve
 
 from mecanique.model import (
@@ -23,7 +23,7 @@ from mecanique.model import (
     Visual,
     massless,
 )
-from mecanique.textbook.charts import carriers, hinges, slides
+from mecanique.textbook.charts import about, carriers, hinges, slides
 from mecanique.textbook.facts import Acceleration, Conserved, KineticEnergy, Number, Steady, Values
 from mecanique.textbook.system import System
 
@@ -65,16 +65,6 @@ def build(
         parameters=(m, a, b, c, h, A, B, C, D, g),
         gravity=(0, 0, -g),
     )
-
-
-def about(axis: int, angle: Number) -> Number:
-    """Return the turn about an axis, shape (3, 3)."""
-    i, k = (axis + 1) % 3, (axis + 2) % 3
-    turn = zeros((3, 3), dtype=complex)
-    turn[axis, axis] = 1
-    turn[[i, k], [i, k]] = cos(angle)
-    turn[k, i], turn[i, k] = sin(angle), -sin(angle)
-    return turn
 
 
 def axes(s: Values) -> Number:

@@ -40,7 +40,7 @@ from mecanique.model import cos as cosine
 from mecanique.model import sin as sine
 from mecanique.model import tan as tangent
 from mecanique.model.expression import Scalar
-from mecanique.textbook.charts import carriers, hinges, slides
+from mecanique.textbook.charts import about, carriers, hinges, slides
 from mecanique.textbook.facts import Conserved, Eigenvalues, KineticEnergy, Number, Solution, Values
 from mecanique.textbook.system import System
 
@@ -190,16 +190,6 @@ def parts(s: Values) -> list[Part]:
         part(s.mH, head, fork, fork_spin, turn.T @ fork_spin, tensor(s, "H")),
         part(s.mF, head, front, fork_spin, front_spin, diag([s.IFxx, s.IFyy, s.IFxx])),
     ]
-
-
-def about(axis: int, angle: Number) -> Number:
-    """Return the turn about an axis, shape (3, 3)."""
-    i, k = (axis + 1) % 3, (axis + 2) % 3
-    turn = zeros((3, 3), dtype=complex)
-    turn[axis, axis] = 1
-    turn[[i, k], [i, k]] = cos(angle)
-    turn[k, i], turn[i, k] = sin(angle), -sin(angle)
-    return turn
 
 
 def tensor(s: Values, of: str) -> Number:
