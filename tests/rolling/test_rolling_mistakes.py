@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from mecanique import InputError, textbook, verify
+from mecanique.model.mechanism.origin import Finding, Origin
 from mecanique.verification.foreign.functions import Functions
 
 BY = ("yaw", "lean", "spin")
@@ -80,6 +82,14 @@ def test_another_mistake_is_not_blamed_on_it() -> None:
     verdict = verify(COIN, 10, against=functions(lambda q, v: 1.01 * right(q, v)))
     assert not verdict.agrees
     assert verdict.causes == ()
+
+
+def test_flaws_of_the_file_are_listed_whatever_its_equations_are_compared_with() -> None:
+    flaw = Finding("M204", "error", "coin.urdf", 4, "link 'coin'", "no body has it", "", "Measure.")
+    flawed = replace(COIN, origin=Origin("coin.urdf", b"", (flaw,)))
+    verdict = verify(flawed, 10, against=functions(right))
+    assert verdict.flaws == (flaw,)
+    assert "flaw in line 4: link 'coin': no body has it. Measure." in str(verdict)
 
 
 def test_velocities_that_do_not_suffice_are_refused() -> None:
