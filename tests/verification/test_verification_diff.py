@@ -110,6 +110,15 @@ def test_weight_is_the_change_of_mass_matrix_and_bias() -> None:
     assert (change.before, change.after) == ("1", "1.1 kg (+10 %)")
 
 
+def test_a_millionth_of_a_mass_is_listed_with_digits_that_show_it() -> None:
+    """It was taken for links merged into their parents, which happened nowhere."""
+    for value in (1, 2):
+        text = ARM.replace(f'mass value="{value}"', f'mass value="{value * (1 + 1e-6)!r}"')
+        (change,) = mq.diff(ARM, text).changes
+        after = f"{value}.00000{value} kg (+0.0001 %)"
+        assert (change.what, change.before, change.after) == ("mass", str(value), after)
+
+
 def test_what_changes_the_equations_most_comes_first() -> None:
     heavier = ARM.replace('mass value="2"', 'mass value="2.1"')
     text = heavier.replace('mass value="1"', 'mass value="9"')

@@ -139,9 +139,7 @@ def _fate(a: Mechanism, b: Mechanism, pairs: Pairs, name: str, kind: str, verb: 
 def _total(m: Mechanism, body: str) -> Array:
     """Return mass, first and second moments of all that is welded to a body, in its frame."""
     total = np.zeros((4, 4))
-    waiting = [(body, np.eye(4))]
-    while waiting:
-        name, pose = waiting.pop()
+    for name, pose in _welds(m, body):
         mass, center, inertia = numbers_of(m.body(name))
         moments = np.zeros((4, 4))
         moments[:3, :3] = np.trace(inertia) / 2 * np.eye(3) - inertia
@@ -149,12 +147,31 @@ def _total(m: Mechanism, body: str) -> Array:
         moments[:3, 3] = moments[3, :3] = mass * center
         moments[3, 3] = mass
         total += pose @ moments @ pose.T
+    return total
+
+
+def _welds(m: Mechanism, body: str) -> Iterator[tuple[str, Array]]:
+    """Yield a body and all that is welded to it, each with its pose in the body's frame."""
+    waiting = [(body, np.eye(4))]
+    while waiting:
+        name, pose = waiting.pop()
+        yield name, pose
         waiting += [
             (joint.child, pose @ m.matrix(joint.origin))
             for joint in m.joints
             if joint.parent == name and isinstance(joint, Fixed)
         ]
-    return total
+
+
+def _merged(a: Mechanism, b: Mechanism, pairs: Pairs, one: Body, other: Body) -> bool:
+    """Whether links were merged into a body or split off from it, and all they weigh is the same.
+
+    Without such links a mass that differs by a millionth is another mass.
+    """
+    welds = {pairs.bodies.get(name) for name, _ in _welds(a, one.name)}
+    if welds == {name for name, _ in _welds(b, other.name)}:
+        return False
+    return np.allclose(_total(a, one.name), _total(b, other.name), rtol=1e-6, atol=1e-12)
 
 
 def _bodies(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
@@ -164,14 +181,12 @@ def _bodies(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
         other = b.body(pairs.bodies[one.name])
         where = f"link {one.name!r}"
         (m, c, inertia), (n, d, moment) = numbers_of(one), numbers_of(other)
-        merged = abs(m - n) > _SAME * max(m, n) and np.allclose(
-            _total(a, one.name), _total(b, other.name), rtol=1e-6, atol=1e-12
-        )
-        if merged:
+        if abs(m - n) > _SAME * max(m, n) and _merged(a, b, pairs, one, other):
             continue
         if abs(m - n) > _SAME * max(abs(m), abs(n)):
             percent = f" ({100 * (n / m - 1):+.3g} %)" if m else ""
-            change = Change(where, "mass", f"{m:.6g}", f"{n:.6g} kg{percent}", mass_slip(m, n))
+            before, after = _show(m, n)
+            change = Change(where, "mass", before, f"{after} kg{percent}", mass_slip(m, n))
             yield change, one.replace(mass=n)
         if _differ(c, d):
             slip = vector_slip(c, d)
@@ -237,7 +252,7 @@ def _single(
         ("damping", [_damping(a, one), _damping(b, other)]),
     ):
         if abs(values[0] - values[1]) > _SAME * max(map(abs, values)):
-            yield Change(where, what, f"{values[0]:.6g}", f"{values[1]:.6g}"), None
+            yield Change(where, what, *_show(*values)), None
     laws = [str(m.coordinates.driven.get(j.coordinate, "")) for m, j in ((a, one), (b, other))]
     if laws[0] != laws[1]:
         yield Change(where, "law of its coordinate", laws[0] or "free", laws[1] or "free"), None
@@ -294,11 +309,20 @@ def _dynamics(m: Mechanism, states: Any) -> tuple[Array, Array]:
 
 
 def _change(where: str, what: str, before: Array, after: Array, unit: str, slip: str) -> Change:
-    return Change(where, what, _show(before), f"{_show(after)} {unit}".strip(), slip)
+    old, new = _show(before, after)
+    return Change(where, what, old, f"{new} {unit}".strip(), slip)
 
 
-def _show(values: Array) -> str:
-    return " ".join(f"{x:.6g}" for x in np.ravel(values) + 0.0)
+def _show(before: Array | float, after: Array | float) -> tuple[str, str]:
+    """Return two numbers or vectors with as many digits as show that they differ, 6 at least."""
+    for digits in range(6, 18):
+        old, new = (
+            " ".join(f"{x:.{digits}g}" for x in np.ravel(values) + 0.0)
+            for values in (before, after)
+        )
+        if old != new:
+            break
+    return old, new
 
 
 def _differ(x: Array, y: Array, tolerance: float = _SAME) -> bool:
