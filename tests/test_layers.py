@@ -71,7 +71,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "urdf.reading": [
         "fields letters meshes",
-        "constraints pictures xacro_places",
+        "constraints pictures xacro_places xacro_values",
         "xacro",
         "joints",
         "bushings links mimic",

@@ -110,6 +110,17 @@ def test_what_xacro_cannot_expand_is_told(arm: Path) -> None:
         read_urdf(arm, package_path=arm.parents[1] / "elsewhere")
 
 
+def test_an_argument_that_the_file_has_not_is_refused(arm: Path) -> None:
+    """The library takes any, so that a misspelt one changes nothing, in silence."""
+    path = arm.parents[1] / "elsewhere"
+    said = r"unknown argument 'lenght'; did you mean 'length'\?"
+    for do in (read_urdf, lint):
+        with pytest.raises(mq.UnknownNameError, match=said):
+            do(arm, package_path=path, arguments={"lenght": "2"})
+    with pytest.raises(mq.InputError, match=r"expected a \.xacro file with arguments, got a text"):
+        read_urdf("<robot/>", arguments={"length": "2"})
+
+
 def test_the_command_takes_arguments(arm: Path) -> None:
     path = str(arm.parents[1] / "elsewhere")
     words = [str(arm), "--package-path", path, "--arg", "length:=2"]

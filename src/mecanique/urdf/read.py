@@ -11,7 +11,6 @@ import os
 from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Literal
 
 from mecanique.errors import InputError, MechanismError
@@ -30,7 +29,7 @@ from mecanique.urdf.names import Names
 from mecanique.urdf.reading.document import Document, Source, read_document
 from mecanique.urdf.reading.letters import with_armature, with_letters
 from mecanique.urdf.reading.meshes import PackagePath
-from mecanique.urdf.reading.xacro import Properties, find_properties
+from mecanique.urdf.reading.xacro_values import Letters
 from mecanique.urdf.toml_loops import with_loops
 from mecanique.urdf.xacro_letters import with_properties
 
@@ -94,11 +93,11 @@ def read_urdf(
             for all joints with one coordinate, or by name of the joint [kg·m² or kg].
         parameters: what gets letters: "masses", "lengths" or "inertias", or a collection of these
             and of letters, e.g. ("masses", "z_elbow"); of a xacro file also the names of its
-            properties, on which masses, lengths and inertias then depend as in the file.
+            arguments and properties, on which masses, lengths and inertias then depend as in the
+            file.
         strict: whether to refuse a text with any error, also with those that its equations of
             motion do without (`mechanism.origin.flaws`).
-        arguments: values of the arguments of a xacro file, which is expanded first (extra `xacro`);
-            lines are those of the expanded text.
+        arguments: values of the arguments of a xacro file, which is expanded first (extra `xacro`).
         loops: path of a TOML file with loops and springs beside the URDF
             (`mecanique.urdf.toml_loops`).
 
@@ -108,7 +107,7 @@ def read_urdf(
     Raises:
         UrdfError: with every error found, each with its line.
         InputError: if an argument is not what is expected.
-        UnknownNameError: if a joint of the armatures or a letter does not exist.
+        UnknownNameError: if a joint of the armatures, a letter or an argument does not exist.
         MechanismError: if an armature is negative.
 
     Example:
@@ -134,11 +133,11 @@ def read_urdf(
     if loops is not None:
         mechanism = with_loops(mechanism, loops)
     kept = {parameters} if isinstance(parameters, str) else set(parameters)
-    values = _properties(path_or_text, kept)
+    values, known = document.values.choose(kept) if kept else ({}, [])
     if values:
 
-        def read_with(properties: Properties) -> Mechanism:
-            found, faults = read_document(path_or_text, package_path, arguments, properties)
+        def read_with(letters: Letters) -> Mechanism:
+            found, faults = read_document(path_or_text, package_path, arguments, letters)
             other = found and mechanism_of(found, faults, gravity, root, damping=damping)
             faults.refuse(strict=False)
             assert other, "what cannot be read is refused"
@@ -146,15 +145,7 @@ def read_urdf(
 
         mechanism = with_properties(mechanism, values, read_with)
         parameters = kept - values.keys()
-    return with_letters(with_armature(mechanism, armature), parameters)
-
-
-def _properties(source: Source, wanted: set[str]) -> dict[str, float]:
-    """Return those of a xacro file's properties that are to become parameters."""
-    if not wanted or not str(source).lower().endswith(".xacro"):
-        return {}
-    found = find_properties(Path(source))
-    return {name: found[name] for name in sorted(wanted & found.keys())}
+    return with_letters(with_armature(mechanism, armature), parameters, known)
 
 
 def mechanism_of(

@@ -1,4 +1,4 @@
-"""Properties of a xacro file as parameters: masses, centers, inertias and lengths in letters.
+"""Arguments and properties of a xacro file as parameters of masses, centers, inertias and lengths.
 
 The file is expanded at the points of a lattice, values × (1 + n) with Σ n ≤ degree, on which a
 polynomial of that degree is determined (Nicolaides, SIAM J. Numer. Anal. 9, 1972), and each number
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.errors import InputError
+from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Parameter
 
@@ -45,7 +45,7 @@ def with_properties(mechanism: Mechanism, values: Mapping[str, float], read: Rea
 
     Args:
         mechanism: as read with the values that are written.
-        values: of the properties, by name; each becomes a parameter.
+        values: of the arguments and properties, by name; each becomes a parameter.
         read: returns the mechanism with other values.
 
     Raises:
@@ -54,7 +54,7 @@ def with_properties(mechanism: Mechanism, values: Mapping[str, float], read: Rea
     """
     names, count = tuple(values), len(values)
     if count > MOST:
-        raise InputError(f"expected at most {MOST} properties of a xacro file, got {count}")
+        raise InputError(f"expected at most {MOST} letters of a xacro file, got {count}")
     degree = _DEGREES[count]
     lattice = [n for n in product(range(degree + 1), repeat=count) if sum(n) <= degree]
     base = np.array([values[name] or 1.0 for name in names])
@@ -63,7 +63,7 @@ def with_properties(mechanism: Mechanism, values: Mapping[str, float], read: Rea
     points = np.vstack([1.0 + exponents, random.uniform(0.7, 1.9, (2, count))])
     rows = []
     for point in points:
-        other = read(dict(zip(names, (base * point).tolist(), strict=True)))
+        other = _read(read, dict(zip(names, (base * point).tolist(), strict=True)))
         _refuse_others(mechanism, other, names)
         rows.append(_numbers(other))
     found = np.array(rows)
@@ -85,6 +85,17 @@ def with_properties(mechanism: Mechanism, values: Mapping[str, float], read: Rea
         for column, moving, value in zip(terms.T, moves, given.tolist(), strict=True)
     ]
     return _write(mechanism, written, [Parameter(name, values[name]) for name in names])
+
+
+def _read(read: Read, values: Mapping[str, float]) -> Mechanism:
+    try:
+        return read(values)
+    except MecaniqueError as error:
+        with_these = ", ".join(f"{name} = {value!r}" for name, value in values.items())
+        raise InputError(
+            f"the file cannot be read with {with_these}, so {' and '.join(values)} cannot be "
+            f"{'a letter' if len(values) == 1 else 'letters'}: {error}"
+        ) from error
 
 
 def _numbers(mechanism: Mechanism) -> Array:

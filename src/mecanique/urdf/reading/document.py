@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
+from mecanique.errors import InputError
 from mecanique.urdf.dialect import DRAKE_JOINT
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
@@ -20,7 +21,8 @@ from mecanique.urdf.reading.meshes import MeshSearch, PackagePath
 from mecanique.urdf.reading.mimic import Follower, followers
 from mecanique.urdf.reading.pictures import Pictures
 from mecanique.urdf.reading.structure import root_of
-from mecanique.urdf.reading.xacro import Properties, expand
+from mecanique.urdf.reading.xacro import expand
+from mecanique.urdf.reading.xacro_values import Letters, Values
 from mecanique.urdf.xml.parse import MOST_BYTES, parse
 
 __all__ = ["Document", "Source", "read_document"]
@@ -53,6 +55,7 @@ class Document:
         rotors: the elements that give rotor inertias.
         lost: the meshes that were not found, and their links.
         searched: where packages were looked for, in words.
+        values: of a xacro file's arguments and properties; none of another's.
     """
 
     text: bytes
@@ -66,13 +69,14 @@ class Document:
     rotors: tuple[Element, ...]
     lost: tuple[tuple[Element, str], ...]
     searched: str
+    values: Values
 
 
 def read_document(
     source: Source,
     package_path: PackagePath | None = None,
     arguments: Mapping[str, str] | None = None,
-    properties: Properties | None = None,
+    letters: Letters | None = None,
 ) -> tuple[Document | None, Report]:
     """Return the contents of a URDF and the faults found; no contents if it is not a robot.
 
@@ -80,23 +84,30 @@ def read_document(
         source: the path of a URDF file, or its text.
         package_path: folders to search for packages.
         arguments: of a xacro file, by name.
-        properties: other values of a xacro file's properties.
+        letters: other values of a xacro file's arguments and properties.
+
+    Raises:
+        UnknownNameError: if a xacro file has no such argument.
+        InputError: if there are arguments and it is no xacro file.
     """
     file = None if isinstance(source, str) and "<" in source else Path(source)
     report = Report(None if file is None else str(source))
     search = MeshSearch(file, package_path)
     places = None
     data = source if file is None and isinstance(source, str) else _bytes(file, report)
+    values = Values(arguments or {}, letters or {})
     if file is not None and data is not None and file.suffix.lower() == ".xacro":
-        expanded = expand(file, arguments or {}, search, report, properties)
+        expanded = expand(file, values, search, report)
         data, places = expanded if expanded is not None else (None, None)
+    elif arguments and data is not None:
+        raise InputError(f"expected a .xacro file with arguments, got {report.file or 'a text'}")
     robot = None if data is None else parse(data, report)
     if robot is not None and places is not None:
         robot = places.put(robot)
     if data is None or robot is None or not _is_robot(robot, report):
         return None, report
     text = data.encode() if isinstance(data, str) else data
-    return _read_robot(robot, text, search, report), report
+    return _read_robot(robot, text, search, values, report), report
 
 
 def _is_robot(element: Element, report: Report) -> bool:
@@ -113,7 +124,9 @@ def _is_robot(element: Element, report: Report) -> bool:
     return macro is None
 
 
-def _read_robot(robot: Element, text: bytes, search: MeshSearch, report: Report) -> Document:
+def _read_robot(
+    robot: Element, text: bytes, search: MeshSearch, values: Values, report: Report
+) -> Document:
     """Return the contents of a robot, and report their faults."""
     if "name" not in robot.attributes:
         report.aside.add("M101", robot, "", "the robot has no name")
@@ -143,6 +156,7 @@ def _read_robot(robot: Element, text: bytes, search: MeshSearch, report: Report)
         rotors=tuple(rotors),
         lost=tuple(pictures.lost),
         searched=search.searched,
+        values=values,
     )
 
 

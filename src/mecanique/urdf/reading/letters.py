@@ -58,12 +58,15 @@ def with_armature(mechanism: Mechanism, armature: float | Mapping[str, float] | 
     return replace(mechanism, joints=joints)
 
 
-def with_letters(mechanism: Mechanism, wanted: str | Collection[str]) -> Mechanism:
+def with_letters(
+    mechanism: Mechanism, wanted: str | Collection[str], others: Collection[str] = ()
+) -> Mechanism:
     """Return a mechanism with letters for some of its numbers.
 
     Args:
         mechanism: as read, in numbers.
         wanted: one of `KINDS`, or a collection of them and of letters.
+        others: names that could have been letters as well, in a message.
     """
     if not isinstance(wanted, Collection):
         raise InputError(f"expected names of parameters, e.g. 'masses', got {wanted!r}")
@@ -73,7 +76,7 @@ def with_letters(mechanism: Mechanism, wanted: str | Collection[str]) -> Mechani
     letters = {letter.parameter.symbol: letter for letter in _letters(mechanism)}
     for name in names:
         if name not in (*KINDS, *letters):
-            raise UnknownNameError("parameter", name, (*KINDS, *letters))
+            raise UnknownNameError("parameter", name, (*others, *KINDS, *letters))
     chosen = {
         letter.key: letter.parameter
         for symbol, letter in letters.items()

@@ -6,7 +6,6 @@ AMENT_PREFIX_PATH and the packages around the file.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -15,31 +14,26 @@ from xml.dom import minidom
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.meshes import MeshSearch
 from mecanique.urdf.reading.xacro_places import Places
-from mecanique.urdf.xml.parse import parse
+from mecanique.urdf.reading.xacro_values import Values
 
-__all__ = ["Properties", "expand", "find_properties"]
-
-Properties = Mapping[str, float]
-"""Values of properties and arguments instead of those written, by name."""
+__all__ = ["expand"]
 
 
 def expand(
-    file: Path,
-    arguments: Mapping[str, str],
-    search: MeshSearch,
-    report: Report,
-    properties: Properties | None = None,
+    file: Path, values: Values, search: MeshSearch, report: Report
 ) -> tuple[bytes, Places] | None:
     """Return a xacro file as URDF, and where its elements come from; None if that is impossible.
 
     Args:
         file: the xacro file.
-        arguments: values of its <xacro:arg>.
+        values: of its arguments and properties, which are noted there.
         search: finds packages.
         report: where faults are noted.
-        properties: other values of properties that stand in the file itself.
 
     Why it cannot be expanded is reported.
+
+    Raises:
+        UnknownNameError: if it has no such argument.
     """
     try:
         import xacro
@@ -71,44 +65,24 @@ def expand(
             shown = file.parent / path.resolve().relative_to(file.parent.resolve())
         return minidom.parseString(places.mark(text, str(shown)))
 
-    kept, plainly = substitution_args._eval_find, xacro.parse
-    substitution_args._eval_find, xacro.parse = find, read
+    def define(element: Any, table: Any) -> None:
+        values.define(element, table, grab)
+
+    kept, plainly, grab = substitution_args._eval_find, xacro.parse, xacro.grab_property
+    substitution_args._eval_find, xacro.parse, xacro.grab_property = find, read, define
     try:
         xacro.init_stacks(str(file))
         document = xacro.parse(None, str(file))
-        for name, value in (properties or {}).items():
-            for element in document.getElementsByTagName("xacro:property"):
-                if element.getAttribute("name") == name:
-                    element.setAttribute("value", repr(value))
-        xacro.process_doc(document, mappings=dict(arguments))
+        xacro.process_doc(document, mappings=values.arguments)
         places.take(document)
-        return bytes(document.toprettyxml(indent="  ", encoding="utf-8")), places
+        text = bytes(document.toprettyxml(indent="  ", encoding="utf-8"))
     except Exception as error:
         # the library evaluates what stands in the file, and lets any error through
-        said = " ".join(str(error).split()) or type(error).__name__
+        said = " ".join(str(error).split()).rstrip(".") or type(error).__name__
         remedy = "Mend it, or give its arguments (--arg NAME=VALUE) and packages (--package-path)."
         report.add("M006", 1, "", f"xacro does not expand it: {said}", remedy)
         return None
     finally:
-        substitution_args._eval_find, xacro.parse = kept, plainly
-
-
-def find_properties(file: Path) -> dict[str, float]:
-    """Return the properties with plain numbers that stand in a xacro file, by name.
-
-    Args:
-        file: the xacro file; those of files that it includes are left out.
-    """
-    found: dict[str, float] = {}
-    report = Report(str(file))
-    try:
-        root = parse(file.read_bytes(), report)
-    except OSError:
-        return {}
-    for element in () if root is None else root.walk():
-        if element.tag == "xacro:property":
-            try:
-                found[element.attributes["name"]] = float(element.attributes["value"])
-            except (KeyError, ValueError):
-                continue
-    return found
+        substitution_args._eval_find, xacro.parse, xacro.grab_property = kept, plainly, grab
+    values.refuse_unknown()
+    return text, places
