@@ -116,6 +116,20 @@ def test_the_copy_has_the_inertias_by_shape(tmp_path: Path) -> None:
         mq.compare_inertias(file, density=0.0)
 
 
+def test_shapes_of_the_other_kind_are_named(tmp_path: Path) -> None:
+    file = tmp_path / "r.urdf"
+    text = ROBOT.format(at="0 0 0", mass=2, geometry=BOX)
+    file.write_text(text.replace("visual>", "collision>"), encoding="utf-8")
+    hint = "shapes in <collision> (with --collisions) alone: arm"
+    assert str(mq.compare_inertias(file)) == f"no closed shape: arm\n{hint}"
+    assert mq.compare_inertias(file, collisions=True).links[0].solid.kind == "box"
+    file.write_text(text, encoding="utf-8")
+    hint = "shapes in <visual> (without --collisions) alone: arm"
+    assert str(mq.compare_inertias(file, collisions=True)) == f"no closed shape: arm\n{hint}"
+    file.write_text(text.replace("<inertial", "<none").replace("inertial>", "none>"), "utf-8")
+    assert str(mq.compare_inertias(file, collisions=True)) == "no link has a mass or a closed shape"
+
+
 def test_meshes_are_linted_when_asked(tmp_path: Path) -> None:
     file = robot(tmp_path, mesh(tmp_path), mass=2000.0, at="0.9 0.2 0.3")
     assert {"M213", "M214"}.isdisjoint(finding.code for finding in mq.lint(file))

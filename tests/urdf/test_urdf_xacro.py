@@ -57,6 +57,10 @@ def test_a_package_that_is_not_found_is_told_with_where(
         read_urdf(arm)
     (finding,) = lint(arm)
     assert finding.code == "M006"
+    # the library says it twice, with the type of the error
+    assert finding.message.startswith("xacro does not expand it: package 'rods' is not found in")
+    assert finding.message.count("rods") == 1
+    assert "Add its folder to --package-path" in finding.remedy
     prefix = arm.parents[1] / "prefix"
     prefix.mkdir()
     (arm.parents[1] / "elsewhere").rename(prefix / "share")

@@ -64,6 +64,8 @@ def with_loops(mechanism: Mechanism, path: str | os.PathLike[str]) -> Mechanism:
     file = Path(path)
     try:
         found = tomllib.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"expected a TOML file, but there is no file {str(file)!r}") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{file} cannot be read: {error}") from None
     unknown = sorted(found.keys() - _TABLES)

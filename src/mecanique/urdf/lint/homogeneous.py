@@ -72,21 +72,26 @@ class Inertias:
     Args:
         links: those whose shape is known.
         unknown: the names of links with mass whose shape is not.
+        collisions: whether the shapes are those of <collision>.
+        elsewhere: those of the unknown with a shape of the other kind.
         text: of the file.
         elements: of the links, by name.
     """
 
     links: tuple[LinkInertia, ...]
     unknown: tuple[str, ...]
+    collisions: bool
+    elsewhere: tuple[str, ...]
     text: bytes
     elements: dict[str, Element]
 
     def __str__(self) -> str:
         width = max((len(link.name) for link in self.links), default=4)
-        lines = [
+        head = (
             f"{'link':<{width}}  {'mass [kg]':>10}  {'by shape':>10}  {'volume [cm³]':>12}  "
             f"{'density':>9}  {'center off':>10}  {'inertia':>8}  shape"
-        ]
+        )
+        lines = [head] if self.links else []
         for link in self.links:
             lines.append(
                 f"{link.name:<{width}}  {link.mass:10.4g}  {link.by_shape:10.4g}  "
@@ -95,7 +100,11 @@ class Inertias:
             )
         if self.unknown:
             lines.append(f"no closed shape: {', '.join(self.unknown)}")
-        return "\n".join(lines)
+        if self.elsewhere:
+            other = "<visual> (without" if self.collisions else "<collision> (with"
+            names = ", ".join(self.elsewhere)
+            lines.append(f"shapes in {other} --collisions) alone: {names}")
+        return "\n".join(lines) or "no link has a mass or a closed shape"
 
     def to_json(self) -> str:
         """Return the table for scripts."""
@@ -170,15 +179,25 @@ def compare_inertias(
     report.refuse(strict=False)
     if document is None:
         raise InputError(f"expected a URDF file, got {path!r}")
-    found, unknown = [], []
+    found, unknown, elsewhere = [], [], []
     for link in document.links:
-        solid = solid_of(link.collisions if collisions else link.visuals, meshes=True)
+        taken, others = link.visuals, link.collisions
+        if collisions:
+            taken, others = others, taken
+        solid = solid_of(taken, meshes=True)
         if solid is not None:
             found.append(_compare(link, solid, density))
         elif link.mass:
             unknown.append(link.name)
-    elements = {link.name: link.element for link in document.links}
-    return Inertias(tuple(found), tuple(unknown), document.text, elements)
+            elsewhere += [link.name] if others else []
+    return Inertias(
+        links=tuple(found),
+        unknown=tuple(unknown),
+        collisions=collisions,
+        elsewhere=tuple(elsewhere),
+        text=document.text,
+        elements={link.name: link.element for link in document.links},
+    )
 
 
 def check(link: Link, report: Report, *, meshes: bool) -> None:

@@ -43,10 +43,13 @@ def expand(
         report.add("M006", 1, "", "it is a xacro file, and xacro is not installed", remedy)
         return None
 
+    lost: list[str] = []
+
     def find(package: str) -> str:
         folder = search.package(package)
         if folder is None:
-            raise LookupError(f"package {package!r} is not found in {search.searched}")
+            lost.append(f"package {package!r} is not found in {search.searched}")
+            raise LookupError(lost[-1])
         return str(folder)
 
     places = Places()
@@ -79,7 +82,10 @@ def expand(
     except Exception as error:
         # the library evaluates what stands in the file, and lets any error through
         said = " ".join(str(error).split()).rstrip(".") or type(error).__name__
-        remedy = "Mend it, or give its arguments (--arg NAME=VALUE) and packages (--package-path)."
+        remedy = "Mend it, or give its arguments (--arg NAME=VALUE)."
+        if lost:
+            said = lost[-1]
+            remedy = "Add its folder to --package-path, ROS_PACKAGE_PATH or AMENT_PREFIX_PATH."
         report.add("M006", 1, "", f"xacro does not expand it: {said}", remedy)
         return None
     finally:

@@ -163,7 +163,7 @@ def _welds(m: Mechanism, body: str) -> Iterator[tuple[str, Array]]:
         ]
 
 
-def _merged(a: Mechanism, b: Mechanism, pairs: Pairs, one: Body, other: Body) -> bool:
+def _only_merge(a: Mechanism, b: Mechanism, pairs: Pairs, one: Body, other: Body) -> bool:
     """Whether links were merged into a body or split off from it, and all they weigh is the same.
 
     Without such links a mass that differs by a millionth is another mass.
@@ -181,7 +181,7 @@ def _bodies(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
         other = b.body(pairs.bodies[one.name])
         where = f"link {one.name!r}"
         (m, c, inertia), (n, d, moment) = numbers_of(one), numbers_of(other)
-        if abs(m - n) > _SAME * max(m, n) and _merged(a, b, pairs, one, other):
+        if abs(m - n) > _SAME * max(m, n) and _only_merge(a, b, pairs, one, other):
             continue
         if abs(m - n) > _SAME * max(abs(m), abs(n)):
             percent = f" ({100 * (n / m - 1):+.3g} %)" if m else ""
@@ -316,13 +316,14 @@ def _change(where: str, what: str, before: Array, after: Array, unit: str, slip:
 def _show(before: Array | float, after: Array | float) -> tuple[str, str]:
     """Return two numbers or vectors with as many digits as show that they differ, 6 at least."""
     for digits in range(6, 18):
-        old, new = (
-            " ".join(f"{x:.{digits}g}" for x in np.ravel(values) + 0.0)
-            for values in (before, after)
-        )
+        old, new = _write(before, digits), _write(after, digits)
         if old != new:
             break
     return old, new
+
+
+def _write(values: Array | float, digits: int) -> str:
+    return " ".join(f"{x:.{digits}g}" for x in np.ravel(values) + 0.0)
 
 
 def _differ(x: Array, y: Array, tolerance: float = _SAME) -> bool:
