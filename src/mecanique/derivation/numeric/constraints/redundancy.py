@@ -66,38 +66,44 @@ def _names(held: Held, rows: set[int]) -> tuple[str, ...]:
 
 
 def _positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
-    """Yield positions that satisfy the constraints, near random ones; quaternions are not moved."""
+    """Yield positions that satisfy the constraints, near random ones; quaternions are not moved.
+
+    All are sought at once, and those found with the fewest iterations come first.
+    """
     random = np.random.default_rng(0)
     velocities = mechanism.velocities
     plain = [k for k, name in enumerate(mechanism.coordinates) if f"{name}'" in velocities]
     columns = [velocities.index(f"{mechanism.coordinates[k]}'") for k in plain]
     units = velocity_scales(mechanism)[columns]
-    far = 3 * characteristic_length(mechanism)
-    for q in draw_positions(mechanism, _POSITIONS, random, far):
-        for _ in range(_STEPS):
+    q = draw_positions(mechanism, _POSITIONS, random, 3 * characteristic_length(mechanism))
+    for _ in range(_STEPS):
+        with np.errstate(all="ignore"):
             at = held.at(_still(mechanism, q))
-            gap = at.residual[0] / held.row_units.units
-            if not (np.isfinite(gap).all() and np.isfinite(at.jacobian).all()):
-                break
-            if np.abs(gap).max(initial=0.0) < _CLOSED:
-                yield q
-                break
-            J = at.jacobian[0][:, columns] * units / held.row_units.units[:, None]
+        gaps = at.residual / held.row_units.units
+        J = at.jacobian[:, :, columns] * units / held.row_units.units[:, None]
+        finite = np.isfinite(gaps).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
+        closed = finite & (np.abs(gaps).max(axis=1, initial=0.0) < _CLOSED)
+        yield from q[closed]
+        left = finite & ~closed
+        if not left.any():
+            return
+        q = q[left]
+        for place, gap, slope in zip(q, gaps[left], J[left], strict=True):
             holonomic = gap != 0.0
-            q[plain] -= units * np.linalg.lstsq(J[holonomic], gap[holonomic], rcond=1e-6)[0]
+            place[plain] -= units * np.linalg.lstsq(slope[holonomic], gap[holonomic], rcond=1e-6)[0]
 
 
 def _rows(mechanism: Mechanism, held: Held, q: np.ndarray) -> np.ndarray:
     """Return the rows of J, normalized in natural units, shape (m, nv)."""
-    J = held.at(_still(mechanism, q)).jacobian[0] * velocity_scales(mechanism)
+    J = held.at(_still(mechanism, q[None])).jacobian[0] * velocity_scales(mechanism)
     size = np.linalg.norm(J, axis=1, keepdims=True)
     return np.asarray(J / np.where(size > 0, size, 1.0))
 
 
 def _still(mechanism: Mechanism, q: np.ndarray) -> States:
-    """Return the state of rest in a position, which may lie beyond limits during iterations."""
-    rest = np.zeros((1, mechanism.nv))
-    return States(mechanism, q[None], rest, np.zeros(1), rest)
+    """Return the states of rest in positions, which may lie beyond limits during iterations."""
+    rest = np.zeros((len(q), mechanism.nv))
+    return States(mechanism, q, rest, np.zeros(len(q)), rest)
 
 
 def _rank(J: np.ndarray) -> int:
