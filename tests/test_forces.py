@@ -65,5 +65,5 @@ def test_a_force_without_a_law_is_refused() -> None:
     muscle = Muscle("muscle", "a", (0, 0, 0), "b", (1, 0, 0))
     with pytest.raises(DerivationError, match="no law is known for force 'muscle', a Muscle"):
         laws_of(muscle, float)
-    with pytest.raises(EngineError, match="no law is known of force 'muscle', a Muscle"):
+    with pytest.raises(EngineError, match="no law is known for force 'muscle', a Muscle"):
         law_of(muscle)

@@ -218,7 +218,10 @@ def test_wrong_elements_are_refused_with_place_and_remedy() -> None:
     for wrong, message in (
         (Pulley("pulley", 0.1, -1), r"cord 'c' does not fit the coordinate map.*correct its"),
         (Pulley("pulley", 0.2, 1), r"cord 'c' does not fit the coordinate map"),
-        (Pulley("pulley", 5.0, -1), r"cord 'c' has no way from 'weight1' to 'pulley'.*radii"),
+        (
+            Pulley("pulley", 5.0, -1),
+            r"cord 'c' has no straight run from 'weight1' to 'pulley'.*radii",
+        ),
         (Pulley("pulley", 0.2, -1, center=(0, 1, 0)), r"cord 'c' leaves its plane"),
         (Pulley("pulley", 0.2, -1, center=(0, 0.3, 0)), r"cord 'c' leaves its plane"),
     ):

@@ -153,12 +153,12 @@ def test_verdicts_and_urdf(machine: Mechanism) -> None:
 
 
 def test_wrong_wheels_are_refused_with_place_and_remedy() -> None:
-    with pytest.raises(EngineError, match=r"gear 'mesh' does not meet its axes: they are 0.31 m"):
+    with pytest.raises(EngineError, match=r"gear 'mesh' does not fit its axes: they are 0.31 m"):
         mq.Reference(pair(far=0.31))
     with pytest.raises(EngineError, match=r"gear 'mesh' does not fit the coordinate map"):
         mq.Reference(pair(far=BIG - SMALL, internal=True))
     beside = mq.Prismatic("S", "ground", "r", axis=(1, 0, 0), origin=mq.Placement((0, 0, -0.22)))
-    with pytest.raises(EngineError, match=r"rack 'mesh' does not meet its axes: they are 0.22 m"):
+    with pytest.raises(EngineError, match=r"rack 'mesh' does not fit its axes: they are 0.22 m"):
         mq.Reference(replace(rack(), joints=(rack().joints[0], beside)))
     with pytest.raises(MechanismError, match=r"'mesh': expected the name of a hinge, got 'C'"):
         mq.Mechanism(
@@ -304,5 +304,7 @@ def test_bevel_wheels_that_share_no_apex_are_refused() -> None:
         mq.Reference(bevel(other_radius=0.15))
     machine = bevel()
     moved = machine.with_joint("B", origin=(BIG, 0.05, 0))
-    with pytest.raises(EngineError, match=r"axes that meet, but they pass 0.05 m from each other"):
+    with pytest.raises(
+        EngineError, match=r"intersecting axes, but they pass each other at a distance of 0.05 m"
+    ):
         mq.Reference(moved)

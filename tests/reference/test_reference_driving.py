@@ -87,7 +87,7 @@ def test_a_tree_has_no_constraints_and_all_velocities() -> None:
         (("O",), 0.1, None, EngineError, "open"),
         (("O",), 0.0, {"theta": 1.0}, ClosureError, "do not allow these accelerations"),
         (("motor",), 0.0, None, InputError, "unknown joint 'motor'"),
-        ((), 0.0, None, ClosureError, "cannot make"),
+        ((), 0.0, None, ClosureError, "cannot produce"),
     ],
 )
 def test_what_cannot_be_driven_is_refused(

@@ -162,9 +162,11 @@ def test_a_reference_that_waits_for_a_function_refuses_to_answer_it() -> None:
     mechanism = driven(lambda t: sum(float(each.mass_matrix([1.0])[0, 0]) for each in known))
     reference = Reference(mechanism)
     known.append(reference)
-    with pytest.raises(mq.InputError, match="'driven' asks the Reference that waits for its value"):
+    with pytest.raises(
+        mq.InputError, match="'driven' calls the Reference that is waiting for its value"
+    ):
         reference.acceleration([0.5])
     known[:] = [Reference.of(mechanism)]
-    with pytest.raises(mq.InputError, match="let it ask one of its own"):
+    with pytest.raises(mq.InputError, match="let it use one of its own"):
         mq.simulate(mechanism, duration=0.1, method="dop853")
     assert reference.mass_matrix([1.0]).item() == pytest.approx(2 / 3)

@@ -225,7 +225,7 @@ def test_a_spring_without_direction() -> None:
     assert reference.forces([0.75]) == pytest.approx([-1])
     with pytest.raises(
         EngineError,
-        match=r"'tie' has no direction: its ends, on 'ground' and 'b', are at one place",
+        match=r"'tie' has no direction: its ends, on 'ground' and 'b', coincide",
     ):
         reference.acceleration([0.0])
 
@@ -250,7 +250,7 @@ def test_a_map_that_follows_a_function_without_derivatives() -> None:
         Prismatic("a", "ground", "b"), inputs=(S,), coordinates=Coordinates((), {"a": S})
     )
     with pytest.raises(
-        EngineError, match=r"follows input 'S', a function whose derivatives are not known"
+        EngineError, match=r"depends on input 'S', a function whose derivatives are not known"
     ):
         Reference(mechanism)
 

@@ -114,17 +114,17 @@ def test_next_to_a_singular_position_only_what_is_closest_there_counts(chain: Cl
 
 def test_in_a_singular_position_at_rest_nothing_decides_how_it_goes_on() -> None:
     reference = Reference(textbook.load("chained_four_bars", n=2))
-    with pytest.raises(EngineError, match="nothing decides which of them it takes"):
+    with pytest.raises(EngineError, match="nothing decides which branch it takes"):
         reference.acceleration(np.zeros(5))
-    with pytest.raises(EngineError, match="no motion goes on with"):
+    with pytest.raises(EngineError, match="no branch continues with"):
         reference.acceleration(np.zeros(5), [1.0, 0.0, 0.0, -1.0, 0.0])
 
 
 def test_motions_refuse_to_begin_where_nothing_decides_how_they_go_on() -> None:
     chain = textbook.load("chained_four_bars", n=2)
-    with pytest.raises(EngineError, match="nothing decides which of them it takes"):
+    with pytest.raises(EngineError, match="nothing decides which branch it takes"):
         Reference(chain).rhs()(0.0, np.zeros(10))
-    with pytest.raises(EngineError, match="nothing decides which of them it takes"):
+    with pytest.raises(EngineError, match="nothing decides which branch it takes"):
         simulate(chain, q=np.zeros(5), duration=0.1)
 
 

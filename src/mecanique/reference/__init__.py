@@ -1,6 +1,6 @@
-"""The mechanism inside Pinocchio: the reference that the in-house derivation is checked against.
+"""The mechanism inside Pinocchio: the reference against which the in-house derivation is checked.
 
-This room is the only place that imports pinocchio, and it does so when a `Reference` is made.
+Only this package imports pinocchio, and only when a `Reference` is made.
 """
 
 from mecanique.reference.engine.answers import (

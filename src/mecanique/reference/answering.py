@@ -1,4 +1,4 @@
-"""How a Reference answers: the mechanism inside Pinocchio, asked in one state or many."""
+"""Evaluate a mechanism inside Pinocchio in one state or many."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _Asked = TypeVar("_Asked", bound="Answering")
 
 
 class Answering:
-    """Base of a `Reference`: a tree inside Pinocchio, and the loops that hold it together.
+    """The base class of `Reference`: a tree inside Pinocchio, and the loops that close it.
 
     Args:
-        mechanism: what to load.
+        mechanism: the mechanism to load.
 
     Raises:
-        EngineError: if it is too large for Pinocchio, or is not read as it is written.
+        EngineError: if it is too large for Pinocchio, or Pinocchio does not read it correctly.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -40,7 +40,7 @@ class Answering:
 
     @classmethod
     def _over(cls: type[_Asked], loaded: Loaded) -> _Asked:
-        """Return what answers over a mechanism that Pinocchio has loaded already."""
+        """Make an instance for a mechanism that Pinocchio has loaded already."""
         answering = cls.__new__(cls)
         answering.mechanism = loaded.tree.mechanism
         answering._tree, answering._closed = loaded
@@ -51,12 +51,12 @@ class Answering:
         return Whole(self._tree)
 
     _generic: int | None = None
-    """The rank of the constraints in general, once it is known that they do not lock by chance."""
+    """The generic rank of the constraints, once they are known not to lock the mechanism."""
 
     def _look_for_locks(self, one: Callable[..., Array]) -> Callable[..., Array]:
-        """Return a question about the motion on the loops that refuses what they lock by chance.
+        """Wrap a function of the state; make it refuse a mechanism locked in a singular position.
 
-        One look is enough: what is locked can be in no other position.
+        One check suffices: a locked mechanism cannot reach any other position.
         """
         closed = self._closed
         if closed is None or closed.most is not None or self._generic is not None:
@@ -73,11 +73,11 @@ class Answering:
     def _answer(
         self, states: States, one: Callable[..., Array], *, accelerations: bool = False
     ) -> Array:
-        """Return what one(q, v, t), or one(q, v, t, a), answers in each state; all of it finite."""
+        """Evaluate one(q, v, t), or one(q, v, t, a), in each state; all values must be finite."""
         if self._tree.loads.waiting:
             raise InputError(
-                f"a function of time in mechanism {self.mechanism.name!r} asks the Reference that "
-                "waits for its value; let it ask one of its own: Reference(mechanism)"
+                f"a function of time in mechanism {self.mechanism.name!r} calls the Reference that "
+                "is waiting for its value; let it use one of its own: Reference(mechanism)"
             )
         rows: list[Array] = []
         each = zip(states.q, states.v, states.a, states.t.tolist(), strict=True)

@@ -1,4 +1,4 @@
-"""How a mechanism moves: poses, velocities, points and Jacobians of its bodies."""
+"""Compute how a mechanism moves: poses, velocities, points and Jacobians of its bodies."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["Kinematics"]
 
 
 class Kinematics(Answering):
-    """What a `Reference` answers about the motion of bodies and points."""
+    """The methods of a `Reference` about the motion of bodies and points."""
 
     def poses(self, q: Given, t: float | Array = 0.0) -> Array:
         """Return the poses of all bodies in the world, in their order, shape (nb, 4, 4).
@@ -63,7 +63,7 @@ class Kinematics(Answering):
     def motions(
         self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
     ) -> BodyMotions:
-        """Return how every body moves, world axes, in one pass over the bodies.
+        """Return the motions of all bodies, world axes, in one pass over the bodies.
 
         Args:
             q: shape (nq,).
@@ -109,7 +109,7 @@ class Kinematics(Answering):
         a: Given = None,
         t: float | Array = 0.0,
     ) -> PointMotion:
-        """Return how a point of a body moves, world axes.
+        """Return position, velocity and acceleration of a body's point, world axes.
 
         Args:
             body: name of the body.
@@ -132,7 +132,7 @@ class Kinematics(Answering):
         return PointMotion(*np.moveaxis(parts, -2, 0))
 
     def jacobian(self, body: str, q: Given, t: float | Array = 0.0) -> Array:
-        """Return how each v moves a body: velocity of its origin, angular velocity, world axes.
+        """Return a body's Jacobian: velocity of its origin and angular velocity, world axes.
 
         Args:
             body: name of the body.
@@ -140,8 +140,7 @@ class Kinematics(Answering):
             t: time [s].
 
         Returns:
-            Shape (6, nv): what v adds; of a prescribed motion, the part that time makes is left
-            out.
+            Shape (6, nv), the derivatives by v; a prescribed motion adds a velocity of its own.
 
         Raises:
             UnknownNameError: if there is no such body.
@@ -153,7 +152,7 @@ class Kinematics(Answering):
     def followers(
         self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
     ) -> dict[str, Array]:
-        """Return the joint coordinates that follow the coordinate map, mimic joints included.
+        """Return the joint coordinates that the coordinate map drives, including mimic joints.
 
         Args:
             q: shape (nq,).
@@ -162,7 +161,8 @@ class Kinematics(Answering):
             t: time [s].
 
         Returns:
-            By name r, its rate by r', its second rate by r''; each shape () or (n,).
+            Each coordinate by its name r, its rate by r', its second derivative by r''; each shape
+            () or (n,).
         """
         driven = self.mechanism.coordinates.driven
         states = States.of(self.mechanism, q, v, t, a)
@@ -190,13 +190,15 @@ class Kinematics(Answering):
 
     @property
     def total_mass(self) -> float:
-        """Mass of the bodies that can move, all those that the ground does not hold [kg]."""
+        """The mass of the bodies that can move, those not welded to the ground [kg]."""
         return self._tree.moving_mass
 
     def center_of_mass(
         self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
     ) -> PointMotion:
-        """Return how the center of mass of the bodies that can move moves, world axes.
+        """Return position, velocity and acceleration of the moving bodies' center of mass.
+
+        Components are in world axes.
 
         Args:
             q: shape (nq,).
@@ -209,7 +211,7 @@ class Kinematics(Answering):
         """
         if not self._tree.moving_mass:
             raise EngineError(
-                f"mechanism {self.mechanism.name!r} has no moving mass, so no center of it"
+                f"mechanism {self.mechanism.name!r} has no moving mass, so no center of mass"
             )
         states = States.of(self.mechanism, q, v, t, a)
         parts = self._answer(states, self._whole.center, accelerations=True)

@@ -1,4 +1,4 @@
-"""What loops ask of a motion, and what is left free: Φ(q, t) = 0, J v + ∂Φ/∂t = 0, J a + γ = 0."""
+"""Evaluate constraints and the motions they allow: Φ(q, t) = 0, J v + ∂Φ/∂t = 0, J a + γ = 0."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ _Asked = TypeVar("_Asked", bound="LoopConstraints")
 
 
 class LoopConstraints(Answering):
-    """What a `Reference` answers about loops; of a tree, that there are none."""
+    """The methods of a `Reference` about loops; for a tree their results are empty."""
 
     @property
     def closed(self) -> Closed | None:
-        """The loops and the motion they leave free; None for a tree."""
+        """The loops and the motions they allow; None for a tree."""
         return self._closed
 
     def with_rank_at(self: _Asked, q: Given, t: float = 0.0) -> _Asked:
-        """Return the same reference with its constraints counted once, as motions from q pass them.
+        """Return a reference with the rank of the constraints fixed to its generic value near q.
 
-        A little off the loops, where integration leads, redundant constraints seem independent;
-        there the answers of the reference that is returned stay those of the mechanism.
+        Slightly off the loops, where integration leads, redundant constraints seem independent;
+        with a fixed rank the results there remain those of the mechanism.
 
         Args:
-            q: shape (nq,), one position, the loops closed.
+            q: shape (nq,), one position with closed loops.
             t: time [s].
 
         Raises:
-            InputError: if the mechanism is locked there without being held.
+            InputError: if the loops lock the mechanism there in a singular position.
         """
         if self._closed is None:
             return self
@@ -54,9 +54,9 @@ class LoopConstraints(Answering):
 
     @property
     def constraint_names(self) -> tuple[str, ...]:
-        """Name of each row of the constraints, "loop: motion it closes"; empty for a tree.
+        """The name of each row of the constraints, e.g. "loop: motion it closes"; empty for a tree.
 
-        Of a contact it is "contact: motion it prevents", of a velocity constraint its name.
+        A contact's row is named "contact: motion it prevents", a velocity constraint's as itself.
         """
         return () if self._closed is None else self._closed.closures.names
 
@@ -65,19 +65,19 @@ class LoopConstraints(Answering):
     ) -> dict[str, Array]:
         """Return Lagrange's multipliers λ by row of the constraints, each shape () or (n,).
 
-        With these M a + bias − forces = Jᵀ λ. Those of a contact are the components of its force on
-        the body that rolls or has the blade [N], e.g. "wheel: normal"; those of a loop the
+        They satisfy M a + bias − forces = Jᵀ λ. Those of a contact are the components of its force
+        on the body that rolls or has the blade [N], e.g. "wheel: normal"; those of a loop are the
         components of the force [N] or moment [N·m] of body a on body b, in the axes of frame a.
 
         Args:
-            q: shape (nq,), the loops closed.
-            v: shape (nv,), as the constraints allow.
+            q: shape (nq,), with closed loops.
+            v: shape (nv,), allowed by the constraints.
             t: time [s].
-            tau: what drives besides the mechanism's own forces, as in `acceleration`.
+            tau: additional driving forces, as in `acceleration`.
 
         Raises:
             EngineError: if a loop is open.
-            ClosureError: if a motion that the constraints leave free moves no mass.
+            ClosureError: if a motion that the constraints allow moves no mass.
         """
         states = States.of(self.mechanism, q, v, t, tau=tau)
         if self._closed is None:
@@ -86,7 +86,7 @@ class LoopConstraints(Answering):
         return dict(zip(self.constraint_names, np.moveaxis(found, -1, 0), strict=True))
 
     def constraint_residual(self, q: Given, t: float | Array = 0.0) -> Array:
-        """Return how far the loops are open, Φ, shape (m,) [m or rad], by `constraint_names`.
+        """Return the gaps Φ of the loops, by `constraint_names`, shape (m,) [m or rad].
 
         Args:
             q: shape (nq,).
@@ -95,7 +95,7 @@ class LoopConstraints(Answering):
         return self._constraints(States.of(self.mechanism, q, t=t), "residual")
 
     def constraint_jacobian(self, q: Given, t: float | Array = 0.0) -> Array:
-        """Return the constraints' Jacobian J, shape (m, nv): Φ' = J v, and what time adds.
+        """Return the constraint Jacobian J, shape (m, nv), with Φ' = J v + ∂Φ/∂t.
 
         Args:
             q: shape (nq,).
@@ -104,7 +104,7 @@ class LoopConstraints(Answering):
         return self._constraints(States.of(self.mechanism, q, t=t), "jacobian")
 
     def constraint_bias(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
-        """Return the part of the constraints' second rate without a, γ: J a + γ = 0, shape (m,).
+        """Return γ of the acceleration constraint J a + γ = 0, shape (m,).
 
         Args:
             q: shape (nq,).
@@ -125,7 +125,7 @@ class LoopConstraints(Answering):
         return self._answer(states, one)
 
     def drift(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
-        """Return how far positions and velocities are off the loops, shape (2,); zero for a tree.
+        """Return the violation of constraints by q and by v, shape (2,); zero for a tree.
 
         Args:
             q: shape (nq,).
@@ -133,8 +133,8 @@ class LoopConstraints(Answering):
             t: time [s].
 
         Returns:
-            The largest gap in characteristic lengths or radians, and the largest rate of a gap in
-            the same per second.
+            The largest gap in characteristic lengths or radians, and the largest rate of a gap, in
+            these units per second.
         """
         states = States.of(self.mechanism, q, v, t)
         if self._closed is None:
@@ -142,10 +142,10 @@ class LoopConstraints(Answering):
         return self._answer(states, self._closed.drift)
 
     def independent_mass_matrix(self, q: Given, t: float = 0.0) -> tuple[tuple[str, ...], Array]:
-        """Return names of independent velocities, and the mass matrix Tᵀ M T they see, (n, n).
+        """Return names of independent velocities, and the mass matrix Tᵀ M T in them, (n, n).
 
         Args:
-            q: shape (nq,), one position, the loops closed.
+            q: shape (nq,), one position with closed loops.
             t: time [s].
 
         Raises:
@@ -166,26 +166,26 @@ class LoopConstraints(Answering):
         a: Given = None,
         t: float | Array = 0.0,
     ) -> dict[str, Array]:
-        """Return what drives in chosen joints must do for given accelerations, by joint.
+        """Return the driving forces in chosen joints for given accelerations, by joint.
 
-        With v and a left out, the forces and torques that hold the mechanism; loops are taken into
-        account. If more joints drive than motions are free, the least forces, by sum of squares.
+        Without v and a they hold the mechanism at rest; loops are taken into account. If there are
+        more drives than degrees of freedom, the forces with the least sum of squares are returned.
 
         Args:
             drives: names of joints with one coordinate, or of their coordinates.
-            q: shape (nq,), the loops closed.
-            v: shape (nv,), as the loops allow.
-            a: shape (nv,), as the loops allow.
+            q: shape (nq,), with closed loops.
+            v: shape (nv,), allowed by the loops.
+            a: shape (nv,), allowed by the loops.
             t: time [s].
 
         Returns:
-            Each shape () or (n,) [N·m or N], on the child, and the opposite on the parent.
+            Each shape () or (n,) [N·m or N], on the child, with the opposite on the parent.
 
         Raises:
             UnknownNameError: if there is no such joint.
-            InputError: if a joint has not one coordinate.
+            InputError: if a joint does not have exactly one coordinate.
             EngineError: if a loop is open.
-            ClosureError: if the loops do not allow v or a, or the drives cannot make them.
+            ClosureError: if the loops do not allow v or a, or the drives cannot produce them.
         """
         drives = (drives,) if isinstance(drives, str) else drives
         owners = {j.coordinate: j.name for j in self.mechanism.joints if isinstance(j, Single)}
@@ -203,7 +203,7 @@ class LoopConstraints(Answering):
         return {name: found[..., k] for k, name in enumerate(drives)}
 
     def response(self, q: Given, t: float, impulse: Given) -> Array:
-        """Return the change of velocities by an impulse while loops stay closed, shape (nv,).
+        """Return the change of velocities by an impulse with closed loops, shape (nv,).
 
         Args:
             q: shape (nq,).
@@ -211,7 +211,7 @@ class LoopConstraints(Answering):
             impulse: shape (nv,).
 
         Raises:
-            ClosureError: if a motion that the loops leave free carries no mass.
+            ClosureError: if a motion that the loops allow moves no mass.
         """
         states = States.of(self.mechanism, q, t=t)
         M, push = self._answer(states, self._tree.mass), np.asarray(impulse, dtype=float)

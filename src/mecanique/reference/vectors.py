@@ -1,4 +1,4 @@
-"""Products of vectors, without NumPy's overhead on three numbers."""
+"""Multiply vectors without NumPy's overhead for three numbers."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ __all__ = ["cross", "hat"]
 _HAT = np.array(
     [[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0.0, 0, 1, 0, 0, 0, -1, 0, 0], [0.0, -1, 0, 1, 0, 0, 0, 0, 0]]
 )
-"""Makes of a vector x the nine entries of the matrix that multiplies by x×."""
+"""Maps a vector x to the nine entries of the matrix of x ×."""
 
 
 def hat(vectors: Array) -> Array:
-    """Return the matrix of vector ×, or of each vector, shape (…, 3, 3).
+    """Return the matrix of x × for each vector x, shape (…, 3, 3).
 
     Args:
         vectors: shape (…, 3).

@@ -1,4 +1,4 @@
-"""What bodies do to one another: reactions of joints and loops, and applied forces."""
+"""Compute the forces between bodies: reactions of joints and loops, and applied forces."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["Wrenches"]
 
 
 class _HeldStates(NamedTuple):
-    """What elements do in some states: forces, what is left to the joints, actions on bodies."""
+    """The elements' forces in some states, the remaining reactions, and the actions on bodies."""
 
     forces: Array
     wrenches: dict[str, Wrench]
@@ -30,41 +30,42 @@ class _HeldStates(NamedTuple):
 
 
 class Wrenches(Answering):
-    """What a `Reference` answers about forces and moments between bodies."""
+    """The methods of a `Reference` about forces and moments between bodies."""
 
     def reactions(
         self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
     ) -> dict[str, Wrench]:
-        """Return what each parent does to its child, by joint: at the child's origin, world axes.
+        """Return the wrench of each parent on its child, by joint, at the child's origin.
 
-        Springs, dampers, drives and loads count as external forces on the bodies, so a reaction is
-        what the joint itself transmits: nothing along or about a free axis. Of a joint whose motion
-        is prescribed, the force along its axis is what moves it. In a joint with an armature,
-        −armature · r'' along or about its axis is what turns the rotor.
+        Components are in world axes.
 
-        Where the coordinate map guides several joints together and the mechanism does not say by
-        what, the components that depend on it are not numbers; they are named in `undetermined`,
-        and `reason` says why. `totals` are determined there, too.
+        Springs, dampers, drives and loads count as external forces on the bodies. A reaction is the
+        wrench of the joint itself, without a component along or about a free axis; at a joint with
+        prescribed motion it includes the force that moves it. A joint with an armature also
+        transmits −armature · r'' along or about its axis, which accelerates the rotor.
 
-        After the joints come the loops by their names (after a joint of the same name, with "loop "
-        before it): what body a does to body b, at the origin of the loop's frame on body b; then
-        the contacts: what acts on the body that rolls, at its hub (`contact_points` gives the point
-        where it touches, about which there is no moment), or at the point of a blade. What
-        redundant constraints leave undetermined is the least that will do, and named in
-        `undetermined`.
+        Where the coordinate map couples several joints and no element says how, the components that
+        depend on it are NaN; `undetermined` names them, and `reason` says why. `totals` are
+        determined there, too.
+
+        After the joints come the loops by name (as "loop …" if a joint has the same name), with the
+        wrench of body a on body b, at the origin of the loop's frame on body b. Then come the
+        contacts, with the wrench on the rolling body, at its hub (about the point of
+        `contact_points` it has no moment), or at the point of a blade. Redundant constraints leave
+        components undetermined; these have their least values and are named in `undetermined`.
 
         Args:
             q: shape (nq,).
             v: shape (nv,).
             t: time [s].
-            tau: what drives besides the mechanism's own forces, as in `acceleration`, in joints
-                with one coordinate [N·m or N]; like them no part of a reaction.
+            tau: additional driving forces in joints with one coordinate [N·m or N], as in
+                `acceleration`; like the mechanism's own forces not part of a reaction.
 
         Raises:
             EngineError: if a motion moves no mass in this state, or a loop is open.
-            ClosureError: if a motion that the loops leave free moves no mass.
-            UnknownNameError: if a name in tau is no joint, coordinate or velocity.
-            InputError: if tau acts elsewhere than in a joint with one coordinate.
+            ClosureError: if a motion that the loops allow moves no mass.
+            UnknownNameError: if a name in tau is not that of a joint, coordinate or velocity.
+            InputError: if tau acts anywhere but in joints with one coordinate.
         """
         states = States.of(self.mechanism, q, v, t, tau=tau)
         found = self._find_totals(states)
@@ -90,25 +91,25 @@ class Wrenches(Answering):
         *,
         elements: bool = True,
     ) -> dict[str, Wrench]:
-        """Return what crosses each joint in all, its reaction and what guides across it, by joint.
+        """Return the total wrench across each joint, of its reaction and its guides, by joint.
 
-        It acts on the child with all that hangs on it, at the child's origin, world axes: the
-        resultant of the joint's reaction and of all that holds this part of the mechanism on the
-        coordinate map from outside. Where nothing guides a joint, it is the joint's reaction. Loops
-        follow as in `reactions`.
+        It acts on the child and the bodies beyond, at the child's origin, world axes: the resultant
+        of the joint's reaction and of the forces from outside that hold this part of the mechanism
+        on the coordinate map. Without guides it is the joint's reaction. Loops follow as in
+        `reactions`.
 
         Args:
             q: shape (nq,).
             v: shape (nv,).
             t: time [s].
-            tau: what drives besides the mechanism's own forces, as in `reactions`.
-            elements: whether the forces of the elements are part of it.
+            tau: additional driving forces, as in `reactions`.
+            elements: whether to include the forces of the elements.
 
         Raises:
             EngineError: if a motion moves no mass in this state, or a loop is open.
-            ClosureError: if a motion that the loops leave free moves no mass.
-            UnknownNameError: if a name in tau is no joint, coordinate or velocity.
-            InputError: if tau acts elsewhere than in a joint with one coordinate.
+            ClosureError: if a motion that the loops allow moves no mass.
+            UnknownNameError: if a name in tau is not that of a joint, coordinate or velocity.
+            InputError: if tau acts anywhere but in joints with one coordinate.
         """
         states = States.of(self.mechanism, q, v, t, tau=tau)
         found = self._find_totals(states)
@@ -118,15 +119,15 @@ class Wrenches(Answering):
     def guide_forces(
         self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
     ) -> dict[str, Array]:
-        """Return the forces of the elements that guide, by name: tensions of cords [N].
+        """Return the forces of the guiding elements by name, e.g. tensions of cords [N].
 
-        A force that redundant elements leave undetermined is not a number.
+        A force that redundant elements leave undetermined is NaN.
 
         Args:
             q: shape (nq,).
             v: shape (nv,).
             t: time [s].
-            tau: what drives besides the mechanism's own forces, as in `reactions`.
+            tau: additional driving forces, as in `reactions`.
 
         Returns:
             Each shape () or (n,) [N or N·m].
@@ -143,7 +144,7 @@ class Wrenches(Answering):
     def guide_actions(
         self, q: Given, v: Given = None, t: float | Array = 0.0
     ) -> tuple[AppliedForce, ...]:
-        """Return what the elements that guide do to the bodies, force by force, on both bodies.
+        """Return the actions of the guiding elements, force by force, each on both of its bodies.
 
         Args:
             q: shape (nq,).
@@ -158,7 +159,7 @@ class Wrenches(Answering):
         found: list[AppliedForce] = []
         for k, unit in enumerate(units):
             point, force, moment = np.moveaxis(parts[..., k, :, :], -2, 0)
-            if unit.pressed:  # at the same point as what comes before it
+            if unit.pressed:  # acts at the same point as the force before it
                 found[-1] = replace(found[-1], force=found[-1].force + force)
             else:
                 name = names[unit.force]
@@ -175,9 +176,9 @@ class Wrenches(Answering):
         return tuple(found)
 
     def contact_points(self, q: Given, t: float | Array = 0.0) -> dict[str, Array]:
-        """Return where bodies that roll touch, and blades, by contact: world axes [m].
+        """Return the points of contact of rolling bodies and blades, by contact, world axes [m].
 
-        About this point a contact exerts no moment.
+        A contact exerts no moment about this point.
 
         Args:
             q: shape (nq,).
@@ -198,7 +199,7 @@ class Wrenches(Answering):
         return dict(zip(self._carriers[-len(found) :], found, strict=True))
 
     def _hold(self, states: States) -> _HeldStates:
-        """What the elements do, state by state, and what is then left to the joints."""
+        """Solve for the elements' forces in each state, and the joints' remaining reactions."""
         joints, tree = len(self.mechanism.joints), self._tree
         count = len(tree.elements.names)
         loose, unknown = np.zeros((joints, 6), dtype=bool), np.zeros(count, dtype=bool)
@@ -223,7 +224,7 @@ class Wrenches(Answering):
 
     @property
     def guided(self) -> dict[str, str]:
-        """Why its reaction is undetermined, of each joint that something not described guides."""
+        """Why the reaction is undetermined, for each joint with a guide without an element."""
         return dict(self._guided.reasons)
 
     def _find_totals(self, states: States) -> dict[str, Wrench]:
@@ -239,8 +240,8 @@ class Wrenches(Answering):
     def undetermined(self, q: Given, t: float = 0.0) -> dict[str, tuple[str, ...]]:
         """Return the components of reactions that are undetermined, by name.
 
-        Redundant constraints leave them so, and guides that the mechanism does not describe; joints
-        and loops of which everything is determined are left out.
+        The cause is redundant constraints, or guides without an element; joints and loops whose
+        reactions are fully determined are left out.
 
         Args:
             q: shape (nq,), one position.
@@ -266,10 +267,10 @@ class Wrenches(Answering):
     def applied(
         self, q: Given, v: Given = None, t: float | Array = 0.0
     ) -> tuple[AppliedForce, ...]:
-        """Return what springs, dampers, drives and loads do to the bodies, force by force.
+        """Return the actions of springs, dampers, drives and loads on the bodies, force by force.
 
-        A force between two bodies comes twice: on body a or the child, then on body b or the
-        parent. A spring or damper whose ends meet does nothing.
+        A force between two bodies is listed twice: on body a or the child, then on body b or the
+        parent. A spring or damper whose ends coincide exerts no force.
 
         Args:
             q: shape (nq,).
@@ -298,7 +299,7 @@ class Wrenches(Answering):
 
     @cached_property
     def _seats(self) -> list[tuple[str, str, tuple[float, float, float]]]:
-        """Which body acts on which, and at which point of the latter: of each joint and loop."""
+        """For each joint and loop: the acting body, the other body, and the point on the latter."""
         m = self.mechanism
         seats = [(joint.parent, joint.child, (0.0, 0.0, 0.0)) for joint in m.joints]
         for loop in m.loops:
@@ -324,7 +325,7 @@ class Wrenches(Answering):
     def _wrenches(
         self, states: States, parts: Array, flags: npt.NDArray[np.bool_] | None = None
     ) -> dict[str, Wrench]:
-        """Name what joints and loops transmit, shape (…, n, 2, 3), and say where it acts."""
+        """Name the wrenches of joints and loops, shape (…, n, 2, 3), with their points."""
         places = Places(partial(self._poses_by_name, states))
         found = {}
         for k, (name, (parent, child, point)) in enumerate(
@@ -353,7 +354,7 @@ def _names_of(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:
 
 
 def _forget(wrench: Wrench, loose: npt.NDArray[np.bool_], reason: str) -> Wrench:
-    """A wrench without the components that guides leave undetermined; what the rest is, is zero."""
+    """Set the components that guides leave undetermined to NaN; the others become zero."""
     force, moment = (np.where(part, np.nan, 0.0) for part in (loose[:3], loose[3:]))
     return replace(
         wrench,

@@ -1,1 +1,1 @@
-"""Pinocchio itself: the model read from URDF text, its quantities, and the loads on it."""
+"""Run Pinocchio: the model read from URDF text, its quantities, and the loads on it."""

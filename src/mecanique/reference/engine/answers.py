@@ -1,4 +1,4 @@
-"""What the reference answers with."""
+"""The results that a reference returns: energies, momenta, motions, wrenches."""
 
 from __future__ import annotations
 
@@ -28,19 +28,18 @@ __all__ = [
 ]
 
 _NO_SHARE = 1e-9
-"""Components along an axis up to this part of a vector are none."""
+"""A component below this part of a vector counts as zero."""
 
 Number: TypeAlias = Any
-"""A float, or an array of shape (n,) for n states, as the caller expects."""
+"""A float, or an array of shape (n,) for n states."""
 
 
 class Energy(NamedTuple):
     """The parts of the mechanical energy [J].
 
     Args:
-        kinetic: T, the rotors' (armature) included.
-        gravity: V of gravity, −Σ m g·c over all bodies but the ground; zero if every center is at
-            the world's origin.
+        kinetic: T, including the rotors' (armature).
+        gravity: V of gravity, −Σ m g·c over all bodies except the ground, with centers of mass c.
         springs: V of the springs, ½ k (elongation)² each.
     """
 
@@ -74,14 +73,14 @@ class Momentum(NamedTuple):
 
 
 class BodyMotions(NamedTuple):
-    """How all bodies move, in their order, world axes; nb bodies, of one state or of n.
+    """The motions of all nb bodies in their order, world axes, in one state or in n.
 
     Args:
         poses: shape (nb, 4, 4) or (n, nb, 4, 4).
         velocities: of the bodies' origins, shape (nb, 3) or (n, nb, 3) [m/s].
-        angular_velocities: the same shape [rad/s].
-        accelerations: of the bodies' origins, the same shape [m/s²].
-        angular_accelerations: the same shape [rad/s²].
+        angular_velocities: shape (nb, 3) or (n, nb, 3) [rad/s].
+        accelerations: of the bodies' origins, shape (nb, 3) or (n, nb, 3) [m/s²].
+        angular_accelerations: shape (nb, 3) or (n, nb, 3) [rad/s²].
     """
 
     poses: Array
@@ -92,12 +91,12 @@ class BodyMotions(NamedTuple):
 
 
 class Resultant(NamedTuple):
-    """Force and moment of all that acts on the moving bodies from outside, world axes.
+    """The resultant of all external forces on the moving bodies, world axes.
 
     Args:
         force: shape (3,) or (n, 3) [N].
         moment: about the world's origin, shape (3,) or (n, 3) [N·m].
-        center: the common center of mass, the origin if there is no mass, shape (3,) or (n, 3) [m].
+        center: the common center of mass, shape (3,) or (n, 3) [m]; the origin without mass.
     """
 
     force: Array
@@ -106,7 +105,7 @@ class Resultant(NamedTuple):
 
 
 class PointMotion(NamedTuple):
-    """How a point of a body moves, world axes.
+    """The motion of a body's point, world axes.
 
     Args:
         position: shape (3,) or (n, 3) [m].
@@ -120,7 +119,7 @@ class PointMotion(NamedTuple):
 
 
 class Twist(NamedTuple):
-    """How fast a body moves, world axes.
+    """The velocity of a body, world axes.
 
     Args:
         linear: velocity of the body's origin, shape (3,) or (n, 3) [m/s].
@@ -133,7 +132,7 @@ class Twist(NamedTuple):
 
 @final
 class Places:
-    """Where the bodies are in the states of some wrenches; found when first asked for.
+    """The poses of the bodies in the states of some wrenches, computed when first needed.
 
     Args:
         find: returns the pose of each body in the world, by name, shape (4, 4) or (n, 4, 4).
@@ -144,7 +143,7 @@ class Places:
 
     @cached_property
     def poses(self) -> dict[str, Array]:
-        """Pose of each body in the world, by name, shape (4, 4) or (n, 4, 4)."""
+        """The pose of each body in the world, by name, shape (4, 4) or (n, 4, 4)."""
         return self._find()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -157,25 +156,25 @@ class Places:
 @final
 @dataclass(frozen=True, eq=False)
 class Wrench:
-    """A force and a moment of a parent on its child, at the joint (the child's origin), world axes.
+    """The force and moment of a parent on its child, at the joint (the child's origin), world axes.
 
-    Of a loop: of body a (called parent) on body b (called child), at the origin of the loop's frame
-    on body b. `in_axes` gives other axes, `about` the moment about another point.
+    For a loop it is the wrench of body a (here called parent) on body b (called child), at the
+    origin of the loop's frame on body b. `in_axes` converts it to other axes, `about` its moment to
+    another point.
 
     Args:
         force: shape (3,) or (n, 3) [N].
         moment: shape (3,) or (n, 3) [N·m].
-        undetermined: names of components, e.g. "force y", that are not determined. Where redundant
-            constraints leave them so, their values are those of the least multipliers, one
-            possibility among many; where something that is not described guides the joint, they
-            are not numbers.
-        axes: whose axes the components are in: "world" or a body's name.
-        parent: name of the body that acts; empty if not known.
-        child: name of the body acted on.
-        point: shape (3,), the point of the moment in the frame of `body` [m].
+        undetermined: names of components, e.g. "force y", that are not determined. With redundant
+            constraints their values belong to the least multipliers, one possibility among many;
+            at a joint with a guide that no element describes, they are NaN.
+        axes: the axes of the components: "world" or a body's name.
+        parent: name of the acting body; empty if not known.
+        child: name of the body on which it acts.
+        point: shape (3,), reference point of the moment in the frame of `body` [m].
         body: name of the body that carries the point, or "world".
-        places: where the bodies are.
-        reason: why components are undetermined, where something that is not described guides.
+        places: the poses of the bodies.
+        reason: why a guide leaves components undetermined.
 
     Example:
         >>> reference = mq.Reference(mq.textbook.load("rigid_bar_pendulum"))
@@ -222,8 +221,8 @@ class Wrench:
 
         Args:
             point: shape (3,) [m].
-            body: in whose frame the point is given and carried along: "world", "parent", "child" or
-                the name of a body.
+            body: the body in whose frame the point is given and with which it moves: "world",
+                "parent", "child" or a name.
 
         Raises:
             UnknownNameError: if there is no such body.
@@ -243,11 +242,11 @@ class Wrench:
         return replace(moved, moment=self.moment + added[..., 0], undetermined=loose)
 
     def _turn(self, axes: str) -> Array:
-        """From some axes to the world's, shape (3, 3) or (n, 3, 3)."""
+        """Return the rotation from some axes to the world's, shape (3, 3) or (n, 3, 3)."""
         return self._pose(axes)[..., :3, :3]
 
     def _place(self) -> Array:
-        """Where the point is in the world, shape (3,) or (n, 3)."""
+        """Return the reference point in the world, shape (3,) or (n, 3)."""
         pose = self._pose(self.body)
         place: Array = pose[..., :3, :3] @ np.array(self.point) + pose[..., :3, 3]
         return place
@@ -264,13 +263,13 @@ class Wrench:
 @final
 @dataclass(frozen=True, eq=False)
 class AppliedForce:
-    """What a spring, a damper, a drive or a load does to one body, world axes.
+    """The action of a spring, a damper, a drive or a load on one body, world axes.
 
     Args:
-        name: of the force.
-        body: name of the body it acts on.
-        other: name of the body that takes the opposite; None if nothing in the mechanism does.
-        point: shape (3,) or (n, 3), where it acts [m].
+        name: name of the force.
+        body: name of the body on which it acts.
+        other: name of the body on which the opposite acts; None for an external load.
+        point: shape (3,) or (n, 3), its point of action [m].
         force: shape (3,) or (n, 3) [N].
         moment: shape (3,) or (n, 3), about that point [N·m].
     """
@@ -284,7 +283,7 @@ class AppliedForce:
 
 
 def local_point(xyz: Sequence[float] | Array) -> Array:
-    """Return a point of a body as an array, shape (3,).
+    """Check a point of a body and return it as an array, shape (3,).
 
     Args:
         xyz: shape (3,), in the body's frame [m].
@@ -302,7 +301,7 @@ def local_point(xyz: Sequence[float] | Array) -> Array:
 
 
 def _rotate(turn: Array, vector: Array) -> Array:
-    """A vector in turned axes; components that unknown ones have a share in are unknown."""
+    """Rotate a vector; components to which NaN ones contribute become NaN."""
     known = np.isfinite(vector)
     turned: Array = (turn @ np.where(known, vector, 0.0)[..., None])[..., 0]
     lost = ((np.abs(turn) > _NO_SHARE) & ~known[..., None, :]).any(axis=-1)
@@ -310,7 +309,7 @@ def _rotate(turn: Array, vector: Array) -> Array:
 
 
 def _mix(undetermined: tuple[str, ...], turn: Array) -> tuple[str, ...]:
-    """The components in turned axes that undetermined ones have a share in."""
+    """Return the components in rotated axes to which undetermined ones contribute."""
     share = np.abs(turn).reshape(-1, 3, 3).max(axis=0) > _NO_SHARE
     found = []
     for kind in ("force", "moment"):

@@ -1,6 +1,6 @@
-"""From generalized coordinates to the engine's: p(q, t), u = G v + c and u' = G a + γ.
+"""Map generalized coordinates to the engine's: p(q, t), u = G v + c and u' = G a + γ.
 
-u are the engine's velocities. G = ∂u/∂v and γ collects what the map's second derivatives add, time
+u are the engine's velocities, G = ∂u/∂v, and γ contains the second derivatives of the map, time
 included (rheonomic maps: Goldstein, Classical Mechanics, 1950, sect. 1-4, eq. 1-49).
 """
 
@@ -25,7 +25,7 @@ __all__ = ["Chart"]
 
 
 class _Places(NamedTuple):
-    """Where each coordinate stands in q and each velocity in v."""
+    """The index of each coordinate in q and of each velocity in v."""
 
     q: dict[str, int]
     v: dict[str, int]
@@ -33,12 +33,12 @@ class _Places(NamedTuple):
 
 @final
 class Chart:
-    """The map of a mechanism's coordinates to those of its engine.
+    """The map from a mechanism's coordinates to the engine's.
 
     Its arrays are overwritten by the next call.
 
     Raises:
-        EngineError: if the map follows an input whose derivatives are not known.
+        EngineError: if the map depends on an input whose derivatives are not known.
     """
 
     def __init__(self, mechanism: Mechanism, engine: Engine) -> None:
@@ -49,9 +49,9 @@ class Chart:
         self._twists: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
         self._spins: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
         self.index: dict[str, int] = {}
-        """Where each joint coordinate stands in the list that `place` returns."""
+        """The index of each joint coordinate in the list that `place` returns."""
         self.rows: dict[str, int] = {}
-        """Which of the engine's velocities each joint velocity is."""
+        """The index of each joint velocity among the engine's velocities."""
         self.p: Array = np.zeros(engine.model.nq)
         self._G: Array = np.zeros((engine.model.nv, mechanism.nv))
         self._c: Array = np.zeros(engine.model.nv)
@@ -84,14 +84,14 @@ class Chart:
         self.identical = self.constant and square and np.array_equal(self._G, np.eye(mechanism.nv))
         """Whether v are the engine's velocities in the engine's order."""
         self.one_hinge = self.identical and not self._positions and self._circles == [(0, 0)]
-        """Whether one angle is all there is."""
+        """Whether there is a single coordinate, an angle."""
         self.single = self.constant and square and not self._quaternions
-        """Whether the engine's positions and angles follow the coordinates linearly, one by one."""
+        """Whether the engine's positions and angles are linear functions of the coordinates."""
         self.velocities_are_rates = not self._spins and all(a == b for a, b in self._rates)
         """Whether v is q'."""
 
     def _seat_quaternion(self, joint: Joint, seat: Seat, names: _Places) -> None:
-        """Place a joint with a quaternion, which the engine holds as a floating one."""
+        """Register a joint with a quaternion, which in the engine is a floating one."""
         at_q = tuple(names.q[name] for name in joint.coordinates)
         at_v = tuple(names.v[name] for name in joint.velocities)
         self._quaternions.append((seat.at_q + 3, at_q[-4:]))
@@ -107,7 +107,7 @@ class Chart:
     def _seat_single(
         self, name: str, seat: Seat, names: _Places, followers: dict[str, int]
     ) -> None:
-        """Place one coordinate; a driven one is noted with the engine's velocity that follows."""
+        """Register one coordinate; note a driven one with its velocity in the engine."""
         if name in names.q:
             at = names.q[name]
             self._G[seat.at_v, names.v[f"{name}'"]] = 1.0
@@ -120,10 +120,10 @@ class Chart:
         kind.append((seat.at_q, at))
 
     def reach(self, meets: Array) -> npt.NDArray[np.bool_]:
-        """Return which generalized velocities what some of the engine's do depends on, (m, nv).
+        """Return on which generalized velocities each of m quantities depends, shape (m, nv).
 
         Args:
-            meets: what depends on which of the engine's velocities, other than zero, shape (m, n).
+            meets: nonzero where a quantity depends on a velocity of the engine, shape (m, n).
         """
         spread = self._G != 0
         spread[self._rows] = True
@@ -159,13 +159,13 @@ class Chart:
             p[to + 1] = sin(angle)
         for to, ats in self._quaternions:
             x, y, z, w = (values[at] for at in ats)
-            # integration lets the length drift; the engine takes any length for one
+            # the length drifts in integration, and the engine assumes unit length
             scale = 1 / sqrt(x * x + y * y + z * z + w * w)
             p[to : to + 4] = x * scale, y * scale, z * scale, w * scale
         return values
 
     def place_many(self, q: Array, t: Array) -> tuple[Array, Array]:
-        """Return the engine's positions in many states, and q with the driven coordinates.
+        """Return the engine's positions in many states, and q followed by the driven coordinates.
 
         Args:
             q: shape (n, nq).
@@ -186,7 +186,7 @@ class Chart:
         return p, values
 
     def move_many(self, q: Array, v: Array, t: Array, a: Array) -> tuple[Array, Array]:
-        """Return the engine's velocities and accelerations in many states, shape (n, nv) each.
+        """Return the engine's velocities and accelerations in many states, each (n, engine's nv).
 
         Args:
             q: shape (n, nq).
@@ -218,7 +218,7 @@ class Chart:
             u: Array = self._G.dot(v)
             u += self._c
             return u
-        # for small arrays dot takes a third of the time of @
+        # dot takes a third of the time of @ for small arrays
         product: Array = self._G.dot(v)
         return product
 
@@ -228,7 +228,7 @@ class Chart:
         Args:
             q: shape (nq,).
             v: shape (nv,).
-            out: shape (nq,), what is written to.
+            out: shape (nq,), the array to write to.
         """
         if not self._spins:
             out[self._q_at_v] = v[self._v_at_q]
@@ -259,7 +259,7 @@ class Chart:
             if any(symbol.name in symbols_in(driven[name]) for name in followers):
                 if callable(signal.signal):
                     raise EngineError(
-                        f"the coordinate map of mechanism {mechanism.name!r} follows "
+                        f"the coordinate map of mechanism {mechanism.name!r} depends on "
                         f"input {signal.symbol!r}, a function whose derivatives are not known; "
                         "expected an expression in t and parameters"
                     )
@@ -271,7 +271,7 @@ class Chart:
         time = real[Symbol("t")]
 
         def slope(expression: Any, symbol: Any) -> Any:
-            # sympy takes long to find a zero, and of a long chain nearly all are
+            # sympy finds a zero slowly, and in a long chain nearly all derivatives are zero
             return expression.diff(symbol) if symbol in expression.free_symbols else Integer(0)
 
         def total(expression: Any) -> Any:
@@ -308,7 +308,7 @@ class Chart:
 
 
 def _rates(mechanism: Mechanism) -> dict[str, Any]:
-    """The rate of each coordinate as an expression in coordinates and velocities."""
+    """Return the rate of each coordinate as an expression in coordinates and velocities."""
     from sympy import Rational, Symbol
 
     rates = {name[:-1]: Symbol(name) for name in mechanism.velocities if name.endswith("'")}

@@ -1,4 +1,4 @@
-"""Load a mechanism into Pinocchio by its own URDF parser, and make sure that it arrived whole."""
+"""Load a mechanism into Pinocchio by its own URDF parser, and check that nothing was lost."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ _WIDTHS = {
     "floating": (7, 6),
     "fixed": (0, 0),
 }
-"""Numbers of positions and velocities that Pinocchio gives each type of URDF joint."""
+"""Numbers of positions and velocities that Pinocchio assigns to each type of URDF joint."""
 
 
 @final
 @dataclass(frozen=True)
 class Seat:
-    """Where a simple joint's coordinates stand in the engine.
+    """The indices of a simple joint and its coordinates in the engine.
 
     Args:
         kind: its URDF type.
-        index: of the joint in the model, 0 for a fixed one.
-        at_q: first of its positions.
-        at_v: first of its velocities.
+        index: index of the joint in the model, 0 for a fixed one.
+        at_q: index of its first position.
+        at_v: index of its first velocity.
     """
 
     kind: str
@@ -51,12 +51,12 @@ class Seat:
 @final
 @dataclass(frozen=True)
 class Holder:
-    """What holds a body: bodies that fixed joints weld together share one moving joint.
+    """The moving joint that carries a body; bodies welded by fixed joints share one.
 
     Args:
         joint: index of the moving joint in the model, 0 for the world.
         placement: pose of the body in that joint's frame, a pinocchio.SE3.
-        inertia: of the body alone, in that joint's frame, a pinocchio.Inertia.
+        inertia: inertia of the body alone, in that joint's frame, a pinocchio.Inertia.
         frame: index of the body's frame.
     """
 
@@ -75,8 +75,8 @@ class Engine:
         model: pinocchio.Model.
         data: pinocchio.Data.
         weightless: the same model without gravity.
-        seats: of each joint's chain, by the joint's name.
-        holders: of each body, by its name.
+        seats: the seats of each joint's chain, by the joint's name.
+        holders: the holder of each body, by its name.
     """
 
     model: Any
@@ -87,7 +87,7 @@ class Engine:
 
     @cached_property
     def by_angles(self) -> tuple[Any, Any]:
-        """The same model with endless hinges placed by angle, not cosine and sine; its data."""
+        """The same model with hinges placed by their angle, not its cosine and sine; its data."""
         pin = engine_package()
 
         model, data, other = self.model, self.model.createData(), pin.Model()
@@ -108,8 +108,8 @@ class Engine:
 def load(mechanism: Mechanism) -> Engine:
     """Write a mechanism as URDF and read it with Pinocchio.
 
-    Spherical joints are written as floating ones: the parser has no ball joint; callers must keep
-    their translation at zero.
+    Spherical joints are written as floating ones, as the parser has no ball joint; callers must
+    keep their translation at zero.
 
     Raises:
         EngineError: if it is too large, or Pinocchio refuses it or reads something else.
@@ -172,8 +172,8 @@ def _check_size(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]])
     if deepest > MOST_DEPTH:
         raise EngineError(
             f"mechanism {mechanism.name!r} has {deepest} joints in a row; "
-            f"Pinocchio is given at most {MOST_DEPTH}, because its parser ends the process "
-            f"somewhere above: {way_out}"
+            f"Pinocchio is given at most {MOST_DEPTH}, because its parser crashes the process "
+            f"somewhere above that: {way_out}"
         )
 
 
@@ -194,8 +194,7 @@ def _holder(
 ) -> Holder:
     tensor = tensor_of(mechanism.evaluate_all(body.inertia))
     center = np.array(mechanism.evaluate_all(body.center))
-    # set part by part, because the constructor refuses principal moments that rounding made
-    # negative
+    # set part by part, as the constructor refuses principal moments made negative by rounding
     inertia = pin.Inertia.Zero()
     inertia.mass, inertia.lever, inertia.inertia = mechanism.evaluate(body.mass), center, tensor
     return Holder(
@@ -204,7 +203,7 @@ def _holder(
 
 
 def _check_inertias(pin: Any, mechanism: Mechanism, model: Any, holders: dict[str, Holder]) -> None:
-    """Refuse bodies that the parser dropped or changed, which it reports on standard error only."""
+    """Refuse bodies that the parser dropped or changed, which it reports only on standard error."""
     carried: dict[int, list[str]] = {}
     for name, holder in holders.items():
         carried.setdefault(holder.joint, []).append(name)

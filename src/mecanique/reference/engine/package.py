@@ -1,4 +1,4 @@
-"""The package that computes: Pinocchio, or where it is not installed, its stand-in."""
+"""Choose the engine: Pinocchio, or its stand-in where Pinocchio is not installed."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from mecanique.lazy import keep_garbage
 __all__ = ["MISSING", "STAND_IN", "engine_name", "engine_package", "has_pinocchio"]
 
 STAND_IN = "stand-in"
-"""What the stand-in is called."""
+"""The name of the stand-in."""
 
 MISSING = (
     "The engine Pinocchio is not installed: a stand-in of mecanique's own took its place. Install "
     "it from conda-forge (package pinocchio), or by pip install pin on Linux and macOS."
 )
-"""What a verdict without the engine says first."""
+"""The first sentence of a verdict without Pinocchio."""
 
 
 @cache
@@ -27,13 +27,13 @@ def has_pinocchio() -> bool:
 
 
 def engine_name() -> str:
-    """Return what the engine is called in a verdict."""
+    """Return the name of the engine in a verdict."""
     return "Pinocchio" if has_pinocchio() else STAND_IN
 
 
 @cache
 def engine_package() -> Any:
-    """Return the package pinocchio, or what stands in for it."""
+    """Return the package pinocchio, or its stand-in."""
     if has_pinocchio():
         with keep_garbage():
             import pinocchio

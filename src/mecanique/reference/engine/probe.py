@@ -1,4 +1,4 @@
-"""Look at a mechanism in a few random states before anybody relies on it."""
+"""Test a mechanism in a few random states for motions without inertia."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from mecanique.model.random_positions import draw_positions
 __all__ = ["backward_error", "massless_mode", "random_states", "reach_of", "refuse_massless"]
 
 _SINGULAR = 1e-13
-"""Below this share of its own scale a pivot of the mass matrix is rounding noise."""
+"""A pivot of the mass matrix below this share of its own scale is rounding noise."""
 
 _SHARE = 1e-6
-"""Velocities up to this share of the largest have no part in a motion."""
+"""Velocities up to this share of the largest do not take part in a motion."""
 
 _REACH = 1.0
-"""Lengths lie within this of zero [m]."""
+"""Largest absolute value of a length in a random state [m]."""
 
 
 def random_states(mechanism: Mechanism, count: int = 4) -> Iterator[tuple[Array, Array, float]]:
-    """Give positions, velocities and times, the same ones every time."""
+    """Yield random positions, velocities and times, the same in every call."""
     random = np.random.default_rng(1788)
     positions = draw_positions(mechanism, count, random, _REACH)
     velocities = random.normal(size=(count, mechanism.nv))
@@ -37,9 +37,9 @@ def massless_mode(mass: Array, reach: Array) -> Array | None:
 
     Args:
         mass: mass matrix, shape (nv, nv).
-        reach: what each diagonal entry would be if nothing canceled, shape (nv,).
+        reach: each diagonal entry without cancellation, shape (nv,).
     """
-    # negative only with inertias that no real body has; these do move something
+    # negative only for inertias that no real body has; these do have inertia
     diagonal = np.abs(np.diag(mass))
     for at in np.flatnonzero(~(diagonal > _SINGULAR * reach)):
         mode: Array = np.zeros(len(mass))
@@ -62,7 +62,7 @@ def refuse_massless(mechanism: Mechanism, mode: Array, where: str = "") -> NoRet
     Args:
         mechanism: the mechanism.
         mode: that motion, shape (nv,), largest component 1.
-        where: the state, in words, if it is so there alone.
+        where: the state, in words, if the motion is massless only there.
 
     Raises:
         EngineError: in any case.
@@ -79,7 +79,7 @@ def refuse_massless(mechanism: Mechanism, mode: Array, where: str = "") -> NoRet
 
 
 def reach_of(model: Any, data: Any) -> Array:
-    """Return the mass each of the engine's velocities moves, or its polar moment about the joint.
+    """Return the mass that each of the engine's velocities moves, or its polar moment of inertia.
 
     Args:
         model: pinocchio.Model.
@@ -101,7 +101,7 @@ def reach_of(model: Any, data: Any) -> Array:
 
 
 def backward_error(mass: Array, acceleration: Array, right: Array) -> float:
-    """Return how well M a = right holds, relative to the size of its terms.
+    """Return the residual of M a = right, relative to the size of its terms.
 
     Args:
         mass: mass matrix, shape (nv, nv).

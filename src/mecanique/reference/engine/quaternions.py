@@ -1,4 +1,4 @@
-"""Quaternions (x, y, z, w) of numbers or symbols, as the reference needs them."""
+"""Differentiate and apply quaternions (x, y, z, w) of numbers or symbols."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def quaternion_rate(
 
 
 def turn(quaternion: Sequence[Any], vector: Sequence[Any]) -> tuple[Any, Any, Any]:
-    """Turn a vector by a quaternion of any length: from the child's axes to the joint's."""
+    """Rotate a vector by a quaternion of any length, from the child's axes to the joint's."""
     x, y, z, w = quaternion
     a, b, c = vector
     square = x * x + y * y + z * z + w * w

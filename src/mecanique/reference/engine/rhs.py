@@ -1,4 +1,4 @@
-"""The right-hand side of the equations of motion for integrators, unchecked and fast."""
+"""Compute the right-hand side of the equations of motion for integrators, fast and unchecked."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ def fast_rhs(
     recursive: bool,
     overwriting: bool,
 ) -> Rhs:
-    """Return the fastest right-hand side that is right for a mechanism.
+    """Choose the fastest right-hand side that is correct for a mechanism.
 
     Args:
-        mechanism: whose motion it is.
+        mechanism: the mechanism.
         engine: the mechanism inside Pinocchio.
         chart: its coordinates.
         loads: its forces.
         recursive: whether the articulated-body recursion may be used (Featherstone, Rigid Body
             Dynamics Algorithms, 2008, ch. 7); otherwise M a = forces − bias is solved.
-        overwriting: whether an answer may be overwritten by the next; otherwise each is an array of
-            its own, because most integrators keep what they are given.
+        overwriting: whether a result may be overwritten by the next; otherwise each is a new array,
+            as most integrators keep the arrays they receive.
     """
     single = chart.single and chart.velocities_are_rates
     bare = recursive and single and not loads.act_on_bodies and not loads.act_in_joints
@@ -80,7 +80,7 @@ def fast_rhs(
 
 
 def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
-    """A single hinge without springs or loads, as in every pendulum: twice as fast as the rest."""
+    """Treat a single hinge without springs or loads, a pendulum, in half the time."""
     pin = engine_package()
 
     aba, model, data, p, none, out = (
@@ -104,7 +104,7 @@ def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
 
 
 def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
-    """Hinges and slides without springs or loads: chains and falling robots."""
+    """Treat hinges and slides without springs or loads: chains and falling robots."""
     pin = engine_package()
 
     model, data = engine.by_angles
@@ -120,7 +120,7 @@ def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
 
 
 def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
-    """The same where joints follow coordinates linearly, r = G q + r0, such as absolute angles."""
+    """Treat these with joint coordinates r = G q + r0, such as relative to absolute angles."""
     pin = engine_package()
 
     model, data = engine.by_angles
@@ -222,7 +222,7 @@ def _solve(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads) -> 
             move(model, data, p, u)
         if forced:
             update(values, q, u, v, t)
-        # inverse dynamics with the external forces is bias less what they do
+        # inverse dynamics with external forces is bias minus their generalized forces
         right = back(
             in_joints
             - (

@@ -1,9 +1,9 @@
-"""A square root of the mass matrix: A with Aᵀ A = M, a row for every way a body can carry energy.
+"""Compute a square root A of the mass matrix, Aᵀ A = M, with rows for bodies and rotors.
 
-The rows are √m times the velocity of a body's center of mass, and the root of its inertia times its
+A body's rows are √m times the velocity of its center of mass, and the root of its inertia times its
 angular velocity, per unit of each joint velocity. In a long chain the entries of M grow with the
-square of its length, and what its loops leave of them cancels; A holds that part with the precision
-of lengths, not of their squares.
+square of its length and nearly cancel in the motions that loops allow; A keeps the precision of
+lengths, not of their squares.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class MassRoot:
         self._data = engine.data
         self._joints = [i for i in range(1, model.njoints) if model.inertias[i].mass > 0]
         inertias = [model.inertias[i] for i in self._joints]
-        # reshaped, so that arrays of no bodies have three axes, too
+        # reshaped so that empty arrays have three axes, too
         count = len(inertias)
         masses = np.array([one.mass for one in inertias])
         levers = np.array([one.lever for one in inertias])
@@ -45,7 +45,7 @@ class MassRoot:
         self._rotors = np.diag(rotors)[rotors > 0]
 
     def now(self) -> Array:
-        """Return A, shape (k, nv), in the state whose joint Jacobians the engine last computed."""
+        """Return A, shape (k, nv), in the state of the joint Jacobians computed last."""
         columns = self._data.J.reshape(6, -1)
         v, omega = columns[:3], columns[3:]
         poses = [self._data.oMi[i] for i in self._joints]

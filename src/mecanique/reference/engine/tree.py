@@ -1,6 +1,6 @@
-"""A mechanism's tree in one state at a time, nothing checked: what `Reference` asks Pinocchio.
+"""Evaluate a mechanism's tree by Pinocchio, in one state at a time and without checks.
 
-With a coordinate map r = φ(q, t) the engine's equations are drawn back by G = ∂φ/∂q:
+With a coordinate map r = φ(q, t) the engine's equations are projected by G = ∂φ/∂q:
 Gᵀ M_r G a + Gᵀ (M_r γ + b_r) = Gᵀ Q_r (Kane & Levinson, Dynamics, 1985, sect. 4.1, 6.1).
 """
 
@@ -34,15 +34,18 @@ from mecanique.reference.engine.rhs import Rhs, fast_rhs
 __all__ = ["Tree"]
 
 _ILL_CONDITIONED = 1e6
+"""The recursion is used only if G has a smaller condition number than this."""
+
 _AGREEMENT = 1e-10
+"""Largest relative residual of accelerations by the articulated-body recursion."""
 
 
 @final
 class Tree:
-    """The tree of a mechanism inside Pinocchio; every array it takes is right in shape and finite.
+    """The tree of a mechanism inside Pinocchio; all arguments must be finite and of correct shape.
 
     Raises:
-        EngineError: if it is too large for Pinocchio, or is not read as it is written.
+        EngineError: if it is too large for Pinocchio, or Pinocchio does not read it correctly.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -58,8 +61,7 @@ class Tree:
         self._supported = External(self.engine.model.njoints)
         holders = self.engine.holders
         self._body_frames = [holders[body.name].frame for body in mechanism.bodies]
-        # Pinocchio leaves out what is welded to the ground; the ground itself is no part of the
-        # energy
+        # Pinocchio omits bodies welded to the ground; the ground itself has no energy
         welded = (
             holder
             for name, holder in holders.items()
@@ -67,15 +69,15 @@ class Tree:
         )
         resting = sum((holder.inertia for holder in welded), pin.Inertia.Zero())
         self.resting = -resting.mass * float(self.engine.model.gravity.linear @ resting.lever)
-        """Potential energy of what is welded to the ground [J]."""
+        """The potential energy of bodies welded to the ground [J]."""
         self.moving_mass = float(
             sum(self.engine.model.inertias[k].mass for k in range(1, self.engine.model.njoints))
         )
-        """Mass of the bodies that the ground does not hold [kg]."""
+        """The mass of the bodies that are not welded to the ground [kg]."""
         self.massless: Array | None = None
-        """A motion that moves no mass in any state tried, shape (nv,); None if there is none."""
+        """A motion that moves no mass in any sampled state, shape (nv,); None without one."""
         self.demand = np.zeros(self.engine.model.nv)
-        """What the last `transmit` left open along the joints, shape (nu,)."""
+        """The forces along the joints that the last `transmit` left to elements, shape (nu,)."""
         self.recursive = self._probe()
         """Whether the articulated-body recursion may give the accelerations."""
         if mechanism.elements:
@@ -84,13 +86,13 @@ class Tree:
     def move(
         self, q: Array, v: Array, t: float, a: Array | None = None
     ) -> tuple[list[float], Array, Array]:
-        """Put the engine's bodies in a state; return q with the driven joint coordinates, u and u'.
+        """Move the bodies to a state; return q with the driven joint coordinates, u and u'.
 
         Args:
             q: shape (nq,).
             v: shape (nv,).
             t: time [s].
-            a: shape (nv,); without it the engine's accelerations are not set, and u' is of no use.
+            a: shape (nv,); without it the engine's accelerations are not set, and u' is undefined.
         """
         engine, chart = self.engine, self.chart
         values = chart.place(q, t)
@@ -103,14 +105,14 @@ class Tree:
         return values, u, rate
 
     def drive(self, efforts: Efforts, k: int, q: Array, v: Array, t: float) -> None:
-        """Let torques act besides the mechanism's own forces, until `loads.drive(0)`."""
+        """Apply torques in addition to the mechanism's own forces, until `loads.drive(0)`."""
         chart = self.chart
         torques = np.zeros(self.engine.model.nv)
         for name, column in efforts.in_joints.items():
             torques[chart.rows[name]] = column[k]
         if efforts.generalized is not None:
             chart.at(q, v, t)
-            # of all torques in joints that do the same virtual work, the least
+            # the least torques in joints that do the same virtual work
             torques += np.linalg.lstsq(chart.G.T, efforts.generalized[k], rcond=None)[0]
         self.loads.drive(torques)
 
@@ -145,7 +147,7 @@ class Tree:
         total: Array = loads.in_joints.copy()
         if loads.act_on_bodies:
             rest = np.zeros(engine.model.nv)
-            # inverse dynamics at rest and without gravity is minus what the external forces do
+            # inverse dynamics at rest without gravity is minus the external forces' effect
             total -= self._pin.rnea(
                 engine.weightless, engine.data, self.chart.p, rest, rest, loads.external.forces
             )
@@ -182,10 +184,10 @@ class Tree:
         """Return T, V of gravity and V of the springs, shape (3,)."""
         engine, chart = self.engine, self.chart
         values, u = chart.place(q, t), chart.at(q, v, t)
-        # it also moves the bodies, to where their springs end
+        # this also sets the bodies' poses, which the springs need
         height = self._pin.computePotentialEnergy(engine.model, engine.data, chart.p) + self.resting
         springs = self.loads.energy(values)
-        # Pinocchio's own kinetic energy leaves the armature of bounded hinges and slides out
+        # Pinocchio's own kinetic energy omits the armature of bounded hinges and slides
         kinetic = 0.5 * float(u @ self._pin.crba(engine.model, engine.data, chart.p) @ u)
         return np.array([kinetic, height, springs])
 
@@ -204,9 +206,9 @@ class Tree:
     def transmit(
         self, actions: list[Action], u: Array, rate: Array, *, weightless: bool = False
     ) -> Array:
-        """Return what the joints transmit under given actions, shape (n, 2, 3).
+        """Return the wrenches of the joints under given actions, shape (n, 2, 3).
 
-        The work space must hold the state in question.
+        The engine's data must contain the state in question.
 
         Args:
             actions: all forces on the bodies except gravity and the reactions.
@@ -224,15 +226,15 @@ class Tree:
         return np.array([found[joint.name] for joint in self.mechanism.joints]).reshape(-1, 2, 3)
 
     def hold(self, q: Array, v: Array, t: float, totals: Array) -> Held:
-        """Return what elements do, and what is then left to the joints.
+        """Return the forces of elements and the remaining reactions of the joints.
 
-        The last `transmit` must be the one that gave the totals.
+        The last call of `transmit` must be the one that gave the totals.
 
         Args:
             q: shape (nq,).
             v: shape (nv,).
             t: time [s].
-            totals: what crosses each joint in all, shape (joints, 2, 3).
+            totals: total wrench across each joint, shape (joints, 2, 3).
 
         Raises:
             EngineError: if an element does not fit the coordinate map.
@@ -248,7 +250,7 @@ class Tree:
         return hold(columns, demand, units, np.stack([carried, pressed]), totals)
 
     def _push(self, q: Array, v: Array, t: float) -> tuple[list[Unit], Array, Array]:
-        """Unit forces of elements, what joints transmit under them, and what along the joints."""
+        """Return the elements' unit forces, the joints' wrenches under them, and those along u."""
         self.move(q, v, t)
         units, count = self.elements.units(), len(self.elements.names)
         rest = np.zeros(self.engine.model.nv)
@@ -262,7 +264,7 @@ class Tree:
         return units, carried, along
 
     def _probe_elements(self) -> None:
-        """Find what the elements describe, in a position like any other.
+        """Find the guides that the elements describe, in a generic position.
 
         Raises:
             EngineError: if an element does not fit the coordinate map or the position.
@@ -322,13 +324,13 @@ class Tree:
         return np.array([[values[self.chart.index[name]] for name in driven], u[rows], rate[rows]])
 
     def jacobian(self, body: str, q: Array, v: Array, t: float) -> Array:
-        """Return how each velocity moves a body, world axes, shape (6, nv); v does not matter."""
+        """Return a body's Jacobian in world axes, shape (6, nv); v does not matter."""
         engine, chart = self.engine, self.chart
         chart.place(q, t)
         chart.at(q, v, t)
         frame = engine.holders[body].frame
         world = self._pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        # Pinocchio gives a single column as a vector
+        # Pinocchio returns a single column as a vector
         own = self._pin.computeFrameJacobian(
             engine.model, engine.data, chart.p, frame, world
         ).reshape(6, -1)
@@ -338,10 +340,10 @@ class Tree:
         """Return f(t, y) = y' for integration.
 
         Args:
-            overwriting: whether an answer may be overwritten by the next.
+            overwriting: whether a result may be overwritten by the next.
 
         Raises:
-            EngineError: if a motion moves no mass in any of the states tried.
+            EngineError: if a motion moves no mass in any sampled state.
         """
         if self.massless is not None:
             refuse_massless(self.mechanism, self.massless)
@@ -379,7 +381,7 @@ class Tree:
                 sound = True
                 recursive = recursive and self._recursion_agrees(mass, q, v, t)
             except (ArithmeticError, ValueError, EngineError):
-                # a map or a force that is not defined in this random state
+                # a map or a force is not defined in this random state
                 continue
         if not sound:
             self.massless = found

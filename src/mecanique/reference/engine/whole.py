@@ -1,4 +1,4 @@
-"""A tree as a whole, in one state at a time: momenta and center of mass."""
+"""Compute the momenta and the center of mass of a tree, in one state at a time."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ __all__ = ["Whole"]
 
 @final
 class Whole:
-    """All moving bodies of a tree together; every array it takes is right in shape and finite.
+    """All moving bodies of a tree together; arguments must be finite and of correct shape.
 
     Args:
-        tree: inside Pinocchio.
+        tree: the tree inside Pinocchio.
     """
 
     def __init__(self, tree: Tree) -> None:
@@ -36,7 +36,10 @@ class Whole:
         self._rates = [data.a[joint].vector for joint in self._joints]
 
     def momentum(self, q: Array, v: Array, t: float) -> Array:
-        """Return linear, angular about origin and center of mass, and that center, shape (4, 3)."""
+        """Return the linear momentum, the angular ones about origin and center, and the center.
+
+        The result has shape (4, 3).
+        """
         tree = self._tree
         tree.move(q, v, t)
         model, data = tree.engine.model, tree.engine.data
@@ -44,7 +47,7 @@ class Whole:
         for joint in self._joints:
             total += data.oMi[joint].act(model.inertias[joint] * data.v[joint])
         linear, angular, center = total.linear, total.angular, self._center()
-        # for single vectors np.cross takes three times as long
+        # np.cross takes three times as long for single vectors
         x, y, z = center.tolist()
         px, py, pz = linear.tolist()
         orbital = np.array((y * pz - z * py, z * px - x * pz, x * py - y * px))
@@ -68,7 +71,7 @@ class Whole:
         return np.asarray(mean).reshape(3, 3) / self._tree.moving_mass
 
     def _center(self) -> Array:
-        """The center of mass where the work space is, the origin if there is no mass."""
+        """Return the center of mass at the engine's position, the origin without mass."""
         if not self._tree.moving_mass:
             return np.zeros(3)
         turned = np.array(self._turns) @ self._levers[:, :, None]

@@ -1,1 +1,1 @@
-"""Loops on the engine's tree: constraints, assembly, degrees of freedom, singular positions."""
+"""Close loops on the engine's tree: constraints, assembly, freedom, singular positions."""

@@ -1,9 +1,9 @@
-"""A closed mechanism in one state at a time, nothing checked: its tree, held together by its loops.
+"""Compute the motion of a mechanism with loops, in one state at a time and without checks.
 
-M a + h = Jᵀ λ with J a + γ = 0, solved in the null space of J
-(`mecanique.reference.loops.nullspace`), so that massless links and redundant constraints are fine.
-λ makes the wrenches of the loops; inverse dynamics with these as external forces gives every joint
-reaction.
+M a + h = Jᵀ λ with J a + γ = 0 is solved in the null space of J
+(`mecanique.reference.loops.nullspace`), which allows massless links and redundant constraints.
+λ gives the wrenches of the loops; inverse dynamics with these as external forces gives the joint
+reactions.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in 
 
 
 class Forces(NamedTuple):
-    """What joints and loops transmit.
+    """The wrenches of joints and loops.
 
     Args:
         wrenches: force and moment of each joint, then of each loop, shape (n, 2, 3).
-        undetermined: shape (n, 6), components that redundant constraints leave undetermined.
+        undetermined: shape (n, 6), whether redundant constraints leave a component undetermined.
     """
 
     wrenches: Array
@@ -49,7 +49,7 @@ class Closed:
 
     Args:
         tree: the mechanism's tree inside Pinocchio.
-        most: the rank of the constraints, if known; off the loops redundant rows seem to add.
+        most: the rank of the constraints, if known; off the loops redundant rows seem independent.
     """
 
     def __init__(self, tree: Tree, most: int | None = None) -> None:
@@ -66,19 +66,19 @@ class Closed:
             *((loop.body_b, loop.body_a) for loop in self.mechanism.loops),
             *((contact.body, contact.on) for contact in self.mechanism.contacts),
         )
-        """Which body each loop and contact acts on, and which one acts."""
+        """For each loop and contact, the body on which it acts, and the body that acts."""
         place = {name: k for k, name in enumerate(self.mechanism.coordinates.names)}
         names = [name[:-1] for name in self.mechanism.velocities]
         self._integrals = np.array([place.get(name, -1) for name in names], dtype=int)
 
     def with_rank(self, most: int | None) -> Closed:
-        """Return the same with another rank of the constraints; None if that is not known."""
+        """Return a copy with another rank of the constraints, None for an unknown one."""
         found = copy(self)
         found.most = most
         return found
 
     def solve(self, q: Array, v: Array, t: float, *, weak: float = 0.0) -> ConstrainedMotion:
-        """Return accelerations and multipliers.
+        """Solve for accelerations and multipliers.
 
         Raises:
             ClosureError: if a free direction carries no mass.
@@ -87,7 +87,7 @@ class Closed:
         values, u = self.closures.move(q, v, t)
         closure = self.closures.now(residual=False)
         loads.update(values, q, u, v, t)
-        # inverse dynamics with the external forces is bias less what they do
+        # inverse dynamics with external forces is bias minus their generalized forces
         h = (
             self._pin.rnea(
                 engine.model, engine.data, chart.p, u, chart.gamma, loads.external.forces
@@ -110,7 +110,7 @@ class Closed:
         """Return the metric of the state that the closures were last evaluated in.
 
         Args:
-            jacobian: of the closures, shape (m, nv).
+            jacobian: Jacobian of the closures, shape (m, nv).
         """
         engine, chart = self._tree.engine, self._tree.chart
         half = self._pin.crba(engine.model, engine.data, chart.p)
@@ -129,10 +129,10 @@ class Closed:
         return self._solve_closed(q, v, t).acceleration
 
     def refuse_open(self, q: Array, t: float) -> None:
-        """Raise if the loops are not closed: the equations mean nothing there.
+        """Refuse a position with open loops, where the equations have no meaning.
 
         Raises:
-            EngineError: naming the loop and how far it is open.
+            EngineError: if a loop is open; the message states its gap.
         """
         residual = self.closures.residual(q, t)
         gaps = np.abs(residual) * self.closures.rows
@@ -150,16 +150,16 @@ class Closed:
         return self._solve_closed(q, v, t).multipliers
 
     def reactions(self, q: Array, v: Array, t: float) -> Forces:
-        """Return what parents do to their children, in each loop body a to body b, and contacts."""
+        """Return the wrenches of joints on children, of loops on bodies b, and of contacts."""
         if self.mechanism.velocity_constraints:
             raise EngineError(
                 f"mechanism {self.mechanism.name!r}: velocity constraint "
                 f"{self.mechanism.velocity_constraints[0].name!r} does not say by which force it "
-                "acts, and where, so that the reactions are undetermined; a Rolling or a Blade does"
+                "acts, and where, so the reactions are undetermined; use a Rolling or a Blade"
             )
         motion = self._solve_closed(q, v, t)
         tree, count = self._tree, len(self.mechanism.joints) + len(self.carriers)
-        # before what crosses the joints, which must stay the last that the tree was asked for
+        # evaluated first: the joints' totals must be the last computation in the tree
         settled = bool(motion.determined.all())
         loose = np.zeros((count, 6), dtype=bool) if settled else self.undetermined(q, t)
         loads = tree.loads
@@ -173,7 +173,7 @@ class Closed:
     def undetermined(self, q: Array, t: float) -> Array:
         """Return which components of each joint's and loop's wrench are undetermined, shape (n, 6).
 
-        They are those of the self-stresses: multipliers that balance one another, Jᵀ λ = 0.
+        They are those with self-stresses: multipliers that balance one another, Jᵀ λ = 0.
         """
         tree = self._tree
         count = len(self.mechanism.joints) + len(self.carriers)
@@ -202,7 +202,7 @@ class Closed:
         return out
 
     def sizes(self, q: Array) -> Array:
-        """Return the size of what each velocity is the rate of; 0 if it is no coordinate's."""
+        """Return the absolute value of each velocity's coordinate; 0 for a quasi-velocity."""
         return np.where(self._integrals >= 0, np.abs(q[self._integrals]), 0.0)
 
     def poses(self, q: Array, t: float) -> Array:
@@ -220,7 +220,7 @@ class Closed:
         return self.solve(q, v, t)
 
     def _actions(self, wrenches: tuple[Array, Array, Array]) -> list[Action]:
-        """What the loops do: on body b, and the opposite on body a."""
+        """Return the actions of the loops on bodies b, and their opposites on bodies a."""
         actions = []
         sites = self._tree.loads.sites
         for (acted, acting), force, moment, place in zip(

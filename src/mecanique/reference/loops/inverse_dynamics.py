@@ -1,8 +1,8 @@
-"""Inverse dynamics of a mechanism with loops: what drives in chosen joints must do.
+"""Compute the inverse dynamics of a mechanism with loops: the driving forces in chosen joints.
 
-M a + bias − forces = Jᵀ λ + B τ; along the motions T that the loops leave free λ does no work, so
-Tᵀ B τ = Tᵀ (M a + bias − forces) (Lagrange's principle of virtual work; Shabana, Dynamics of
-Multibody Systems, sect. 5.5).
+M a + bias − forces = Jᵀ λ + B τ; λ does no work in the motions T that the loops allow, so
+Tᵀ B τ = Tᵀ (M a + bias − forces) (principle of virtual work; Shabana, Dynamics of Multibody
+Systems, sect. 5.5).
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from mecanique.reference.loops.tolerances import DEPENDENT, OPEN
 __all__ = ["driving_forces", "free_motions"]
 
 _LEFT = 1e-8
-"""Part of the forces at work that the drives may leave unbalanced."""
+"""Largest unbalanced part of the forces, relative to these."""
 
 
 def free_motions(closed: Closed, q: Array, t: float) -> tuple[Array, Array]:
-    """Return which velocities are independent, and what all are by them, T, shape (nv, n).
+    """Return the independent velocities w, and T of v = T w + b, shape (nv, n).
 
     Args:
         closed: the loops.
-        q: shape (nq,), where the loops are closed.
+        q: shape (nq,), with closed loops.
         t: time [s].
 
     Raises:
@@ -49,7 +49,7 @@ def driving_forces(
     t: float,
     a: Array,
 ) -> Array:
-    """Return the forces in some joints that make a mechanism accelerate, shape (drives,).
+    """Return the forces in some joints that give a mechanism its accelerations, shape (drives,).
 
     Args:
         tree: the mechanism's tree.
@@ -62,7 +62,7 @@ def driving_forces(
 
     Raises:
         EngineError: if a loop is open.
-        ClosureError: if the loops do not allow v or a, or the drives cannot make these.
+        ClosureError: if the loops do not allow v or a, or the drives cannot produce these.
     """
     name = tree.mechanism.name
     T = np.eye(len(v))
@@ -89,7 +89,7 @@ def driving_forces(
     size = np.abs(T.T) @ sum(np.abs(part) for part in parts) + np.abs(B) @ np.abs(tau)
     if (np.abs(B @ tau - needed) > _LEFT * size).any():
         raise ClosureError(
-            f"mechanism {name!r}: drives in {', '.join(drives)} alone cannot make these "
+            f"mechanism {name!r}: drives in {', '.join(drives)} alone cannot produce these "
             f"accelerations: {T.shape[1]} motions are free; name more joints to drive"
         )
     return tau

@@ -1,4 +1,4 @@
-"""Load each mechanism into Pinocchio once, as long as it lives and in each thread."""
+"""Load each mechanism into Pinocchio only once per thread, as long as it is alive."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from mecanique.reference.loops.closed import Closed
 __all__ = ["Loaded", "load_loops", "load_once"]
 
 MOST = 32
-"""At most so many mechanisms stay loaded in a thread: those that were asked for last."""
+"""Number of mechanisms that stay loaded in a thread, those used last."""
 
 
 class Loaded(NamedTuple):
     """A mechanism inside Pinocchio.
 
     Args:
-        tree: its tree, whose work space is shared by all who load the mechanism in one thread.
+        tree: its tree; all who load the mechanism in one thread share its data.
         closed: its loops, with constraints of unknown rank; None for a tree.
     """
 
@@ -36,7 +36,7 @@ class _Kept(NamedTuple):
 
 @final
 class _Shelf(threading.local):
-    """What a thread keeps; Pinocchio's work space must not be shared between threads."""
+    """The mechanisms that a thread keeps; threads must not share Pinocchio's data."""
 
     def __init__(self) -> None:
         self.kept: dict[int, _Kept] = {}
@@ -46,20 +46,20 @@ _shelf = _Shelf()
 
 
 def load_once(mechanism: Mechanism) -> Loaded:
-    """Return a mechanism inside Pinocchio, loaded at the first call only.
+    """Load a mechanism into Pinocchio, at the first call only.
 
-    Answers do not depend on what was asked before.
+    Results do not depend on earlier calls.
 
     Args:
-        mechanism: what to load; it is not kept alive.
+        mechanism: the mechanism to load; it is not kept alive.
 
     Raises:
-        EngineError: if it is too large for Pinocchio, or is not read as it is written.
+        EngineError: if it is too large for Pinocchio, or Pinocchio does not read it correctly.
     """
     kept, key = _shelf.kept, id(mechanism)
     found = kept.pop(key, None)
     if found is None or found.mechanism() is not mechanism:
-        # a twin is loaded: what is kept must not keep the mechanism itself alive
+        # a copy is loaded, so that the cache does not keep the mechanism alive
         tree = Tree(copy(mechanism))
         loaded = Loaded(tree, Closed(tree) if mechanism.constrained else None)
         found = _Kept(weakref.ref(mechanism, lambda _: kept.pop(key, None)), loaded)
@@ -70,10 +70,10 @@ def load_once(mechanism: Mechanism) -> Loaded:
 
 
 def load_loops(mechanism: Mechanism) -> Closed:
-    """Return the loops of a mechanism that has some, loaded as `load_once` does.
+    """Load a mechanism with loops as `load_once` does, and return its loops.
 
     Raises:
-        EngineError: if it is too large for Pinocchio, or is not read as it is written.
+        EngineError: if it is too large for Pinocchio, or Pinocchio does not read it correctly.
     """
     closed = load_once(mechanism).closed
     assert closed is not None, "the mechanism has loops"

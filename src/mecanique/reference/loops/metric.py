@@ -1,10 +1,10 @@
-"""The scale in which constraints are judged: that of the kinetic energy.
+"""Scale constraints by the metric of kinetic energy.
 
-A direction of motion is measured by its kinetic energy, the rows of a loop by how much of the
-motions of unit energy they close. Singular values of the Jacobian are then plain numbers of order
-one or less. They do not depend on units, nor on the size of one part of a mechanism beside another,
-and little on which of the joints are taken for loops. In these directions the mass matrix is the
-unit matrix, so that nothing of it has to be inverted later.
+Directions of motion are normalized by their kinetic energy, the rows of a loop by the part of the
+motions of unit energy that they prevent. Singular values of the Jacobian are then dimensionless and
+of order one or less. They do not depend on units or on the relative size of a mechanism's parts,
+and little on the choice of joints that are cut into loops. In these directions the mass matrix is
+the identity, so it need not be inverted later.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from mecanique.reference.loops.tolerances import LEAST, TINY
 __all__ = ["Metric", "Units", "measure"]
 
 _MASSLESS = 1e-13
-"""Principal inertias below this, of a mass matrix with unit diagonal, are rounding."""
+"""Principal inertias below this are rounding, for a mass matrix with unit diagonal."""
 
 _EVEN = 0.03
-"""Least pivot, by Cholesky's method, of a mass matrix with unit diagonal that loses few digits."""
+"""Least Cholesky pivot without loss of many digits, for a mass matrix with unit diagonal."""
 
 
 class Units(NamedTuple):
-    """Plain units: a characteristic length for what is a length, one radian for what is an angle.
+    """Natural units: a characteristic length for lengths, one radian for angles.
 
     Args:
         rows: shape (m,), factors of the rows.
         columns: shape (n,), units of the velocities.
-        blocks: shape (m,), number of the block that each row is measured in: a loop's lengths, or
-            its angles.
+        blocks: shape (m,), number of each row's block, a loop's lengths or its angles, whose rows
+            are scaled together.
     """
 
     rows: Array
@@ -43,14 +43,14 @@ class Units(NamedTuple):
 
 
 class Metric(NamedTuple):
-    """The scale of a state.
+    """The scale of velocities and constraints in a state.
 
     Args:
-        rows: shape (m,), factors of the rows; zero where a loop closes nothing.
+        rows: shape (m,), factors of the rows; zero where a loop prevents no motion.
         columns: shape (n, n), directions of motion, orthogonal, each of unit energy ½ vᵀ M v = ½.
         inverse: shape (n, n), the inverse of `columns`.
         mass: shape (n,), one for each direction, or zero if it has no mass.
-        units: the plain units.
+        units: the natural units.
     """
 
     rows: Array
@@ -60,7 +60,7 @@ class Metric(NamedTuple):
     units: Units
 
     def scale(self, jacobian: Array) -> Array:
-        """Return a Jacobian of shape (m, n) by scaled rows and directions."""
+        """Scale the rows and columns of a Jacobian, shape (m, n)."""
         scaled: Array = self.rows[:, None] * (jacobian @ self.columns)
         return scaled
 
@@ -71,17 +71,17 @@ def measure(
     """Return the metric of a state.
 
     Args:
-        mass: M, shape (n, n); a massless velocity is measured by the lightest one it meets in a
-            loop.
+        mass: M, shape (n, n); a massless velocity takes the scale of the lightest one that a loop
+            couples it to.
         jacobian: J, shape (m, n).
-        units: of J.
-        root: returns A with Aᵀ A = M, shape (k, n), for a mass matrix whose entries cancel.
+        units: natural units of J.
+        root: returns A with Aᵀ A = M, shape (k, n), for a mass matrix with cancellation.
     """
     weight = _weigh(np.diag(mass), jacobian, units.columns)
     columns, inverse, massive = _directions(mass, weight, root)
     closing = ((jacobian @ columns) ** 2).sum(axis=1)
     reach = np.abs(units.rows[:, None] * jacobian * units.columns).max(axis=1, initial=0.0)
-    # rows of nothing but rounding must not be scaled up
+    # rows of mere rounding must not be scaled up
     total = np.bincount(units.blocks, closing * (reach > LEAST))[units.blocks]
     rows = np.where(total > 0, 1 / np.sqrt(np.maximum(total, TINY)), 0.0)
     return Metric(rows, columns, inverse, massive, units)
@@ -112,7 +112,7 @@ def _directions(
 
 
 def _weigh(diagonal: Array, jacobian: Array, columns: Array) -> Array:
-    """Return the roots of the inertias that the velocities meet, shape (n,)."""
+    """Return the square roots of the velocities' inertias, shape (n,)."""
     inertia = diagonal * columns**2
     massive = inertia > TINY
     if massive.all():

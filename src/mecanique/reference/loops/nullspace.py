@@ -1,9 +1,9 @@
-"""Motion on constraints: null space of the Jacobian, least multipliers, what stays undetermined.
+"""Solve for constrained motion in the null space of the Jacobian, with the least multipliers.
 
-M a + h = Jᵀ λ with J a + γ = 0, where h holds bias minus applied forces. The mass matrix need only
-be definite on the null space of J, so massless links are fine; rows of J may be dependent, then the
-least λ is taken (Udwadia & Kalaba, Analytical Dynamics, 1996, ch. 3; Shabana, Dynamics of Multibody
-Systems, sect. 5.5).
+M a + h = Jᵀ λ with J a + γ = 0, where h is bias minus applied forces. The mass matrix need be
+definite only on the null space of J, which allows massless links; if rows of J are dependent, the
+least λ is returned (Udwadia & Kalaba, Analytical Dynamics, 1996, ch. 3; Shabana, Dynamics of
+Multibody Systems, sect. 5.5).
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ __all__ = ["ConstrainedMotion", "Split", "solve", "split"]
 @final
 @dataclass(frozen=True)
 class Split:
-    """The directions a Jacobian closes and those it leaves free, in scaled coordinates.
+    """The directions that a Jacobian prevents and those it allows, in scaled coordinates.
 
     Args:
         rank: number of independent constraint equations.
         range_left: shape (m, rank), orthonormal combinations of rows that constrain.
         singular: shape (rank,), their singular values.
-        range_right: shape (n, rank), the directions they close.
-        null: shape (n, n − rank), the directions that stay free.
+        range_right: shape (n, rank), the directions they prevent.
+        null: shape (n, n − rank), the free directions.
         determined: shape (m,), whether each row's multiplier is unique.
         loose: shape (m, m − rank), orthonormal combinations of rows that constrain nothing.
     """
@@ -48,7 +48,7 @@ class Split:
 @final
 @dataclass(frozen=True)
 class ConstrainedMotion:
-    """What constrained bodies do, and the multipliers that make them.
+    """The accelerations of constrained bodies, with the multipliers.
 
     Args:
         acceleration: shape (n,).
@@ -77,8 +77,8 @@ def split(
         jacobian: shape (m, n), scaled so that its entries are of one unit.
         tolerance: singular values below this fraction of the largest count as zero.
         least: singular values below this count as zero.
-        most: the rank that is not exceeded, for redundant rows that agree only up to rounding.
-        fixed: the rank, if it is not to be found.
+        most: upper bound of the rank, for redundant rows that agree only up to rounding.
+        fixed: the rank, if it is known.
     """
     left, singular, right = np.linalg.svd(jacobian)
     rank = int((singular > max(tolerance * singular[0], least, TINY)).sum()) if singular.size else 0
@@ -106,18 +106,18 @@ def solve(
     most: int | None = None,
     weak: float = 0.0,
 ) -> ConstrainedMotion:
-    """Return the acceleration that satisfies M a + h = Jᵀ λ and J a + γ = 0.
+    """Solve M a + h = Jᵀ λ together with J a + γ = 0.
 
     Args:
-        metric: the scale of the state, which holds M.
+        metric: the metric of the state, which contains M.
         h: shape (n,), bias minus applied generalized forces.
         jacobian: shape (m, n).
         gamma: shape (m,), the part of the constraints' second derivative without a.
-        names: of the velocities, for the message; their indices by default.
-        most: the rank that is not exceeded.
-        weak: directions with scaled singular values below this are taken for closed, as the rank
-            `most` has it, but keep their velocities: next to a singular position rounding would
-            bend the path.
+        names: names of the velocities, for the message; their indices by default.
+        most: upper bound of the rank.
+        weak: directions with scaled singular values below this count as prevented, in agreement
+            with the rank `most`, but keep their velocities, as rounding would otherwise bend the
+            path next to a singular position.
 
     Raises:
         ClosureError: if a free direction carries no mass; its message names the largest components.
@@ -137,7 +137,7 @@ def solve(
     free = parts.null @ directions
     h, gamma = metric.columns.T @ h, metric.rows * gamma
     a, multipliers = np.zeros(len(h)), np.zeros(len(gamma))
-    for _ in range(2):  # again for what the rounding of a large part leaves in a small one
+    for _ in range(2):  # refined once: rounding of a large part disturbs a small one
         push = metric.mass * a + h - J.T @ multipliers
         step = -parts.range_right @ ((parts.range_left.T @ (J @ a + gamma)) * gain)
         step = step - free @ ((free.T @ (push + metric.mass * step)) / masses)
@@ -145,7 +145,7 @@ def solve(
         a = a + step
         multipliers = multipliers + parts.range_left @ ((parts.range_right.T @ force) * gain)
     if parts.loose.size:
-        # among the multipliers that do the same, the least in plain units
+        # of all equivalent multipliers, the least in natural units
         units = (metric.rows / metric.units.rows)[:, None]
         idle = np.linalg.lstsq(units * parts.loose, units[:, 0] * multipliers, rcond=None)[0]
         multipliers = multipliers - parts.loose @ idle

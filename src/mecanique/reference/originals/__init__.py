@@ -1,1 +1,1 @@
-"""What engines read from a file itself, not from what mecanique writes."""
+"""Read a robot's file by other engines directly, not by way of what mecanique writes."""

@@ -1,4 +1,4 @@
-"""Read a file with Drake's own parser, in a process of its own, which Drake may end."""
+"""Read a file with Drake's own parser, in a separate process, as Drake may crash it."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from mecanique.reference.originals.original import ByJoint, Original, columns
 __all__ = ["read"]
 
 _SECONDS = 120.0
-"""As long as a file may take."""
+"""Time limit for a file [s]."""
 
 
 def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Original:
-    """Return what Drake answers of a file at n states, its root welded to the world.
+    """Read a file with Drake and evaluate it in n states, its root welded to the world.
 
     Args:
-        text: of the file.
+        text: the file's text.
         gravity: shape (3,) [m/s²].
         q: positions of joints.
         v: velocities of joints.
 
     Raises:
-        EngineError: with Drake's reason, if it refuses the text.
+        EngineError: if Drake refuses the text; the message gives Drake's reason.
     """
     asked = {"text": text.decode("utf-8", "replace"), "gravity": list(gravity)}
     told = json.dumps({**asked, "q": dict(q), "v": dict(v)})
@@ -42,7 +42,7 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     except subprocess.TimeoutExpired:
         raise EngineError(f"it took longer than {_SECONDS:.0f} s") from None
     if run.returncode:
-        raise EngineError(run.stderr.strip().rpartition("\n")[2] or "it ended the process")
+        raise EngineError(run.stderr.strip().rpartition("\n")[2] or "it crashed the process")
     answer = json.loads(run.stdout)
     names, count = tuple(answer["joints"]), len(answer["joints"])
     return Original(
@@ -54,7 +54,7 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
 
 
 def _answer(asked: dict[str, Any]) -> dict[str, Any]:
-    """Answer what `read` asked, within the process that Drake may end."""
+    """Evaluate the request of `read`, within the process that Drake may crash."""
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
     from pydrake.multibody.tree import BodyIndex, JointIndex
@@ -93,7 +93,7 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
 
 @final
 class _Heard(logging.Handler):
-    """Keeps what Drake logs."""
+    """Keeps the messages that Drake logs."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -15,20 +15,20 @@ __all__ = ["read"]
 _MESHES = re.compile(
     rb"<(visual|collision)\b[^>]*(?<!/)>(?:(?!</\1>).)*?<mesh\b.*?</\1>", re.DOTALL
 )
-"""Meshes may be missing, and no inertia here follows from them."""
+"""Meshes are removed: their files may be missing, and inertias do not depend on them."""
 
 
 def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Original:
-    """Return what MuJoCo answers of a file at n states; its meshes are left out.
+    """Read a file with MuJoCo, without its meshes, and evaluate it in n states.
 
     Args:
-        text: of the file.
+        text: the file's text.
         gravity: shape (3,) [m/s²].
         q: positions of joints.
         v: velocities of joints.
 
     Raises:
-        EngineError: with MuJoCo's reason, if it refuses the text.
+        EngineError: if MuJoCo refuses the text; the message gives MuJoCo's reason.
     """
     import mujoco
 

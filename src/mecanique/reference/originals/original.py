@@ -1,4 +1,4 @@
-"""A robot as an engine reads it from the file itself."""
+"""A robot as another engine reads it from its file."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from mecanique.arrays import Array
 __all__ = ["ByJoint", "Original", "columns"]
 
 ByJoint: TypeAlias = Mapping[str, Sequence[float]]
-"""A number at each of n states, by name of the joint."""
+"""A number in each of n states, by name of the joint."""
 
 
 @final
 @dataclass(frozen=True)
 class Original:
-    """What an engine answers of a robot with a fixed root; joints without one coordinate are held.
+    """An engine's results for a robot with a fixed root; only joints with one coordinate move.
 
     Args:
-        joints: names of the joints with one coordinate, in the order of the answers.
+        joints: names of the joints with one coordinate, in the order of the results.
         mass: mass matrices, shape (n, k, k).
         bias: shape (n, k).
-        complaints: what the engine itself said of the file.
+        complaints: the engine's own messages about the file.
     """
 
     joints: tuple[str, ...]
@@ -35,11 +35,11 @@ class Original:
 
 
 def columns(values: ByJoint, joints: Sequence[str]) -> Array:
-    """Return the numbers of some joints at all states, shape (n, k); zero where none is given.
+    """Return the numbers of some joints in all states, shape (n, k); zero where none is given.
 
     Args:
-        values: by name.
-        joints: their names.
+        values: the numbers by name.
+        joints: names of the joints.
     """
     count = max(map(len, values.values()), default=1)
     nothing = [0.0] * count

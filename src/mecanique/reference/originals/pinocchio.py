@@ -1,4 +1,4 @@
-"""Read a file with Pinocchio's own parser, and catch what that says on standard error."""
+"""Read a file with Pinocchio's own parser, and capture its messages on standard error."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _COMPLAINT = re.compile(r"^(?:Error|Warning):\s+(.*?)\s*$", re.MULTILINE)
 
 
 def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Original:
-    """Return what Pinocchio answers of a file at n states.
+    """Read a file with Pinocchio and evaluate it in n states.
 
     Args:
-        text: of the file.
+        text: the file's text.
         gravity: shape (3,) [m/s²].
         q: positions of joints.
         v: velocities of joints.
 
     Raises:
-        EngineError: with Pinocchio's reason, if it refuses the text.
+        EngineError: if Pinocchio refuses the text; the message gives Pinocchio's reason.
     """
     import pinocchio as pin
 
@@ -65,7 +65,7 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
 
 @contextmanager
 def _standard_error() -> Iterator[list[str]]:
-    """Catch what C++ writes to standard error, which never reaches Python's."""
+    """Capture what C++ writes to standard error, which bypasses Python's sys.stderr."""
     heard = [""]
     sys.stderr.flush()
     kept = os.dup(2)

@@ -1,9 +1,9 @@
-"""A small engine that stands in where Pinocchio has no package: the same names, in NumPy.
+"""A small engine that replaces Pinocchio where it is not installed: the same names, in NumPy.
 
-It reads the same URDF text and answers what this room asks of Pinocchio, by the recursions of
-Featherstone (Rigid Body Dynamics Algorithms, 2008), some hundred times more slowly. It knows
-nothing of the derivation; but it is our own code, so a verdict with it says that the engine is
-missing.
+It reads the same URDF text and provides the functions of Pinocchio that this package uses, by the
+recursions of Featherstone (Rigid Body Dynamics Algorithms, 2008), some hundred times more slowly.
+It is independent of the derivation; but as it is our own code, a verdict with it says that the
+engine is missing.
 """
 
 from mecanique.reference.standin.algorithms import (

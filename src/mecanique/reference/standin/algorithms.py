@@ -28,7 +28,7 @@ __all__ = [
 def forwardKinematics(
     model: Model, data: Data, q: Array, v: Array | None = None, a: Array | None = None
 ) -> None:
-    """Put the bodies in a state: poses, and where given, twists and accelerations."""
+    """Move the bodies to a state: set poses and, where given, twists and accelerations."""
     _place(model, data, q)
     if v is not None:
         _move(model, data, v, np.zeros(model.nv) if a is None else a)
@@ -50,12 +50,12 @@ def rnea(
     a: Array,
     external: Sequence[Force] | None = None,
 ) -> Array:
-    """Return the forces in the joints that accelerations need, shape (nv,)."""
+    """Return the joint forces for given accelerations, shape (nv,)."""
     _place_in_parents(model, data, q)
     _move(model, data, v, a)
     gravity = np.zeros(6)
     gravity[:3] = -model.gravity.linear
-    data.a_gf[0].vector[:] = gravity  # what is welded to the ground is asked for its weight
+    data.a_gf[0].vector[:] = gravity  # read for the weight of bodies welded to the ground
     fields = [gravity]
     for i in range(1, model.njoints):
         fields.append(data.liMi[i].twist_inside() @ fields[model.parents[i]])
@@ -74,12 +74,12 @@ def rnea(
 
 
 def nonLinearEffects(model: Model, data: Data, q: Array, v: Array) -> Array:
-    """Return the forces that motion without acceleration needs, gravity included."""
+    """Return the joint forces for zero acceleration, including gravity."""
     return rnea(model, data, q, v, np.zeros(model.nv))
 
 
 def computeGeneralizedGravity(model: Model, data: Data, q: Array) -> Array:
-    """Return the forces that rest needs."""
+    """Return the joint forces at rest."""
     rest = np.zeros(model.nv)
     return rnea(model, data, q, rest, rest)
 
@@ -113,7 +113,7 @@ def aba(
     forces: Array,
     external: Sequence[Force] | None = None,
 ) -> Array:
-    """Return the accelerations under forces in the joints; NaN where they are undetermined."""
+    """Return the accelerations under joint forces; NaN where they are undetermined."""
     bias = rnea(model, data, q, v, np.zeros(model.nv), external)
     try:
         return np.asarray(np.linalg.solve(crba(model, data, q), forces - bias))
@@ -132,7 +132,7 @@ def computeJointJacobiansTimeVariation(model: Model, data: Data, q: Array, v: Ar
         linear = R @ joint.S[:3] + np.cross(p, angular, axis=0)
         data.J[:3, own], data.J[3:, own] = linear, angular
         twists.append(twists[model.parents[i]] + data.J[:, own] @ v[own])
-        # columns are fixed to the moving body: their rate is the cross product with its twist
+        # columns are fixed in the moving body: their rate is the cross product with its twist
         velocity, omega = twists[i][:3], twists[i][3:]
         data.dJ[:3, own] = np.cross(omega, linear, axis=0) + np.cross(velocity, angular, axis=0)
         data.dJ[3:, own] = np.cross(omega, angular, axis=0)
@@ -156,7 +156,7 @@ def computeFrameJacobian(model: Model, data: Data, q: Array, frame: int, axes: s
 
 
 def computePotentialEnergy(model: Model, data: Data, q: Array) -> float:
-    """Return the energy of the weights, zero at the height of the origin [J]."""
+    """Return the potential energy of the weights, zero at the height of the origin [J]."""
     _place(model, data, q)
     pairs = zip(model.inertias[1:], data.oMi[1:], strict=True)
     moment = sum((one.mass * pose.act(one.lever) for one, pose in pairs), np.zeros(3))

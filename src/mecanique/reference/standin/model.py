@@ -1,4 +1,4 @@
-"""A tree of joints and bodies, and the work space of its recursions."""
+"""A tree of joints and bodies, and the data of its recursions."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _SIZES: dict[Kind, tuple[int, int]] = {
 
 
 class ReferenceFrame:
-    """Axes that a Jacobian refers to."""
+    """Names of the axes of a Jacobian."""
 
     LOCAL_WORLD_ALIGNED = "world axes at the frame's origin"
 
@@ -52,8 +52,8 @@ class Joint:
     """A joint of the tree.
 
     Args:
-        kind: its type; one that is continuous has cosine and sine for positions.
-        axis: unit vector, shape (3,); of no use to one that floats.
+        kind: its type; the positions of a continuous joint are cosine and sine.
+        axis: unit vector, shape (3,); not used for a floating joint.
     """
 
     def __init__(self, kind: Kind, axis: Array) -> None:
@@ -71,7 +71,7 @@ class Joint:
         return directions
 
     def shortname(self) -> str:
-        """Return a name like Pinocchio's: those of slides begin with JointModelP."""
+        """Return a name like Pinocchio's; those of slides begin with JointModelP."""
         return "JointModel" + ("Prismatic" if self.kind == "prismatic" else self.kind.title())
 
     def place(self, q: Array) -> tuple[Array, Array]:
@@ -112,7 +112,7 @@ class Frame:
     """A frame fixed to a joint's child.
 
     Args:
-        name: of the body.
+        name: name of the body.
         joint: index of the joint.
         placement: pose in the joint's frame.
     """
@@ -144,7 +144,7 @@ class Model:
         return len(self.joints)
 
     def addJoint(self, parent: int, joint: Joint, placement: SE3, name: str) -> int:
-        """Add a joint behind another; return its index."""
+        """Add a joint as the child of another; return its index."""
         own = Joint(joint.kind, joint.axis)
         own.idx_q, own.idx_v = self.nq, self.nv
         self.nq, self.nv = self.nq + own.nq, self.nv + own.nv
@@ -161,13 +161,13 @@ class Model:
         return deepcopy(self)
 
     def createData(self) -> Data:
-        """Return a work space."""
+        """Return data for the recursions."""
         return Data(self)
 
 
 @final
 class Data:
-    """What the recursions leave behind, joint by joint; arrays are changed in place.
+    """The results of the recursions, joint by joint; arrays are changed in place.
 
     Poses are in the world (`oMi`, `oMf`) and in the parent (`liMi`); twists, accelerations and
     wrenches in the joint's own frame; Jacobians in world axes at the world's origin.

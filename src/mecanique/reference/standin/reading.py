@@ -1,4 +1,4 @@
-"""Read the URDF text that mecanique writes: links, joints, inertias; fixed joints weld."""
+"""Read the URDF text that mecanique writes, welding the links of fixed joints."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def buildModelFromXML(text: str) -> Model:
     Args:
         text: as `write_urdf` writes it.
     """
-    # our own text: nothing from outside is parsed here
+    # safe: only text written by mecanique is parsed here
     robot = ElementTree.fromstring(text)
     behind = defaultdict(list)
     children = set()

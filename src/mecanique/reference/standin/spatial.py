@@ -1,4 +1,4 @@
-"""Poses, twists, wrenches and inertias; the linear part comes first, as in Pinocchio."""
+"""Poses, twists, wrenches and inertias, with the linear part first, as in Pinocchio."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Force(_Pair):
 
     @staticmethod
     def Zero() -> Force:
-        """Return no force."""
+        """Return the zero wrench."""
         return Force(np.zeros(6))
 
     def __add__(self, other: Force) -> Force:
@@ -62,7 +62,7 @@ class Motion(_Pair):
     """A twist: velocity of the point at the origin, and angular velocity."""
 
     def cross(self, force: Force) -> Force:
-        """Return the rate of a wrench that moves along with this twist."""
+        """Return the rate of a wrench that moves with this twist."""
         v, omega = self.linear, self.angular
         return Force(
             cross(omega, force.linear), cross(omega, force.angular) + cross(v, force.linear)
@@ -84,7 +84,7 @@ class Inertia:
 
     @staticmethod
     def Zero() -> Inertia:
-        """Return no inertia."""
+        """Return zero inertia."""
         return Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
 
     def __add__(self, other: Inertia) -> Inertia:
@@ -116,7 +116,7 @@ class Inertia:
 
 @final
 class SE3:
-    """A pose: it maps coordinates of the inner frame to those of the outer one.
+    """A pose, which maps coordinates of the inner frame to those of the outer one.
 
     Args:
         rotation: shape (3, 3), or the whole matrix, shape (4, 4).
@@ -143,7 +143,7 @@ class SE3:
         return SE3(self.rotation @ inner.rotation, self.act(inner.translation))
 
     def act(self, thing: Any) -> Any:
-        """Return a point, wrench or inertia of the inner frame in the outer one."""
+        """Transform a point, wrench or inertia from the inner frame to the outer one."""
         R, p = self.rotation, self.translation
         if isinstance(thing, Force):
             force = R @ thing.linear
@@ -153,12 +153,12 @@ class SE3:
         return R @ thing + p
 
     def actInv(self, force: Force) -> Force:
-        """Return a wrench of the outer frame in the inner one."""
+        """Transform a wrench from the outer frame to the inner one."""
         R, p = self.rotation, self.translation
         return Force(R.T @ force.linear, R.T @ (force.angular - cross(p, force.linear)))
 
     def twist_inside(self) -> Array:
-        """Return the matrix that takes twists of the outer frame to the inner one, shape (6, 6)."""
+        """Return the matrix that transforms twists from the outer frame to the inner, (6, 6)."""
         R = self.rotation
         found = np.zeros((6, 6))
         found[:3, :3] = found[3:, 3:] = R.T
@@ -175,7 +175,7 @@ def log3(turn: Array) -> Array:
         return np.asarray(twice * (angle / (2 * sine)))
     if cosine > 0:
         return np.asarray(twice / 2)
-    # next to half a turn the axis is the eigenvector of the symmetric part
+    # near half a turn the axis is the eigenvector of the symmetric part
     symmetric = (turn + np.eye(3)) / 2
     axis = symmetric[:, int(np.argmax(np.diag(symmetric)))]
     axis = axis / np.linalg.norm(axis)

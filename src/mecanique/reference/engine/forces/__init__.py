@@ -1,1 +1,1 @@
-"""What acts on the engine's bodies: loads, what elements do, and reactions."""
+"""Compute the forces on the engine's bodies: loads, forces of elements, and reactions."""

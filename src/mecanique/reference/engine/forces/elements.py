@@ -1,12 +1,13 @@
-"""What the elements that guide do: their forces, from the demands that joints leave open.
+"""Set up the equations for the forces of guiding elements (cords, gears …).
 
-An ideal joint transmits nothing along or about its own free axes. What the motion demands there,
-τ = inverse dynamics less the loads, is what the elements and the guides that are not described do
-together: D f + N μ = τ, with a column of D for each element's unit force, and the columns of N
-along the guides that no element explains. The rank of (D, N) says what is determined.
+An ideal joint transmits nothing along or about its own free axes. The forces that the motion needs
+there, τ = inverse dynamics minus loads, come from the elements and from guides without an element:
+D f + N μ = τ, with a column of D for each element's unit force, and columns of N along the guides
+that no element describes. The rank of (D, N) tells which forces are determined.
 
-A stretch of cord from a wheel at P to one at Q, which it touches at s r (e × n) from their centers,
-has the direction e = (l d + h d × n) / d² with d = Q − P, h = s_Q r_Q − s_P r_P, l² = d² − h².
+A straight run of cord from a wheel at P to one at Q, which it touches at s r (e × n) from their
+centers, has the direction e = (l d + h d × n) / d² with d = Q − P, h = s_Q r_Q − s_P r_P,
+l² = d² − h².
 """
 
 from __future__ import annotations
@@ -37,26 +38,26 @@ _RANK = 1e-9
 """Singular values below this part of the largest count as zero."""
 
 _WORK = 1e-8
-"""An element that the map lets do more work than this, of unit forces, does not fit it."""
+"""An element whose unit force does more work than this in a motion of the map does not fit it."""
 
 _EXPLAINED = 1e-6
-"""What elements leave of a guide's unit forces, where they describe it."""
+"""Elements describe a guide if they leave no more than this part of its unit forces."""
 
 _FIT = 1e-9
-"""Axes of wheels may be this far from where radii want them, relative to 1 m and a radius."""
+"""Tolerance of the distance between wheels' axes, relative to 1 m plus the radius."""
 
 _ZERO: Triple = (0.0, 0.0, 0.0)
 
 
 class Unit(NamedTuple):
-    """What a unit force of an element does to one body.
+    """The action of an element's unit force on one body.
 
     Args:
-        force: which of the unknown forces.
+        force: index of the unknown force.
         body: name of the body.
-        other: name of the body that takes the opposite.
+        other: name of the body on which the opposite acts.
         action: force and torque, world axes.
-        pressed: whether it goes with the force's magnitude, as what parts two wheels in mesh.
+        pressed: whether it grows with the force's magnitude, as the separating force of gears.
     """
 
     force: int
@@ -68,13 +69,12 @@ class Unit(NamedTuple):
 
 @final
 class Columns(NamedTuple):
-    """The unknown forces and what they do along the joints.
+    """The unknown forces with their components along the joint velocities.
 
     Args:
-        matrix: shape (nu + k, forces + own + guides), scaled; the last k rows hold what is stated
-            about forces.
-        scale: shape (nu,), of the rows.
-        stated: shape (k,), what those rows are together.
+        matrix: shape (nu + k, forces + own + guides), scaled; the last k rows state preloads.
+        scale: shape (nu,), factors of the rows.
+        stated: shape (k,), right sides of the last rows.
     """
 
     matrix: Array
@@ -87,7 +87,7 @@ class Elements:
     """The elements of a mechanism inside Pinocchio.
 
     Args:
-        mechanism: whose they are.
+        mechanism: the mechanism with the elements.
         engine: the mechanism inside Pinocchio.
         chart: its coordinate map.
         sites: the bodies' origins.
@@ -101,7 +101,7 @@ class Elements:
         self._axes = {name: site.axes for name, site in sites.items()}
         self.names = force_names(mechanism.elements)
         self.open: tuple[Guide, ...] = guides_of(mechanism)
-        """The guides that are not described by an element."""
+        """The guides that no element describes."""
         length = characteristic_length(mechanism)
         angular = {name for joint in mechanism.joints for name in joint.angular_velocities}
         self._scale = np.zeros(engine.model.nv)
@@ -109,10 +109,10 @@ class Elements:
             self._scale[row] = 1 / length if name in angular else 1.0
 
     def units(self) -> list[Unit]:
-        """Return what unit forces do to the bodies, where the engine's bodies are now.
+        """Return the actions of unit forces on the bodies, at the engine's present position.
 
         Raises:
-            EngineError: if a cord has no way from one pulley to the next.
+            EngineError: if a cord has no straight run from one pulley to the next.
         """
         found: list[Unit] = []
         first = 0
@@ -129,13 +129,13 @@ class Elements:
         return found
 
     def columns(self, forces: Array) -> Columns:
-        """Return what unknown forces do along the joints, with those of joints and open guides.
+        """Return the unknown forces along the joints: of elements, joints and open guides.
 
         Args:
-            forces: shape (nu, k), of the elements' unit forces along the joints.
+            forces: shape (nu, k), components of the elements' unit forces along the joints.
 
         Raises:
-            EngineError: if the coordinate map lets an element do work.
+            EngineError: if an element does work in a motion of the coordinate map.
         """
         G, scale = self._chart.G, self._scale
         self._refuse_work(G.T @ forces)
@@ -150,13 +150,13 @@ class Elements:
         return Columns(np.concatenate([matrix, together]), scale, stated)
 
     def explain(self, forces: Array) -> None:
-        """Take the guides that elements describe, where the engine's bodies are now, off `open`.
+        """Remove guides that elements describe, at the engine's present position, from `open`.
 
         Args:
-            forces: shape (nu, k), of the elements' unit forces along the joints.
+            forces: shape (nu, k), components of the elements' unit forces along the joints.
 
         Raises:
-            EngineError: if the coordinate map lets an element do work.
+            EngineError: if an element does work in a motion of the coordinate map.
         """
         self._refuse_work(self._chart.G.T @ forces)
         known = self._known(forces)
@@ -169,7 +169,7 @@ class Elements:
         self.open = tuple(left)
 
     def _known(self, forces: Array) -> Array:
-        """Along the joints, scaled: unit forces of elements, then what joints take themselves."""
+        """Columns along the joints, scaled: unit forces of elements, then forces within joints."""
         G = self._chart.G
         own = [np.zeros((len(G), 0))]
         for joint in self._mechanism.joints:
@@ -178,11 +178,11 @@ class Elements:
         return known
 
     def _tie_forces(self, guide: Guide) -> Array:
-        """The forces along the joints by which a guide may hold them, shape (nu, k)."""
+        """A basis of the forces by which a guide may hold its joints, shape (nu, k)."""
         return self._null(self._chart.G, [self._chart.rows[f"{n}'"] for n in guide.coordinates])
 
     def _null(self, G: Array, rows: list[int]) -> Array:
-        """Forces along some joint velocities that do no work in any displacement, (nu, k)."""
+        """A basis of forces along some joint velocities that do no virtual work, (nu, k)."""
         out = np.zeros((len(G), 0))
         if not rows:
             return out
@@ -203,15 +203,14 @@ class Elements:
             if isinstance(element, Cord):
                 joint = name.removesuffix("'")
                 law = (
-                    ". A cord with a stretch that turns adds no law to the map: give it, "
+                    ". A cord with a stretch that turns adds no law to the map: state it, "
                     f"Coordinates(…, {{{joint!r}: …}})"
                 )
             raise EngineError(
                 f"mechanism {self._mechanism.name!r}: {type(element).__name__.lower()} "
-                f"{element.name!r} does not fit the coordinate map, which lets "
-                f"{self.names[worst[1]]} do the work {work[worst]:.3g} per unit of {name} "
-                "where it must do none; correct its bodies, points, radii or senses, or the map"
-                + law
+                f"{element.name!r} does not fit the coordinate map, in which "
+                f"{self.names[worst[1]]} does the work {work[worst]:.3g} per unit of {name} "
+                "but must do none; correct its bodies, points, radii or senses, or the map" + law
             )
 
     def _element_of(self, force: int) -> Any:
@@ -228,7 +227,7 @@ class Elements:
             d, h = places[k + 1] - places[k], reach[k + 1] - reach[k]
             square, level = float(d @ d), abs(float(d @ n))
             if level > 1e-9 * (1 + np.sqrt(square)) or not square > h * h:
-                what = "leaves its plane" if square > h * h else "has no way"
+                what = "leaves its plane" if square > h * h else "has no straight run"
                 raise EngineError(
                     f"mechanism {self._mechanism.name!r}: {type(cord).__name__.lower()} "
                     f"{cord.name!r} {what} from "
@@ -238,9 +237,9 @@ class Elements:
             if isinstance(cord, Belt) and square < (abs(reach[k]) + abs(reach[k + 1])) ** 2:
                 raise EngineError(
                     f"mechanism {self._mechanism.name!r}: belt {cord.name!r}: the pulleys on "
-                    f"{stops[k].body!r} and {stops[k + 1].body!r} overlap, they are "
+                    f"{stops[k].body!r} and {stops[k + 1].body!r} overlap; they are "
                     f"{np.sqrt(square):.6g} m apart with radii {abs(reach[k]):.6g} and "
-                    f"{abs(reach[k + 1]):.6g} m; correct the radii, or where the pulleys are"
+                    f"{abs(reach[k + 1]):.6g} m; correct the radii, or the pulleys' positions"
                 )
             e = (np.sqrt(square - h * h) * d + h * np.cross(d, n)) / square
             side = np.cross(e, n)
@@ -276,10 +275,10 @@ class Elements:
             if askew > _FIT:
                 raise EngineError(
                     f"{where}: the axes of {a.name!r} and {b.name!r} do not suit; expected "
-                    f"{'parallel hinges' if what == 'gear' else 'a slide across the hinge'}"
+                    f"{'parallel hinges' if what == 'gear' else 'a slide normal to the hinge'}"
                 )
             raise EngineError(
-                f"{where} does not meet its axes: they are {found:.6g} m apart, its radii want "
+                f"{where} does not fit its axes: they are {found:.6g} m apart, its radii need "
                 f"{wanted:.6g} m; correct the radii, or the origins of {a.name!r} and {b.name!r}"
             )
         u = d / found
@@ -296,7 +295,7 @@ class Elements:
     def _of_bevel(
         self, gear: Gear, a: Single, b: Single, axes: tuple[Array, Array]
     ) -> Iterator[Unit]:
-        """Bevel wheels: their pitch circles touch in the plane of their axes, which meet."""
+        """Yield the actions of bevel wheels; pitch circles touch in the plane of the axes."""
         n, line = axes
         r, R, angle = (
             self._mechanism.evaluate(x)
@@ -310,8 +309,8 @@ class Elements:
         where = f"mechanism {self._mechanism.name!r}: gear {gear.name!r}"
         if passing > _FIT * (1 + r):
             raise EngineError(
-                f"{where}: the axes of {a.name!r} and {b.name!r} do not suit; expected parallel "
-                f"hinges, or axes that meet, but they pass {passing:.6g} m from each other"
+                f"{where}: the axes of {a.name!r} and {b.name!r} do not suit; expected parallel or "
+                f"intersecting axes, but they pass each other at a distance of {passing:.6g} m"
             )
         # from the apex to the centers, along the axes
         way, far = np.linalg.lstsq(np.array([-n, line]).T, end - start, rcond=None)[0]
@@ -322,7 +321,7 @@ class Elements:
         gap = float(np.linalg.norm(touch - other))
         if gap > _FIT * (1 + r):
             raise EngineError(
-                f"{where} does not meet its axes: its pitch cones do not share an apex. The wheels "
+                f"{where} does not fit its axes: its pitch cones do not share an apex. The wheels "
                 f"are {abs(way):.6g} and {abs(far):.6g} m from where the axes meet, and their "
                 f"pitch circles {gap:.6g} m apart; correct the radii, or the origins of "
                 f"{a.name!r} and {b.name!r}"

@@ -1,4 +1,4 @@
-"""Joints across which something acts that is not described: what of their reactions is unknown."""
+"""Find the reaction components that guides without an element leave undetermined."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from mecanique.model.mechanism import Mechanism
 __all__ = ["Guided"]
 
 _WHOLE = 1 - 1e-9
-"""A direction this long within those where a joint transmits nothing is one of them."""
+"""A unit vector whose projection on the idle directions is longer than this lies within them."""
 
 
 @final
 class Guided:
-    """The joints of a mechanism whose reactions depend on guides that it does not describe.
+    """The joints of a mechanism whose reactions depend on guides without an element.
 
     Args:
         mechanism: any mechanism.
-        guides: those that its elements do not describe.
+        guides: the guides that its elements do not describe.
     """
 
     def __init__(self, mechanism: Mechanism, guides: Sequence[Guide]) -> None:
@@ -36,26 +36,26 @@ class Guided:
             joint.name: explain_joint(self._guides, joint.name) for joint in mechanism.joints
         }
         self.reasons = {name: reason for name, reason in reasons.items() if reason}
-        """Why its reaction is undetermined, by name of the joint."""
+        """The reason why a reaction is undetermined, by name of the joint."""
 
     def undetermined(self, poses: Array) -> npt.NDArray[np.bool_]:
         """Return which components of each joint's reaction are undetermined, shape (joints, 6).
 
         Args:
-            poses: of all bodies in n states, shape (n, bodies, 4, 4).
+            poses: poses of all bodies in n states, shape (n, bodies, 4, 4).
         """
         joints = self._mechanism.joints
         flags = np.zeros((len(joints), 6), dtype=bool)
         for k, joint in enumerate(joints):
             if joint.name in self.reasons:
                 idle = self._idle(joint, poses)
-                # e is known where it lies within the idle directions: |P e| = 1
+                # a component along e is determined if e lies within the idle directions, |P e| = 1
                 onto = np.linalg.pinv(idle) if idle.size else np.zeros((len(poses), 0, 6))
                 flags[k] = (np.linalg.norm(idle @ onto, axis=1) < _WHOLE).any(axis=0)
         return flags
 
     def _idle(self, joint: Joint, poses: Array) -> Array:
-        """The directions in which a joint transmits nothing, world axes, shape (n, 6, k)."""
+        """Return the directions in which a joint transmits nothing, world axes, shape (n, 6, k)."""
         names = idle_coordinates(self._guides, joint)
         turns = poses[:, self._place[joint.child], :3, :3]
         origin = self._mechanism.matrix(joint.origin)[:3, :3]
@@ -64,7 +64,7 @@ class Guided:
         for motion in chain:
             if not names.issuperset(motion.coordinates):
                 continue
-            # what comes before the last motion of a chain never turns its axis
+            # the axes of a chain's earlier motions do not turn with the child
             frame = turns if motion is chain[-1] else before
             axes = np.eye(3) if motion.kind in ("ball", "free") else np.array([motion.axis]).T
             along, nothing = frame @ axes, np.zeros((len(poses), 3, axes.shape[1]))

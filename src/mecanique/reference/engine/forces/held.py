@@ -1,4 +1,4 @@
-"""How elements hold a mechanism on its coordinate map: the sizes of their forces."""
+"""Solve for the forces by which elements hold a mechanism on its coordinate map."""
 
 from __future__ import annotations
 
@@ -14,19 +14,18 @@ __all__ = ["Held", "hold"]
 
 _RANK = 1e-9
 _LOOSE = 1e-8
-"""Shares of a force in those that balance one another below this count as none."""
+"""Components below this of self-balancing sets of unit forces count as zero."""
 
 
 class Held(NamedTuple):
-    """What elements do in one state.
+    """The forces of the elements in one state, and the reactions that remain.
 
     Args:
-        forces: shape (k,), of the elements [N or N·m].
-        reactions: shape (joints, 2, 3), what the joints transmit.
-        loose: shape (joints, 6), which components of these redundant elements leave undetermined.
-        actions: on the bodies, with the sizes of the forces, shape (units, 3, 3): points, forces,
-            moments.
-        unknown: shape (k,), which forces redundant elements leave undetermined.
+        forces: shape (k,), the elements' forces [N or N·m].
+        reactions: shape (joints, 2, 3), reactions of the joints.
+        loose: shape (joints, 6), whether redundant elements leave a component undetermined.
+        actions: shape (units, 3, 3), point, force and moment of each action on a body.
+        unknown: shape (k,), whether redundant elements leave a force undetermined.
     """
 
     forces: Array
@@ -37,15 +36,15 @@ class Held(NamedTuple):
 
 
 def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, totals: Array) -> Held:
-    """Return what elements do, of all possibilities the least.
+    """Solve for the elements' forces; if several sets are possible, take the least.
 
     Args:
         columns: the unknown forces along the joints.
-        demand: shape (nu,), what they leave open in all.
-        units: what unit forces do to the bodies.
-        carried: shape (2, k, joints, 2, 3), what the joints transmit under unit forces, and under
-            what goes with their magnitudes.
-        totals: shape (joints, 2, 3), what crosses the joints in all.
+        demand: shape (nu,), their required sum along the joint velocities.
+        units: the actions of unit forces on the bodies.
+        carried: shape (2, k, joints, 2, 3), wrenches of the joints under unit forces, and under
+            the forces that grow with their magnitudes.
+        totals: shape (joints, 2, 3), total wrenches across the joints.
     """
     carried, pressed = carried
     count = len(carried)

@@ -1,8 +1,8 @@
-"""The law of each spring, damper and drive, on the engine's side of the wall.
+"""State the law of each spring, damper and drive, independently of the derivation.
 
 A spring pulls its ends together with k (l − l₀), a damper with c dl/dt, along the line between
-them; a spring in a joint turns or pushes with −k (r − r₀), a damper with −c r' (Meirovitch,
-Elements of Vibration Analysis, sect. 1-2).
+them; a spring in a joint exerts −k (r − r₀), a damper −c r' (Meirovitch, Elements of Vibration
+Analysis, sect. 1-2).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["Law", "law_of"]
 @final
 @dataclass(frozen=True)
 class Law:
-    """What a force does to x, a length or a coordinate: −k (x − x₀) − c x' + F.
+    """A force along x, a length or a coordinate: −k (x − x₀) − c x' + F.
 
     Args:
         stiffness: k.
@@ -40,7 +40,7 @@ def law_of(force: LineLoad | JointLoad) -> Law:
     """Return the law of a spring, a damper or a drive.
 
     Args:
-        force: between two points or in a joint.
+        force: a force between two points or in a joint.
 
     Raises:
         EngineError: if the force has no law here.
@@ -54,4 +54,4 @@ def law_of(force: LineLoad | JointLoad) -> Law:
             return Law(damping=force.damping)
         case JointForce():
             return Law(drive=force.force)
-    raise EngineError(f"no law is known of force {force.name!r}, a {type(force).__name__}")
+    raise EngineError(f"no law is known for force {force.name!r}, a {type(force).__name__}")

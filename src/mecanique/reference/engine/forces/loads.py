@@ -1,4 +1,4 @@
-"""Springs, dampers, drives and loads, as forces on the engine's bodies and in its joints."""
+"""Compute springs, dampers, drives and loads as forces on the engine's bodies and in its joints."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class _Line:
 
 
 class _Term(NamedTuple):
-    """A force in a joint: the joint's row among the velocities, its coordinate's and F's place."""
+    """A force in a joint: the joint's velocity, its coordinate and F, each by index."""
 
     name: str
     row: int
@@ -53,14 +53,14 @@ class _Term(NamedTuple):
 @final
 @dataclass(frozen=True, eq=False)
 class _Hinge:
-    """A joint with one coordinate that a force may act in, with the origins of its bodies."""
+    """A joint with one coordinate in which a force may act, with the origins of its bodies."""
 
     joint: Single
     child: Site
     parent: Site
 
     def actions(self, size: float) -> tuple[Action, Action]:
-        """What a force in the joint does to the child, and the opposite to the parent."""
+        """Return the action of a joint's force on the child, and its opposite on the parent."""
         a, b, c = self.child.axes.to_world(self.joint.axis)
         along = (a * size, b * size, c * size)
         against = (-a * size, -b * size, -c * size)
@@ -78,7 +78,7 @@ class _Hinge:
 class _Load:
     """A force and a torque on a body, in the axes of `turned`, if any.
 
-    Their components are the expressions from `force` and `torque` on; None if there is none.
+    `force` and `torque` are the indices of their first components; None if there is none.
     """
 
     name: str
@@ -90,14 +90,14 @@ class _Load:
 
 @final
 class Loads:
-    """All forces of a mechanism besides gravity and reactions.
+    """All forces of a mechanism except gravity and reactions.
 
-    The engine's work space must hold the positions and velocities of the state that is asked about.
+    The engine's data must contain the positions and velocities of the state in question.
 
     Args:
-        mechanism: whose forces they are.
+        mechanism: the mechanism with the forces.
         engine: the mechanism inside Pinocchio.
-        index: where each joint coordinate stands in the values that are passed to the methods.
+        index: index of each joint coordinate in the values that are passed to the methods.
     """
 
     def __init__(self, mechanism: Mechanism, engine: Engine, index: dict[str, int]) -> None:
@@ -125,7 +125,7 @@ class Loads:
         self._varies = bool(scalars)
         self._asks = any(callable(signal.signal) for signal in mechanism.inputs)
         self.waiting = False
-        """Whether a function of time is being evaluated, amid the evaluation of a state."""
+        """Whether a function of time is being evaluated, as part of the evaluation of a state."""
         symbols = (*(signal.symbol for signal in mechanism.inputs), *mechanism.values)
         self._scalars: Callable[..., tuple[float, ...]] = compile_scalars(
             scalars, (*mechanism.coordinates, *mechanism.velocities, "t", *symbols)
@@ -140,7 +140,7 @@ class Loads:
             if isinstance(joint, Single)
         }
         self.external = External(engine.model.njoints)
-        """What acts on the engine's bodies."""
+        """The wrenches on the engine's bodies."""
         self.in_joints: Array = np.zeros(engine.model.nv)
         """Forces in the engine's joints."""
         self._driving: Array = np.zeros(engine.model.nv)
@@ -179,7 +179,7 @@ class Loads:
                 self._loads.append(_Load(force.name, site, turned, *parts))
 
     def update(self, values: list[float], q: Array, u: Array, v: Array, t: float) -> list[Action]:
-        """Set `external` and `in_joints` and return what acts on the bodies.
+        """Set `external` and `in_joints`, and return the actions on the bodies.
 
         Args:
             values: q, then the driven joint coordinates.
@@ -202,7 +202,7 @@ class Loads:
         return actions
 
     def drive(self, torques: Array | float) -> None:
-        """Let forces act in the engine's joints, besides the mechanism's own, until the next call.
+        """Apply additional forces in the engine's joints until the next call.
 
         Args:
             torques: shape (engine's nv,), or 0 for none.
@@ -236,7 +236,7 @@ class Loads:
 
     @property
     def effects(self) -> list[tuple[str, str, str | None]]:
-        """Name of each force, the body it acts on, and the body that takes the opposite, if any."""
+        """Return the name of each force, its body, and the body with the opposite, if any."""
         pairs = {line.name: (line.a.body, line.b.body) for line in self._lines}
         hinges = {term.name: self._hinges[term.row] for term in self._terms}
         pairs |= {name: (hinge.child.body, hinge.parent.body) for name, hinge in hinges.items()}
@@ -276,11 +276,11 @@ class Loads:
         return total
 
     def energies(self, values: Array, position: Callable[[Site], Array]) -> Array:
-        """Return the same in many states, shape (n,).
+        """Return the potential energy of all springs in many states, shape (n,) [J].
 
         Args:
-            values: shape (n, k).
-            position: returns where a site is in the world, shape (n, 3) [m].
+            values: shape (n, k), q followed by the driven joint coordinates.
+            position: returns the position of a site in the world, shape (n, 3) [m].
         """
         total = np.zeros(len(values))
         for line in self._lines:
@@ -295,18 +295,18 @@ class Loads:
         """Refuse a state in which a force between two points has no direction.
 
         Raises:
-            EngineError: naming the spring or damper.
+            EngineError: if there is one; the message names the spring or damper.
         """
         for line in self._lines:
             if (line.free_length or line.damping) and line.a.position() == line.b.position():
                 raise EngineError(
                     f"spring or damper {line.name!r} has no direction: its ends, on "
-                    f"{line.a.body!r} and {line.b.body!r}, are at one place; "
+                    f"{line.a.body!r} and {line.b.body!r}, coincide; "
                     "move the mechanism a little, or its ends"
                 )
 
     def _evaluate(self, q: Array, v: Array, t: float) -> tuple[float, ...]:
-        """What the expressions of loads and drives are now."""
+        """Evaluate the expressions of loads and drives."""
         if not self._varies:
             return ()
         self.waiting = self._asks
@@ -319,7 +319,7 @@ class Loads:
     def _sizes(
         self, values: list[float], u: Array, numbers: tuple[float, ...]
     ) -> Iterator[tuple[int, float]]:
-        """Each force in a joint, with the joint's row among the velocities."""
+        """Yield each force in a joint, with the index of the joint's velocity."""
         for _, row, at, stiffness, rest, damping, drive in self._terms:
             size = -stiffness * (values[at] - rest) - damping * u.item(row)
             yield row, size if drive is None else size + numbers[drive]
@@ -337,10 +337,10 @@ class Loads:
 
 
 def _pulls(line: _Line) -> tuple[Action, Action]:
-    """What a force between two points does to each; nothing where they meet."""
+    """Return the actions of a force on its two points; zero where they coincide."""
     xa, xb = line.a.position(), line.b.position()
     dx, dy, dz = xb[0] - xa[0], xb[1] - xa[1], xb[2] - xa[2]
-    tension = line.stiffness  # per length
+    tension = line.stiffness  # tension per length
     if line.free_length or line.damping:
         square = dx * dx + dy * dy + dz * dz
         if not square:
@@ -356,7 +356,7 @@ def _pulls(line: _Line) -> tuple[Action, Action]:
 
 
 def _push(load: _Load, numbers: tuple[float, ...]) -> Action:
-    """What acts on one body alone."""
+    """Return the action of a load on its body."""
     force, torque = _components(load, load.force, numbers), _components(load, load.torque, numbers)
     point = _ZERO if load.force is None else load.site.position()
     return Action(load.site, force, point, torque)
@@ -387,7 +387,7 @@ def _numbers(mechanism: Mechanism, point: Vector) -> Triple:
 
 
 def _signal(mechanism: Mechanism, signal: Input) -> Callable[[float], float]:
-    """The signal as a function of t, compiled if it is an expression."""
+    """Return a signal as a function of t, compiled if it is an expression."""
     if callable(signal.signal):
         return signal.function(mechanism.values)
     function = compile_scalars([signal.signal], ("t", *mechanism.values))

@@ -1,10 +1,10 @@
-"""Joint reactions: the action of each parent on its child.
+"""Compute joint reactions, the wrench of each parent on its child.
 
-Pinocchio's inverse dynamics leaves in `data.f` the force of a joint on everything it carries,
-gravity included. Bodies that fixed joints weld together are one body there, so the reaction in a
-fixed joint is found from the balance of what it carries: inertia forces of its bodies, less the
-loads on them, plus what the joints behind it demand (Newton–Euler). `computeSupportedForceByFrame`,
-which promises the same, needs another work-space state than inverse dynamics leaves.
+Pinocchio's inverse dynamics stores in `data.f` the wrench of a joint on all bodies that it carries,
+gravity included. Bodies that are welded by fixed joints are one body there. The reaction in a fixed
+joint follows from the balance of the bodies it carries: their inertia forces, minus the loads on
+them, plus the wrenches of the joints beyond (Newton–Euler). `computeSupportedForceByFrame` promises
+the same, but needs data other than inverse dynamics leaves.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = ["Reactions"]
 
 @final
 class Reactions:
-    """Read the reactions of every joint from the engine's work space."""
+    """Reads the reactions of every joint from the engine's data."""
 
     def __init__(self, mechanism: Mechanism, engine: Engine) -> None:
         self._engine = engine
@@ -53,11 +53,11 @@ class Reactions:
     def read(self, actions: list[Action]) -> dict[str, tuple[Array, Array]]:
         """Return force and moment of parent on child at the child's origin, world axes, by joint.
 
-        The work space must hold positions (`forwardKinematics`) and inverse dynamics at the state
-        in question.
+        The engine's data must contain positions (`forwardKinematics`) and inverse dynamics of the
+        state in question.
 
         Args:
-            actions: what acts on the bodies, for the balance at fixed joints.
+            actions: the actions on the bodies, for the balance at fixed joints.
         """
         data = self._engine.data
         found = {}
@@ -73,7 +73,7 @@ class Reactions:
         return found
 
     def _through_weld(self, name: str, joint: int, actions: list[Action]) -> Any:
-        """Return the force of a fixed joint on what it carries, in the moving joint's frame."""
+        """Return the wrench of a fixed joint on all it carries, in the moving joint's frame."""
         pin = engine_package()
 
         engine, data = self._engine, self._engine.data
@@ -96,7 +96,7 @@ class Reactions:
 
 
 def _weld(mechanism: Mechanism, body: str) -> frozenset[str]:
-    """The body and all bodies fixed to it by joints."""
+    """Return a body and all bodies that are welded to it by fixed joints."""
     bodies = {body}
     for joint in mechanism.tree:
         if isinstance(joint, Fixed) and joint.parent in bodies:

@@ -1,4 +1,4 @@
-"""Points and axes fixed in the engine's bodies, read with few calls; what acts there."""
+"""Points and axes fixed in the engine's bodies, read with few calls, and actions on them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Triple: TypeAlias = "tuple[float, float, float]"
 @final
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """The axes of one of the engine's joints; views that follow the engine's work space.
+    """The axes of one of the engine's joints, as views of the engine's data.
 
     Args:
         joint: index of the joint, 0 for the world.
@@ -35,7 +35,7 @@ class Axes:
     angular: Array
 
     def to_world(self, vector: Triple) -> Triple:
-        """Return a vector of these axes in the world's."""
+        """Transform a vector from these axes to the world's."""
         a, b, c = vector
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self.rotation.tolist()
         return xx * a + xy * b + xz * c, yx * a + yy * b + yz * c, zx * a + zy * b + zz * c
@@ -48,7 +48,7 @@ class Site:
 
     Args:
         body: name of the body.
-        axes: of the joint that carries the body.
+        axes: axes of the joint that carries the body.
         point: shape (3,), in those axes [m].
     """
 
@@ -57,7 +57,7 @@ class Site:
     point: Triple
 
     def position(self) -> Triple:
-        """Return where it is in the world [m]."""
+        """Return its position in the world [m]."""
         x, y, z = self.axes.origin.tolist()
         if not any(self.point):
             return x, y, z
@@ -65,7 +65,7 @@ class Site:
         return x + a, y + b, z + c
 
     def velocity(self) -> Triple:
-        """Return how fast it moves, world axes [m/s]."""
+        """Return its velocity, world axes [m/s]."""
         x, y, z = self.point
         p, q, r = self.axes.angular.tolist()
         a, b, c = self.axes.linear.tolist()
@@ -78,7 +78,7 @@ class Action(NamedTuple):
     Args:
         site: a point of the body.
         force: shape (3,), world axes [N].
-        point: where the force acts in the world, shape (3,) [m].
+        point: point of action in the world, shape (3,) [m].
         torque: shape (3,), world axes [N·m].
     """
 
@@ -101,7 +101,7 @@ class External:
     """The total action on each of the engine's bodies, in the engine's form.
 
     Args:
-        joints: how many the model has, the world included.
+        joints: number of joints in the model, including the world.
     """
 
     def __init__(self, joints: int) -> None:
@@ -116,7 +116,7 @@ class External:
         self._used: set[int] = set()
 
     def set(self, actions: Iterable[Action]) -> None:
-        """Sum up what acts on the bodies."""
+        """Sum the actions on each body."""
         sums: dict[int, list[Any]] = {}
         for action in actions:
             axes = action.site.axes

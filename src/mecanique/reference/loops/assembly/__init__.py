@@ -1,1 +1,1 @@
-"""Bring a mechanism onto its loops: from next to them, from far away, anywhere."""
+"""Assemble a mechanism: close its loops from a position nearby, far away, or without a guess."""

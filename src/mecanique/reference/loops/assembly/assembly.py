@@ -36,14 +36,14 @@ __all__ = [
 ]
 
 _WITHIN = 0.1
-"""Part of the distance to a singular position that a drifted state may be moved.
+"""Largest correction of a drifted state, as a part of the distance to a singular position.
 
-The singular value, relative to the largest, is a measure of that distance.
+The least singular value, relative to the largest, measures that distance.
 """
 
 _SWEEPS = 6
 _STARTS = 30
-"""From how many random positions to start where no guess is given."""
+"""Number of random positions to start from without a guess."""
 
 
 def assemble(
@@ -51,24 +51,23 @@ def assemble(
 ) -> Array:
     """Return positions near a guess at which every loop is closed, shape (nq,).
 
-    Coordinates that the guess names stay as they are if the loops can be closed so; else all give
-    way together.
+    Coordinates named in the guess keep their values if the loops can then be closed; otherwise all
+    coordinates are adjusted.
 
     Args:
-        mechanism: what to assemble.
-        guess: shape (nq,), or by coordinate name; zero where left out. Loops of whose coordinates
-            none is named are tried from random positions where zero does not close them.
-        keep: names of coordinates that must stay as guessed.
+        mechanism: the mechanism to assemble.
+        guess: shape (nq,), or by coordinate name; zero by default. Loops without a named coordinate
+            are also tried from random positions if they cannot be closed from zero.
+        keep: names of coordinates that must keep their guessed values.
         t: time [s], for prescribed motions.
 
     Returns:
         Shape (nq,).
 
     Raises:
-        ClosureError: naming the loop that cannot be closed from there, and by how much it stays
-            open.
-        InputError: if the guess or the time is not what is expected.
-        UnknownNameError: if a name is no coordinate.
+        ClosureError: if a loop cannot be closed from there; the message states its gap.
+        InputError: if the guess or the time is invalid.
+        UnknownNameError: if a name is not that of a coordinate.
 
     Example:
         >>> crank = mq.textbook.load('slider_crank')
@@ -84,17 +83,17 @@ def assemble(
 
 
 def position_near(closed: Closed, guess: Given, q: Array, t: float, held: Array) -> Array:
-    """Return positions with closed loops, shape (nq,); named coordinates stay if they can.
+    """Return positions with closed loops, shape (nq,), keeping named coordinates if possible.
 
     Args:
         closed: the mechanism.
-        guess: as the user gave it.
+        guess: the guess as the user gave it.
         q: the same, shape (nq,).
         t: time [s].
-        held: shape (nv,), which velocities' coordinates must stay.
+        held: shape (nv,), whether the coordinate of each velocity must not change.
 
     Raises:
-        ClosureError: naming the loop that cannot be closed, and by how much.
+        ClosureError: if a loop cannot be closed; the message states its gap.
     """
     if held.any() or not (guess is None or isinstance(guess, Mapping)):
         return close_position(closed, q, t, held)
@@ -105,7 +104,7 @@ def position_near(closed: Closed, guess: Given, q: Array, t: float, held: Array)
 
 
 def _close_part(closed: Closed, q: Array, t: float, part: int, named: Array) -> Array:
-    """Return positions that close one part: near q, or anywhere if none of it is named."""
+    """Return positions that close one part: near q, or anywhere if none of its names is given."""
     closures = closed.closures
     rows, own = closures.parts.rows == part, closures.parts.columns == part
     if (named & own).any():
@@ -138,15 +137,15 @@ def assembly_branches(
 ) -> tuple[Array, ...]:
     """Return different positions at which every loop is closed, the one nearest to the guess first.
 
-    As many coordinates as there are degrees of freedom stay as guessed; only the others differ, so
-    that the positions are the branches of one and the same input, e.g. open and crossed.
+    As many coordinates as there are degrees of freedom keep their guessed values; the positions
+    differ in the others and are the branches for the same input, e.g. open and crossed.
 
     Args:
-        mechanism: what to assemble.
-        guess: shape (nq,), or by coordinate name; zero where left out.
-        keep: names of the coordinates that stay; chosen at the assembled guess if none is given.
-        most: how many positions are enough.
-        tries: from how many random positions to start.
+        mechanism: the mechanism to assemble.
+        guess: shape (nq,), or by coordinate name; zero by default.
+        keep: names of the coordinates to keep; by default chosen at the assembled guess.
+        most: largest number of positions to return.
+        tries: number of random positions to start from.
         seed: of the random positions.
         t: time [s], for prescribed motions.
 
@@ -154,9 +153,9 @@ def assembly_branches(
         The positions, each of shape (nq,).
 
     Raises:
-        ClosureError: if not even one position is found.
-        InputError: if an argument is not what is expected.
-        UnknownNameError: if a name is no coordinate.
+        ClosureError: if no position is found.
+        InputError: if an argument is invalid.
+        UnknownNameError: if a name is not that of a coordinate.
 
     Example:
         >>> linkage = mq.textbook.load("four_bar_linkage")
@@ -200,8 +199,7 @@ def close_velocity(
         q: shape (nq,), with closed loops.
         v: shape (nv,).
         t: time [s].
-        held: shape (nv,), which velocities stay as they are; if they cannot, the others and they
-            give way together.
+        held: shape (nv,), which velocities to keep; if that is impossible, all are changed.
     """
     _, jacobian, rates = closed.closures.scale(q, v, t)
     enough = ASSEMBLED * max(1.0, float(np.abs(v).max(initial=0)))
@@ -218,16 +216,15 @@ def close_velocity(
 def project(
     closed: Closed, q: Array, v: Array, t: float, *, drifted: bool = False
 ) -> tuple[Array, Array]:
-    """Return the closed state next to one that is almost closed, positions first, then velocities.
+    """Project an almost closed state on the loops, positions first, then velocities.
 
     Args:
         closed: the mechanism.
         q: shape (nq,).
         v: shape (nv,).
         t: time [s].
-        drifted: whether the state has only drifted, along a motion. Directions that the constraints
-            hardly hold, next to a singular position, are then left alone until the motion has
-            passed.
+        drifted: whether the state has only drifted along a motion. Near a singular position,
+            directions that the constraints hardly restrain are then not corrected.
     """
     metric = closed.measure(closed.closures.at(q, v, t).jacobian)
     least = partial(_least_step, most=closed.most, drifted=drifted)
@@ -238,9 +235,9 @@ def project(
 
 
 def _least_step(J: Array, gaps: Array, most: int | None = None, *, drifted: bool = False) -> Array:
-    """Return the least x with J x = gaps, as far as J reaches.
+    """Return the least x with J x = gaps, in the least-squares sense.
 
-    After a drift no part of x goes beyond where J is singular.
+    After a drift, components longer than the distance to a singular position allows are left out.
     """
     left, singular, right = np.linalg.svd(J, full_matrices=False)
     parts = left.T @ gaps
@@ -257,7 +254,7 @@ def _least_step(J: Array, gaps: Array, most: int | None = None, *, drifted: bool
 
 
 def free_columns(closed: Closed, q: Array, t: float) -> Array:
-    """Return which coordinates may be chosen freely near a position, by velocities, shape (nv,).
+    """Return the velocities whose coordinates may be chosen freely near a position, shape (nv,).
 
     Args:
         closed: the mechanism.
@@ -277,7 +274,7 @@ def free_columns(closed: Closed, q: Array, t: float) -> Array:
 
 
 def held_columns(mechanism: Mechanism, names: Sequence[str]) -> Array:
-    """Return which velocities belong to coordinates, shape (nv,) of bool.
+    """Return the velocities that belong to given coordinates, shape (nv,) of bool.
 
     Raises:
         UnknownNameError: if there is no such coordinate.
@@ -297,7 +294,7 @@ def held_columns(mechanism: Mechanism, names: Sequence[str]) -> Array:
 
 
 def _distance(closed: Closed, q: Array, other: Array, t: float) -> float:
-    """How far two positions are apart; full turns and the sign of a quaternion do not count."""
+    """Return the distance of two positions; full turns and a quaternion's sign do not count."""
     gap = np.abs(closed.poses(q, t) - closed.poses(other, t))
     gap[:, :3, 3] /= closed.closures.length
     return float(gap.max(initial=0.0))

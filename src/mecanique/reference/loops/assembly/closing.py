@@ -1,9 +1,9 @@
-"""Positions at which the loops are closed, from far away: Gauss–Newton with damping.
+"""Close loops from far away, by Gauss–Newton steps with damping.
 
 The step is that of Levenberg and Marquardt in scaled units (Marquardt, J. SIAM 11 (1963) 431); near
-the solution the damping vanishes and the pseudo-inverse of a Jacobian that may lack rank takes over
-(Ben-Israel, J. Math. Anal. Appl. 15 (1966) 243). Parts that share no motion are closed at once, but
-each with its own damping and to its own end, so that each ends where it would alone.
+the solution the damping vanishes, and the pseudo-inverse of a possibly rank-deficient Jacobian is
+used (Ben-Israel, J. Math. Anal. Appl. 15 (1966) 243). Parts that share no motion are closed at the
+same time, but each with its own damping and its own end, as if it were alone.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NEAR = 1e-4
 
 _STEPS = 200
 _PATIENCE = 12
-"""How many steps in a row may gain less than a thousandth."""
+"""Largest number of successive steps that each gain less than a thousandth."""
 
 _LONGEST = 0.5
 """Longest step, in characteristic lengths or radians."""
@@ -40,10 +40,10 @@ def close_position(closed: Closed, q: Array, t: float, held: Array | None = None
         closed: the mechanism.
         q: shape (nq,), the guess.
         t: time [s].
-        held: shape (nv,), which velocities' coordinates stay; none by default.
+        held: shape (nv,), whether the coordinate of each velocity is kept; none by default.
 
     Raises:
-        ClosureError: naming the loop that cannot be closed, and by how much.
+        ClosureError: if a loop cannot be closed; the message states its gap.
     """
     found, gaps = settle(closed, q, t, held)
     refuse_open(closed, gaps)
@@ -52,14 +52,14 @@ def close_position(closed: Closed, q: Array, t: float, held: Array | None = None
 
 @dataclass
 class _Search:
-    """How the search for a position that closes one part goes.
+    """The state of the search for a position that closes one part.
 
     Args:
-        rows: of the constraints, indices.
-        at: of the velocities, indices.
-        damping: of the next step, as a part of the largest singular value.
-        stuck: how many steps in a row gained next to nothing.
-        over: whether no further step is worth it.
+        rows: indices of the part's constraints.
+        at: indices of its velocities.
+        damping: damping of the next step, as a part of the largest singular value.
+        stuck: number of successive steps that gained almost nothing.
+        over: whether the search has been given up.
     """
 
     rows: npt.NDArray[np.intp]
@@ -69,7 +69,7 @@ class _Search:
     over: bool = False
 
     def is_over(self, gaps: Array) -> bool:
-        """Return whether the part is closed, or no step is left to try."""
+        """Return whether the part is closed, or the search has been given up."""
         own = gaps[self.rows]
         return self.over or self._widest(gaps) <= EXACT or not np.isfinite(own).all()
 
@@ -79,11 +79,11 @@ class _Search:
         return _damped_step(J[np.ix_(self.rows, self.at)], gaps[self.rows], damping)
 
     def accept(self, gaps: Array, trial: Array) -> bool:
-        """Return whether a step is worth taking, and set the damping of the next.
+        """Return whether to take a step, and set the damping of the next.
 
         Args:
-            gaps: before it.
-            trial: after it.
+            gaps: the gaps before it.
+            trial: the gaps after it.
         """
         before, after = (float(np.linalg.norm(all_of[self.rows])) for all_of in (gaps, trial))
         self.stuck = self.stuck + 1 if after > 0.999 * before else 0
@@ -102,9 +102,9 @@ class _Search:
 
 
 def settle(closed: Closed, q: Array, t: float, held: Array | None = None) -> tuple[Array, Array]:
-    """Return the nearest positions found, and the gaps that they leave, shape (m,).
+    """Return the positions closest to closed that were found, and their gaps, shape (m,).
 
-    Parts that share no motion are closed at once, but each with its own damping and to its own end.
+    Parts that share no motion are closed at the same time, but each with its own damping and end.
     """
     closures, parts = closed.closures, closed.closures.parts
     still, positional = np.zeros(closed.mechanism.nv), closures.positional
@@ -137,14 +137,14 @@ def settle(closed: Closed, q: Array, t: float, held: Array | None = None) -> tup
 
 
 def is_open(gaps: Array) -> npt.NDArray[np.bool_]:
-    """Return which gaps are wider than an assembly may leave, or not finite."""
+    """Return whether each gap is wider than an assembly may leave, or not finite."""
     return ~(gaps <= ASSEMBLED)
 
 
 def _damped_step(J: Array, gaps: Array, damping: float | None) -> Array:
     """Return the scaled step of Levenberg and Marquardt, of limited length.
 
-    Without damping, near the end, directions that are not held are left alone.
+    Without damping, near the end, it leaves out directions that the constraints do not restrain.
     """
     left, singular, right = np.linalg.svd(J, full_matrices=False)
     top = max(float(singular[0]), TINY) if singular.size else 1.0
@@ -162,7 +162,7 @@ def _damped_step(J: Array, gaps: Array, damping: float | None) -> Array:
 
 
 def refuse_open(closed: Closed, gaps: Array) -> None:
-    """Raise if a loop is left open."""
+    """Refuse gaps that leave a loop open."""
     closures = closed.closures
     if not is_open(gaps).any():
         return
@@ -175,7 +175,7 @@ def refuse_open(closed: Closed, gaps: Array) -> None:
         raise ClosureError(
             f"mechanism {mechanism.name!r}: {owner.name!r} cannot be put on the plane of "
             f"{owner.on!r} from there; the nearest position found leaves it off by "
-            f"{gaps[worst] / closures.rows[worst]:.3g} m; leave free a coordinate that lifts it"
+            f"{gaps[worst] / closures.rows[worst]:.3g} m; do not fix the coordinate that lifts it"
         )
     raise ClosureError(
         f"mechanism {mechanism.name!r}: loop {owner.name!r} cannot be closed from there; "

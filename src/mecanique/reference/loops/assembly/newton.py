@@ -1,7 +1,7 @@
-"""Newton's method onto the loops, from states next to them; `assembly` leads there from far away.
+"""Close loops by Newton's method from nearby states; `closing` does so from far away.
 
-In coordinates of the tangent space at a position, the point on the loops is a smooth function of
-the displacement (Potra & Rheinboldt, Mech. Struct. Mach. 19 (1991) 1).
+In coordinates of the tangent space at a position, the position with closed loops is a smooth
+function of the displacement (Potra & Rheinboldt, Mech. Struct. Mach. 19 (1991) 1).
 """
 
 from __future__ import annotations
@@ -19,18 +19,16 @@ from mecanique.reference.loops.tolerances import EPSILON, EXACT
 __all__ = ["Landing", "Tangent", "displace", "newton"]
 
 Least: TypeAlias = Callable[[Array, Array], Array]
-"""The least x with J x = gaps, as far as J reaches, from a scaled Jacobian and scaled gaps."""
+"""Returns the least-squares solution of J x = gaps, for a scaled Jacobian and scaled gaps."""
 
 
 class Tangent(NamedTuple):
-    """Where to look for a point on the loops: displaced by along + directions @ bend.
-
-    All are in directions of the metric.
+    """The displacements among which to search: along + directions @ bend, in metric directions.
 
     Args:
-        along: shape (nv,).
-        directions: shape (nv, k).
-        bend: shape (k,), where to begin.
+        along: shape (nv,), a given displacement.
+        directions: shape (nv, k), directions of the correction.
+        bend: shape (k,), initial correction.
     """
 
     along: Array
@@ -39,14 +37,14 @@ class Tangent(NamedTuple):
 
 
 class Landing(NamedTuple):
-    """Where Newton's method ended.
+    """The result of Newton's method.
 
     Args:
         q: shape (nq,).
-        bend: shape (k,), within the tangent space; empty without one.
-        jacobian: scaled, by the directions of the tangent space if there is one.
+        bend: shape (k,), the correction in the tangent space; empty without one.
+        jacobian: scaled Jacobian, in the directions of the tangent space if there is one.
         rates: shape (m,), scaled rates of the gaps.
-        gap: the largest one, in plain units.
+        gap: the largest gap, in natural units.
         rounding: the gap that rounding leaves there.
     """
 
@@ -71,20 +69,20 @@ def newton(
     stagnant: float,
     sweeps: int,
 ) -> Landing:
-    """Return a position next to q at which the loops are closed, as far as some sweeps get there.
+    """Close the loops near q by a limited number of Newton's steps.
 
     Args:
         closed: the mechanism.
         q: shape (nq,).
         v: shape (nv,), for the rates of the gaps.
         t: time [s].
-        metric: the scale of the state.
+        metric: the metric of the state.
         least: solves for a step.
-        tangent: the part of the tangent space at q to stay in; without it every step is taken from
-            the last position, in any direction.
-        near: gap below which a sweep may be the last.
-        stagnant: it is, if it leaves more than this part of the gap.
-        sweeps: the most steps.
+        tangent: displacements to search among; by default every step starts at the last position
+            and may have any direction.
+        near: gap below which stagnation ends the iteration.
+        stagnant: a step stagnates if it leaves more than this part of the gap.
+        sweeps: largest number of steps.
     """
     bend = np.zeros(0) if tangent is None else tangent.bend
     there = q if tangent is None else _within(closed, q, metric, tangent, bend)
@@ -105,7 +103,7 @@ def newton(
             bend = bend + step
             there = _within(closed, q, metric, tangent, bend)
     rates = metric.rows * (closure.jacobian @ v + closure.drift)
-    # angles of several turns are rounded too, and all that follows in a chain with each
+    # the rounding of large angles propagates along a chain
     moved = metric.units.rows * (np.abs(closure.jacobian) @ closed.sizes(there))
     rounding = closed.closures.rounding() + EPSILON * float(moved.max(initial=0.0))
     return Landing(there, bend, J, rates, gap, rounding)

@@ -1,1 +1,1 @@
-"""What loops and contacts demand, from Pinocchio's kinematics, and what shares a motion."""
+"""Constraints of loops and contacts from Pinocchio's kinematics, and the parts they form."""

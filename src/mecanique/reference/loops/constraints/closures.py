@@ -1,9 +1,9 @@
-"""The constraints of loops, from Pinocchio's kinematics: Φ(q, t), Φ' = J v + b, Φ'' = J a + γ.
+"""Compute the constraints of loops by Pinocchio's kinematics: Φ(q, t), Φ' = J v + b, Φ'' = J a + γ.
 
-Everything is measured in the axes of frame a. With the position p and the rotation R of frame b
-there, the rows are components of p, of the angular velocity of b against a, or |p| − length. The
-velocity of b's origin relative to the point of body a at the same place is the sum of the columns
-of the spatial Jacobian of those joints that carry only one of both bodies (Featherstone, Rigid Body
+All quantities are measured in the axes of frame a. With the position p and the rotation R of frame
+b there, the rows are components of p, of the angular velocity of b relative to a, or |p| − length.
+The velocity of b's origin relative to the coincident point of body a is the sum of the columns of
+the spatial Jacobian of those joints that carry only one of the two bodies (Featherstone, Rigid Body
 Dynamics Algorithms, 2008, sect. 8.2 to 8.4).
 """
 
@@ -40,8 +40,8 @@ class Closure(NamedTuple):
     Args:
         residual: Φ, shape (m,) [m or rad].
         jacobian: J, shape (m, nv).
-        drift: b, what Φ' is without v, shape (m,).
-        gamma: what Φ'' is without a, shape (m,).
+        drift: b, the part of Φ' without v, shape (m,).
+        gamma: γ, the part of Φ'' without a, shape (m,).
     """
 
     residual: Array
@@ -51,7 +51,7 @@ class Closure(NamedTuple):
 
 
 class _Ends(NamedTuple):
-    """The frames of all loops on one side, each in the moving joint that carries its body.
+    """The frames on one side of all loops, each in the moving joint that carries its body.
 
     Args:
         joints: shape (loops,), indices of these joints.
@@ -65,7 +65,7 @@ class _Ends(NamedTuple):
 
 
 class _Row(NamedTuple):
-    """One constraint equation: the loop, its place, and the relative motion that it closes."""
+    """One constraint equation: the loop, its index, and the relative motion that it closes."""
 
     owner: int
     loop: Loop
@@ -73,7 +73,7 @@ class _Row(NamedTuple):
 
 
 class ScaledClosure(NamedTuple):
-    """The constraints in one state, scaled to plain numbers.
+    """The constraints in one state, scaled to dimensionless numbers.
 
     Args:
         gaps: Φ, shape (m,).
@@ -88,7 +88,7 @@ class ScaledClosure(NamedTuple):
 
 @final
 class Closures:
-    """The constraint equations of a mechanism: its loops', contacts' and velocity constraints'."""
+    """All constraint equations of a mechanism: of loops, contacts and velocity constraints."""
 
     def __init__(self, mechanism: Mechanism, engine: Engine, chart: Chart) -> None:
         pin = engine_package()
@@ -100,7 +100,7 @@ class Closures:
         self._a, self._b = (_ends(pin, mechanism, engine, side) for side in "ab")
         carried = _velocities_that_carry(engine)
         self.contacts = ContactRows(mechanism, engine, carried)
-        """The rows of rolling and blades, and where they touch."""
+        """The rows of rolling and blades, with their points of contact."""
         self._velocity_rows = VelocityRows(mechanism)
         self._between: Array = carried[self._b.joints] - carried[self._a.joints]
         self._masks = np.concatenate([self._between, carried[self._a.joints]]).T
@@ -129,11 +129,11 @@ class Closures:
                 len(self._loops) + len(mechanism.contacts) + np.arange(many),
             ]
         )
-        """Which loop, contact or velocity constraint each row belongs to, shape (m,)."""
+        """The index of the loop, contact or velocity constraint of each row, shape (m,)."""
         self.positional: Array = np.concatenate(
             [np.ones(len(rows), bool), self.contacts.positional, np.zeros(many, bool)]
         )
-        """Which rows are rates of a Φ, and so restrict positions, shape (m,)."""
+        """Whether each row is the rate of a Φ, and so restricts positions, shape (m,)."""
         self._rods = [i for i, row in enumerate(rows) if row.motion == "length"]
         self._lengths = [mechanism.evaluate(rows[i].loop.length) for i in self._rods]
         self._plates = [
@@ -147,14 +147,14 @@ class Closures:
         self.parts = Parts(mechanism, chart.reach(meets), self.owner)
         """Constraints that share no motion."""
         self.length = self.parts.length
-        """What lengths are compared with [m]."""
+        """The characteristic length, with which others are compared [m]."""
         lengths = self.parts.lengths
         is_length = np.concatenate(
             [self._component < 3, np.ones(len(self.contacts.names), bool), np.zeros(many, bool)]
         )
         self.rows: Array = np.where(is_length, 1 / lengths[self.parts.rows], 1.0)
-        """Factors that make the rows plain numbers: 1/length for lengths, 1 for angles."""
-        around = np.append(lengths, self.length)  # the last, at −1, where no loop is
+        """Factors that make the rows dimensionless: 1/length for lengths, 1 for angles."""
+        around = np.append(lengths, self.length)  # the last, at −1, for velocities outside loops
         self.columns: Array = velocity_scales(mechanism, around[self.parts.columns])
         """Units of the velocities, shape (nv,): the characteristic length, or one radian."""
         self._u: Array = np.zeros(engine.model.nv)
@@ -171,13 +171,13 @@ class Closures:
 
     @property
     def units(self) -> Units:
-        """Plain units of rows and velocities; a loop's lengths and angles are a block each."""
+        """Natural units of rows and velocities; a loop's lengths and angles are a block each."""
         angular = np.zeros(len(self.owner), dtype=int)
         angular[: len(self._component)] = self._component >= 3
         return Units(self.rows, self.columns, 2 * self.owner + angular)
 
     def rounding(self) -> float:
-        """Return the gap that rounding makes of closed loops in the last state, in plain units."""
+        """Return the gap that rounding leaves in closed loops in the last state, natural units."""
         data = self._engine.data
         extent = max(float(np.abs(pose.translation).max()) for pose in data.oMi)
         return ROUNDING * (1 + extent / float(self.parts.lengths.min(initial=self.length)))
@@ -192,7 +192,7 @@ class Closures:
         )
 
     def move(self, q: Array, v: Array, t: float) -> tuple[list[float], Array]:
-        """Put the engine's bodies in a state; return q with the driven joint coordinates, and u."""
+        """Move the engine's bodies to a state; return q with the driven coordinates, and u."""
         chart = self._chart
         values = chart.place(q, t)
         self._u = chart.at(q, v, t)
@@ -206,7 +206,7 @@ class Closures:
         """Return the constraints in the state of the last `move`.
 
         Args:
-            residual: whether Φ is wanted; it is zero otherwise.
+            residual: whether to compute Φ, which is zero otherwise.
         """
         parts = [self._of_loops(residual)] if self._loops else []
         if self.contacts.names:
@@ -220,10 +220,9 @@ class Closures:
     def _of_loops(self, residual: bool) -> Closure:
         data, u = self._engine.data, self._u
         turn, here, place = self._frames()
-        # with one velocity the engine's matrices come as vectors
+        # with a single velocity the engine returns matrices as vectors
         columns, changes = data.J.reshape(6, -1), data.dJ.reshape(6, -1)
-        # twists at the world's origin, of b against a and of a, and what they change by with
-        # constant u
+        # twists at the world's origin, of b relative to a and of a, with their rates at constant u
         sums = np.concatenate([columns * u, changes * u]) @ self._masks
         (linear, spin, linear_gain, spin_gain), (linear_a, spin_a, *_) = sums.T.reshape(
             2, -1, 4, 3, 1
@@ -237,8 +236,7 @@ class Closures:
             [parting, spin, change, spin_gain - turning_a @ spin], axis=2
         )
         six = inside.transpose(0, 2, 1).reshape(-1, 2, 6)
-        # columns of the twist of b against a: the velocity at frame b's origin, the angular
-        # velocity
+        # columns of the twist of b relative to a: velocity at frame b's origin, angular velocity
         J = np.empty((len(place), 6, len(u)))
         J[:, :3] = inverse @ (columns[:3] - at @ columns[3:])
         J[:, 3:] = inverse @ columns[3:]
@@ -255,17 +253,17 @@ class Closures:
         return np.concatenate(parts)
 
     def wrenches(self, multipliers: Array) -> tuple[Array, Array, Array]:
-        """Return what body a does to b in each loop: force, moment, point of action; world axes.
+        """Return force, moment and point of action of body a on b for each loop, world axes.
 
-        After the loops come the contacts: what acts on the body that rolls, at its hub, or that has
-        the blade. The engine's work space must hold the state in question. The point of a loop is
-        the origin of frame b.
+        The wrenches of contacts follow, on the body that rolls, at its hub, or that has the blade.
+        The engine's data must contain the state in question. The point of a loop is the origin of
+        frame b.
 
         Args:
             multipliers: λ of each row, with M a + h = Jᵀ λ, shape (m,).
 
         Returns:
-            three arrays of shape (loops + contacts, 3).
+            Three arrays of shape (loops + contacts, 3).
         """
         first, end = len(self._owner), len(self._owner) + len(self.contacts.names)
         contacts = self.contacts.wrenches(multipliers[first:end])
@@ -287,7 +285,7 @@ class Closures:
         return force, moment, place
 
     def _frames(self) -> tuple[Array, tuple[Array, Array], Array]:
-        """Rotation of each frame a, pose of frame b in it, and origin of frame b in the world."""
+        """Return each frame a's rotation, frame b's pose in it, and b's origin in the world."""
         poses = [self._engine.data.oMi[int(joint)] for joint in self._used]
         turns = np.array([pose.rotation for pose in poses])
         places = np.array([pose.translation for pose in poses])
@@ -317,7 +315,7 @@ class Closures:
     def _select(
         self, phi: Array, here: tuple[Array, Array], J: Array, rate: Array, second: Array
     ) -> Closure:
-        """Choose the rows from the six of each loop; distances and turns in a plane mix them."""
+        """Select rows from the six of each loop; distances and angles in a plane combine them."""
         place, turn = here
         at = self._owner, self._component
         rows: Array = J[at]
@@ -335,8 +333,8 @@ class Closures:
             row, level = _plate_row(turn[k]), float(x[0] ** 2 + x[1] ** 2)
             slope = cross(spin, x)
             rows[i] = row @ J[k, 3:]
-            # θ' = w·ω with w = (−x z, −y z, x² + y²) / (x² + y²) for b's axis (x, y, z), so θ'' =
-            # w·ω' + w'·ω
+            # θ' = w·ω with w = (−x z, −y z, x² + y²) / (x² + y²) for b's axis (x, y, z);
+            # θ'' = w·ω' + w'·ω
             (a, b, c), (da, db, dc) = x, slope
             change = np.array([-(da * c + a * dc), -(db * c + b * dc), 0.0]) / level
             change[:2] += np.array([a * c, b * c]) * 2 * (a * da + b * db) / level**2
@@ -344,7 +342,7 @@ class Closures:
         return self._draw_back(phi, rows, np.zeros(len(rows)), gamma)
 
     def _draw_back(self, phi: Array, rows: Array, drift: Array, gamma: Array) -> Closure:
-        """Return rows by the engine's velocities as rows by the mechanism's."""
+        """Convert rows in the engine's velocities to rows in the mechanism's."""
         chart = self._chart
         if chart.identical:
             return Closure(phi, rows, drift, gamma)
@@ -352,7 +350,7 @@ class Closures:
 
 
 def _ends(pin: Any, mechanism: Mechanism, engine: Engine, side: str) -> _Ends:
-    """Where the loops begin, on side a, or end, on side b."""
+    """Return the frames of the loops on side a or b."""
     joints, poses = [], []
     for loop in mechanism.loops:
         frame: Placement = getattr(loop, f"frame_{side}")
@@ -379,12 +377,12 @@ def _velocities_that_carry(engine: Engine) -> Array:
 
 def _unit(vector: Array) -> Array:
     length = float(np.linalg.norm(vector))
-    # a rod without length points anywhere: any direction lets an assembly begin
+    # a rod of length zero has no direction; any one lets an assembly begin
     return vector / length if length else np.array([1.0, 0.0, 0.0])
 
 
 def _tilt(turn: Array) -> Array:
-    """The turn about x and y that takes z to the z axis of b, shape (2,)."""
+    """Return the rotation about x and y that takes z to the z axis of b, shape (2,)."""
     x, y, z = turn[:, 2]
     level = math.hypot(x, y)
     if not level:
@@ -393,7 +391,7 @@ def _tilt(turn: Array) -> Array:
 
 
 def _plate_row(turn: Array) -> Array:
-    """∂θ'/∂ω for the angle θ of b's x axis within the plane."""
+    """Return ∂θ'/∂ω for the angle θ of b's x axis within the plane."""
     x, y, z = turn[:, 0]
     level = x * x + y * y
     return np.array([-x * z / level, -y * z / level, 1.0])

@@ -1,13 +1,12 @@
-"""The rows of rolling, blades and velocity constraints, from Pinocchio's kinematics.
+"""Compute the rows of rolling, blades and velocity constraints by Pinocchio's kinematics.
 
-A contact keeps the point P of one body and the point of the other at the same place from moving
-against each other along a direction n: n·(v_A − v_B) = 0. With twists (l, ω) at the world's origin
-v = l + ω × P, and along the motion
+A contact prevents relative motion along a direction n of the two bodies' points at the same place
+P: n·(v_A − v_B) = 0. With twists (l, ω) at the world's origin v = l + ω × P, and along the motion
 
     d/dt (v_A − v_B) = (l_A − l_B)' + (ω_A − ω_B)' × P + (ω_A − ω_B) × P',
 
-where P' is the velocity of the place of contact, not of any point of a body: with the hub C and ρ =
-P − C it is v_C + ρ', and ρ' follows from how the axis e turns, e' = ω_A × e (Basu-Mandal,
+where P' is the velocity of the place of contact, not of a material point: with the hub C and ρ =
+P − C it is v_C + ρ', and ρ' follows from the rotation of the axis e, e' = ω_A × e (Basu-Mandal,
 Chatterjee & Papadopoulos, Proc. R. Soc. A 463 (2007) 1983, sect. 4; Neimark & Fufaev, Dynamics of
 Nonholonomic Systems, 1972, ch. I, sect. 4).
 """
@@ -30,13 +29,13 @@ __all__ = ["ContactRows", "Rows", "VelocityRows"]
 
 
 class Rows(NamedTuple):
-    """Rows in one state: Φ (zero where there is none), J, what J v lacks of the rate, and γ.
+    """Constraint rows in one state, with the rate J v + b and its derivative J a + γ.
 
     Args:
-        residual: shape (m,).
-        jacobian: shape (m, n).
-        drift: shape (m,).
-        gamma: shape (m,).
+        residual: Φ, zero where there is none, shape (m,).
+        jacobian: J, shape (m, n).
+        drift: b, shape (m,).
+        gamma: γ, shape (m,).
     """
 
     residual: Array
@@ -46,7 +45,7 @@ class Rows(NamedTuple):
 
 
 class _Body(NamedTuple):
-    """A body on the way: its axes, and its twist at the world's origin with that one's rate."""
+    """A body in motion: its axes, and its twist at the world's origin with the twist's rate."""
 
     turn: Array
     origin: Array
@@ -56,19 +55,19 @@ class _Body(NamedTuple):
     spin_rate: Array
 
     def at(self, point: Array) -> Array:
-        """Return the velocity of the point of the body at a place of the world."""
+        """Return the velocity of the body's point at a place in the world."""
         return self.linear + cross(self.spin, point)
 
 
 class _Touch(NamedTuple):
-    """Where a contact is, how fast that place moves, and the directions it closes.
+    """The place of a contact, its velocity, and the directions in which it prevents motion.
 
     Args:
         place: shape (3,), P.
         rate: shape (3,), P'.
         directions: shape (k, 3).
         turning: shape (k, 3), their rates.
-        seat: shape (3,), the point of the body that its force is reported at.
+        seat: shape (3,), the point of the body at which its force is reported.
         gap: Φ of the first direction.
     """
 
@@ -82,10 +81,10 @@ class _Touch(NamedTuple):
 
 @final
 class ContactRows:
-    """The rows of a mechanism's contacts, by the engine's velocities.
+    """The rows of a mechanism's contacts, in the engine's velocities.
 
     Args:
-        mechanism: whose contacts they are.
+        mechanism: the mechanism with the contacts.
         engine: the mechanism inside Pinocchio.
         carried: 1 where a velocity of the engine moves a joint of it, else 0, shape (joints, nv).
     """
@@ -98,19 +97,19 @@ class ContactRows:
         self.owner = np.array(
             [k for k, contact in enumerate(mechanism.contacts) for _ in contact.rows], dtype=int
         )
-        """Which contact each row belongs to, shape (m,)."""
+        """The index of the contact of each row, shape (m,)."""
         self.positional = np.array([name.endswith(": normal") for name in self.names], dtype=bool)
-        """Which rows are rates of a Φ, shape (m,)."""
+        """Whether each row is the rate of a Φ, shape (m,)."""
         moved = {name: self._carried[holder.joint] for name, holder in engine.holders.items()}
         self.meets = np.array(
             [moved[c.body] + moved[c.on] for c in mechanism.contacts], dtype=bool
         ).reshape(len(mechanism.contacts), engine.model.nv)[self.owner]
-        """Whether a velocity may enter each row, shape (m, n)."""
+        """Whether each row may depend on each velocity, shape (m, n)."""
         self._shapes = [_numbers(mechanism, contact) for contact in mechanism.contacts]
         self._contacts = mechanism.contacts
 
     def now(self, u: Array) -> Rows:
-        """Return the rows in the state that the engine holds.
+        """Return the rows in the engine's present state.
 
         Args:
             u: shape (n,), the engine's velocities there.
@@ -143,25 +142,25 @@ class ContactRows:
         )
 
     def residual(self) -> Array:
-        """Return Φ of all rows in the position that the engine holds, shape (m,)."""
+        """Return Φ of all rows in the engine's present position, shape (m,)."""
         found = []
         for contact, touch in zip(self._contacts, self._touches(), strict=True):
             found += [touch.gap, *[0.0] * (len(contact.rows) - 1)]
         return np.array(found)
 
     def places(self) -> Array:
-        """Return where the contacts are in the position that the engine holds, shape (k, 3)."""
+        """Return the points of contact in the engine's present position, shape (k, 3)."""
         return np.array([touch.place for touch in self._touches()]).reshape(-1, 3)
 
     def wrenches(self, multipliers: Array) -> tuple[Array, Array, Array]:
-        """Return what acts on each body that touches: force, moment, point; world axes.
+        """Return force, moment and point of each contact's action, world axes.
 
         Args:
             multipliers: λ of each row, shape (m,).
 
         Returns:
-            three arrays of shape (contacts, 3); the moment is about the point, the hub of what
-            rolls or the point of a blade.
+            Three arrays of shape (contacts, 3); the moment is about the point, the hub of a rolling
+            body or the point of a blade.
         """
         found = np.zeros((3, len(self._contacts), 3))
         for k, touch in enumerate(self._touches()):
@@ -170,7 +169,7 @@ class ContactRows:
         return found[0], found[1], found[2]
 
     def _touches(self) -> Iterator[_Touch]:
-        """Yield where each contact is in the position that the engine holds, at rest."""
+        """Yield each contact in the engine's present position, at rest."""
         still = np.zeros(self._engine.model.nv)
         for contact, shape in zip(self._contacts, self._shapes, strict=True):
             a, b = (self._body(name, still, moving=False) for name in (contact.body, contact.on))
@@ -218,7 +217,7 @@ class _Wheel(NamedTuple):
     bowl: float
 
     def touch(self, a: _Body, b: _Body) -> _Touch:
-        """Return where it touches."""
+        """Return its contact."""
         if self.bowl:
             return self._touch_sphere(a, b)
         hub = a.origin + a.turn @ self.center
@@ -258,7 +257,7 @@ class _Wheel(NamedTuple):
         return rho, cross(a.spin, rho) - a.turn @ (squares * u_rate) / h - rho * (h_rate / h)
 
     def _touch_sphere(self, a: _Body, b: _Body) -> _Touch:
-        """Return where a ball touches a bowl or a dome about O: along from its center to O."""
+        """Return the contact of a ball with a sphere about O: on the line from its center to O."""
         hub = a.origin + a.turn @ self.center
         x, y, z = frame = (b.turn @ self.axes).T
         O = b.origin + b.turn @ self.point + self.bowl * z
@@ -270,7 +269,7 @@ class _Wheel(NamedTuple):
         x_rate, y_rate, z_rate = frame @ hat(b.spin).T
         directions, turning = [n], [n_rate]
         for e, e_rate in ((x, x_rate), (y, y_rate)):
-            # turned as z is turned into n, e − (n·e) (z + n)/(1 + n·z)
+            # rotated as z is rotated into n: e − (n·e) (z + n)/(1 + n·z)
             part = (n @ e) / (1 + n @ z)
             part_rate = (n_rate @ e + n @ e_rate - part * (n_rate @ z + n @ z_rate)) / (1 + n @ z)
             directions.append(e - part * (z + n))
@@ -292,7 +291,7 @@ class _Edge(NamedTuple):
     side: Array
 
     def touch(self, a: _Body, b: _Body) -> _Touch:
-        """Return where it touches."""
+        """Return its contact."""
         place = a.origin + a.turn @ self.point
         side = (a.turn @ self.side)[None]
         return _Touch(place, a.at(place), side, side @ hat(a.spin).T, place, 0.0)
@@ -323,7 +322,7 @@ class VelocityRows:
     """The rows A(q, t) v = b(q, t) of a mechanism's velocity constraints.
 
     Args:
-        mechanism: whose velocity constraints they are.
+        mechanism: the mechanism with the velocity constraints.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:

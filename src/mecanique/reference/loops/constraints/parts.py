@@ -1,6 +1,6 @@
-"""The parts of a closed mechanism: sets of constraints that share no motion, each with its scale.
+"""Divide a closed mechanism into parts: sets of constraints that share no motion.
 
-Each is closed by itself, so that it ends where it would alone, however large another is beside it.
+Each part has its own scale and is closed by itself, with the same result as if it were alone.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ __all__ = ["Parts"]
 
 @final
 class Parts:
-    """Which part each constraint and each velocity belongs to.
+    """The part of each constraint and each velocity.
 
     Args:
         mechanism: the mechanism.
         meets: whether a constraint may depend on a velocity, shape (m, nv) of bool.
-        owner: which loop, contact or velocity constraint each row belongs to, shape (m,).
+        owner: index of the loop, contact or velocity constraint of each row, shape (m,).
     """
 
     def __init__(self, mechanism: Mechanism, meets: npt.NDArray[np.bool_], owner: Array) -> None:
         rows, none = np.array(owner), len(meets)
         while True:
-            # the least number among the rows that share a velocity, until nothing changes
+            # give rows that share a velocity their least number, until nothing changes
             columns = np.where(meets, rows[:, None], none).min(axis=0, initial=none)
             least = np.where(meets, columns, none).min(axis=1, initial=none)
             joined = np.minimum(rows, least)
@@ -44,18 +44,18 @@ class Parts:
         self.columns: npt.NDArray[np.int_] = np.where(
             columns < none, np.searchsorted(numbers, columns), -1
         )
-        """The same of each velocity, −1 if it moves no loop, shape (nv,)."""
+        """Number of the part of each velocity, −1 if it moves no loop, shape (nv,)."""
         self.count = len(numbers)
         self.length = characteristic_length(mechanism)
-        """That of the whole [m]."""
+        """The characteristic length of the whole mechanism [m]."""
         self.lengths: Array = np.full(self.count, self.length)
-        """What lengths are compared with in each part [m]."""
+        """The characteristic length of each part [m]."""
         for part in range(self.count if self.count > 1 else 0):
             names = _carriers(mechanism, set(owner[self.rows == part].tolist()))
             self.lengths[part] = characteristic_length(mechanism, names)
 
     def open(self, rows: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Return which velocities belong to the parts of some rows, shape (nv,)."""
+        """Return whether each velocity belongs to the part of one of some rows, shape (nv,)."""
         return np.isin(self.columns, self.rows[rows])
 
 

@@ -1,1 +1,1 @@
-"""The motion that loops leave free: its count, its coordinates, its singular positions."""
+"""The motion that loops allow: degrees of freedom, coordinates, singular positions."""

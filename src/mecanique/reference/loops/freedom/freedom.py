@@ -1,9 +1,9 @@
-"""Degrees of freedom, redundant constraints and singular positions.
+"""Count degrees of freedom, and find redundant constraints and singular positions.
 
-N is the number of velocities less the rank of the constraints' Jacobian. The rank counts at
-positions in general, not at a singular one: a flat parallelogram has one row too few to decide how
-it goes on, and yet one degree of freedom. So the rank is taken at a position and at assembled
-positions around it, by singular values in scaled units.
+N is the number of velocities minus the generic rank of the constraint Jacobian. At a singular
+position the rank is lower: a flat parallelogram lacks one independent row, yet has one degree of
+freedom. The rank is therefore computed at a position and at assembled positions around it, by
+singular values in scaled units.
 """
 
 from __future__ import annotations
@@ -34,27 +34,27 @@ _AROUND = 8
 """Number of nearby positions that are examined."""
 
 _AWAY = 0.1
-"""How far away they are, in characteristic lengths or radians."""
+"""Their distance, in characteristic lengths or radians."""
 
 
 @final
 @dataclass(frozen=True)
 class Freedom:
-    """The degrees of freedom of a mechanism; its text says how they come about.
+    """The degrees of freedom of a mechanism; its text states how they are counted.
 
     Args:
         coordinates: number of velocities of the tree.
         constraints: number of scalar constraint equations of the loops.
-        rank: how many of them are independent, in general.
-        redundant: names of those that are not, "loop: row"; without them nothing moves more freely.
-        singular: whether the position in question is singular: fewer are independent there than
-            around it, or it is the only position there is and yet has directions without
-            resistance.
-        rank_here: how many are independent at the position in question.
+        rank: number of independent equations in generic positions.
+        redundant: names of the dependent ones, "loop: row"; without them nothing moves more freely.
+        singular: whether the given position is singular: fewer equations are independent there
+            than around it, or it is the only possible position although their rank there would
+            allow small motions.
+        rank_here: number of independent equations at the given position.
         q: shape (nq,), that position.
         bodies: number of bodies with mass that are not fixed, and whether all are particles.
-        velocity_rows: how many of the independent equations restrict velocities but no position by
-            themselves, those of rolling along a plane, of blades and of velocity constraints.
+        velocity_rows: number of independent equations that restrict velocities but no positions:
+            of rolling along a plane, of blades and of velocity constraints.
 
     Example:
         >>> freedom = mq.degrees_of_freedom(mq.textbook.load("four_bar_linkage"))
@@ -77,12 +77,12 @@ class Freedom:
 
     @property
     def positions(self) -> int:
-        """Number of independent coordinates n; more than N where something rolls."""
+        """The number n of independent coordinates; greater than N with nonholonomic constraints."""
         return self.N + self.velocity_rows
 
     @property
     def N(self) -> int:
-        """Number of degrees of freedom: of independent velocities."""
+        """The number of degrees of freedom, i.e. of independent velocities."""
         return self.coordinates - self.rank
 
     def __str__(self) -> str:
@@ -127,21 +127,21 @@ class Freedom:
 def degrees_of_freedom(
     mechanism: Mechanism, q: Given = None, *, t: float = 0.0, seed: int = 0
 ) -> Freedom:
-    """Return the degrees of freedom, redundant constraints and whether the position is singular.
+    """Count the degrees of freedom; find redundant constraints and whether a position is singular.
 
     Args:
         mechanism: any mechanism.
-        q: shape (nq,), or by coordinate name, the position in question; it is assembled first.
+        q: shape (nq,), or by coordinate name, the position, which is assembled first.
         t: time [s], for prescribed motions.
         seed: of the random positions around it.
 
     Returns:
-        Their number N and how it comes about.
+        Their number N, and how it is counted.
 
     Raises:
         ClosureError: if the loops cannot be closed.
-        InputError: if the position is not what is expected.
-        UnknownNameError: if a name is no coordinate.
+        InputError: if the position is invalid.
+        UnknownNameError: if a name is not that of a coordinate.
 
     Example:
         >>> mq.degrees_of_freedom(mq.textbook.load('slider_crank')).N
@@ -177,14 +177,13 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
     here = _scale(closed, q, t)
     rank_here = _split(here).rank
     around = [_scale(closed, other, t) for other in _around(closed, q, here, t, seed)]
-    # a Jacobian of full rank anywhere on the way decides; nowhere near, the position is all there
-    # is
+    # the highest rank at any position decides; without others nearby, q is the only position
     best = max([here, *around], key=lambda J: _split(J).rank)
     rank = _split(best).rank
     singular = rank_here < rank
     redundant = _redundant(best, closed.closures.names)
     if not around and rank_here < mechanism.nv:
-        # it may tremble, but it cannot go anywhere
+        # small motions seem possible, but no finite one is
         rank, singular, redundant = mechanism.nv, True, ()
     of_positions = _split(best[closed.closures.positional]).rank
     return Freedom(
@@ -201,7 +200,7 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
 
 
 def generic_rank(closed: Closed, q: Array, t: float) -> int:
-    """Return the rank of the constraints at positions in general, as motions pass them.
+    """Return the rank of the constraints at generic positions near one.
 
     Args:
         closed: the mechanism.
@@ -209,7 +208,7 @@ def generic_rank(closed: Closed, q: Array, t: float) -> int:
         t: time [s].
 
     Raises:
-        InputError: if the mechanism is locked there without being held.
+        InputError: if the loops lock the mechanism there in a singular position.
     """
     here = _scale(closed, q, t)
     rank = _split(here).rank
@@ -222,18 +221,18 @@ def generic_rank(closed: Closed, q: Array, t: float) -> int:
 
 
 def refuse_locked(closed: Closed, t: float) -> None:
-    """Raise if a mechanism with loops is locked in a singular position, or cannot be closed.
+    """Refuse a mechanism whose loops lock it in a singular position, or cannot be closed.
 
     Raises:
         ClosureError: if the loops cannot be closed.
-        InputError: if the mechanism is locked without being held.
+        InputError: if they lock the mechanism in a singular position.
     """
     neutral, none_held = closed.mechanism.neutral(), np.zeros(closed.mechanism.nv, dtype=bool)
     generic_rank(closed, position_near(closed, None, neutral, t, none_held), t)
 
 
 def _heavy_bodies(mechanism: Mechanism) -> tuple[int, bool]:
-    """Return how many bodies with mass are not fixed, and whether all are particles."""
+    """Return the number of bodies with mass that are not fixed, and whether all are particles."""
     heavy = [
         body
         for body in mechanism.bodies
@@ -254,7 +253,7 @@ def _split(J: Array) -> Split:
 
 
 def _around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> list[Array]:
-    """Assembled positions that lie off q along its free directions."""
+    """Return assembled positions near q, displaced along its free directions."""
     random = np.random.default_rng(seed)
     free = _split(J).null
     found = []
@@ -273,7 +272,7 @@ def _around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> list[Arr
 
 
 def _redundant(J: Array, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Rows that add nothing to those before them."""
+    """Return the names of rows that depend on those before them."""
     found, basis = [], np.zeros((0, J.shape[1]))
     size = max(float(np.abs(J).max(initial=0.0)), RANK_ASSEMBLED)
     for row, name in zip(J, names, strict=True):

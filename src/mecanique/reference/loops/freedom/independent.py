@@ -1,7 +1,7 @@
-"""The motion that loops leave free near a position, by independent coordinates and velocities.
+"""Describe the motion that loops allow near a position, by independent coordinates and velocities.
 
 As many velocities w as there are degrees of freedom are independent; the loops determine the
-others: v = T(q) w + b, with b from what moves by itself.
+others: v = T(q) w + b, with b from prescribed motions.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from mecanique.reference.loops.tolerances import DEPENDENT
 __all__ = ["Independent"]
 
 _PREFERENCE = 1e3
-"""How much better others must move for one that is preferred not to be independent."""
+"""Factor by which a preferred velocity counts more in the choice of independent ones."""
 
 
 @final
@@ -29,11 +29,11 @@ class Independent:
 
     Args:
         closed: the mechanism.
-        q: shape (nq,), where the loops are closed.
+        q: shape (nq,), a position with closed loops.
         t: time [s].
-        rows: shape (m,), which constraints count; all by default. Of what rolls, those that
-            restrict positions have other independent coordinates than all have velocities.
-        prefer: shape (nv,), which velocities are to be independent if they can.
+        rows: shape (m,), the constraints to use; all by default. With rolling, fewer rows restrict
+            positions than velocities, so there are more independent coordinates.
+        prefer: shape (nv,), the velocities that are to be independent if possible.
     """
 
     def __init__(
@@ -53,18 +53,18 @@ class Independent:
         J = closures.scale(q, np.zeros(closed.mechanism.nv), t).jacobian
         free = split(J[self._rows]).null
         weight = np.ones(len(free)) if prefer is None else np.where(prefer, _PREFERENCE, 1.0)
-        # the velocities that move the others best are the independent ones; in their order
+        # pivoting chooses the velocities that determine the others best; their order is kept
         _, _, order = qr((weight[:, None] * free).T, pivoting=True)
         free = closures.columns[:, None] * free
         self.chosen: Array = np.sort(order[: free.shape[1]])
-        """Which velocities are independent, shape (n,)."""
+        """The indices of the independent velocities, shape (n,)."""
         self.tangent: Array = free @ np.linalg.inv(free[self.chosen])
-        """T at q, the deviations of all coordinates by the independent ones, shape (nv, n)."""
+        """T at q, the derivatives of all coordinates by the independent ones, shape (nv, n)."""
         self._held: Array = np.zeros(len(free), dtype=bool)
         self._held[self.chosen] = True
 
     def position(self, step: Array) -> Array:
-        """Return the position on the loops a step of the independent coordinates away, shape (nq,).
+        """Return the closed position after a step of the independent coordinates, shape (nq,).
 
         Args:
             step: shape (n,).
@@ -76,19 +76,19 @@ class Independent:
         return close_position(self._closed, aside, self._t, self._held)
 
     def tangents(self, q: Array) -> Array:
-        """Return T at a position on the loops, shape (nv, n)."""
+        """Return T at a position with closed loops, shape (nv, n)."""
         none = np.zeros((int(self._rows.sum()), 1))
         return self._complete(q, np.zeros(len(self._held)), np.eye(len(self.chosen)), none)
 
     def velocity(self, q: Array, w: Array) -> Array:
-        """Return v, shape (nv,), by the independent velocities, at a position on the loops."""
+        """Return v, shape (nv,), from the independent velocities at a closed position."""
         v = np.zeros(len(self._held))
         v[self.chosen] = w
         drift = self._closed.closures.at(q, v, self._t).drift[self._rows]
         return self._complete(q, v, w[:, None], drift[:, None])[:, 0]
 
     def acceleration(self, q: Array, v: Array, rate: Array) -> Array:
-        """Return v', shape (nv,), by the independent velocities' rates, in a state on the loops."""
+        """Return v', shape (nv,), from the independent velocities' rates in a closed state."""
         gamma = self._closed.closures.at(q, v, self._t).gamma[self._rows]
         return self._complete(q, v, rate[:, None], gamma[:, None])[:, 0]
 

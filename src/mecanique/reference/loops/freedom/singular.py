@@ -1,12 +1,12 @@
-"""The right-hand side of closed mechanisms for integrators that pass singular positions.
+"""Compute the right-hand side of closed mechanisms so that integrators can pass singular positions.
 
 Where two branches of a linkage's motion cross, singular values σ of its Jacobian J vanish. The
-motion along a branch is smooth, but what J a + γ = 0 says of the acceleration carries errors of
-position and velocity in proportion to 1/σ, and rounding in proportion to 1/σ². So near such a
-position the state that an integrator tries is brought onto the loops first, which also keeps the
-equations from being stiff; and next to it the acceleration is interpolated along the way, between
-states on the loops that lie far enough on both sides. These are found in coordinates of the tangent
-space (Potra & Rheinboldt, Mech. Struct. Mach. 19 (1991) 1).
+motion along a branch is smooth, but the acceleration from J a + γ = 0 amplifies errors of position
+and velocity by 1/σ, and rounding by 1/σ². Near such a position the integrator's trial state is
+therefore first projected on the loops, which also keeps the equations from becoming stiff; very
+close to it the acceleration is interpolated along the path, between closed states far enough away
+on both sides. These are found in coordinates of the tangent space (Potra & Rheinboldt, Mech.
+Struct. Mach. 19 (1991) 1).
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from mecanique.reference.loops.tolerances import WEAK
 __all__ = ["branch_acceleration", "closed_rhs", "is_crossing", "plain_rhs"]
 
 _BENT = 1e-5
-"""What the acceleration of a branch may miss of J a + γ = 0, relative to γ."""
+"""Largest residual of J a + γ = 0 for the acceleration of a branch, relative to γ."""
 
 _NEAR, _FAR = 0.3, 0.6
 """Distances from a singular position, in characteristic lengths or radians.
 
-States nearer than the first are brought onto the loops, those farther than the second are not.
+States nearer than the first are projected on the loops, those farther than the second are not.
 """
 
 _NEXT = 0.01
 """Distance below which accelerations are interpolated."""
 
 _APART, _SIDE = 0.025, 8
-"""Distance between the states of the interpolation, and how many lie on each side."""
+"""Distance between the states of the interpolation, and their number on each side."""
 
 _WEIGHTS = tuple(
     (-1) ** (k + 1) * factorial(_SIDE) ** 2 / (factorial(_SIDE - k) * factorial(_SIDE + k))
@@ -49,12 +49,12 @@ _WEIGHTS = tuple(
 """Weights of the states on each side, by Lagrange's formula."""
 
 _PROBE = 1e-4
-"""How far ahead the Jacobian is evaluated again, to see how its least singular value changes."""
+"""Distance ahead at which the Jacobian is evaluated again, for the slope of its singular values."""
 
 _SWEEPS = 12
 
 _LANDING = 1e-11
-"""Gap below which the last sweeps of Newton's method only stir the rounding."""
+"""Gap below which further sweeps of Newton's method change only rounding errors."""
 
 
 def closed_rhs(closed: Closed) -> Rhs:
@@ -69,10 +69,10 @@ def plain_rhs(closed: Closed) -> Rhs:
 
 
 def is_crossing(closed: Closed, q: Array, v: Array, t: float) -> bool:
-    """Return whether branches of the motion cross in a position, as its constraints lose rank.
+    """Return whether branches of the motion cross in a position, where the constraints lose rank.
 
     Args:
-        closed: the mechanism, with the rank of its constraints if that is known.
+        closed: the mechanism, with the rank of its constraints if known.
         q: shape (nq,), with closed loops.
         v: shape (nv,).
         t: time [s].
@@ -84,7 +84,7 @@ def is_crossing(closed: Closed, q: Array, v: Array, t: float) -> bool:
 
 
 def branch_acceleration(closed: Closed, q: Array, v: Array, t: float) -> Array:
-    """Return the acceleration, in a singular position that of the branch which the motion takes.
+    """Return the acceleration; in a singular position that of the branch the motion takes.
 
     Args:
         closed: the mechanism, with the rank of its constraints.
@@ -93,7 +93,7 @@ def branch_acceleration(closed: Closed, q: Array, v: Array, t: float) -> Array:
         t: time [s].
 
     Raises:
-        EngineError: in a singular position at rest, or where no motion goes that way.
+        EngineError: in a singular position at rest, or if no branch has the direction of v.
     """
     plain = closed.acceleration(q, v, t)
     if not is_crossing(closed, q, v, t):
@@ -104,18 +104,18 @@ def branch_acceleration(closed: Closed, q: Array, v: Array, t: float) -> Array:
     found = _interpolate(closed, way, state) if way.along.any() else None
     if found is None or not _fits(closure.jacobian @ found, closure.gamma):
         moving = (
-            "no motion goes on with" if v.any() else "nothing decides which of them it takes at"
+            "no branch continues with" if v.any() else "nothing decides which branch it takes at"
         )
         raise EngineError(
             f"mechanism {closed.mechanism.name!r}: branches of its motion cross in the singular "
             f"position q = {q.tolist()}, and {moving} v = {v.tolist()}; give it a velocity along "
-            "one of them, or move it a little"
+            "a branch, or move it a little"
         )
     return found
 
 
 def _fits(curved: Array, gamma: Array) -> bool:
-    """Return whether J a + γ = 0 holds, as it does along a branch only."""
+    """Return whether J a + γ = 0 holds, which is so only along a branch."""
     return float(np.abs(curved + gamma).max()) <= _BENT * float(np.abs(gamma).max(initial=1.0))
 
 
@@ -133,15 +133,15 @@ class _Slope(NamedTuple):
 
 
 class _Way(NamedTuple):
-    """How a mechanism moves on within its loops, and the directions that the loops close.
+    """The direction in which a mechanism moves on, and the directions that its loops prevent.
 
     Args:
-        along: shape (nv,), its largest component one in plain units; zero at rest.
+        along: shape (nv,), its largest component one in natural units; zero at rest.
         left: shape (m, rank), singular vectors of J.
-        right: shape (nv, rank), the directions that are closed; among the hardly closed ones, those
-            that the motion does not take.
+        right: shape (nv, rank), the prevented directions; of the weakly prevented ones, those that
+            the motion does not take.
         singular: shape (rank,), singular values of J.
-        metric: the scale of all of these.
+        metric: the metric of all of these.
     """
 
     along: Array
@@ -163,7 +163,7 @@ class _Regular(NamedTuple):
 
 @final
 class _ClosedRhs:
-    """f(t, y) = y'; it remembers where it need not look for singular positions."""
+    """The function f(t, y) = y'; it remembers a neighborhood without singular positions."""
 
     def __init__(self, closed: Closed) -> None:
         self._closed = closed
@@ -211,16 +211,16 @@ def _slope(closed: Closed, state: _State) -> _Slope:
 def _smooth_step(x: float) -> float:
     """Rise from 0 at x = 0 to 1 at x = 1, with two continuous derivatives.
 
-    A sudden change would be a kink to the integrator.
+    A sudden change would be a kink for the integrator.
     """
     x = max(0.0, x)
     return x**3 * (10 - 15 * x + 6 * x**2)
 
 
 def _find_way(closed: Closed, state: _State) -> _Way:
-    """Return how it moves on.
+    """Return how the mechanism moves on.
 
-    Directions that are hardly closed count as free, except those that the motion does not take.
+    Weakly prevented directions count as free, except those that the motion does not take.
     """
     q, v, t = state
     jacobian = closed.closures.at(q, v, t).jacobian
@@ -243,7 +243,7 @@ def _find_way(closed: Closed, state: _State) -> _Way:
 
 
 def _distance(closed: Closed, way: _Way, state: _State) -> float:
-    """Return how far along the way the least singular value vanishes, to first order."""
+    """Estimate, to first order, the distance along the path to a vanishing singular value."""
     if not way.along.any() or not way.singular.size:
         return np.inf
     if way.singular[-1] <= WEAK:
@@ -257,9 +257,9 @@ def _distance(closed: Closed, way: _Way, state: _State) -> float:
 
 
 def _interpolate(closed: Closed, way: _Way, state: _State) -> Array | None:
-    """Return the acceleration between states before and behind; None if there are none.
+    """Interpolate the acceleration between states ahead and behind; None if there are none.
 
-    They have the same velocity along the way.
+    These have the same velocity along the path.
     """
     acceleration: Array = np.zeros_like(state.v)
     for side in (1, -1):
@@ -277,7 +277,7 @@ def _interpolate(closed: Closed, way: _Way, state: _State) -> Array | None:
 
 
 def _land(closed: Closed, state: _State, way: _Way, tangent: Tangent) -> Landing | None:
-    """Return the position on the loops within the tangent space; None if there is none."""
+    """Return the closed position for a displacement in the tangent space; None if there is none."""
     q, v, t = state
     landing = newton(
         closed,
@@ -295,7 +295,7 @@ def _land(closed: Closed, state: _State, way: _Way, tangent: Tangent) -> Landing
 
 
 def _velocity_on(state: _State, way: _Way, landing: Landing) -> Array:
-    """Return the velocity on the loops that is the same along the way."""
+    """Return the velocity that the loops allow, with the same component along the path."""
     turn = _least_squares(landing.jacobian, landing.rates)
     velocity: Array = state.v - way.metric.columns @ (way.right @ turn)
     return velocity
