@@ -228,13 +228,19 @@ def _product(first: Jet, second: Jet, times: Callable[[np.ndarray, np.ndarray], 
         a, b = _align(first, second)
     else:
         a, b = first.c[:orders], second.c[:orders]
-    total: list[Any] = [0.0] * orders
-    for i in range(orders):
-        for j in range(orders - i):
-            term = times(a[i], b[j, :1])
-            term[1:] += times(a[i, :1], b[j, 1:])
-            total[i + j] = total[i + j] + term
-    return Jet(np.stack(total))
+    total = _leibniz(a[0], b, times)
+    for i in range(1, orders):
+        total[i:] += _leibniz(a[i], b[: orders - i], times)
+    return Jet(total)
+
+
+def _leibniz(
+    a: np.ndarray, b: np.ndarray, times: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """Multiply one coefficient by many, with their partial derivatives."""
+    found = times(a, b[:, :1])
+    found[:, 1:] += times(a[:1], b[:, 1:])
+    return found
 
 
 def _circular(f: np.ndarray, slope: np.ndarray, orders: int) -> list[np.ndarray]:
