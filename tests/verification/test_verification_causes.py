@@ -358,6 +358,7 @@ def test_numbers_that_were_fitted_deviate_as_the_covariance_says() -> None:
         ((3, 0, -9), (3, 0, -9), "gravity is (3, 0, -9) m/s²"),
         ((3, 0, -9), (-3, 0, 9), "gravity pulls the other way"),
         ((0, 0, -5e-6), (3e-6, 0, -4e-6), "gravity is (3e-06, 0, -4e-06) m/s²"),
+        ((0, 0, -5e-9), (5e-9, 0, 0), "gravity pulls along +x"),
     ],
 )
 def test_each_change_of_gravity_has_one_name(

@@ -123,7 +123,7 @@ def _angles(X: Array, rpy: list[float]) -> Iterator[tuple[str, str, Array]]:
         found.append((said, _turn(X, (-signs * rpy).tolist())))
     found.append(("roll, pitch and yaw turned back", _face(X, X[:3, :3].T)))
     for text, other in found:
-        if not any(np.allclose(other, one, atol=1e-9) for one in seen):
+        if not any(np.allclose(other, one, rtol=0, atol=1e-9) for one in seen):
             seen.append(other)
             yield "joint turn", text, other
 
@@ -143,8 +143,8 @@ def _axes(evidence: Evidence, k: int) -> Iterator[Frames]:
     others += [own * (1 - 2 * axis) for axis in np.eye(3)]
     seen = [own]
     yield with_axis(evidence, k, -own, f"axis of joint {link.joint!r} of the other sign")
-    for axis in (axis for axis in others if not np.allclose(axis, -own)):
-        if not any(np.allclose(axis, one, atol=1e-9) for one in seen):
+    for axis in (axis for axis in others if not np.allclose(axis, -own, rtol=0, atol=1e-9)):
+        if not any(np.allclose(axis, one, rtol=0, atol=1e-9) for one in seen):
             seen.append(axis)
             where = f"joint {link.joint!r}"
             said = f"axis of {where} along ({', '.join(f'{x:.6g}' for x in axis)})"
@@ -164,7 +164,8 @@ def with_axis(evidence: Evidence, k: int, axis: Array, text: str) -> Frames:
     Q = np.eye(4)
     Q[:3, :3] = _from_to(np.array(recursion.tree[k].axis), axis)
     where = f"joint {recursion.tree[k].joint!r}"
-    kind = "axis sign" if np.allclose(axis, -np.array(recursion.tree[k].axis)) else "joint axis"
+    opposite = np.allclose(axis, -np.array(recursion.tree[k].axis), rtol=0, atol=1e-8)
+    kind = "axis sign" if opposite else "joint axis"
     return Frames(kind, where, text, turns={k: Q})
 
 

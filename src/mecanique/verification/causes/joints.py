@@ -98,7 +98,7 @@ def gravity_changes(evidence: Evidence) -> Iterator[Change]:
     for axis, name in zip(np.eye(3), "xyz", strict=True):
         for sign, mark in ((1, "+"), (-1, "−")):
             g = sign * size * axis
-            if size and not np.allclose(np.abs(g), np.abs(own)):
+            if size and not np.allclose(np.abs(g), np.abs(own), rtol=0, atol=1e-9 * size):
                 yield Change(
                     "gravity direction", "", f"gravity pulls along {mark}{name}", answers(g)
                 )

@@ -100,7 +100,7 @@ def _variants(
                 yield "center of mass", said, moments_of(m, mirrored, inertia)
     turn, away = pose[:3, :3], pose[:3, :3] @ c + pose[:3, 3]
     far = m * (away @ away * np.eye(3) - np.outer(turn.T @ away, turn.T @ away))
-    if far.any() and not np.allclose(far, lever, atol=1e-12 * np.abs(lever).max()):
+    if far.any() and not np.allclose(far, lever, rtol=0, atol=1e-12 * np.abs(lever).max()):
         yield "wrong point", "inertia about the world's origin", moments_of(m, c, inertia + far)
         yield (
             "wrong point",
