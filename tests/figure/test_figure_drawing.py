@@ -242,7 +242,12 @@ def test_a_body_cut_free_shows_its_forces_in_their_directions() -> None:
         start, way = given.camera.at(each.origin[0]), given.camera.at(each.force[0])
         style = "inertia-tip" if each.kind == "inertia" else "force-tip"
         fits = [
-            np.allclose((tip - start) / math.hypot(*(tip - start)), way / math.hypot(*way))
+            np.allclose(
+                (tip - start) / math.hypot(*(tip - start)),
+                way / math.hypot(*way),
+                rtol=0,
+                atol=1e-9,
+            )
             for s, tip in tips
             if s == style
         ]
@@ -317,8 +322,8 @@ def test_the_nut_of_a_screw_stands_where_the_screw_starts(theta: float) -> None:
     marks = list(nuts(where))
     (block,) = (m for m in marks if isinstance(m, Stroke) and m.closed)
     seat = where.camera.at(where.seat(where.mechanism.joint("thread")))
-    np.testing.assert_allclose(block.points[:2].mean(axis=0), seat, atol=1e-9)
-    np.testing.assert_allclose(block.points.mean(axis=0) - seat, [0.0, -NUT[1]], atol=1e-9)
+    np.testing.assert_allclose(block.points[:2].mean(axis=0), seat, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(block.points.mean(axis=0) - seat, [0.0, -NUT[1]], rtol=0, atol=1e-12)
     grounds = [m for m in marks if isinstance(m, Stroke) and m.style == "ground"]
     threads = [m for m in marks if isinstance(m, Stroke) and m.style == "thin"]
     assert (len(grounds), len(threads)) == (2, THREADS)

@@ -98,8 +98,8 @@ def test_a_grip_leaves_the_arm_its_reactions() -> None:
             np.testing.assert_array_equal(wrench.force, totals[name].force)
     derived = ours.reactions(q, v)
     for name, (force, moment) in ours.totals(q, v).items():
-        np.testing.assert_allclose(force, totals[name].force, atol=1e-9)
-        np.testing.assert_allclose(moment, totals[name].moment, atol=1e-9)
+        np.testing.assert_allclose(force, totals[name].force, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(moment, totals[name].moment, rtol=0, atol=1e-12)
         np.testing.assert_array_equal(
             np.isnan(derived[name].force), np.isnan(reactions[name].force)
         )

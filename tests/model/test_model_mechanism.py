@@ -88,7 +88,9 @@ def test_positions_by_array_by_name_or_neutral() -> None:
     assert given[6] == given[9] == pytest.approx(math.sqrt(0.5))
     array = np.arange(18.0) + 1
     taken = ALL.position(array)
-    np.testing.assert_allclose(taken[6:10], np.array([7, 8, 9, 10]) / math.sqrt(294), rtol=1e-15)
+    np.testing.assert_allclose(
+        taken[6:10], np.array([7, 8, 9, 10]) / math.sqrt(294), rtol=1e-15, atol=0
+    )
     np.testing.assert_array_equal(array, np.arange(18.0) + 1)
 
 
@@ -194,19 +196,19 @@ def test_the_axes_of_a_plane_come_from_the_smallest_turn(axis: tuple[float, floa
     joint = Planar("p", "a", "b", axis=axis)
     x, y = (np.array(direction) for direction in joint.directions)
     normal = np.array(axis) / np.linalg.norm(axis)
-    np.testing.assert_allclose(np.cross(x, y), normal, atol=1e-12)
-    np.testing.assert_allclose([x @ x, y @ y, x @ y], [1, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(np.cross(x, y), normal, rtol=0, atol=1e-14)
+    np.testing.assert_allclose([x @ x, y @ y, x @ y], [1, 1, 0], rtol=0, atol=1e-13)
     if normal[2] > -0.999:
         turn = Rotation.align_vectors([normal], [[0, 0, 1]])[0]
-        np.testing.assert_allclose(turn.apply([1, 0, 0]), x, atol=1e-7)
+        np.testing.assert_allclose(turn.apply([1, 0, 0]), x, rtol=0, atol=1e-13)
     if axis == (0, -1, 0):
-        np.testing.assert_allclose([x, y], [[1, 0, 0], [0, 0, 1]], atol=1e-15)
+        np.testing.assert_allclose([x, y], [[1, 0, 0], [0, 0, 1]], rtol=0, atol=1e-15)
 
 
 def test_placements_turn_as_urdf_says() -> None:
     rpy = (0.4, -1.1, 2.5)
     np.testing.assert_allclose(
-        Placement(rpy=rpy).rotation, Rotation.from_euler("xyz", rpy).as_matrix(), atol=1e-15
+        Placement(rpy=rpy).rotation, Rotation.from_euler("xyz", rpy).as_matrix(), rtol=0, atol=1e-14
     )
     quarter = Placement(rpy=(math.pi / 2, 0, 0)).rotation
     assert quarter == ((1, 0, 0), (0, 0, -1), (0, 1, 0))

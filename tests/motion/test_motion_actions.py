@@ -37,8 +37,8 @@ def test_forces_and_moments_on_each_body_sum_to_zero(name: str) -> None:
         on_body = [action for action in every if action.body == body.name]
         force = sum(action.force for action in on_body)
         moment = sum(action.moment + np.cross(action.origin, action.force) for action in on_body)
-        np.testing.assert_allclose(force, np.zeros((5, 3)), atol=1e-11 * scale)
-        np.testing.assert_allclose(moment, np.zeros((5, 3)), atol=1e-11 * scale)
+        np.testing.assert_allclose(force, np.zeros((5, 3)), rtol=0, atol=1e-12 * scale)
+        np.testing.assert_allclose(moment, np.zeros((5, 3)), rtol=0, atol=1e-12 * scale)
 
 
 @pytest.mark.parametrize(
@@ -52,4 +52,4 @@ def test_what_one_body_does_to_another_is_done_back(name: str) -> None:
     between = [action for action in every if action.other is not None]
     assert between
     total = sum(action.force for action in between)
-    np.testing.assert_allclose(total, np.zeros((5, 3)), atol=1e-9)
+    np.testing.assert_allclose(total, np.zeros((5, 3)), rtol=0, atol=1e-12)

@@ -14,16 +14,16 @@ def test_two_blocks_are_the_closed_form() -> None:
     mechanism = mq.textbook.load("two_blocks", F0=0.0)
     p = mechanism.values
     small = linearize(mechanism)
-    np.testing.assert_allclose(small.q, 0.0, atol=1e-14)
-    np.testing.assert_allclose(small.M, np.diag([p["m1"], p["m2"]]), rtol=1e-14)
+    np.testing.assert_allclose(small.q, 0.0, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(small.M, np.diag([p["m1"], p["m2"]]), rtol=1e-14, atol=0)
     np.testing.assert_allclose(
-        small.K, [[p["k1"] + p["k2"], -p["k2"]], [-p["k2"], p["k2"]]], rtol=1e-12
+        small.K, [[p["k1"] + p["k2"], -p["k2"]], [-p["k2"], p["k2"]]], rtol=1e-12, atol=0
     )
-    np.testing.assert_allclose(small.C, 0.0, atol=1e-12)
+    np.testing.assert_allclose(small.C, 0.0, rtol=0, atol=1e-12)
     squares = eigh(small.K, small.M, eigvals_only=True)
-    np.testing.assert_allclose(small.frequencies, np.sqrt(squares), rtol=1e-12)
-    np.testing.assert_allclose(small.frequencies, np.sqrt([10, 40]), rtol=1e-12)
-    np.testing.assert_allclose(small.modes, [[0.5, 1.0], [1.0, -1.0]], atol=1e-12)
+    np.testing.assert_allclose(small.frequencies, np.sqrt(squares), rtol=1e-12, atol=0)
+    np.testing.assert_allclose(small.frequencies, np.sqrt([10, 40]), rtol=1e-12, atol=0)
+    np.testing.assert_allclose(small.modes, [[0.5, 1.0], [1.0, -1.0]], rtol=0, atol=1e-12)
     assert (small.damping == 0).all()
     assert small.stable
     assert small.at_equilibrium
@@ -50,7 +50,7 @@ def test_the_inverted_pendulum_is_unstable() -> None:
     assert not small.stable
     assert small.frequencies.tolist() == [0.0]
     np.testing.assert_allclose(
-        sorted(small.eigenvalues.real), np.sqrt(1.5 * G) * np.array([-1, 1]), rtol=1e-12
+        sorted(small.eigenvalues.real), np.sqrt(1.5 * G) * np.array([-1, 1]), rtol=1e-12, atol=0
     )
     assert "unstable" in str(small)
 
@@ -67,14 +67,14 @@ def test_damping_ratios_are_those_of_one_degree_of_freedom() -> None:
         small = linearize(mechanism)
         assert small.frequencies[0] == pytest.approx(5.0, rel=1e-12)
         assert small.damping[0] == pytest.approx(ratio, rel=1e-11)
-        np.testing.assert_allclose(small.C, [[c]], rtol=1e-12)
+        np.testing.assert_allclose(small.C, [[c]], rtol=1e-12, atol=0)
 
 
 def test_an_overdamped_motion_does_not_oscillate() -> None:
     mechanism = mq.textbook.load("cart_pole", c=0.0)
     small = linearize(mechanism)
     # the cart is free, and with it the pole swings at ω² = (M + m) g / (M l)
-    np.testing.assert_allclose(small.frequencies, [0.0, np.sqrt(3 / 2 * G)], atol=1e-7)
+    np.testing.assert_allclose(small.frequencies, [0.0, np.sqrt(3 / 2 * G)], rtol=0, atol=1e-11)
     damped = linearize(mq.textbook.load("cart_pole", c=2.0))
     assert damped.frequencies[0] == 0.0
     assert np.isnan(damped.damping[0])
@@ -88,7 +88,7 @@ def test_the_linear_and_the_nonlinear_motion_agree_for_small_amplitudes() -> Non
     start = 1e-4 * small.modes[:, 0].real
     motion = mq.simulate(mechanism, q=start, duration=3.0, rtol=1e-12, atol=1e-16)
     linear = start * np.cos(small.frequencies[0] * motion.t)[:, None]
-    np.testing.assert_allclose(motion.q, linear, atol=1e-10)
+    np.testing.assert_allclose(motion.q, linear, rtol=0, atol=1e-10)
 
 
 def test_about_a_motion_the_linearization_follows_a_neighbor() -> None:
@@ -101,7 +101,7 @@ def test_about_a_motion_the_linearization_follows_a_neighbor() -> None:
     ahead = motion.reference.acceleration(at.q + dq, at.v + dv, at.t)
     back = motion.reference.acceleration(at.q - dq, at.v - dv, at.t)
     expected = -np.linalg.solve(small.M, small.C @ dv + small.K @ dq)
-    np.testing.assert_allclose((ahead - back) / 2, expected, rtol=1e-6)
+    np.testing.assert_allclose((ahead - back) / 2, expected, rtol=1e-6, atol=0)
 
 
 def test_a_free_body_is_linearized_along_its_velocities() -> None:
@@ -112,13 +112,15 @@ def test_a_free_body_is_linearized_along_its_velocities() -> None:
     )
     small = linearize(mechanism)
     inertia = 2.0 * 1.5**2 / 3 + 0.4 * 0.3 * 0.2**2
-    np.testing.assert_allclose(small.K, np.diag([2.0 * G * 0.75, 2.0 * G * 0.75, 0.0]), atol=1e-11)
     np.testing.assert_allclose(
-        small.frequencies, np.sqrt([0, 1.5 * G / inertia, 1.5 * G / inertia]), atol=1e-7
+        small.K, np.diag([2.0 * G * 0.75, 2.0 * G * 0.75, 0.0]), rtol=0, atol=1e-11
+    )
+    np.testing.assert_allclose(
+        small.frequencies, np.sqrt([0, 1.5 * G / inertia, 1.5 * G / inertia]), rtol=0, atol=1e-11
     )
     spun = linearize(mechanism, v=[0, 0, 3.0])
     # about a spin n the gyroscopic part of C is skew
-    np.testing.assert_allclose(spun.C + spun.C.T, 0.0, atol=1e-10)
+    np.testing.assert_allclose(spun.C + spun.C.T, 0.0, rtol=0, atol=1e-12)
     assert np.abs(spun.C).max() > 1
 
 
@@ -165,11 +167,11 @@ def test_the_frequency_response_is_the_dynamic_stiffness_inverted() -> None:
     W = mechanism.values["W"]
     X = frequency_response(small, {"q2": mechanism.values["F0"]}, W)
     # the steady part of the motion under F0 cos W t
-    np.testing.assert_allclose(X.imag, 0.0, atol=1e-12)
+    np.testing.assert_allclose(X.imag, 0.0, rtol=0, atol=1e-12)
     motion = mq.simulate(mechanism, q=X.real, duration=5.0)
-    np.testing.assert_allclose(motion.q, np.cos(W * motion.t)[:, None] * X.real, atol=1e-8)
+    np.testing.assert_allclose(motion.q, np.cos(W * motion.t)[:, None] * X.real, rtol=0, atol=1e-8)
     many = frequency_response(small, [0.0, 1.0], np.array([0.0, 1.0, 2.0]))
-    np.testing.assert_allclose(many[0], np.linalg.solve(small.K, [0, 1]), rtol=1e-12)
+    np.testing.assert_allclose(many[0], np.linalg.solve(small.K, [0, 1]), rtol=1e-12, atol=0)
     with pytest.raises(mq.InputError, match=r"grows without bound at 3\.1622776"):
         frequency_response(small, {"q2": 1.0}, float(small.frequencies[0]))
     with pytest.raises(mq.InputError, match="expected finite frequencies"):

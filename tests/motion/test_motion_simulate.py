@@ -63,9 +63,9 @@ def swing() -> mq.Motion:
 
 def test_pendulum_follows_the_elliptic_functions(swing: mq.Motion) -> None:
     q, v = pendulum_solution(swing.t)
-    np.testing.assert_allclose(swing["q"], q, atol=2e-9)
-    np.testing.assert_allclose(swing["q'"], v, atol=8e-9)
-    np.testing.assert_allclose(swing["q''"], -1.5 * G * np.sin(q), atol=3e-8)
+    np.testing.assert_allclose(swing["q"], q, rtol=0, atol=2e-9)
+    np.testing.assert_allclose(swing["q'"], v, rtol=0, atol=8e-9)
+    np.testing.assert_allclose(swing["q''"], -1.5 * G * np.sin(q), rtol=0, atol=3e-8)
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-10, 1e-12])
@@ -85,7 +85,7 @@ def test_two_blocks_under_a_harmonic_force_are_the_closed_form() -> None:
     mechanism = mq.textbook.load("two_blocks")
     motion = mq.simulate(mechanism, q=[0.2, -0.1], duration=10.0)
     np.testing.assert_allclose(
-        motion.q, blocks_solution(mechanism, np.array([0.2, -0.1]), motion.t), atol=5e-10
+        motion.q, blocks_solution(mechanism, np.array([0.2, -0.1]), motion.t), rtol=0, atol=5e-10
     )
 
 
@@ -96,8 +96,8 @@ def test_every_method_gives_the_same_motion(method: str) -> None:
     motion = mq.simulate(
         mechanism, q={"q": 1.0}, v={"x": 0.3}, duration=1.0, rtol=1e-7, method=method
     )
-    np.testing.assert_allclose(motion.q, exact.q, atol=1e-4)
-    np.testing.assert_allclose(motion.v, exact.v, atol=3e-4)
+    np.testing.assert_allclose(motion.q, exact.q, rtol=0, atol=1e-4)
+    np.testing.assert_allclose(motion.v, exact.v, rtol=0, atol=3e-4)
     assert (method if method != "auto" else "dop853") in motion.method
 
 
@@ -109,7 +109,7 @@ def test_stiff_equations_are_found_and_said() -> None:
     assert "radau" in motion.method
     assert "stiff" in motion.method
     slow = -1 / (5e4 + np.sqrt(2.5e9 - 1))
-    np.testing.assert_allclose(motion["x"][1:], np.exp(slow * motion.t[1:]), atol=1e-7)
+    np.testing.assert_allclose(motion["x"][1:], np.exp(slow * motion.t[1:]), rtol=0, atol=1e-8)
     assert motion.audit().ok
     with pytest.raises(mq.IntegrationError, match="too stiff for dop853"):
         mq.simulate(mechanism, q=[1.0], duration=10.0, rtol=1e-8, method="dop853")
@@ -121,7 +121,7 @@ def test_the_samples_end_at_the_end(swing: mq.Motion) -> None:
     odd = mq.simulate(swing.mechanism, q=[0.1], duration=0.99, fps=50, t0=3.0)
     assert odd.t[0] == 3.0
     assert odd.t[-1] == 3.99
-    np.testing.assert_allclose(np.diff(odd.t)[:-1], 0.02)
+    np.testing.assert_allclose(np.diff(odd.t)[:-1], 0.02, rtol=1e-12, atol=0)
     assert np.diff(odd.t)[-1] <= 0.02 + 1e-12
     assert (
         mq.simulate(swing.mechanism, duration=1.0, samples=7).t.tolist()
@@ -133,7 +133,7 @@ def test_the_samples_end_at_the_end(swing: mq.Motion) -> None:
 def test_time_enters_the_equations_from_t0() -> None:
     force = mq.Force("push", "block", (0, 0, 0), (2 * mq.time(), 0, 0))
     motion = mq.simulate(sliding(force), duration=2.0, t0=1.0)
-    np.testing.assert_allclose(motion["x'"], motion.t**2 - 1, atol=1e-12)
+    np.testing.assert_allclose(motion["x'"], motion.t**2 - 1, rtol=0, atol=1e-12)
 
 
 def test_quaternions_keep_their_length_and_the_torque_free_top_its_momentum() -> None:
@@ -141,14 +141,16 @@ def test_quaternions_keep_their_length_and_the_torque_free_top_its_momentum() ->
     v = {name: 1.0 + 0.7 * k for k, name in enumerate(mechanism.velocities)}
     motion = mq.simulate(mechanism, v=v, duration=20.0, rtol=1e-9)
     quaternion = motion.q[:, 3:]
-    np.testing.assert_allclose(np.linalg.norm(quaternion, axis=1), 1.0, atol=1e-15)
+    np.testing.assert_allclose(np.linalg.norm(quaternion, axis=1), 1.0, rtol=0, atol=1e-14)
     momentum = motion.reference.momentum(motion.q, motion.v, motion.t).angular_about_center
-    np.testing.assert_allclose(momentum, np.broadcast_to(momentum[0], momentum.shape), rtol=2e-7)
+    np.testing.assert_allclose(
+        momentum, np.broadcast_to(momentum[0], momentum.shape), rtol=2e-7, atol=0
+    )
     # between the steps q̇ and v belong together
     t = np.linspace(0.001, 19.99, 333)
     state, h = motion(t), 1e-5
     rate = (motion(t + h).q - motion(t - h).q) / (2 * h)
-    np.testing.assert_allclose(rate, motion.reference.rates(state.q, state.v), atol=1e-5)
+    np.testing.assert_allclose(rate, motion.reference.rates(state.q, state.v), rtol=0, atol=1e-6)
 
 
 def test_a_sampled_input_is_followed_kink_by_kink() -> None:
@@ -159,7 +161,7 @@ def test_a_sampled_input_is_followed_kink_by_kink() -> None:
     )
     force = np.interp(motion.t, times, values)
     impulse = np.concatenate([[0], np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(motion.t))])
-    np.testing.assert_allclose(motion["x'"], impulse, atol=1e-14)
+    np.testing.assert_allclose(motion["x'"], impulse, rtol=0, atol=1e-13)
     assert {1.0, 2.0, 3.0} <= set(motion.curve.t[motion.curve.breaks].tolist())
 
 
@@ -227,7 +229,7 @@ def test_interrupting_keeps_what_is_done(interruptible: None) -> None:
     motion = caught.value.motion
     assert 5 < motion.t[-1] < 6
     assert motion.t[-1] == caught.value.time
-    np.testing.assert_allclose(motion["q"], pendulum_solution(motion.t)[0], atol=2e-9)
+    np.testing.assert_allclose(motion["q"], pendulum_solution(motion.t)[0], rtol=0, atol=2e-9)
 
 
 def test_an_interrupt_raised_by_a_callback_does_not_break_the_integrator() -> None:
@@ -355,19 +357,23 @@ def test_poses_points_and_reactions_follow_the_closed_forms(swing: mq.Motion) ->
     e_t = np.stack([np.cos(q), 0 * q, np.sin(q)], axis=1)
     assert swing.poses().shape == (601, 2, 4, 4)
     assert swing.poses(1.0).shape == (2, 4, 4)
-    np.testing.assert_allclose(swing.poses()[:, 1, :3, :3] @ [0, 0, -1], e_n, atol=1e-14)
+    np.testing.assert_allclose(swing.poses()[:, 1, :3, :3] @ [0, 0, -1], e_n, rtol=0, atol=1e-14)
     tip = swing.point("rod", (0, 0, -1))
-    np.testing.assert_allclose(tip.position, e_n, atol=1e-14)
-    np.testing.assert_allclose(tip.velocity, v[:, None] * e_t, atol=1e-13)
+    np.testing.assert_allclose(tip.position, e_n, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(tip.velocity, v[:, None] * e_t, rtol=0, atol=1e-13)
     np.testing.assert_allclose(
-        tip.acceleration, a[:, None] * e_t - (v**2)[:, None] * e_n, atol=1e-12
+        tip.acceleration, a[:, None] * e_t - (v**2)[:, None] * e_n, rtol=0, atol=1e-12
     )
     # chapter 1, eqs. 1.14: R_n = m g cos q + m l q'²/2 against e_n, R_t = m g sin q + m l q''/2
     # along e_t
     force = swing.reactions("pin").force
-    np.testing.assert_allclose(-(force * e_n).sum(axis=1), G * np.cos(q) + v**2 / 2, atol=1e-12)
-    np.testing.assert_allclose((force * e_t).sum(axis=1), G * np.sin(q) + a / 2, atol=1e-12)
-    np.testing.assert_allclose(swing.reactions("pin", [0.0, 1.0]).force[0], force[0])
+    np.testing.assert_allclose(
+        -(force * e_n).sum(axis=1), G * np.cos(q) + v**2 / 2, rtol=0, atol=1e-12
+    )
+    np.testing.assert_allclose((force * e_t).sum(axis=1), G * np.sin(q) + a / 2, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        swing.reactions("pin", [0.0, 1.0]).force[0], force[0], rtol=1e-14, atol=0
+    )
     with pytest.raises(mq.UnknownNameError, match="unknown joint or loop 'hinge'; "):
         swing.reactions("hinge")
     with pytest.raises(mq.UnknownNameError, match="unknown body 'bob'"):
@@ -435,4 +441,6 @@ def test_an_oscillator_follows_a_sampled_force_exactly() -> None:
     for before, after in pairwise(values):
         state = (flow @ np.array([*state, before, (after - before) / step]))[:2]
         expected.append(state)
-    np.testing.assert_allclose(np.column_stack([motion["x"], motion["x'"]]), expected, atol=2e-9)
+    np.testing.assert_allclose(
+        np.column_stack([motion["x"], motion["x'"]]), expected, rtol=0, atol=1e-10
+    )

@@ -396,5 +396,7 @@ def test_the_mass_a_coordinate_reaches_goes_by_the_square_of_its_gearing() -> No
         coordinates=Coordinates(("s",), {"x": -3 * coordinate("s")}),
     )
     tree = Tree(mechanism)
-    np.testing.assert_allclose(tree.mass(np.zeros(1), np.zeros(1), 0.0), [[18.0]])
-    np.testing.assert_allclose(tree._reach(), [18.0])
+    np.testing.assert_allclose(
+        tree.mass(np.zeros(1), np.zeros(1), 0.0), [[18.0]], rtol=1e-14, atol=0
+    )
+    np.testing.assert_allclose(tree._reach(), [18.0], rtol=1e-14, atol=0)

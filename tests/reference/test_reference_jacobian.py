@@ -36,7 +36,8 @@ def test_points_move_as_the_jacobian_says(name: str) -> None:
             np.testing.assert_allclose(
                 linear + np.cross(angular, poses[:3, :3] @ xyz),
                 moved - carried,
-                atol=1e-12 * (1 + np.abs(v).max()),
+                rtol=0,
+                atol=1e-14 * (1 + np.abs(v).max()),
             )
 
 

@@ -39,8 +39,10 @@ def test_directions_of_the_metric_carry_unit_energy_each(name: str) -> None:
     jacobian = closed.closures.at(q, np.zeros(mechanism.nv), 0.0).jacobian
     metric = closed.measure(jacobian)
     C = metric.columns
-    np.testing.assert_allclose(C.T @ reference.mass_matrix(q) @ C, np.diag(metric.mass), atol=1e-12)
-    np.testing.assert_allclose(metric.inverse @ C, np.eye(mechanism.nv), atol=1e-10)
+    np.testing.assert_allclose(
+        C.T @ reference.mass_matrix(q) @ C, np.diag(metric.mass), rtol=0, atol=1e-13
+    )
+    np.testing.assert_allclose(metric.inverse @ C, np.eye(mechanism.nv), rtol=0, atol=1e-14)
     root = closed._mass_root()
     np.testing.assert_allclose(root.T @ root, reference.mass_matrix(q), rtol=1e-12, atol=1e-12)
 
@@ -98,7 +100,7 @@ def test_a_small_loop_beside_a_large_one_accelerates_as_if_alone(
         for mechanism, q in zip((small, large), positions, strict=True)
     ]
     a = mq.Reference(both).acceleration(np.concatenate(positions))
-    np.testing.assert_allclose(a, np.concatenate(alone), rtol=1e-12)
+    np.testing.assert_allclose(a, np.concatenate(alone), rtol=1e-12, atol=0)
 
 
 @pytest.mark.parametrize(("length", "mass"), SIZES)
@@ -112,7 +114,7 @@ def test_a_small_loop_beside_a_large_one_is_verified_linearized_and_moved(
     q = assembled(both)
     small = mq.simulate(four_bars((length, mass)), q=q[:3], duration=0.02)
     motion = mq.simulate(both, q=q, duration=0.02)
-    np.testing.assert_allclose(motion.q[-1, :3], small.q[-1], rtol=1e-8)
+    np.testing.assert_allclose(motion.q[-1, :3], small.q[-1], rtol=1e-8, atol=0)
     assert motion.statistics.steps <= 2 * small.statistics.steps
 
 
@@ -129,7 +131,7 @@ def test_similar_linkages_have_similar_frequencies() -> None:
     """Lengths by a thousandth make them sqrt(1000) times as high."""
     (large,) = hanging_frequencies((1.0, 10.0))
     both = hanging_frequencies((1e-3, 1e-6), (1.0, 10.0))
-    np.testing.assert_allclose(both, [large, large * np.sqrt(1000)], rtol=1e-8)
+    np.testing.assert_allclose(both, [large, large * np.sqrt(1000)], rtol=1e-8, atol=0)
 
 
 def fall_of_parallelograms(count: int, t: np.ndarray) -> np.ndarray:
@@ -159,7 +161,9 @@ def test_a_row_of_parallelograms_passes_flat_positions_in_any_tree(
     }
     motion = mq.simulate(mechanism, v=rates, duration=duration, samples=11)
     assert motion["A0"][-1] < -3 * np.pi / 4
-    np.testing.assert_allclose(motion["A0"], fall_of_parallelograms(count, motion.t), atol=1e-8)
+    np.testing.assert_allclose(
+        motion["A0"], fall_of_parallelograms(count, motion.t), rtol=0, atol=1e-9
+    )
 
 
 def test_a_row_that_turned_four_times_accelerates_as_one() -> None:
@@ -172,7 +176,7 @@ def test_a_row_that_turned_four_times_accelerates_as_one() -> None:
     for angle in flat + 1e-4 * random.standard_normal(5):
         acceleration = rhs(0.0, np.concatenate([angle * turn, -5.0 * turn]))[len(turn) :]
         expected = moment / inertia * np.sin(angle) * turn
-        np.testing.assert_allclose(acceleration, expected, atol=1e-6)
+        np.testing.assert_allclose(acceleration, expected, rtol=0, atol=1e-6)
 
 
 def spread(seed: int, off: float) -> np.ndarray:
@@ -190,13 +194,15 @@ def test_directions_are_orthogonal_in_any_mass_matrix(seed: int, off: float) -> 
     units = Units(np.array([2.0, 2.0, 5.0]), np.ones(4), np.array([0, 0, 1]))
     for root in (None, lambda: np.linalg.cholesky(M).T):
         metric = measure(M, J, units, root)
-        np.testing.assert_allclose(metric.mass, 1.0)
-        np.testing.assert_allclose(metric.columns.T @ M @ metric.columns, np.eye(4), atol=1e-8)
-        np.testing.assert_allclose(metric.inverse @ metric.columns, np.eye(4), atol=1e-8)
+        np.testing.assert_allclose(metric.mass, 1.0, rtol=1e-14, atol=0)
+        np.testing.assert_allclose(
+            metric.columns.T @ M @ metric.columns, np.eye(4), rtol=0, atol=1e-8
+        )
+        np.testing.assert_allclose(metric.inverse @ metric.columns, np.eye(4), rtol=0, atol=1e-10)
         # each block closes one unit: Σ over its rows of |J C|² = 1, the rows alike
         scaled = metric.scale(J)
-        np.testing.assert_allclose(np.sum(scaled[:2] ** 2), 1.0, rtol=1e-10)
-        np.testing.assert_allclose(np.sum(scaled[2] ** 2), 1.0, rtol=1e-10)
+        np.testing.assert_allclose(np.sum(scaled[:2] ** 2), 1.0, rtol=1e-10, atol=0)
+        np.testing.assert_allclose(np.sum(scaled[2] ** 2), 1.0, rtol=1e-10, atol=0)
         assert metric.rows[0] == metric.rows[1]
 
 
@@ -207,8 +213,8 @@ def test_a_direction_without_mass_is_told_from_one_with_mass() -> None:
         metric = measure(M, np.array([[1.0, -1.0]]), units, root)
         assert sorted(metric.mass) == [0.0, 1.0]
         carried = metric.columns.T @ M @ metric.columns
-        np.testing.assert_allclose(carried, np.diag(metric.mass), atol=1e-12)
-        np.testing.assert_allclose(metric.inverse @ metric.columns, np.eye(2), atol=1e-12)
+        np.testing.assert_allclose(carried, np.diag(metric.mass), rtol=0, atol=1e-13)
+        np.testing.assert_allclose(metric.inverse @ metric.columns, np.eye(2), rtol=0, atol=1e-13)
 
 
 def test_rows_of_rounding_are_not_scaled_up() -> None:
@@ -217,18 +223,24 @@ def test_rows_of_rounding_are_not_scaled_up() -> None:
     np.testing.assert_array_equal(measure(np.eye(2), J, units).rows, [1.0, 0.0])
     # in plain units the row is large enough to count
     fine = Units(np.array([1.0, 1e3]), np.ones(2), np.array([0, 1]))
-    np.testing.assert_allclose(measure(np.eye(2), J, fine).rows, [1.0, 1e14])
+    np.testing.assert_allclose(measure(np.eye(2), J, fine).rows, [1.0, 1e14], rtol=1e-14, atol=0)
     coarse = Units(np.ones(2), np.array([1.0, 1e3]), np.array([0, 1]))
-    np.testing.assert_allclose(measure(np.eye(2), J, coarse).rows, [1.0, 1e14])
+    np.testing.assert_allclose(measure(np.eye(2), J, coarse).rows, [1.0, 1e14], rtol=1e-14, atol=0)
 
 
 def test_a_massless_velocity_is_measured_by_the_lightest_one_it_meets_in_a_loop() -> None:
     diagonal = np.array([0.0, 9.0, 4.0, 1.0, 0.0])
     J = np.array([[1.0, 1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0, 0.0]])
     plain = np.array([6.0, 1.0, 1.0, 1.0, 5.0])
-    np.testing.assert_allclose(_weigh(diagonal, J, plain), [2 / 6, 3.0, 2.0, 1.0, 1 / 5])
-    np.testing.assert_allclose(_weigh(np.array([4.0]), J[:, :1], np.array([7.0])), [2.0])
-    np.testing.assert_allclose(_weigh(np.zeros(1), J[:, :1], np.array([4.0])), [1 / 4])
+    np.testing.assert_allclose(
+        _weigh(diagonal, J, plain), [2 / 6, 3.0, 2.0, 1.0, 1 / 5], rtol=1e-14, atol=0
+    )
+    np.testing.assert_allclose(
+        _weigh(np.array([4.0]), J[:, :1], np.array([7.0])), [2.0], rtol=1e-14, atol=0
+    )
+    np.testing.assert_allclose(
+        _weigh(np.zeros(1), J[:, :1], np.array([4.0])), [1 / 4], rtol=1e-14, atol=0
+    )
 
 
 def test_newton_within_a_tangent_space_lands_on_the_loops_and_says_where() -> None:
@@ -245,14 +257,16 @@ def test_newton_within_a_tangent_space_lands_on_the_loops_and_says_where() -> No
     )
     C = metric.columns
     moved = q + C @ (along + parts.range_right @ landing.bend)
-    np.testing.assert_allclose(landing.q, moved, rtol=1e-14)
+    np.testing.assert_allclose(landing.q, moved, rtol=1e-14, atol=0)
     assert 1e-3 < np.abs(landing.bend).max() < 0.1
     there = closed.closures.at(landing.q, v, 0.0)
     assert np.abs(there.residual).max() < 1e-14
     assert landing.gap < 1e-14
     J = metric.rows[:, None] * there.jacobian @ C @ parts.range_right
-    np.testing.assert_allclose(landing.jacobian, J, atol=1e-13)
-    np.testing.assert_allclose(landing.rates, metric.rows * (there.jacobian @ v), rtol=1e-12)
+    np.testing.assert_allclose(landing.jacobian, J, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(
+        landing.rates, metric.rows * (there.jacobian @ v), rtol=1e-12, atol=0
+    )
     free = newton(closed, moved + 0.01, v, 0.0, metric, least_squares, stagnant=0.5, sweeps=8)
     assert np.abs(closed.closures.at(free.q, v, 0.0).residual).max() < 1e-14
     assert free.bend.shape == (0,)

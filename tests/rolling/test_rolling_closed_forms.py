@@ -126,8 +126,10 @@ def test_a_ball_on_a_turntable_goes_round_at_two_sevenths() -> None:
     x, y, _ = moved.velocity.T
     rate = 2 * W.value / 7
     steady = linearize_steady(mechanism)  # at rest in the middle, while the table turns
-    np.testing.assert_allclose(np.abs(steady.exponents), [rate] * 2 + [0] * 2, atol=1e-9)
-    np.testing.assert_allclose(found, np.stack([-rate * y, rate * x, 0 * x], -1), atol=1e-9)
+    np.testing.assert_allclose(np.abs(steady.exponents), [rate] * 2 + [0] * 2, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(
+        found, np.stack([-rate * y, rate * x, 0 * x], -1), rtol=0, atol=1e-13
+    )
 
 
 def test_the_sleigh_by_its_closed_form() -> None:
@@ -141,13 +143,13 @@ def test_the_sleigh_by_its_closed_form() -> None:
     phase = a * U * motion.t / b**2
     theta = motion["theta"]
     u = np.cos(theta) * motion["x'"] + np.sin(theta) * motion["y'"]
-    np.testing.assert_allclose(u, U * np.tanh(phase), atol=1e-8)
-    np.testing.assert_allclose(motion["theta'"], U / b / np.cosh(phase), atol=1e-8)
+    np.testing.assert_allclose(u, U * np.tanh(phase), rtol=0, atol=1e-10)
+    np.testing.assert_allclose(motion["theta'"], U / b / np.cosh(phase), rtol=0, atol=1e-10)
     # the blade alone turns the path: λ = m (a ω' + u ω)
     omega = U / b / np.cosh(phase)
     force = mass * (-a * a * (U * np.tanh(phase)) * omega / b**2 + U * np.tanh(phase) * omega)
     found = motion.reference.multipliers(motion.q, motion.v, motion.t)["edge: side"]
-    np.testing.assert_allclose(found, force, atol=1e-7)
+    np.testing.assert_allclose(found, force, rtol=0, atol=1e-10)
 
 
 def test_a_coin_rolls_upright_above_its_limit() -> None:
@@ -175,8 +177,8 @@ def test_a_coin_goes_round_steadily_and_others_are_refused() -> None:
     found = linearize_steady(coin(), at, v)
     assert {"x", "y", "yaw", "spin"} >= set(found.cyclic)
     motion = simulate(coin(), q=at, v=v, duration=2.0)
-    np.testing.assert_allclose(motion["lean"], lean, atol=1e-7)
-    np.testing.assert_allclose(motion["yaw"], turn * motion.t, atol=1e-6)
+    np.testing.assert_allclose(motion["lean"], lean, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(motion["yaw"], turn * motion.t, rtol=0, atol=1e-12)
     with pytest.raises(InputError, match=r"is not steady: .*lean'' = "):
         linearize_steady(coin(), at, {**v, "spin": 2 * spin})
     # the same disk by a quaternion
@@ -184,9 +186,9 @@ def test_a_coin_goes_round_steadily_and_others_are_refused() -> None:
     turning = {"free_wy": turn * np.sin(lean) + spin, "free_wz": turn * np.cos(lean)}
     free = linearize_steady(wheel(), by_quaternion, turning)
     for exponents in (free.exponents, found.exponents):
-        np.testing.assert_allclose(exponents.real, 0, atol=1e-8)
+        np.testing.assert_allclose(exponents.real, 0, rtol=0, atol=1e-12)
     by_hinges, by_turns = np.sort(found.exponents.imag), np.sort(free.exponents.imag)
-    np.testing.assert_allclose(by_turns, by_hinges, atol=1e-8)
+    np.testing.assert_allclose(by_turns, by_hinges, rtol=0, atol=1e-11)
     assert {"free_x", "free_y", "free_precession", "free_spin"} >= set(free.cyclic)
     with pytest.raises(InputError, match="use linearize_steady"):
         linearize(coin(), at)
@@ -201,7 +203,7 @@ def test_a_rattleback_prefers_a_sense() -> None:
     wrong, right = (
         linearize_steady(stone, {"z": 0.02}, {"yaw": spin}).exponents for spin in (-5.0, 5.0)
     )
-    np.testing.assert_allclose(np.sort_complex(wrong), np.sort_complex(-right), atol=1e-8)
+    np.testing.assert_allclose(np.sort_complex(wrong), np.sort_complex(-right), rtol=0, atol=1e-11)
     fast = wrong[np.abs(wrong).argmax()]
     assert fast.real > 20
     assert abs(fast.imag) > 100

@@ -34,10 +34,10 @@ def test_what_is_printed_holds(mechanism: Mechanism, method: str) -> None:
         values[f"lambda_{name.replace(': ', '_')}"] = force
     value = Evaluation(derivation.algebra.ring, values)
     for row in derivation.rows:
-        np.testing.assert_allclose(value(row) + 0 * states.t, 0, atol=1e-7)
+        np.testing.assert_allclose(value(row) + 0 * states.t, 0, rtol=0, atol=1e-12)
     for tie in derivation.ties:
-        np.testing.assert_allclose(value(tie.demand) + 0 * states.t, 0, atol=1e-9)
-        np.testing.assert_allclose(value(tie.second) + 0 * states.t, 0, atol=1e-7)
+        np.testing.assert_allclose(value(tie.demand) + 0 * states.t, 0, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(value(tie.second) + 0 * states.t, 0, rtol=0, atol=1e-12)
 
 
 def test_virtual_work_has_as_many_equations_as_free_velocities_and_no_multiplier() -> None:

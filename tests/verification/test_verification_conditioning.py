@@ -113,7 +113,7 @@ def test_the_mass_matrix_rounds_with_the_square_of_its_spread() -> None:
     diagonal = np.diagonal(values["mass matrix"], axis1=1, axis2=2)
     expected = (diagonal.max(axis=0) / diagonal).sum(axis=1)
     bound = rounding(arm, states, values)["mass matrix"]
-    np.testing.assert_allclose(bound, UNIT * np.sqrt(arm.nv) * expected, rtol=1e-9)
+    np.testing.assert_allclose(bound, UNIT * np.sqrt(arm.nv) * expected, rtol=1e-9, atol=0)
 
 
 def test_derivatives_by_differences_are_exact_up_to_the_eighth_power() -> None:

@@ -98,8 +98,8 @@ def test_quaternions_have_unit_length() -> None:
     states = random_states(mechanism, 50, 0)
     assert states.q.shape == (50, 14)
     assert states.v.shape == (50, 12)
-    np.testing.assert_allclose(np.linalg.norm(states.q[:, :4], axis=1), 1, rtol=1e-14)
-    np.testing.assert_allclose(np.linalg.norm(states.q[:, 7:11], axis=1), 1, rtol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(states.q[:, :4], axis=1), 1, rtol=1e-14, atol=0)
+    np.testing.assert_allclose(np.linalg.norm(states.q[:, 7:11], axis=1), 1, rtol=1e-14, atol=0)
     assert abs(states.q[:, 4:7]).max() <= 0.4
     assert abs(states.q[:, 13]).max() > 2.5
 

@@ -154,7 +154,7 @@ def wrong_point(m: mq.Mechanism, rng: np.random.Generator) -> Iterator[Injection
         mass, center, inertia = parts(m, body)
         R, p = poses[body.name][:3, :3], poses[body.name][:3, 3]
         wrong = with_body(m, body.name, mass, center, inertia + steiner(mass, center + R.T @ p))
-        if np.allclose(R.T @ p, 0, atol=1e-9):
+        if np.allclose(R.T @ p, 0, rtol=0, atol=1e-9):
             continue
         pair = (m, wrong) if rng.random() < 0.5 else (wrong, m)
         yield Injection("wrong point", f"link {body.name!r}", pair[0], told_by(pair[1]))
@@ -172,7 +172,7 @@ def wrong_axes(m: mq.Mechanism, rng: np.random.Generator) -> Iterator[Injection]
             np.eye(3)[[2, 0, 1]],
             np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]),
         ]
-        if not np.allclose(abs(frames[body.name]), np.eye(3), atol=1e-3):
+        if not np.allclose(abs(frames[body.name]), np.eye(3), rtol=0, atol=1e-3):
             turns.append(frames[body.name])
         R = turns[rng.integers(len(turns))]
         theirs = with_body(m, body.name, mass, center, R @ inertia @ R.T)

@@ -177,8 +177,8 @@ def test_arrows_are_the_forces(exported: Callable[..., Visit], motions: Motions)
         size = np.linalg.norm(force.force[k])
         fits = [
             body == force.body
-            and np.allclose(origin, force.origin[k], atol=2e-4)
-            and np.allclose(along, force.force[k] / size, atol=2e-3)
+            and np.allclose(origin, force.origin[k], rtol=0, atol=2e-4)
+            and np.allclose(along, force.force[k] / size, rtol=0, atol=2e-3)
             and abs(length - min(size, most) * per_newton) < 2e-4
             for body, origin, along, length in shown
         ]
