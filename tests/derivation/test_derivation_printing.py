@@ -129,7 +129,7 @@ def assert_reads_back(elements: list[Series], printed: tuple[Equation, ...]) -> 
     ],
 )
 def test_the_reader_of_these_tests_reads(text: str, value: float) -> None:
-    assert evaluate_text(text, {"a": 2.0, "b": 3.0, "a'": 7.0}) == pytest.approx(value)
+    assert evaluate_text(text, {"a": 2.0, "b": 3.0, "a'": 7.0}) == pytest.approx(value, rel=1e-12)
 
 
 # -- systems

@@ -94,7 +94,7 @@ def test_planar_mechanisms_are_seen_from_their_side() -> None:
         assert side_of(given.mechanism, given.poses) is axes
     for axes in (FRONT, TOP, ISOMETRIC):
         assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-15)
-        assert np.linalg.det(axes) == pytest.approx(1.0)
+        assert np.linalg.det(axes) == pytest.approx(1.0, rel=1e-12)
 
 
 def test_the_bar_is_drawn_from_the_pin_to_its_end() -> None:
@@ -134,7 +134,7 @@ def test_the_arrow_of_a_distance_is_as_long_as_it() -> None:
         if m.style == "coordinate" and abs(np.ptp(m.points[:, 0])) < 1e-9
     ]
     assert [tip[0] - foot[0] for tip, foot in zip(tips, feet, strict=True)] == pytest.approx(
-        [0.4 * given.camera.scale, -0.3 * given.camera.scale]
+        [0.4 * given.camera.scale, -0.3 * given.camera.scale], rel=1e-12
     )
 
 
@@ -142,13 +142,13 @@ def test_signs_reach_from_end_to_end() -> None:
     a, b = np.array([3.0, 4.0]), np.array([63.0, -36.0])
     for sign in (spring, dashpot):
         strokes = [mark.points for mark in sign(a, b) if isinstance(mark, Stroke)]
-        assert strokes[0][0] == pytest.approx(a)
-        assert strokes[-1][-1] == pytest.approx(b)
+        assert strokes[0][0] == pytest.approx(a, rel=1e-12)
+        assert strokes[-1][-1] == pytest.approx(b, rel=1e-12)
     zigzag = next(iter(spring(a, b)))
     assert isinstance(zigzag, Stroke)
     across = (zigzag.points - a) @ np.array([40.0, 60.0]) / math.hypot(40, 60)
-    assert across.max() == pytest.approx(6.5)
-    assert across.min() == pytest.approx(-6.5)
+    assert across.max() == pytest.approx(6.5, rel=1e-12)
+    assert across.min() == pytest.approx(-6.5, rel=1e-12)
 
 
 def test_hatching_lies_on_the_right_as_one_goes() -> None:
@@ -384,4 +384,4 @@ def test_a_robot_of_many_joints_is_drawn_as_its_file_has_it() -> None:
     """Turned by half a radian in each joint, a humanoid is a tangle."""
     arm, humanoid = (mq.read_urdf(mq.robot(name)) for name in ("ur5_robot", "talos_full_v2"))
     assert (posture(arm) != 0).all()
-    assert posture(humanoid) == pytest.approx(humanoid.neutral())
+    assert posture(humanoid) == pytest.approx(humanoid.neutral(), rel=1e-12)

@@ -93,7 +93,7 @@ def test_a_drive_by_hand(crossed: bool) -> None:
         np.testing.assert_allclose(reactions["drum_axle"].moment, 0, rtol=0, atol=1e-12)
     sign = -1 if crossed else 1
     turned = machine.coordinates.driven["drum_axle"]
-    assert float(turned.subs({"motor_axle": 1.0})) == pytest.approx(sign * ratio)
+    assert float(turned.subs({"motor_axle": 1.0})) == pytest.approx(sign * ratio, rel=1e-12)
 
 
 @pytest.mark.parametrize("machine", [drive(), drive(crossed=True), triangle()])
@@ -152,7 +152,7 @@ def test_runs_are_drawn(tmp_path: Path) -> None:
     motion = mq.simulate(drive(), q={"motor_axle": 0.0}, duration=0.1)
     lines = [line for line in scene_of(motion).lines if line.name.startswith("stretch")]
     lengths = [hypot(*(line.points[0, 1] - line.points[0, 0])) for line in lines]
-    assert lengths == pytest.approx([sqrt(APART**2 - (BIG - SMALL) ** 2)] * 2)
+    assert lengths == pytest.approx([sqrt(APART**2 - (BIG - SMALL) ** 2)] * 2, rel=1e-12)
     mq.picture(motion, 0.0, tmp_path / "drive.svg")
     assert "svg" in (tmp_path / "drive.svg").read_text(encoding="utf-8")
 
@@ -161,7 +161,7 @@ def test_pulleys_may_come_close() -> None:
     """A big one and a small one, nearer than two big ones could be."""
     tensions = mq.Reference(drive(apart=1.01 * (SMALL + BIG))).guide_forces([0.0])
     tight, slack = tensions.values()
-    assert tight + slack == pytest.approx(2 * PRELOAD)
+    assert tight + slack == pytest.approx(2 * PRELOAD, rel=1e-12)
     assert abs(tight - slack) > 1
 
 

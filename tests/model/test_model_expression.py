@@ -163,7 +163,7 @@ def test_inputs_are_numbers_expressions_functions_or_records() -> None:
     values = {"m": 2.0}
     assert Input("F", 3).function({})(1.7) == 3.0
     assert Input("F", m * sympy.cos(time())).function(values)(0.5) == pytest.approx(
-        2 * math.cos(0.5)
+        2 * math.cos(0.5), rel=1e-12
     )
     assert Input("F", math.sin).function({})(0.5) == math.sin(0.5)
     record = Record(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, -2.0]))

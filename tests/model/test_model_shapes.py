@@ -220,7 +220,7 @@ def test_a_cloud_is_its_particles() -> None:
     masses, places = random.uniform(0.1, 2, 5), random.normal(size=(5, 3))
     shape = cloud(masses.tolist(), places.tolist())
     center, tensor = moments(masses.sum(), (places, masses / masses.sum()))
-    assert shape.mass == pytest.approx(masses.sum())
+    assert shape.mass == pytest.approx(masses.sum(), rel=1e-12)
     np.testing.assert_allclose(shape.center, center, rtol=0, atol=1e-15)
     np.testing.assert_allclose(tensor_of(shape.inertia), tensor, rtol=0, atol=1e-13)
 

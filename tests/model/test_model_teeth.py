@@ -18,7 +18,7 @@ def offset(teeth: WheelTeeth, pose: np.ndarray, radius: float, toward: np.ndarra
     points = teeth.outline(radius).reshape(teeth.count, 4, 3).mean(axis=1)
     nearest = points[(points @ at).argmax()]
     pitch = 2 * np.pi * radius / teeth.count
-    assert abs(axes[:, 2] @ n) == pytest.approx(1)
+    assert abs(axes[:, 2] @ n) == pytest.approx(1, rel=1e-12)
     return float(radius * np.arctan2(nearest @ tangent, nearest @ at) / pitch)
 
 
@@ -62,7 +62,7 @@ def test_a_tooth_of_the_pinion_is_between_two_of_the_rack(x: float) -> None:
     # all of them on its box, tips one module above the pitch line
     outline = rack.outline(pitch / np.pi)
     assert np.abs(outline[:, 0]).max() <= 0.4
-    assert outline[:, 2].max() == pytest.approx(pitch / np.pi)
+    assert outline[:, 2].max() == pytest.approx(pitch / np.pi, rel=1e-12)
 
 
 def test_a_wheel_is_drawn_to_the_root_of_its_teeth() -> None:
@@ -71,7 +71,7 @@ def test_a_wheel_is_drawn_to_the_root_of_its_teeth() -> None:
     assert len(teeth) == 25
     assert isinstance(rim.geometry, Cylinder)
     # a module is 2 r/z
-    assert gear.evaluate(rim.geometry.radius) == pytest.approx(0.1 - 1.25 * 0.2 / 25)
+    assert gear.evaluate(rim.geometry.radius) == pytest.approx(0.1 - 1.25 * 0.2 / 25, rel=1e-12)
     assert visuals_of(gear)["arm"] == gear.body("arm").visuals
     assert len(visuals_of(gear)["ring"]) == 1 + 55
 

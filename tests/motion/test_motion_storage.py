@@ -57,7 +57,7 @@ def test_a_mechanism_outside_the_catalogue_must_be_given_and_is_checked(
         about = json.loads(str(file["about"]))
     assert about["catalogue"] is None
     assert "<robot" in about["urdf"]
-    assert mq.Motion.load(path, ramp(2.0))["x"][-1] == pytest.approx(0.25)
+    assert mq.Motion.load(path, ramp(2.0))["x"][-1] == pytest.approx(0.25, rel=1e-12)
     with pytest.raises(
         mq.InputError, match=r"'ramp', which is not in the catalogue; give the mechanism"
     ):

@@ -85,9 +85,9 @@ def test_friction_that_contacts_share_is_undetermined() -> None:
     # both wheels stand on the ground, to the left and to the right of the axle's middle
     assert [points[name][2] for name in points] == pytest.approx([0, 0], abs=1e-12)
     apart = points["left_contact"] - points["right_contact"]
-    assert np.linalg.norm(apart) == pytest.approx(2 * cart.values["b"])
+    assert np.linalg.norm(apart) == pytest.approx(2 * cart.values["b"], rel=1e-12)
     left, right = pressings(mq.Reference(cart), q[None], np.zeros((1, cart.nv)), np.zeros(1))
-    assert left.normal == pytest.approx(right.normal)
+    assert left.normal == pytest.approx(right.normal, rel=1e-12)
     assert np.isnan([left.friction, right.friction]).all()
     need = FrictionNeed("left_contact", float("nan"), float("nan"))
     assert str(need) == "friction at left_contact: undetermined, other contacts share it"

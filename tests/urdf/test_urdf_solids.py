@@ -104,7 +104,7 @@ def test_the_copy_has_the_inertias_by_shape(tmp_path: Path) -> None:
     read = mq.read_urdf(table.write(["arm"]))
     body, shape = read.body("arm"), mq.box(3.0, EDGES)
     assert body.mass == 3.0
-    assert body.center == pytest.approx((0.1, 0.2, 0.3))
+    assert body.center == pytest.approx((0.1, 0.2, 0.3), rel=1e-12)
     assert np.allclose(body.inertia, np.array(shape.inertia, float), rtol=1e-8, atol=0)
     again = robot(tmp_path, BOX)
     again.write_text(table.write(), encoding="utf-8")
@@ -143,9 +143,9 @@ def test_the_command_compares_and_writes(tmp_path: Path) -> None:
     run = CliRunner().invoke(app, ["inertia", str(file), "--density", "2700", "-o", str(new)])
     assert run.exit_code == 0, run.output
     assert "81" in run.stdout
-    assert mq.read_urdf(new).body("arm").mass == pytest.approx(81.0)
+    assert mq.read_urdf(new).body("arm").mass == pytest.approx(81.0, rel=1e-12)
     rows = json.loads(CliRunner().invoke(app, ["inertia", str(file), "--json"]).stdout)["links"]
-    assert rows[0]["density"] == pytest.approx(2700.0)
+    assert rows[0]["density"] == pytest.approx(2700.0, rel=1e-12)
     refused = CliRunner().invoke(app, ["inertia", str(file), "--link", "arm"])
     assert refused.exit_code == 2
 

@@ -32,7 +32,9 @@ def test_the_rod_and_the_spring_of_a_leg() -> None:
     assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(0.5, abs=1e-9)
     # the spring is all of the potential energy besides weight: ½ k q²
     springs = reference.energy(q).springs
-    assert springs == pytest.approx(750.0 * q[leg.coordinates.index("knee_to_shin")] ** 2)
+    assert springs == pytest.approx(
+        750.0 * q[leg.coordinates.index("knee_to_shin")] ** 2, rel=1e-12
+    )
     assert mq.verify(leg, samples=2).agrees
 
 

@@ -139,7 +139,7 @@ def test_residuals_count_every_quantity_alike() -> None:
     theirs = told_by(mechanism)(states)
     evidence = Evidence.of(mechanism, states, {**theirs, "bias": 2 * theirs["bias"]})
     assert evidence is not None
-    assert evidence.before == pytest.approx(0.5)
+    assert evidence.before == pytest.approx(0.5, rel=1e-12)
     assert evidence.residual(evidence.tau) == 0
     assert Evidence.of(mechanism, states, {}) is None
 
@@ -727,7 +727,7 @@ def test_plain_amounts_come_before_odd_and_large_ones() -> None:
     assert round_one < odd
     assert odd < Amount.of(0.2123456, 0.2, ways=3)
     assert odd < Amount.of(0.3123456, 0.2)
-    assert Amount.of(0.01, 0.0, beside=0.1).share == pytest.approx(0.1)
+    assert Amount.of(0.01, 0.0, beside=0.1).share == pytest.approx(0.1, rel=1e-12)
     assert Amount.of(0.01).share == 1.0
     assert Amount.of_all(np.array([0.01, 0.0, 0.0212345]), 0.1).digits == 6
 

@@ -41,12 +41,14 @@ def test_what_is_not_finite_is_infinitely_wrong_even_where_both_sources_share_it
 
 def test_a_value_that_passes_through_zero_is_judged_against_the_typical_one() -> None:
     x, y = np.array([[1e-12], [1.0], [1.0]]), np.array([[0.0], [1.0], [1.0]])
-    assert relative_difference(x, y, 0.0)[0] == pytest.approx(1e-12 / (1e-3 * np.sqrt(2 / 3)))
+    assert relative_difference(x, y, 0.0)[0] == pytest.approx(
+        1e-12 / (1e-3 * np.sqrt(2 / 3)), rel=1e-12, abs=0
+    )
 
 
 def test_zero_against_rounding_errors_is_judged_against_the_least_size() -> None:
     difference = relative_difference(np.array([[1e-15]]), np.array([[0.0]]), 2.0)
-    assert difference[0] == pytest.approx(1e-15 / 2e-3)
+    assert difference[0] == pytest.approx(1e-15 / 2e-3, rel=1e-12, abs=0)
 
 
 def test_a_huge_value_does_not_excuse_the_others() -> None:

@@ -65,7 +65,7 @@ def run(
 ) -> None:
     """Let time pass, till the page has shown the end and its camera is at rest."""
     view.stream(frames(path, start, end), speed=speed)
-    until(lambda: bool(seen.js("mecanique.clock.time") == pytest.approx(end)))
+    until(lambda: bool(seen.js("mecanique.clock.time") == pytest.approx(end, rel=1e-6)))
     for _ in range(4):
         seen.settle()
 

@@ -198,7 +198,9 @@ def test_what_is_set_in_the_page_moves(crank: Scene, show: Callable[..., Visit])
     value = engine.values[0]
     field = f'input[type=number][data-name="{symbol}"]'
     seen.page.fill(field, str(1.1 * value))
-    assert seen.js("k => mecanique.setup.bench.setting.p[k]", 0) == pytest.approx(1.1 * value)
+    assert seen.js("k => mecanique.setup.bench.setting.p[k]", 0) == pytest.approx(
+        1.1 * value, rel=1e-6
+    )
     assert seen.js("mecanique.clock.table.path.steps") > 0
     changed = crank_state(seen)
     seen.page.click("#setup-undo")

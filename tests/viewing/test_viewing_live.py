@@ -98,12 +98,12 @@ def test_motion_arrives_and_a_reload_restores_it(
     seen.settle()
     assert seen.body(1)[3:] == pytest.approx(scene.quaternions[20, 1], abs=1e-6)
     view.send(scene.frame(90))
-    until(lambda: bool(seen.js("mecanique.clock.time") == pytest.approx(scene.t[90])))
+    until(lambda: bool(seen.js("mecanique.clock.time") == pytest.approx(scene.t[90], rel=1e-6)))
     seen.settle()
     assert seen.body(1)[3:] == pytest.approx(scene.quaternions[90, 1], abs=1e-6)
     seen.page.reload()
     seen.page.wait_for_selector("body.ready")
-    until(lambda: bool(seen.js("mecanique.clock.time") == pytest.approx(scene.t[90])))
+    until(lambda: bool(seen.js("mecanique.clock.time") == pytest.approx(scene.t[90], rel=1e-6)))
     seen.settle()
     assert seen.body(1)[3:] == pytest.approx(scene.quaternions[90, 1], abs=1e-6)
     assert seen.messages == []
@@ -199,7 +199,11 @@ def test_an_open_page_finds_the_server_that_came_back(visit: Callable[..., Visit
         again.send(scene.frame(30))
         until(lambda: again.viewers == 1)
         seen.page.wait_for_selector("body.ready")
-        until(lambda: bool(asked(seen, "window.mecanique?.clock.time") == pytest.approx(0.5)))
+        until(
+            lambda: bool(
+                asked(seen, "window.mecanique?.clock.time") == pytest.approx(0.5, rel=1e-6)
+            )
+        )
 
 
 def test_an_open_page_survives_a_program_that_is_killed(

@@ -102,7 +102,7 @@ def bumpy(n: int, seed: int) -> NDArray[np.float64]:
 def test_triangles_come_back_to_half_a_step(n: int, seed: int) -> None:
     corners = bumpy(n, seed)
     (packed,) = pack_surfaces([Surface(corners)])
-    assert packed.step == pytest.approx(np.ptp(corners, axis=(0, 1)).max() / STEPS)
+    assert packed.step == pytest.approx(np.ptp(corners, axis=(0, 1)).max() / STEPS, rel=1e-6)
     assert packed.points == n * n
     low = np.array(packed.low)
     found = unpacked(packed)
@@ -241,14 +241,16 @@ def test_collada_has_its_unit_nodes_and_colors(tmp_path: Path) -> None:
     assert surface.rgba == (0, 0.5, 1, 1)
     matrix = f"<node><matrix>0 -1 0 0 1 0 0 0 0 0 1 -300 0 0 0 1</matrix>{SHARED}</node>"
     (surface,) = read_mesh(written(tmp_path, "b.dae", collada(matrix, TRIANGLES)))
-    assert surface.corners[0] == pytest.approx(np.array([[0, 0, 0], [0, 1, 0], [-1, 0, 0]]))
+    assert surface.corners[0] == pytest.approx(
+        np.array([[0, 0, 0], [0, 1, 0], [-1, 0, 0]]), rel=1e-6
+    )
 
 
 @pytest.mark.parametrize("primitive", [POLYLIST, POLYGONS])
 def test_collada_polygons_are_cut_into_triangles(tmp_path: Path, primitive: str) -> None:
     (surface,) = read_mesh(written(tmp_path, "a.dae", collada(SHARED, primitive)))
     expected = [[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]], [[0, 0], [1, 0], [0, 1]]]
-    assert surface.corners[..., :2] == pytest.approx(np.array(expected))
+    assert surface.corners[..., :2] == pytest.approx(np.array(expected), rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -269,7 +271,7 @@ def test_collada_opacity(
         f"<transparency><float>{factor}</float></transparency>"
     )
     (surface,) = read_mesh(written(tmp_path, "a.dae", collada(SHARED, TRIANGLES, transparent)))
-    assert surface.rgba == pytest.approx((0, 0.5, 1, opacity))
+    assert surface.rgba == pytest.approx((0, 0.5, 1, opacity), rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -80,7 +80,7 @@ def test_the_motion_plays_by_itself_and_by_the_keyboard(show: Show) -> None:
     seen.page.wait_for_timeout(150)
     assert seen.js("mecanique.clock.time") == stopped
     seen.page.keyboard.press("ArrowRight")
-    assert seen.js("mecanique.clock.time") == pytest.approx(stopped + 1 / 60)
+    assert seen.js("mecanique.clock.time") == pytest.approx(stopped + 1 / 60, rel=1e-6)
     seen.page.keyboard.press("Home")
     assert seen.js("mecanique.clock.time") == 0
     seen.page.keyboard.press("2")
@@ -237,14 +237,14 @@ def test_the_scale_is_that_of_what_is_shown_or_of_each_kind(show: Show) -> None:
     size = seen.js("mecanique.stage.size")
     length = "mecanique.arrows.items[0].length"
     seen.settle()
-    assert seen.js(length) == pytest.approx(0.28 * size)
+    assert seen.js(length) == pytest.approx(0.28 * size, rel=1e-6)
     seen.page.get_by_label("Reactions").check()
     seen.settle()
     share = MASS * GRAVITY / reach(arrow.vector for arrow in scene.arrows[:2])
     assert seen.js(length) == pytest.approx(0.28 * size * share, rel=1e-3)
     seen.page.select_option("#arrow-mode", "kinds")
     seen.settle()
-    assert seen.js(length) == pytest.approx(0.28 * size)
+    assert seen.js(length) == pytest.approx(0.28 * size, rel=1e-6)
     assert re.fullmatch(
         r"Weight: 1 m ≙ \S+ N · Reactions: 1 m ≙ \S+ N",
         seen.page.locator("#arrow-told").inner_text(),
@@ -524,8 +524,8 @@ def test_meshes_of_every_format_are_drawn(show: Show, tmp_path: Path) -> None:
     seen = show(scene)
     assert seen.js("mecanique.sketch") is None
     sizes = seen.js("() => mecanique.stage.boxes.map(b => b.max.clone().sub(b.min).toArray())")
-    assert sizes[0] == pytest.approx([1, 1, 0])
-    assert sizes[1] == pytest.approx([3, 0, 3])
+    assert sizes[0] == pytest.approx([1, 1, 0], rel=1e-6)
+    assert sizes[1] == pytest.approx([3, 0, 3], rel=1e-6)
     color = seen.js(
         """() => mecanique.stage.nodes[1].children
         .filter(p => p.material && p.geometry.attributes.position.count === 3)
