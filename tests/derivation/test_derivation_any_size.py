@@ -106,7 +106,7 @@ def held(written: Written, equations: mq.Equations, states: States, off: float =
         values[f"lambda_{row.replace(': ', '_')}"] = force
     if equations.method != "virtual_work":
         return read_back(written, values)
-    # in every displacement that the conditions admit
+    # in every displacement that the conditions allow
     names = [f"δ{name.rstrip(chr(39))}" for name in mechanism.velocities]
     values |= dict.fromkeys(names, 0.0)
     columns = [read_back(written, {**values, name: 1.0}) for name in names]

@@ -283,7 +283,7 @@ def test_what_is_asked_wrongly_is_refused(tmp_path: Path) -> None:
     with pytest.raises(mq.InputError, match='expected code with target="c" to compile, got'):
         code.compile()
     (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(mq.InputError, match="expected a directory to write in, got"):
+    with pytest.raises(mq.InputError, match="expected a directory to write to, got"):
         code.write(tmp_path / "file")
 
 

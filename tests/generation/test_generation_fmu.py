@@ -203,7 +203,7 @@ def test_the_library_has_the_ending_of_its_system(monkeypatch: pytest.MonkeyPatc
 
 def test_what_a_model_cannot_have_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     pendulum = mq.derive(mq.textbook.load("simple_pendulum"))
-    with pytest.raises(mq.DerivationError, match="accelerations, which are no input of an FMU"):
+    with pytest.raises(mq.DerivationError, match="accelerations, which are not inputs of an FMU"):
         mq.generate(pendulum, "fmu", "inverse_dynamics")
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("CC", raising=False)

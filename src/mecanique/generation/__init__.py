@@ -1,4 +1,4 @@
-"""Equations as code: one straight-line program, written in many languages, run and compared."""
+"""Write equations as code: one straight-line program in many languages, run and compared."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _HOMES = {
     "generate": ".languages",
     "write_recursion": ".writing.recursion",
 }
-"""The module of each name; each is imported when it is first used, as a motion needs few."""
+"""The module of each name, imported when first used, as a motion needs few of them."""
 
 
 def __getattr__(name: str) -> Any:

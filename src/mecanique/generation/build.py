@@ -1,4 +1,4 @@
-"""From equations of motion to the program of the quantities asked for."""
+"""Build the program of chosen quantities from equations of motion."""
 
 from __future__ import annotations
 
@@ -28,19 +28,20 @@ def build_program(
     *,
     moves: bool = False,
 ) -> Program:
-    """Return a program.
+    """Build the program that computes some quantities of a mechanism.
 
     Args:
         equations: the equations of motion.
         what: names of quantities.
-        parameters: symbols of the parameters and constant inputs that stay letters; all by default.
-        name: what functions are called after; the mechanism's name by default.
-        moves: whether the program is to be integrated, and so has the rates of the state first, and
-            what keeps a closed mechanism on its loops.
+        parameters: symbols of the parameters and constant inputs that remain inputs; all by
+            default.
+        name: stem of the functions' names; the mechanism's name by default.
+        moves: whether the program is to be integrated; it then has the rates of the state first,
+            and the correction that keeps loops closed.
 
     Raises:
-        InputError: if `what` or `name` is not what is expected.
-        UnknownNameError: if a name is no quantity or no parameter.
+        InputError: if `what` or `name` is invalid.
+        UnknownNameError: if a name is not that of a quantity or parameter.
         DerivationError: if the coordinate map has no derivatives.
     """
     mechanism = equations.mechanism
@@ -68,19 +69,19 @@ def build_program(
 
 
 def assemble(dynamics: Dynamics, name: str, answers: Sequence[Answer]) -> Program:
-    """Return the program of answers on the tape of a mechanism's dynamics.
+    """Assemble a program from answers on the tape of a mechanism's dynamics.
 
     Args:
-        dynamics: whose tape they are on.
-        name: what functions are called after.
-        answers: what the program gives.
+        dynamics: the dynamics with the tape.
+        name: stem of the functions' names.
+        answers: the outputs of the program.
     """
     mechanism, tape = dynamics.letters.mechanism, dynamics.letters.tape
     return Program(mechanism, name, dynamics.title, tape, _letters(dynamics), tuple(answers))
 
 
 def _values(dynamics: Dynamics, name: str) -> list[Value]:
-    """The values of a quantity.
+    """Return the values of a quantity.
 
     Raises:
         DerivationError: if the mechanism has no program for it.
@@ -92,7 +93,7 @@ def _values(dynamics: Dynamics, name: str) -> list[Value]:
 
 
 def _letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:
-    """The inputs by kind."""
+    """Return the inputs by kind."""
     mechanism = dynamics.letters.mechanism
     unit = units(mechanism)
     neutral = dict(zip(mechanism.coordinates, mechanism.neutral().tolist(), strict=True))
@@ -115,7 +116,7 @@ def _letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:
 
 
 def _force(velocity: str) -> str:
-    """The unit of what works on a velocity."""
+    """Return the unit of the generalized force of a velocity."""
     return {"rad/s": "N·m", "m/s": "N"}.get(velocity, "")
 
 

@@ -1,4 +1,4 @@
-"""Code in some language: its files, its verdict, and a way to call it from Python."""
+"""Code in some language, with its files and verdict, and a way to call it from Python."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Code:
     Args:
         target: the language, e.g. "c".
         program: the program it was written from.
-        files: content of each file, by name; the test that compares it with Pinocchio comes along.
-        verdict: how it compared with Pinocchio when it was run; None if it could not be run here.
+        files: content of each file by name, including the test that compares it with Pinocchio.
+        verdict: result of the comparison with Pinocchio; None if the code could not be run here.
 
     Example:
         >>> code = mq.generate(mq.derive(mq.textbook.load("simple_pendulum")), "python")
@@ -44,12 +44,12 @@ class Code:
 
     @property
     def name(self) -> str:
-        """What functions and files are called after."""
+        """The stem of the names of functions and files."""
         return self.program.name
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Parameters that the functions take, in order."""
+        """The parameters that the functions take, in order."""
         return tuple(letter.name for letter in self.program.parameters)
 
     def count(self, quantity: str | None = None) -> Counts:
@@ -64,10 +64,10 @@ class Code:
         """Write the files, all of them or none, and return their paths.
 
         Args:
-            directory: where; it is made if it is not there.
+            directory: the directory, which is created if it does not exist.
 
         Raises:
-            InputError: if the directory cannot be made or written in.
+            InputError: if the directory cannot be created or written to.
         """
         place = Path(directory)
         try:
@@ -78,7 +78,7 @@ class Code:
                     file.write(as_bytes(content))
         except OSError as error:
             raise InputError(
-                f"expected a directory to write in, got {directory}: {error}"
+                f"expected a directory to write to, got {directory}: {error}"
             ) from None
         return tuple(place / name for name in self.files)
 
@@ -86,7 +86,7 @@ class Code:
         """Compile the C code and return its functions, to call with arrays.
 
         Args:
-            options: for the compiler.
+            options: options of the compiler.
 
         Raises:
             InputError: if the code is not C, no C compiler is installed, or it refuses the code.

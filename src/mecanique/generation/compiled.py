@@ -1,4 +1,4 @@
-"""Compiled C as functions of numpy arrays."""
+"""Compile C, and call it as functions of numpy arrays."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from mecanique.generation.targets.c import compiler, limit_optimization
 __all__ = ["OPTIONS", "Compiled", "build_library", "compile_program"]
 
 OPTIONS = ("-O1", "-march=native")
-"""More optimization takes long on programs without branches, and gains nothing."""
+"""More optimization of programs without branches takes long and gains nothing."""
 
 SECONDS = 300.0
-"""How long the compiler may take."""
+"""Time limit of the compiler [s]."""
 
 
 @final
@@ -34,7 +34,7 @@ class Compiled:
     shape (nq,) or (n, nq) and so on; tau and p, an array or values by symbol, may be left out.
 
     Args:
-        program: what was compiled.
+        program: the compiled program.
         library: the shared library.
     """
 
@@ -59,7 +59,7 @@ class Compiled:
 
 @final
 class _Function:
-    """One function."""
+    """One compiled function."""
 
     def __init__(self, program: Program, answer: Answer, library: ctypes.CDLL) -> None:
         self._answer = answer
@@ -144,7 +144,7 @@ def compile_program(
     Args:
         program: the program.
         files: its header and source, by name.
-        options: for the compiler.
+        options: options of the compiler.
 
     Raises:
         InputError: if no C compiler is installed, or it refuses the code.
@@ -158,13 +158,13 @@ def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) ->
 
     Args:
         files: texts by name; those that end in .c are compiled.
-        options: for the compiler; what is very long is not optimized.
+        options: options of the compiler; very long files are not optimized.
 
     Raises:
-        InputError: if no C compiler is installed, it refuses the code, does not end, or makes what
-            Python cannot load.
+        InputError: if no C compiler is installed, it refuses the code, does not end, or its library
+            cannot be loaded.
     """
-    # Windows removes no library that is loaded
+    # Windows cannot remove a library that is loaded
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         directory = Path(folder)
         for name, text in files.items():
@@ -200,7 +200,7 @@ def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) ->
 
 
 def _loops(program: Program) -> str:
-    """Loops over many states, one for each function; steps are 0 where all share an argument."""
+    """Write a loop over many states for each function; the step of a shared argument is 0."""
     lines = [f'#include "{program.name}.h"', "#include <stddef.h>", "#include <stdint.h>", ""]
     for answer in program.answers:
         takes = (*answer.quantity.takes, "p")

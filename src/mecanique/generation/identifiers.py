@@ -1,7 +1,7 @@
-"""Names of a mechanism as identifiers of any language: reversible, and never a keyword.
+"""Turn names of a mechanism into identifiers of any language, reversibly and without keywords.
 
-Letters and digits stay; every other character is written as `_xHEX_`. Each kind of letter has its
-own prefix, and the rate θ' of a coordinate is `theta_dot`, so `q_theta` and `v_theta_dot`.
+Letters and digits remain; every other character is written as `_xHEX_`. Each kind of input has its
+own prefix, and the rate θ' of a coordinate is `theta_dot`, e.g. `q_theta` and `v_theta_dot`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _ESCAPE = re.compile(r"_x([0-9a-f]+)_|_dot$")
 
 
 def mangle(name: str) -> str:
-    """Return a name in ASCII letters, digits and underscores; it is not empty unless the name is.
+    """Write a name in ASCII letters, digits and underscores.
 
     Args:
         name: any text.
@@ -30,10 +30,10 @@ def mangle(name: str) -> str:
 
 
 def unmangle(identifier: str) -> str:
-    """Return the name that was mangled.
+    """Return the name from which `mangle` made an identifier.
 
     Args:
-        identifier: what `mangle` made, without a prefix.
+        identifier: the identifier, without a prefix.
     """
     return _ESCAPE.sub(lambda found: chr(int(found[1], 16)) if found[1] else "'", identifier)
 
@@ -42,11 +42,11 @@ def identifiers(prefix: str, names: Iterable[str]) -> tuple[str, ...]:
     """Return an identifier for each name.
 
     Args:
-        prefix: of all, e.g. "q".
-        names: what is named.
+        prefix: the prefix of all, e.g. "q".
+        names: the names.
 
     Raises:
-        DerivationError: if two names have one identifier.
+        DerivationError: if two names have the same identifier.
     """
     names = tuple(names)
     found = tuple(f"{prefix}_{mangle(name)}" for name in names)
@@ -57,14 +57,14 @@ def identifiers(prefix: str, names: Iterable[str]) -> tuple[str, ...]:
 
 
 def file_stem(name: str, given: str | None = None) -> str:
-    """Return what functions and files of a mechanism are called after.
+    """Return the stem of the names of a mechanism's functions and files.
 
     Args:
-        name: the mechanism's.
-        given: what the caller wants instead, if anything.
+        name: the mechanism's name.
+        given: the name that the caller wants instead, if any.
 
     Raises:
-        InputError: if the name wanted is no identifier in ASCII.
+        InputError: if the given name is not an identifier in ASCII.
     """
     if given is not None:
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", given):

@@ -33,15 +33,15 @@ TARGETS: dict[str, Target] = {
     "casadi": CasADi(),
     "fmu": FMU(),
 }
-"""Each language by its name."""
+"""The languages by name."""
 
 
 def target_of(name: str) -> Target:
-    """Return a language by its name, also one that another package adds.
+    """Return a language by its name, including those added by other packages.
 
     Raises:
-        UnknownNameError: if there is none.
-        InputError: if another package adds it, and it cannot be loaded.
+        UnknownNameError: if there is no such language.
+        InputError: if the package that adds it cannot be loaded.
     """
     if name in TARGETS:
         return TARGETS[name]
@@ -51,7 +51,7 @@ def target_of(name: str) -> Target:
 
 
 _NUMBERS = 40_000
-"""Most numbers in the table of a test that comes along."""
+"""Largest number of entries in the tables of a test."""
 
 
 def generate(
@@ -68,34 +68,34 @@ def generate(
 ) -> Code:
     """Write equations of motion as code in another language.
 
-    What was written is run and compared with Pinocchio, and its file says how it compared; where
-    the language cannot be run here, the file says that.
+    The code is run and compared with Pinocchio, and its file states the result; if the language
+    cannot be run here, the file says so.
 
     Args:
         equations: the equations of motion.
         target: "c" (C99 that allocates nothing), "javascript", "python" (numpy, for many states at
             once), "jax", "casadi" or "fmu" (FMI 3.0, model exchange and co-simulation, for
-            simulation tools; what it is asked for are its outputs).
+            simulation tools; the quantities are its outputs).
         what: quantities, each a function: "rhs", "acceleration", "mass_matrix", "bias", "gravity",
             "forces", "inverse_dynamics", "energy", "poses" and "jacobians" of all bodies, the
-            "reactions" of joints and loops, and of loops "multipliers" and "closure";
-            "acceleration_by_q" and so on are derivatives by q (along the motion that each velocity
-            makes), v, y, a, tau or p; "rhs_by_y" and "rhs_by_tau" linearize.
-        parameters: symbols of the parameters and constant inputs that stay arguments of the
+            "reactions" of joints and loops, and for loops "multipliers" and "closure";
+            "acceleration_by_q" and so on are derivatives by q (along the motion of each velocity),
+            v, y, a, tau or p; "rhs_by_y" and "rhs_by_tau" linearize.
+        parameters: symbols of the parameters and constant inputs that remain arguments of the
             functions; all by default. The others become numbers.
-        name: what functions and files are called after; the mechanism's name by default.
-        q: coordinates from which an FMU starts where nobody says otherwise, in order or by name;
-            those of a closed mechanism are assembled near these.
-        v: its velocities.
+        name: stem of the names of functions and files; the mechanism's name by default.
+        q: default initial coordinates of an FMU, in order or by name; a closed mechanism is
+            assembled near these.
+        v: its default initial velocities.
         samples: number of random states at which the code is compared.
-        seed: of these.
+        seed: of the random states.
 
     Returns:
-        The code with its test, and how it compared.
+        The code with its test, and the result of the comparison.
 
     Raises:
         UnknownNameError: if a target, quantity or parameter is not known.
-        InputError: if another argument is not what is expected.
+        InputError: if another argument is invalid.
         DerivationError: if the equations have no program, or the code and Pinocchio disagree.
 
     Example:

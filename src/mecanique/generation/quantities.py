@@ -1,4 +1,4 @@
-"""What can be written as code, by name: what it takes, gives and means."""
+"""The quantities that can be written as code, with their arguments and meanings."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ __all__ = ["BY", "QUANTITIES", "Quantity", "choose", "derivative"]
 @final
 @dataclass(frozen=True)
 class Quantity:
-    """Something a program answers.
+    """A quantity that a program can compute.
 
     Args:
-        name: of its function.
-        symbol: the letter of what it gives.
-        takes: its arguments among t, y, q, v, a and tau; y is q and v in one.
-        meaning: what it gives, in a few words.
+        name: name of its function.
+        symbol: letter of its value.
+        takes: its arguments among t, y, q, v, a and tau; y is q followed by v.
+        meaning: its meaning, in a few words.
         loops: whether only mechanisms with loops have it.
-        by: of a derivative, what it is taken by: y, q, v, a, tau or p.
-        base: of a derivative, the name of what is differentiated.
+        by: for a derivative, the variable: y, q, v, a, tau or p.
+        base: for a derivative, the name of the differentiated quantity.
     """
 
     name: str
@@ -42,7 +42,7 @@ QUANTITIES = {
         Quantity("acceleration", "a", ("t", "q", "v", "tau"), "generalized accelerations"),
         Quantity("mass_matrix", "M", ("t", "q"), "mass matrix, row by row"),
         Quantity("bias", "h", ("t", "q", "v"), "Coriolis and centrifugal terms, and gravity"),
-        Quantity("gravity", "g", ("t", "q"), "the part of the bias that gravity makes"),
+        Quantity("gravity", "g", ("t", "q"), "gravity's part of the bias"),
         Quantity(
             "forces", "Q", ("t", "q", "v"), "generalized forces of springs, dampers, drives, loads"
         ),
@@ -58,7 +58,7 @@ QUANTITIES = {
             "jacobians",
             "J",
             ("t", "q"),
-            "how each velocity moves each body: its origin, then its turn, world axes, 6 by nv",
+            "Jacobian of each body: velocity of its origin, angular velocity, world axes, 6 by nv",
         ),
         Quantity(
             "reactions",
@@ -70,29 +70,29 @@ QUANTITIES = {
             "multipliers", "lambda", ("t", "q", "v", "tau"), "multipliers of the loops", loops=True
         ),
         Quantity(
-            "closure", "Phi", ("t", "q", "v"), "what the loops miss: Phi, then its rate", loops=True
+            "closure", "Phi", ("t", "q", "v"), "gaps Phi of the loops, then their rates", loops=True
         ),
     )
 }
-"""Each quantity by its name."""
+"""The quantities by name."""
 
 
 BY = {
-    "q": "coordinates, along the motion that each velocity makes",
+    "q": "coordinates, along the motion of each velocity",
     "v": "velocities",
-    "y": "coordinates, along the motion that each velocity makes, and velocities",
+    "y": "coordinates, along the motion of each velocity, and velocities",
     "a": "accelerations",
     "tau": "torques",
     "p": "parameters",
 }
-"""What quantities can be differentiated by."""
+"""The variables by which quantities can be differentiated."""
 
 
 def derivative(name: str) -> Quantity | None:
-    """Return the derivative that a name like "acceleration_by_q" means, if it means one.
+    """Return the derivative with a name like "acceleration_by_q", None for other names.
 
     Args:
-        name: a quantity's, "_by_" and an argument's.
+        name: the name of a quantity, "_by_" and the name of an argument.
     """
     base, separator, by = name.rpartition("_by_")
     quantity = QUANTITIES.get(base)
@@ -107,15 +107,15 @@ def derivative(name: str) -> Quantity | None:
 
 
 def choose(what: str | Sequence[str], *, loops: bool) -> tuple[Quantity, ...]:
-    """Return the quantities that are named.
+    """Return quantities by name.
 
     Args:
-        what: their names, in a sequence or with commas between.
+        what: their names, as a sequence or separated by commas.
         loops: whether the mechanism has loops.
 
     Raises:
-        InputError: if none is named, one is named twice, or one belongs to loops and there is none.
-        UnknownNameError: if a name is no quantity.
+        InputError: if there is no name, a name is repeated, or does not suit the presence of loops.
+        UnknownNameError: if a name is not that of a quantity.
     """
     names = [name.strip() for name in what.split(",")] if isinstance(what, str) else list(what)
     known = [name for name, quantity in QUANTITIES.items() if loops or not quantity.loops]

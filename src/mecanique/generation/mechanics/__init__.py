@@ -1,1 +1,1 @@
-"""What is written as a program: the equations of motion in closed form, or by recursion."""
+"""Write the equations of motion on a tape: in closed form, or by recursion."""

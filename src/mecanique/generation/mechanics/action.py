@@ -18,12 +18,12 @@ class Action:
     """A force and a moment on a body, world axes.
 
     Args:
-        name: of the force, the joint or loop, or the body for weight and inertia.
-        kind: what makes it: "weight", "reaction", "inertia", or that of the force.
-        body: the body it acts on.
-        origin: point of application.
-        force: in scalars of a tape.
-        moment: about that point.
+        name: name of the force, the joint or loop, or of the body for weight and inertia.
+        kind: "weight", "reaction", "inertia", or the kind of the force.
+        body: the body on which it acts.
+        origin: point of action.
+        force: the force.
+        moment: moment about that point.
     """
 
     name: str
@@ -34,10 +34,10 @@ class Action:
     moment: Triple
 
     def opposite(self, body: str) -> Action:
-        """Return what acts on the other body.
+        """Return the opposite action, on the other body.
 
         Args:
-            body: its name.
+            body: name of the other body.
         """
         force, moment = scale(-1.0, self.force), scale(-1.0, self.moment)
         return replace(self, body=body, force=force, moment=moment)

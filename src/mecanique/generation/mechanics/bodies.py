@@ -1,4 +1,4 @@
-"""Bodies for the recursion: where things are fixed in them, what acts on them, their inertia."""
+"""Bodies for the recursion: frames fixed in them, forces on them, and their inertia."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ __all__ = ["Inertia", "Seat", "Wrench"]
 @final
 @dataclass(frozen=True)
 class Seat:
-    """Where something is fixed in the tree.
+    """A frame fixed in a link of the tree.
 
     Args:
-        place: of the moving link, −1 for the ground.
-        pose: in that link's axes.
+        place: index of the moving link, −1 for the ground.
+        pose: pose of the frame in that link.
     """
 
     place: int
@@ -35,10 +35,10 @@ class Seat:
 @final
 @dataclass(frozen=True)
 class Wrench:
-    """A force on a moving link.
+    """A force and a moment on a moving link.
 
     Args:
-        place: of the link.
+        place: index of the link.
         force: in the link's axes.
         moment: about the link's origin, in its axes.
     """
@@ -67,12 +67,12 @@ class Inertia:
 
     @property
     def is_number(self) -> bool:
-        """Whether no letter stands in it."""
+        """Whether it contains numbers only."""
         entries = [self.m, *self.h, *self.E[0], *self.E[1], *self.E[2]]
         return all(isinstance(entry, (int, float)) for entry in entries)
 
     def seen_from(self, pose: Matrix) -> Inertia:
-        """Return the same in the axes and about the origin of the frame in which the pose is."""
+        """Refer the inertia to the frame in which the body has a pose: its axes and its origin."""
         p = [row[3] for row in pose]
         turned = apply(pose, self.h)
         RE = [apply(self.E, row[:3]) for row in pose]  # E is symmetric

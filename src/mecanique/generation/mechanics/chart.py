@@ -1,4 +1,4 @@
-"""From generalized coordinates to joint coordinates, on a tape: u = G v + φ_t, u̇ = G a + γ."""
+"""Map generalized to joint coordinates on a tape: u = G v + φ_t, u̇ = G a + γ."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Chart:
     """The motion of the joints.
 
     Args:
-        r: value of each joint coordinate and of every letter, by name.
+        r: value of each joint coordinate and of every input, by name.
         u: joint velocities, in the order of the tree.
         gamma: their rates at constant generalized velocities.
         G: rows of ∂u/∂v.
@@ -49,7 +49,7 @@ class Chart:
 
 
 def along(letters: Letters, scalars: Sequence[Any]) -> list[Any]:
-    """Return the rates of scalars at the velocities v, which stay constant.
+    """Return the rates of scalars at constant velocities v.
 
     Args:
         letters: the inputs.
@@ -65,7 +65,7 @@ def along(letters: Letters, scalars: Sequence[Any]) -> list[Any]:
 
 
 def chart_of(letters: Letters, tree: Sequence[Link]) -> Chart:
-    """Return the motion of the joints of a tree.
+    """Compute the motion of the joints of a tree.
 
     Args:
         letters: the inputs.
@@ -84,8 +84,8 @@ def chart_of(letters: Letters, tree: Sequence[Link]) -> Chart:
         for symbol in letters.signals:
             if symbol in symbols_in(scalar):
                 raise DerivationError(
-                    f"the map of coordinate {name!r} depends on input {symbol!r}, whose rates no "
-                    "program knows; give it as an expression in t"
+                    f"the map of coordinate {name!r} depends on input {symbol!r}, whose rates are "
+                    "not known; give it as an expression in t"
                 )
         r[name] = letters.arithmetic(scalar, letters.values)
     for name in (name for link in tree for name in link.velocities):

@@ -1,4 +1,4 @@
-"""The equations of motion in closed form, on a tape: the series that a reader sees."""
+"""Write the equations of motion on a tape in closed form, from the series that are printed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mecanique.generation.program.traced import trace, value_of
 __all__ = ["MOST_VELOCITIES", "ClosedForm"]
 
 MOST_VELOCITIES = 8
-"""Closed forms of larger mechanisms are too long to be faster than a recursion."""
+"""With more velocities, closed forms are too long to be faster than a recursion."""
 
 
 @final
@@ -25,11 +25,11 @@ class ClosedForm:
     """Mass matrix, bias, forces and energies from the series of a derivation.
 
     Args:
-        letters: the mechanism's letters.
+        letters: the mechanism's inputs.
         equations: its equations of motion.
 
     Raises:
-        DerivationError: if there is no closed form, or none that holds at every state.
+        DerivationError: if there is no closed form that holds in every state.
     """
 
     def __init__(self, letters: Letters, equations: Equations) -> None:
@@ -66,7 +66,7 @@ class ClosedForm:
         return [self._write(entry) for entry in self._derivation.Q]
 
     def energy(self) -> tuple[Any, Any]:
-        """Return the kinetic energy, and that of gravity and springs."""
+        """Return the kinetic and the potential energy."""
         return self._write(self._lagrange.T), self._write(self._lagrange.V)
 
     def rates(self) -> list[Any]:

@@ -1,4 +1,4 @@
-"""Everything a program answers about a mechanism, each quantity once on one tape."""
+"""Compute all quantities of a mechanism on one tape, each only once."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from mecanique.generation.program.traced import values_of
 __all__ = ["Dynamics", "dynamics_of"]
 
 _READABLE = 4
-"""Closed forms of more velocities are not tried: they take long to derive, and gain little."""
+"""Closed forms with more velocities are not tried: they take long to derive, and gain little."""
 
 
 class Form(Protocol):
-    """A way to the equations of motion."""
+    """A way to compute the equations of motion."""
 
     def mass_matrix(self) -> Rows:
         """Return M."""
@@ -74,13 +74,13 @@ class Tree:
 
 @final
 class Dynamics:
-    """The answers of one mechanism on a tape.
+    """The quantities of one mechanism on a tape.
 
     Args:
-        letters: its letters.
+        letters: its inputs.
         form: its equations of motion.
-        tree: the same by recursion, which knows where bodies are.
-        title: how the equations were made.
+        tree: the same by recursion, which gives poses as well.
+        title: how the equations were obtained.
         pushed: whether torques tau are added to the mechanism's forces.
     """
 
@@ -123,8 +123,8 @@ class Dynamics:
         """Return the derivatives of a quantity, row by row.
 
         Args:
-            outputs: values of what is differentiated.
-            by: by what: q (along the motion that each velocity makes), v, y, a, tau or p.
+            outputs: values of the quantity.
+            by: the variable: q (along the motion of each velocity), v, y, a, tau or p.
         """
         letters = self.letters
         tape, directions = letters.tape, self._directions(by)
@@ -132,7 +132,7 @@ class Dynamics:
         return [column[row] for row in range(len(outputs)) for column in columns]
 
     def _directions(self, by: str) -> list[dict[int, Value]]:
-        """Rates of the inputs in each direction."""
+        """Return the rates of the inputs in each direction."""
         letters = self.letters
         if by == "y":
             return [*self._directions("q"), *self._directions("v")]
@@ -166,7 +166,7 @@ class Dynamics:
 
     @cached_property
     def loops(self) -> Loops:
-        """What the loops demand."""
+        """The equations of the loops."""
         return loops_of(self.letters, self.tree.recursion)
 
     @cached_property
@@ -178,19 +178,19 @@ class Dynamics:
 
     @property
     def multipliers(self) -> list[Any]:
-        """Multipliers of every row of the loops."""
+        """The multiplier of every row of the loops."""
         return list(self._solution.multipliers)
 
     @property
     def _drive(self) -> list[Any]:
-        """Forces and torques that are not balanced without accelerations."""
+        """Forces and torques minus bias."""
         tau = self.letters.tau if self._pushed else [0.0] * len(self.letters.tau)
         parts = zip(self.forces, tau, self.bias, strict=True)
         return [Q + tau - h for Q, tau, h in parts]
 
     @property
     def landing(self) -> Landing:
-        """How a closed mechanism stays on its loops."""
+        """The correction that keeps a closed mechanism on its loops."""
         return landing_of(self.letters, self.loops, self._constrained)
 
     @cached_property
@@ -226,11 +226,11 @@ class Dynamics:
 
 
 def dynamics_of(equations: Equations, open: tuple[str, ...]) -> Dynamics:  # noqa: A002
-    """Return the answers of a mechanism, by the form of its equations with the fewest operations.
+    """Return a mechanism's quantities by the form of its equations with the fewest operations.
 
     Args:
         equations: its equations of motion.
-        open: symbols of the parameters and inputs that stay letters.
+        open: symbols of the parameters and signals that remain inputs.
 
     Raises:
         DerivationError: if the coordinate map has no derivatives.

@@ -1,7 +1,7 @@
-"""Springs, dampers, drives and loads on a tape: generalized forces from virtual work.
+"""Write springs, dampers, drives and loads on a tape, as generalized forces by virtual work.
 
-A force F at a point x(q, t) has the generalized forces F·∂x/∂q: one sweep in reverse from all
-points, weighted with the forces on them.
+A force F at a point x(q, t) has the generalized forces F·∂x/∂q: one reverse sweep from all points,
+weighted with the forces on them.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ class Forces:
     """The forces of a mechanism.
 
     Args:
-        letters: its letters.
-        recursion: where its bodies are.
+        letters: its inputs.
+        recursion: the recursion over its bodies.
     """
 
     def __init__(self, letters: Letters, recursion: Recursion) -> None:
@@ -91,7 +91,7 @@ class Forces:
         """Return the generalized forces, shape (nv,).
 
         Raises:
-            DerivationError: if a force acts in a way that is not known here.
+            DerivationError: if a force is of an unknown kind.
         """
         letters, chart = self._letters, self._recursion.chart
         tau: list[Any] = [0.0] * len(chart.u)
@@ -113,7 +113,7 @@ class Forces:
                     self._load(force, moved, weights)
                 case _:
                     kind = type(force).__name__
-                    raise DerivationError(f"no program is known of force {force.name!r}, a {kind}")
+                    raise DerivationError(f"no program is known for force {force.name!r}, a {kind}")
         found = on_velocities(letters, moved, weights)
         return [x + y for x, y in zip(chart.project(tau), found, strict=True)]
 
@@ -135,10 +135,10 @@ class Forces:
         return total
 
     def on_bodies(self) -> list[Action]:
-        """Return what each force does: on body a or the child, then on body b or the parent.
+        """Return the actions of each force: on body a or the child, then on body b or the parent.
 
         Raises:
-            DerivationError: if a force acts in a way that is not known here.
+            DerivationError: if a force is of an unknown kind.
         """
         found: list[Action] = []
         for force in self._letters.mechanism.forces:
@@ -151,7 +151,7 @@ class Forces:
                     found.append(self._push(force))
                 case _:
                     kind = type(force).__name__
-                    raise DerivationError(f"no program is known of force {force.name!r}, a {kind}")
+                    raise DerivationError(f"no program is known for force {force.name!r}, a {kind}")
         return found
 
     def _pull(self, force: LineLoad) -> list[Action]:
@@ -186,7 +186,7 @@ class Forces:
         return Action(force.name, force.kind, wrench.body, times_point(pose, place), *parts)
 
     def _axes(self, force: BodyLoad) -> Rows:
-        """The axes in which a load's components are given."""
+        """Return the axes in which a load's components are given."""
         if force.wrench.axes == "world":
             return [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
         return [row[:3] for row in self._recursion.pose(force.wrench.axes)]
@@ -199,7 +199,7 @@ class Forces:
         return _Span(self._letters, [y - x for x, y in zip(a, b, strict=True)])
 
     def _locate(self, end: End) -> Triple:
-        """A point of a body in the world."""
+        """Return a point of a body in the world."""
         return times_point(self._recursion.pose(end.body), [self._number(c) for c in end.point])
 
     def _load(self, force: BodyLoad, moved: list[Any], weights: list[Any]) -> None:
@@ -219,7 +219,7 @@ class Forces:
 
 
 def on_velocities(letters: Letters, moved: Sequence[Any], weights: Sequence[Any]) -> list[Any]:
-    """Return Σ weight ∂x'/∂v: what weights on functions x(q, t) do in each velocity.
+    """Return Σ weight ∂x'/∂v for functions x(q, t), for each velocity.
 
     Args:
         letters: the inputs.

@@ -1,9 +1,8 @@
-"""All forces on all bodies on a tape: weights, loads, reactions and d'Alembert's inertia forces.
+"""Write all forces on all bodies on a tape: weights, loads, reactions and inertia forces.
 
-A joint's reaction is what its child and all that hangs on it need beyond the forces applied to
-them: the sum of m (x'' − g) and of the rates of angular momentum, minus the forces of springs,
-dampers, drives, loads and loops (d'Alembert's principle, Fundamentals of Dynamics, eqs. 1.21,
-1.22).
+A joint's reaction follows from the balance of its child and all bodies beyond: the sum of
+m (x'' − g) and of the rates of angular momentum, minus the forces of springs, dampers, drives,
+loads and loops (d'Alembert's principle, Fundamentals of Dynamics, eqs. 1.21, 1.22).
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ class Actions:
     """The forces on a mechanism's bodies at the accelerations of its motion.
 
     Args:
-        dynamics: of the mechanism.
+        dynamics: the dynamics of the mechanism.
     """
 
     def __init__(self, dynamics: Dynamics) -> None:
@@ -58,7 +57,7 @@ class Actions:
         ]
 
     def all(self) -> list[Action]:
-        """Return every force; a velocity constraint does not say by which forces it holds."""
+        """Return all forces, except those of velocity constraints, which are not specified."""
         reactions = [] if self._mechanism.velocity_constraints else self.reactions()
         return [*self.weights(), *self.loads, *reactions, *self.inertia]
 
@@ -71,14 +70,14 @@ class Actions:
 
     @cached_property
     def loads(self) -> list[Action]:
-        """What springs, dampers, drives and loads do, on each body."""
+        """The actions of springs, dampers, drives and loads on each body."""
         return self._dynamics.tree.loads.on_bodies()
 
     @cached_property
     def inertia(self) -> list[Action]:
-        """D'Alembert's forces: −m a in the center of mass, and minus the rate of momentum about it.
+        """D'Alembert's inertia forces: −m a at the center of mass, and minus dH/dt about it.
 
-        The rate is Σ x × x'' over the second moments, as in `mecanique.motion.analysis.forces`.
+        dH/dt is ∫ x × x'' dm, by the second moments, as in `mecanique.motion.analysis.forces`.
         """
         found = []
         for body in self._inert:
@@ -95,7 +94,7 @@ class Actions:
         return found
 
     def reactions(self) -> Iterator[Action]:
-        """Yield what joints, loops, contacts and elements do to the bodies they hold."""
+        """Yield the actions of joints, loops, contacts and elements on the bodies."""
         found = self._transmit([*self._acting, *self.guiding])
         for joint in self._mechanism.joints:
             yield found[joint.name]
@@ -105,13 +104,13 @@ class Actions:
 
     @cached_property
     def guide_sizes(self) -> dict[str, Any]:
-        """The forces of the elements that guide, by name."""
+        """The magnitudes of the guiding elements' forces, by name."""
         names = force_names(self._mechanism.elements)
         return dict(zip(names, self._guides.sizes(self._acting), strict=True))
 
     @cached_property
     def guiding(self) -> list[Action]:
-        """What the elements that guide do to the bodies."""
+        """The actions of the guiding elements on the bodies."""
         return self._guides.actions(self.guide_sizes) if self._mechanism.elements else []
 
     @cached_property
@@ -126,11 +125,11 @@ class Actions:
 
     @property
     def _acting(self) -> list[Action]:
-        """All but what joints and elements do."""
+        """All actions except those of joints and elements."""
         return [*self.weights(), *self.loads, *self.inertia, *self._closing]
 
     def _transmit(self, acting: Sequence[Action]) -> dict[str, Action]:
-        """What the joints do to their children if these forces act, inertia among them."""
+        """Return the actions of joints on their children under forces, including inertia forces."""
         needed: dict[str, list[Action]] = {body.name: [] for body in self._mechanism.bodies}
         for each in acting:
             needed[each.body].append(each)
@@ -148,7 +147,7 @@ class Actions:
         return found
 
     def _press(self, contact: Contact) -> tuple[Action, Action]:
-        """What a contact does to its two bodies, at the point where they touch."""
+        """Return the actions of a contact on its two bodies, at the point of contact."""
         loops = self._dynamics.loops
         first = len(loops.names) - len(loops.demands)
         place, force = NOTHING, NOTHING
@@ -160,16 +159,16 @@ class Actions:
         return held, held.opposite(contact.on)
 
     def joint_reactions(self) -> list[Action]:
-        """Return what each joint does to its child, then each loop to its body b.
+        """Return the action of each joint on its child, then of each loop on its body b.
 
         Raises:
-            DerivationError: if elements or contacts share what joints do.
+            DerivationError: if elements, contacts or velocity constraints act as well.
         """
         m = self._mechanism
         if m.elements or m.contacts or m.velocity_constraints:
             raise DerivationError(
                 f"the reactions of mechanism {m.name!r} have no program: its elements, contacts or "
-                "velocity constraints share them with the joints; ask for `Reference.reactions`"
+                "velocity constraints share them with the joints; use `Reference.reactions`"
             )
         return list(self.reactions())[::2]
 
@@ -204,7 +203,7 @@ class Actions:
         return [trace(tape, value) for value in push_forward(tape, first, rates)]
 
     def _close(self, loop: Loop) -> tuple[Action, Action]:
-        """What a loop does to its two bodies, by its multipliers."""
+        """Return the actions of a loop on its two bodies, by its multipliers."""
         A = self._frame(loop.body_a, loop.frame_a)
         B = self._frame(loop.body_b, loop.frame_b)
         at = [row[3] for row in B]
@@ -225,7 +224,7 @@ class Actions:
         return held, held.opposite(loop.body_a)
 
     def _multipliers(self, loop: Loop) -> list[Any]:
-        """The multipliers of a loop's rows."""
+        """Return the multipliers of a loop's rows."""
         loops = self._mechanism.loops
         first = sum(len(CLOSED[each.kind]) for each in loops[: loops.index(loop)])
         return self._dynamics.multipliers[first : first + len(CLOSED[loop.kind])]
@@ -248,7 +247,7 @@ class Actions:
 
 
 def _second_moments(body: Body, number: Callable[[Any], Any]) -> Rows:
-    """∫ ρ ρᵀ dm about the center of mass: ½ tr(I) 1 − I."""
+    """Return ∫ ρ ρᵀ dm about the center of mass, ½ tr(I) 1 − I."""
     ixx, iyy, izz, ixy, ixz, iyz = map(number, body.inertia)
     half = (ixx + iyy + izz) * 0.5
     return [[half - ixx, -ixy, -ixz], [-ixy, half - iyy, -iyz], [-ixz, -iyz, half - izz]]

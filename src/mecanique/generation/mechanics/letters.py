@@ -17,15 +17,12 @@ __all__ = ["Letters"]
 
 @final
 class Letters:
-    """A mechanism's letters on a tape.
+    """A mechanism's inputs on a tape.
 
     Args:
-        mechanism: whose.
-        open: symbols of the parameters that stay letters; the others are their numbers.
-        most: how many operations the program may take.
-
-    Raises:
-        DerivationError: later, by what writes more operations.
+        mechanism: the mechanism.
+        open: symbols of the parameters that remain inputs; the others become numbers.
+        most: largest number of operations of the program; writing more raises a DerivationError.
     """
 
     def __init__(
@@ -47,14 +44,14 @@ class Letters:
             **dict(zip(mechanism.coordinates, self.q, strict=True)),
             **dict(zip(mechanism.velocities, self.v, strict=True)),
         }
-        """Value of time and of each coordinate, velocity, parameter and signal, by name."""
+        """The value of time and of each coordinate, velocity, parameter and signal, by name."""
         for parameter in mechanism.parameters:
             kept = parameter.symbol in open
             self.values[parameter.symbol] = (
                 self._input(parameter.symbol) if kept else parameter.value
             )
         self.signals: list[str] = []
-        """Signals that stay letters: constants, which a controller may set, and functions of t."""
+        """Signals that remain inputs: constants, which a controller may set, and functions of t."""
         for signal in mechanism.inputs:
             symbol = signal.symbol
             if callable(signal.signal) or (isinstance(signal.signal, float) and symbol in open):
@@ -66,11 +63,11 @@ class Letters:
             *(p.symbol for p in mechanism.parameters if p.symbol in open),
             *self.signals,
         )
-        """Symbols of the parameters and signals that are letters, in order."""
+        """Symbols of the parameters and signals that are inputs, in order."""
 
     @cached_property
     def rates(self) -> list[Any]:
-        """The rates of the coordinates: q' = v, and p' = ½ p ⊗ ω of a quaternion p."""
+        """The rates of the coordinates: q' = v, and p' = ½ p ⊗ ω for a quaternion p."""
         values, found = self.values, dict[str, Any]()
         for joint in self.mechanism.joints:
             if not joint.quaternion:

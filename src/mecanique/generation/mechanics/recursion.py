@@ -1,12 +1,12 @@
-"""The equations of motion of a tree by recursion, in the bodies' own axes, on a tape.
+"""Write the equations of motion of a tree on a tape, by recursion in the bodies' own axes.
 
 It is the recursion of `mecanique.derivation.numeric.recursion`, τ = Σ tr(∂H/∂q J Ḧᵀ) with the mass
-moments J of each body, seen from the body instead of from the ground: a point r of it has the
-acceleration a + U r with U = α̂ + ω̂ ω̂. With mass m, first moments h and second moments E about
-the body's origin the inertia forces are m a + U h, and their moment is h × a plus the axial vector
-of U E (J. Y. S. Luh, M. W. Walker & R. P. C. Paul, J. Dynamic Systems, Measurement, and Control
-102 (1980) 69, in the form of W. Khalil & E. Dombre, Modeling, Identification and Control of Robots,
-2002, sect. 9.5).
+moments J of each body, written in the body's axes instead of the world's: a point r of the body has
+the acceleration a + U r with U = α̂ + ω̂ ω̂. With mass m, first moments h and second moments E
+about the body's origin, the rate of momentum is m a + U h, and its moment is h × a plus the axial
+vector of U E (J. Y. S. Luh, M. W. Walker & R. P. C. Paul, J. Dynamic Systems, Measurement, and
+Control 102 (1980) 69, in the form of W. Khalil & E. Dombre, Modeling, Identification and Control
+of Robots, 2002, sect. 9.5).
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ _AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
 _STILL: Triple = [0.0, 0.0, 0.0]
 
 _ROUNDING = 4e-16
-"""Entries of rotations this near to 0, 1 or −1 are these numbers."""
+"""Entries of rotations this close to 0, 1 or −1 are rounded to these."""
 
 
 @final
 @dataclass(frozen=True)
 class Moving:
-    """A link that moves: its pose in its parent's axes, and its unit motions in its own."""
+    """A moving link: its pose in its parent's axes, and its unit motions in its own."""
 
     parent: int
     pose: Matrix
@@ -55,7 +55,7 @@ class Moving:
 
     @property
     def columns(self) -> list[int]:
-        """Numbers of its joint velocities."""
+        """The indices of its joint velocities."""
         return [*self.linear, *self.angular]
 
     def relative(self, rates: Sequence[Any]) -> tuple[Triple, Triple]:
@@ -68,12 +68,12 @@ class Moving:
         return w, v
 
     def project(self, force: Triple, moment: Triple) -> dict[int, Any]:
-        """Return what a force and a moment do in each motion, by the number of its velocity."""
+        """Return the power of a force and a moment in each unit motion, by velocity index."""
         found = {k: dot(axis, force) for k, axis in self.linear.items()}
         return found | {k: dot(axis, moment) for k, axis in self.angular.items()}
 
     def carry(self, force: Triple, moment: Triple) -> tuple[Triple, Triple]:
-        """Return a force and its moment in the parent's axes, about the parent's origin."""
+        """Refer a force and its moment to the parent's axes and origin."""
         turned = apply(self.pose, force)
         return turned, add(apply(self.pose, moment), cross([row[3] for row in self.pose], turned))
 
@@ -83,7 +83,7 @@ class Recursion:
     """Mass matrix, bias, inverse dynamics and energies of a tree.
 
     Args:
-        letters: the mechanism's letters.
+        letters: the mechanism's inputs.
     """
 
     def __init__(self, letters: Letters) -> None:
@@ -121,15 +121,15 @@ class Recursion:
                 self.inertias[seat.place] = self.inertias[seat.place] + moved
         self._regroup(stands)
         self.found: dict[str, list[Triple]] = {}
-        """Vectors of each link in the last recursion, by letter: w, alpha, a, then F and N."""
+        """The vectors of each link in the last recursion, by letter: w, alpha, a, then F and N."""
         self.gravity: Triple = [letters.arithmetic(g, values) for g in mechanism.gravity]
 
     def _regroup(self, stands: Sequence[Matrix]) -> None:
-        """Give each parent what of a body it would carry alike: masses on the axis of a hinge.
+        """Move inertia that a joint does not displace, e.g. mass on a hinge's axis, to the parent.
 
-        A hinge leaves m, h·n and n·E n about its axis n where they are, a slide all of E; with
-        them moved, most bodies have no mass of their own and take fewer operations (M. Gautier &
-        W. Khalil, IEEE Trans. Robotics and Automation 6 (1990) 368).
+        A turn about its axis n does not change a body's m, h·n and n·E n, nor a slide its E; with
+        these moved to the parent, most bodies have no mass of their own and take fewer operations
+        (M. Gautier & W. Khalil, IEEE Trans. Robotics and Automation 6 (1990) 368).
 
         Args:
             stands: pose of each link in its parent's axes with its coordinates at zero.
@@ -152,11 +152,11 @@ class Recursion:
                 self.inertias[link.parent] = self.inertias[link.parent] + carried
 
     def inverse_dynamics(self, a: Sequence[Any], outside: Sequence[Wrench] = ()) -> list[Any]:
-        """Return M a + bias, less what forces from outside do.
+        """Return M a + bias, minus the generalized forces of external wrenches.
 
         Args:
             a: accelerations, shape (nv,).
-            outside: forces on links.
+            outside: external wrenches on links.
         """
         rates = self.chart.spread(a)
         return self.chart.project(self._forces(self.chart.u, rates, self.gravity, outside))
@@ -167,7 +167,7 @@ class Recursion:
         return self.chart.project(tau)
 
     def gravity_forces(self) -> list[Any]:
-        """Return the part of the bias that gravity makes."""
+        """Return gravity's part of the bias."""
         still = [0.0] * len(self.chart.u)
         return self.chart.project(self._forces(still, still, self.gravity))
 
@@ -233,7 +233,7 @@ class Recursion:
         gravity: Triple,
         outside: Sequence[Wrench] = (),
     ) -> list[Any]:
-        """Return what the joint velocities' rates and gravity ask of the joints, shape (nu,)."""
+        """Return the joint forces for given joint accelerations and gravity, shape (nu,)."""
         spins: list[Triple] = []
         fields: list[tuple[Rows, Triple, Triple]] = []  # U, α and a of each link
         for link in self.links:
@@ -279,7 +279,7 @@ class Recursion:
 
     @cached_property
     def poses(self) -> list[Matrix]:
-        """Pose of each moving link in the world."""
+        """The pose of each moving link in the world."""
         found: list[Matrix] = []
         for link in self.links:
             found.append(product(found[link.parent], link.pose) if link.parent >= 0 else link.pose)
@@ -296,7 +296,7 @@ class Recursion:
 
 
 def _motions(link: Link, first: int) -> tuple[dict[int, Triple], dict[int, Triple]]:
-    """Unit motions of a link, angular and linear, by the number of their velocity."""
+    """Return the unit motions of a link, angular and linear, by velocity index."""
     axis = [float(c) for c in link.axis]
     match link.kind:
         case "turn":
@@ -312,7 +312,7 @@ def _motions(link: Link, first: int) -> tuple[dict[int, Triple], dict[int, Tripl
 
 
 def _field(w: Triple, alpha: Triple) -> Rows:
-    """U = α̂ + ω̂ ω̂."""
+    """Return U = α̂ + ω̂ ω̂."""
     xx, yy, zz = (c * c for c in w)
     xy, yz, xz = w[0] * w[1], w[1] * w[2], w[0] * w[2]
     return [
@@ -325,7 +325,7 @@ def _field(w: Triple, alpha: Triple) -> Rows:
 def _momentum(
     inertia: Inertia, angular: Triple | None, linear: Triple | None
 ) -> tuple[Triple, Triple]:
-    """Momentum and its moment of a unit motion."""
+    """Return the momentum of a unit motion, and its moment."""
     if linear is not None:
         return scale(inertia.m, linear), cross(inertia.h, linear)
     assert angular is not None
@@ -335,7 +335,7 @@ def _momentum(
 
 
 def _clean(pose: Matrix) -> Matrix:
-    """A pose whose rotation is freed from rounding where it is one by right angles."""
+    """Remove rounding from a pose whose rotation is by right angles."""
     return [[*map(_whole, row[:3]), row[3]] for row in pose]
 
 

@@ -1,4 +1,4 @@
-"""Numbers of a program at some states, to learn what is always zero or always dependent."""
+"""Evaluate a program in some states, to find entries that are always zero or dependent."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def sample(letters: Letters, tables: list[Any], states: States | None = None) ->
     Args:
         letters: the inputs.
         tables: rows of scalars.
-        states: where; random ones by default.
+        states: the states; random ones by default.
     """
     if states is None:
         states = random_states(letters.mechanism, _STATES, 0)
@@ -37,11 +37,11 @@ def sample(letters: Letters, tables: list[Any], states: States | None = None) ->
 
 
 def inputs_at(letters: Letters, states: States) -> dict[str, Any]:
-    """Return the value of every input of a program at states, by name.
+    """Return the value of every input of a program in some states, by name.
 
     Args:
         letters: the inputs.
-        states: where, how fast and when.
+        states: coordinates, velocities and times.
     """
     values = states.values
     return {

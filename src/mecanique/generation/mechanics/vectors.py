@@ -1,4 +1,4 @@
-"""Vectors and 3×3 matrices of scalars: rows of floats and traced scalars; zeros cost nothing."""
+"""Compute with vectors and matrices of floats and traced scalars; zeros cost nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the bodies of a tree move, in the axes of the world, on a tape."""
+"""Write the velocities and accelerations of a tree's bodies on a tape, in world axes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class _Motion:
     """A moving link: origin p, ω, v, and α and a without generalized accelerations.
 
     Args:
-        columns: directions in which each joint velocity of its own slides and turns it.
+        columns: linear and angular direction of each of its own joint velocities.
     """
 
     p: Triple
@@ -49,7 +49,7 @@ class World:
     """Velocities of the bodies of a tree, and their rates without generalized accelerations.
 
     Args:
-        recursion: where the bodies are.
+        recursion: the recursion over the bodies.
     """
 
     def __init__(self, recursion: Recursion) -> None:
@@ -104,9 +104,9 @@ class World:
         return self._of(self._recursion.seats[body].place).w
 
     def carrier_spin(self, body: str, axis: Sequence[float]) -> Triple:
-        """Return an angular velocity that turns an axis of a body as the body does.
+        """Return an angular velocity that moves an axis of a body in the same way as the body's.
 
-        It is that of the link that carries a hinge about the axis, whose turn leaves the axis.
+        For a hinge about the axis it is that of the parent link, as the hinge does not move it.
 
         Args:
             body: name of the body.
@@ -120,19 +120,19 @@ class World:
         return self.spin(body)
 
     def velocity(self, body: str, place: Triple) -> Triple:
-        """Return the velocity of the point of a body that is at a place."""
+        """Return the velocity of a body's point at a place."""
         motion = self._of(self._recursion.seats[body].place)
         return add(motion.v, cross(motion.w, add(place, scale(-1.0, motion.p))))
 
     def change(self, body: str, place: Triple, rate: Triple) -> Triple:
-        """Return how that velocity changes while the place moves at a rate."""
+        """Return the rate of that velocity, while the place moves with a given velocity."""
         motion = self._of(self._recursion.seats[body].place)
         arm = add(place, scale(-1.0, motion.p))
         aside = add(rate, scale(-1.0, motion.v))
         return add(motion.a, cross(motion.alpha, arm), cross(motion.w, aside))
 
     def columns(self, body: str, place: Triple) -> dict[int, Triple]:
-        """Return how that point moves with each joint velocity, by its number."""
+        """Return the derivatives of that velocity by each joint velocity, by index."""
         found, at = dict[int, Triple](), self._recursion.seats[body].place
         while at >= 0:
             motion = self._motions[at]
@@ -143,7 +143,7 @@ class World:
         return found
 
     def turns(self, body: str) -> dict[int, Triple]:
-        """Return how a body turns with each joint velocity, by its number."""
+        """Return the derivatives of a body's angular velocity by each joint velocity, by index."""
         found, at = dict[int, Triple](), self._recursion.seats[body].place
         while at >= 0:
             found |= {k: axis for k, (_, axis) in self._motions[at].columns.items()}
@@ -151,7 +151,7 @@ class World:
         return found
 
     def jacobian(self, body: str) -> Rows:
-        """Return how each velocity moves a body: its origin, then its turn, shape (6, nv)."""
+        """Return a body's Jacobian: velocity of its origin, then angular, shape (6, nv)."""
         place = [row[3] for row in self.pose(body)]
         G, nothing = self._recursion.chart.G, [0.0] * len(self._recursion.letters.v)
         rows: Rows = []

@@ -1,1 +1,1 @@
-"""The straight-line program, which every language and every integrator is written from."""
+"""The straight-line program from which code for every language and integrator is written."""

@@ -1,4 +1,4 @@
-"""How many operations of each kind a program has."""
+"""Count the operations of a program by kind."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ __all__ = ["Counts", "count"]
 @final
 @dataclass(frozen=True)
 class Counts:
-    """Numbers of operations; what is computed once counts once.
+    """Numbers of operations; a result that is used several times counts once.
 
     Args:
-        additions: and subtractions.
-        multiplications: of any two factors.
-        divisions: by what is no number.
+        additions: additions and subtractions.
+        multiplications: products of two factors.
+        divisions: divisions, except by numbers.
         functions: sines, roots and so on.
     """
 
@@ -30,7 +30,7 @@ class Counts:
 
     @property
     def total(self) -> int:
-        """All of them."""
+        """The number of all operations."""
         return self.additions + self.multiplications + self.divisions + self.functions
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""The numbers that a program gives, operation by operation."""
+"""Evaluate a program in numbers, operation by operation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ARITHMETIC = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide}
 def evaluate(
     tape: Tape, outputs: Sequence[Value], inputs: Mapping[str, Any], states: int
 ) -> np.ndarray:
-    """Return outputs at many states, shape (states, outputs).
+    """Return the outputs in many states, shape (states, outputs).
 
     Args:
         tape: the program.

@@ -1,7 +1,7 @@
-"""Sines and cosines from tangents of half angles, which numpy computes several times faster.
+"""Compute sines and cosines from tangents of half angles, which numpy does several times faster.
 
 With t = tan(θ/2): sin θ = 2t/(1 + t²), cos θ = 2/(1 + t²) − 1 (Weierstrass's substitution). Both
-are accurate to rounding, also where t grows without bounds.
+are accurate up to rounding, even where t grows without bounds.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ _BOTH = frozenset({"sin", "cos"})
 def by_tangents(tape: Tape, outputs: Sequence[Value]) -> tuple[Tape, list[Value]]:
     """Return a program with the same results and fewer sines and cosines.
 
-    Where both of an angle are needed, they share a tangent. For a sum of angles, the addition
-    theorems take them from its parts, if one of the parts has a sine or cosine of its own.
+    If both are needed for an angle, they share a tangent. For a sum of angles they follow from its
+    parts by the addition theorems, if one of the parts has a sine or cosine of its own.
     """
     needed = tape.find_needed(outputs)
     new = _Rewritten(_find_angles(tape, needed))

@@ -1,4 +1,4 @@
-"""A program as text: assignments in a language, one for everything that is used more than once."""
+"""Write a program as assignments in a language, one for each result that is used repeatedly."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mecanique.generation.program.tape import Tape, Value
 __all__ = ["Listing", "Notation", "list_program"]
 
 _LONGEST = 72
-"""Expressions longer than this are given a name of their own."""
+"""Expressions longer than this get a name of their own."""
 
 _LEVELS = {"+": 1, "-": 1, "*": 2, "/": 2}
 _ATOM = 4
@@ -21,12 +21,12 @@ _ATOM = 4
 @final
 @dataclass(frozen=True)
 class Notation:
-    """How a language writes numbers and calls functions.
+    """The notation of numbers, function calls and assignments in a language.
 
     Args:
         functions: format of each function's call, by its sympy name, with {} for the arguments.
         assignment: format of an assignment to a new name, e.g. "const double {} = {};".
-        number: how a number is written.
+        number: writes a number.
     """
 
     functions: Mapping[str, str]
@@ -41,7 +41,7 @@ class Listing:
 
     Args:
         inputs: names of the inputs that it uses.
-        lines: assignments, in order.
+        lines: the assignments, in order.
         outputs: an expression for each output.
     """
 
@@ -58,18 +58,18 @@ def list_program(
     names: Mapping[int, str] | None = None,
     fresh: str = "x",
 ) -> Listing:
-    """Return a program as text; what is used once is written where it is used.
+    """Write a program as text; a result that is used once is written where it is used.
 
     Args:
         tape: the program.
         outputs: its outputs.
-        inputs: how each input is written, by its name on the tape.
-        notation: of the language.
-        names: of results that are known by one, by their place on the tape.
-        fresh: what the names of other results begin with.
+        inputs: text of each input, by its name on the tape.
+        notation: notation of the language.
+        names: names of some results, by their index on the tape.
+        fresh: stem of the names of other results.
 
     Raises:
-        DerivationError: if the language does not have a function.
+        DerivationError: if the language lacks a function.
     """
     needed = tape.find_needed(outputs)
     uses = dict.fromkeys(needed, 0)
@@ -99,7 +99,7 @@ def list_program(
             if kind == "*" and left == -1.0 and isinstance(left, float):
                 text, own = f"-{write(right, 3)}", 1
             else:
-                # operands on the right keep their parentheses, and with them the rounding
+                # operands on the right keep their parentheses, to keep the rounding
                 text = f"{write(left, own)} {kind} {write(right, own + 1)}"
         elif kind in notation.functions:
             text, own = notation.functions[kind].format(", ".join(map(write, values))), _ATOM

@@ -1,8 +1,8 @@
-"""Series as straight-line code with few products: letters of one kind together, squares completed.
+"""Write series as straight-line code with few products, by grouping and completing squares.
 
-The inertia terms of a mechanism are quadratic forms of its velocities before sines and cosines.
+The inertia terms of a mechanism are quadratic forms of its velocities times sines and cosines.
 Each form is written as a sum of squares of linear forms (Lagrange's reduction, 1759): for a chain
-of links they are squares of the links' own angular velocities, which all rows share.
+of links these are squares of the links' own angular velocities, which all rows share.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ __all__ = ["Lowering"]
 _CONSTANTS = {"pi": 3.141592653589793, "E": 2.718281828459045}
 
 _ROUNDING = 1e-14
-"""Quotients of coefficients this near to a simple fraction, or to zero, are rounded to it."""
+"""Quotients of coefficients this close to a simple fraction, or to zero, are rounded to it."""
 
 
 @final
 class Lowering:
-    """Write series of a ring on a tape.
+    """Writes series of a ring on a tape.
 
     Args:
         ring: the ring.
-        tape: what is written on.
-        values: value of each generator that the series depend on, by name; atoms follow from these.
+        tape: the tape to write on.
+        values: value of each generator that the series depend on, by name; atoms are computed.
     """
 
     def __init__(self, ring: Ring, tape: Tape, values: Mapping[str, Value]) -> None:
@@ -57,7 +57,7 @@ class Lowering:
                 rest, coefficient, speeds = self._factors(monomial, Fraction(c, series.denominator))
                 group = groups.setdefault(
                     (isinstance(rest, int), rest), {}
-                )  # 1 is a place, 1.0 a number
+                )  # an int is an index, a float a number
                 group[speeds] = tape.add(group.get(speeds, 0.0), coefficient)
             inner = tape.sum(
                 tape.multiply(rest, self._in_velocities(group))
@@ -67,7 +67,7 @@ class Lowering:
         return tape.sum(terms)
 
     def _factors(self, monomial: int, c: Fraction) -> tuple[Value, Value, tuple[int, ...]]:
-        """A term as powers of what moves, number and parameters, velocities (with repetition)."""
+        """Split a term: powers of coordinates, number and parameters, and velocities (repeated)."""
         tape = self._tape
         rest: Value = 1.0
         coefficient: Value = c.numerator / c.denominator
@@ -84,7 +84,7 @@ class Lowering:
         return rest, coefficient, tuple(speeds)
 
     def _in_velocities(self, terms: dict[tuple[int, ...], Value]) -> Value:
-        """A polynomial in the velocities."""
+        """Write a polynomial in the velocities."""
         tape, total = self._tape, []
         square: dict[tuple[int, ...], float] = {
             speeds: c for speeds, c in terms.items() if len(speeds) == 2 and isinstance(c, float)
@@ -101,7 +101,7 @@ class Lowering:
         return tape.sum(total)
 
     def _squares(self, form: dict[tuple[int, ...], float]) -> Value:
-        """A quadratic form as a sum of squares of linear forms, while a square can be completed."""
+        """Write a quadratic form as a sum of squares of linear forms, as far as possible."""
         tape, total = self._tape, []
         form = dict(form)
         while form:
@@ -161,6 +161,6 @@ class Lowering:
 
 
 def _simple(quotient: float) -> float:
-    """A quotient of two coefficients, freed from rounding where it is a simple fraction."""
+    """Remove rounding from a quotient of two coefficients that is a simple fraction."""
     near: Any = Fraction(quotient).limit_denominator(64)
     return float(near) if abs(float(near) - quotient) <= _ROUNDING * abs(quotient) else quotient

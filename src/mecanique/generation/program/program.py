@@ -1,4 +1,4 @@
-"""A program as targets see it: a mechanism's inputs by kind, and named outputs."""
+"""A program in the form that languages need: inputs by kind, and named outputs."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class Letter:
     """An input of a program.
 
     Args:
-        name: the mechanism's name of it.
+        name: its name in the mechanism.
         place: its name on the tape.
-        unit: its SI unit; "" where it is unknown.
-        meaning: what it is, in a few words.
-        value: what it is worth where nothing else is said.
+        unit: its SI unit; "" if it is unknown.
+        meaning: its meaning, in a few words.
+        value: its default value.
     """
 
     name: str
@@ -39,9 +39,9 @@ class Answer:
     """A named output of a program.
 
     Args:
-        quantity: what it is.
+        quantity: the quantity.
         values: its entries, row by row.
-        shape: of these.
+        shape: its shape.
     """
 
     quantity: Quantity
@@ -52,12 +52,12 @@ class Answer:
 @final
 @dataclass(frozen=True)
 class Landing:
-    """What brings a state next to the loops onto them.
+    """The correction that projects a nearby state on the loops.
 
     Args:
-        changes: of q, then of v, to first order, shape (nq + nv,).
-        firmness: how firmly the loops hold, zero in singular positions.
-        gaps: by how much each equation of the loops is missed.
+        changes: changes of q, then of v, to first order, shape (nq + nv,).
+        firmness: measure of regularity, zero in singular positions.
+        gaps: gap of each equation of the loops.
     """
 
     changes: tuple[Value, ...]
@@ -71,14 +71,14 @@ class Program:
     """A straight-line program.
 
     Args:
-        mechanism: whose equations it computes.
-        name: what its functions are called after.
-        origin: how the equations were made.
+        mechanism: the mechanism whose equations it computes.
+        name: stem of its functions' names.
+        origin: how the equations were obtained.
         tape: the operations, each different one once.
         letters: the inputs by kind: t, q, v, a, tau and p.
         answers: the outputs.
-        start: of programs that are to move, the state they start from, shape (nq + nv,).
-        landing: of closed mechanisms that are to move, how they stay on their loops.
+        start: for programs to be integrated, the default initial state, shape (nq + nv,).
+        landing: for closed mechanisms to be integrated, the correction that keeps loops closed.
     """
 
     mechanism: Mechanism
@@ -92,7 +92,7 @@ class Program:
 
     @property
     def parameters(self) -> tuple[Letter, ...]:
-        """Parameters and signals that are inputs."""
+        """The parameters and signals that are inputs."""
         return self.letters["p"]
 
     def count(self, quantity: str | None = None) -> Counts:

@@ -1,4 +1,4 @@
-"""Linear equations with a symmetric matrix, on a tape: zeros of the matrix cost nothing."""
+"""Solve linear equations with a symmetric matrix on a tape; zeros of the matrix cost nothing."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ __all__ = ["Factors", "factorize"]
 @final
 @dataclass(frozen=True)
 class Factors:
-    """M = Uᵀ D U with U lower triangular, ones on its diagonal: no roots, no interchange of rows.
+    """M = Uᵀ D U with U lower triangular and unit diagonal, without roots and pivoting.
 
-    Rows are eliminated from the last one up, so that a tree whose joints come after those that
-    carry them fills in no zero (R. Featherstone, Int. J. Robotics Research 24 (2005) 487).
+    Rows are eliminated from the last one up: for a tree whose joints come after their parents no
+    zero is filled in (R. Featherstone, Int. J. Robotics Research 24 (2005) 487).
 
     Args:
-        tape: what it is written on.
+        tape: the tape to write on.
         pivots: D.
         rows: entries of U below its diagonal, row by row.
     """
@@ -48,10 +48,10 @@ class Factors:
 
 
 def factorize(tape: Tape, M: Sequence[Sequence[Any]]) -> Factors:
-    """Return the factors of a symmetric matrix of which the lower triangle is read.
+    """Factorize a symmetric matrix, reading its lower triangle.
 
     Args:
-        tape: what is written on.
+        tape: the tape to write on.
         M: rows of scalars, shape (n, n).
     """
     left = [values_of(row[: k + 1]) for k, row in enumerate(M)]

@@ -1,4 +1,4 @@
-"""Derivatives of a program, written on its own tape: forward along a direction, or in reverse.
+"""Differentiate a program on its own tape: forward along a direction, or in reverse.
 
 Both apply the chain rule operation by operation (R. E. Wengert, Comm. ACM 7 (1964) 463; S.
 Linnainmaa, BIT 16 (1976) 146). Second derivatives are sweeps of sweeps.
@@ -15,12 +15,12 @@ __all__ = ["pull_back", "push_forward"]
 
 
 def push_forward(tape: Tape, outputs: Sequence[Value], along: Mapping[int, Value]) -> list[Value]:
-    """Return the rate of each output as the inputs change at given rates.
+    """Return the rate of each output when the inputs change at given rates.
 
     Args:
         tape: the program; the rates are written on it.
-        outputs: what changes.
-        along: rate of each input that does, by its place.
+        outputs: the outputs.
+        along: rate of each input that changes, by its index.
     """
     rates: dict[int, Value] = dict(along)
     for place in tape.find_needed(outputs):
@@ -37,13 +37,13 @@ def push_forward(tape: Tape, outputs: Sequence[Value], along: Mapping[int, Value
 def pull_back(
     tape: Tape, outputs: Sequence[Value], weights: Sequence[Value], inputs: Sequence[int]
 ) -> list[Value]:
-    """Return Σ weight ∂output/∂input of each input, in one sweep whatever their number.
+    """Return Σ weight ∂output/∂input for each input, in one sweep for any number of inputs.
 
     Args:
         tape: the program; the derivatives are written on it.
-        outputs: what is differentiated.
+        outputs: the outputs to differentiate.
         weights: factor of each output.
-        inputs: places of the inputs.
+        inputs: indices of the inputs.
     """
     needed = tape.find_needed(outputs)
     depends = set(inputs)
@@ -72,7 +72,7 @@ def _operands(tape: Tape, place: int) -> list[int]:
 def _slopes(
     tape: Tape, place: int, wanted: Mapping[int, Value] | set[int]
 ) -> Iterator[tuple[int, Value]]:
-    """Each wanted operand of an operation, with the partial derivative by it."""
+    """Yield each wanted operand of an operation, with the partial derivative by it."""
     kind, values, _ = tape.operations[place]
     for k, operand in enumerate(values):
         if isinstance(operand, int) and operand in wanted:
@@ -80,7 +80,7 @@ def _slopes(
 
 
 def _slope(tape: Tape, kind: str, values: tuple[Value, ...], k: int, place: int) -> Value:
-    """The partial derivative of an operation by its operand number k."""
+    """Return the partial derivative of an operation by its operand number k."""
     x, other = values[k], values[1 - k] if len(values) == 2 else 0.0
 
     def square(value: Value) -> Value:
@@ -127,4 +127,4 @@ def _slope(tape: Tape, kind: str, values: tuple[Value, ...], k: int, place: int)
             if k:
                 return tape.multiply(place, tape.call("log", other))
             return tape.multiply(other, tape.call("pow", x, tape.subtract(other, 1.0)))
-    raise DerivationError(f"no derivative is known of {kind!r}")
+    raise DerivationError(f"no derivative is known for {kind!r}")

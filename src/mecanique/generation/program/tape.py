@@ -1,7 +1,7 @@
-"""Straight-line programs: elementary operations in order, each one only once.
+"""Record straight-line programs: elementary operations in order, each only once.
 
-A value is a float or the place of an operation on the tape. An operation that was written before is
-found again (common subexpressions), and operations on numbers alone are carried out at once.
+A value is a float or the index of an operation on the tape. An operation that was written before is
+reused (common subexpressions), and operations on numbers alone are evaluated at once.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from mecanique.errors import DerivationError
 __all__ = ["Operation", "Tape", "Value"]
 
 Value: TypeAlias = "float | int"
-"""A float is a number; an int is the place of an operation on the tape."""
+"""A float is a number; an int is the index of an operation on the tape."""
 
 Operation: TypeAlias = "tuple[str, tuple[Value, ...], str]"
 """The operation ("+", "-", "*", "/", a function or "input"), its operands, an input's name."""
@@ -42,11 +42,11 @@ _NUMBERS: dict[str, Callable[..., float]] = {
 @final
 @dataclass
 class Tape:
-    """Operations as they are written; a recorder.
+    """A recorder of operations.
 
     Args:
-        operations: in order; each uses earlier ones only.
-        most: how many there may be.
+        operations: the operations in order; each uses only earlier ones.
+        most: largest number of operations.
     """
 
     operations: list[Operation] = field(default_factory=list)
@@ -83,7 +83,7 @@ class Tape:
         return 0.0 if a == b and isinstance(a, int) else self._place("-", (a, b))
 
     def multiply(self, a: Value, b: Value) -> Value:
-        """Return a b; numbers are drawn together in front."""
+        """Return a b, with numeric factors collected in front."""
         if isinstance(b, float):
             a, b = b, a
         if isinstance(b, float):
@@ -108,7 +108,7 @@ class Tape:
         return 0.0 if a == 0.0 and isinstance(a, float) else self._place("/", (a, b))
 
     def power(self, a: Value, exponent: int) -> Value:
-        """Return a to a whole exponent."""
+        """Return a power of a with an integer exponent."""
         if exponent < 0:
             return self.divide(1.0, self.power(a, -exponent))
         result: Value = 1.0
@@ -122,7 +122,7 @@ class Tape:
         return result
 
     def call(self, function: str, a: Value, *more: Value) -> Value:
-        """Return a function, by its sympy name."""
+        """Apply a function, given by its sympy name."""
         if isinstance(a, float) and all(isinstance(b, float) for b in more):
             return _NUMBERS[function](a, *more)
         if (
@@ -135,14 +135,14 @@ class Tape:
         return self._place(function, (a, *more))
 
     def sum(self, terms: Iterable[Value]) -> Value:
-        """Return the sum of several values, from the first on."""
+        """Return the sum of several values, added from the first on."""
         total: Value = 0.0
         for term in terms:
             total = self.add(total, term)
         return total
 
     def find_needed(self, outputs: Sequence[Value]) -> list[int]:
-        """Return the places of the operations that outputs need, in order."""
+        """Return the indices of the operations that outputs need, in order."""
         found: set[int] = set()
         todo = [value for value in outputs if isinstance(value, int)]
         while todo:
@@ -157,14 +157,14 @@ class Tape:
         return kind, values or (0.0,), name
 
     def _negate(self, place: int) -> Value | None:
-        """Return what a value is the negative of, if it is written as one."""
+        """Return the value whose negative an operation is, None if it is not a negation."""
         kind, values, _ = self.operations[place]
         if kind == "*" and isinstance(values[0], float) and values[0] < 0:
             return self.multiply(-values[0], values[1])
         return None
 
     def _place(self, kind: str, values: tuple[Value, ...], name: str = "") -> int:
-        # 1 and 1.0 are equal keys, but a place and a number
+        # floats are wrapped, as 1 and 1.0 are equal keys, but an index and a number
         key = kind, name, *(value if isinstance(value, int) else (value,) for value in values)
         found = self._places.get(key)
         if found is None:
@@ -176,7 +176,7 @@ class Tape:
 
 
 def _order(a: Value, b: Value) -> tuple[Value, Value]:
-    """Two operands, numbers first, then by place, so that a + b and b + a are one operation."""
+    """Sort two operands, numbers first, so that a + b and b + a are one operation."""
     if isinstance(b, float) or (isinstance(a, int) and b < a):
         return b, a
     return a, b

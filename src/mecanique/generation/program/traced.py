@@ -1,4 +1,4 @@
-"""Scalars that record their arithmetic on a tape: expressions and poses become programs."""
+"""Scalars that record their arithmetic on a tape, to turn expressions and poses into programs."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ __all__ = ["Traced", "arithmetic_on", "trace", "value_of", "values_of"]
 
 @final
 class Traced:
-    """The place of an operation on a tape, with arithmetic; results that are numbers are floats."""
+    """The index of an operation on a tape, with arithmetic; numeric results are floats."""
 
     __slots__ = ("place", "tape")
-    __array_ufunc__ = None  # so that numpy's numbers leave arithmetic with these to this class
+    __array_ufunc__ = None  # makes numpy's numbers leave arithmetic to this class
 
     def __init__(self, tape: Tape, place: int) -> None:
         self.tape = tape
@@ -57,11 +57,11 @@ class Traced:
 
 
 def trace(tape: Tape, value: Value) -> Any:
-    """Return a value of a tape as a scalar: a number stays a float.
+    """Return a value of a tape as a scalar; a number remains a float.
 
     Args:
         tape: the tape.
-        value: a number, or the place of an operation.
+        value: a number, or the index of an operation.
     """
     return Traced(tape, value) if isinstance(value, int) else value
 

@@ -1,1 +1,1 @@
-"""The languages: each writes the files of a program, and of the test that compares it."""
+"""The languages, each of which writes a program and the test that compares it."""

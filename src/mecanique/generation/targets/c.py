@@ -1,4 +1,4 @@
-"""C99: functions that allocate nothing, and a header with the units."""
+"""Write C99: functions that allocate nothing, and a header with the units."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ _FUNCTIONS = {
     "sign": "signum({})",
 }
 NOTATION = Notation(_FUNCTIONS, "const double {} = {};")
-"""How C writes a program."""
+"""The notation of C."""
 
 SIGN = "static double signum(double x) { return (x > 0) - (x < 0); }"
-"""The function that C does not have."""
+"""The sign function, which C lacks."""
 
 _PLAIN = str.maketrans({"·": "*", "²": "^2", "³": "^3", "θ": "theta", "–": "-", "−": "-"})
 
 WARNINGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wno-overlength-strings")
-"""Emitted C stands these."""
+"""Options under which the written C compiles without warnings."""
 
 LONG = 10_000
-"""Lines of a source from which on it takes minutes to optimize them."""
+"""Sources with more lines take minutes to optimize."""
 
 
 def compiler() -> str:
@@ -56,7 +56,7 @@ def compiler() -> str:
 
 
 def limit_optimization(sources: Iterable[Path]) -> list[str]:
-    """Return the option, to be the last one, that leaves very long code as it is.
+    """Return the option that switches off optimization of very long code; it must come last.
 
     Args:
         sources: the files to compile.
@@ -171,7 +171,7 @@ def _function(program: Program, answer: Answer) -> list[str]:
 
 
 def _test(program: Program, cases: Cases) -> str:
-    """A program that compares at all states and prints the worst difference of each answer."""
+    """Write a program that compares all states and prints the worst difference of each answer."""
     name, states = program.name, len(cases)
     lines = [
         f"/* Compares {name}.c with reference values; build with",

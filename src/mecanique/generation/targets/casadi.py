@@ -1,4 +1,4 @@
-"""CasADi: symbolic functions, to differentiate and to optimize with."""
+"""Write symbolic functions for CasADi, for differentiation and optimization."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _NOTATION = Notation(_FUNCTIONS, "{} = {}")
 
 @final
 class CasADi:
-    """A module of Python that builds functions of CasADi."""
+    """A Python module that builds functions of CasADi."""
 
     title = "Python with CasADi"
 
@@ -78,7 +78,7 @@ def _function(program: Program, answer: Answer) -> list[str]:
             lines.append(f"    {read.symbol} = {read.array}[{read.place}]")
     lines += [f"    {line}" for line in listing.lines]
     lines += ["    out = ca.vertcat(", *(f"        {text}," for text in listing.outputs), "    )"]
-    if len(answer.shape) == 2:  # CasADi counts by columns
+    if len(answer.shape) == 2:  # CasADi stores matrices by columns
         rows, columns = answer.shape
         lines.append(f"    out = ca.reshape(out, {columns}, {rows}).T")
     names = ", ".join(f'"{kind}"' for kind in takes)

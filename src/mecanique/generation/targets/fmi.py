@@ -1,4 +1,4 @@
-"""What the FMI standard wants to know of a model: its variables, their units and their order.
+"""Describe a model by the FMI standard: its variables, their units and their order.
 
 Functional Mock-up Interface Specification, version 3.0 (Modelica Association, 2022).
 """
@@ -19,21 +19,21 @@ from mecanique.urdf.xml.markup import quote
 __all__ = ["TOLERANCE", "Variable", "describe_model", "results_of", "token_of", "variables_of"]
 
 TOLERANCE = 1e-8
-"""Relative tolerance of a simulation that is given none."""
+"""Default relative tolerance of a simulation."""
 
 
 @final
 @dataclass(frozen=True)
 class Variable:
-    """A variable of a model; its place among the others is its value reference.
+    """A variable of a model; its index among the others is its value reference.
 
     Args:
-        name: it has no other of this name.
+        name: its unique name.
         kind: "time", "state", "rate", "parameter", "input" or "output".
-        unit: "" if it has none.
-        meaning: in a few words.
-        start: its value at the start; None if it is computed.
-        fixed: whether a parameter stays as it is while the model moves.
+        unit: its unit, "" if it has none.
+        meaning: its meaning, in a few words.
+        start: its initial value; None if it is computed.
+        fixed: whether a parameter must not change during a simulation.
     """
 
     name: str
@@ -45,13 +45,13 @@ class Variable:
 
 
 def variables_of(program: Program) -> tuple[Variable, ...]:
-    """Return the variables of a program that moves: time, states, rates, p, outputs.
+    """Return the variables of a program to be integrated: time, states, rates, p, outputs.
 
     Args:
         program: the program.
 
     Raises:
-        DerivationError: if two variables have one name.
+        DerivationError: if two variables have the same name.
     """
     letters, fixed = program.letters, _find_fixed(program)
     states = [*letters["q"], *letters["v"]]
@@ -97,7 +97,7 @@ def results_of(program: Program) -> list[Answer]:
 
 
 def token_of(program: Program) -> str:
-    """Return what binds the description of a model to its binary.
+    """Return the token that ties the description of a model to its binary.
 
     Args:
         program: the program.
@@ -112,7 +112,7 @@ def describe_model(program: Program, generator: str) -> str:
 
     Args:
         program: the program.
-        generator: name and version of what wrote it.
+        generator: name and version of the generating tool.
     """
     variables = variables_of(program)
     places = {kind: _places(variables, kind) for kind in ("state", "rate", "output")}
@@ -145,7 +145,7 @@ def describe_model(program: Program, generator: str) -> str:
 
 
 def _variable(place: int, variable: Variable, before: int) -> str:
-    """A variable; the rate of a state stands so many places after it."""
+    """Write a variable; `before` is the distance from a state to its rate."""
     how = {
         "time": 'causality="independent" variability="continuous"',
         "state": 'causality="output" variability="continuous" initial="exact"',
@@ -167,7 +167,7 @@ def _variable(place: int, variable: Variable, before: int) -> str:
 
 
 def _units(variables: tuple[Variable, ...]) -> Iterator[str]:
-    """The units in those of the SI; a radian counts as one in rad, rad/s and rad/s²."""
+    """Yield the units in SI base units; a radian counts as a unit in rad, rad/s and rad/s²."""
     yield "  <UnitDefinitions>"
     for unit in sorted({variable.unit for variable in variables if variable.unit}):
         exponents = dict(zip(("kg", "m", "s", "A", "K"), read_unit(unit), strict=True))
@@ -183,7 +183,7 @@ def _places(variables: tuple[Variable, ...], kind: str) -> list[int]:
 
 
 def _find_fixed(program: Program) -> set[str]:
-    """Inputs on the tape on which it depends whether loops are closed."""
+    """Find the inputs on which the closure of loops depends."""
     if program.landing is None:
         return set()
     tape = program.tape
@@ -192,7 +192,7 @@ def _find_fixed(program: Program) -> set[str]:
 
 
 def _labels(program: Program, answer: Answer) -> list[tuple[str, str]]:
-    """Name and unit of each entry of an answer."""
+    """Return the name and unit of each entry of an answer."""
     quantity = answer.quantity
     if quantity.name == "energy":
         return [("kinetic_energy", "J"), ("potential_energy", "J")]
@@ -228,7 +228,7 @@ def _reactions(program: Program) -> Iterator[tuple[str, str]]:
 
 
 def _indices(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
-    """Indices from 1 on, row by row."""
+    """Return the indices from 1 on, row by row."""
     found: list[tuple[int, ...]] = [()]
     for size in shape:
         found = [(*index, k) for index in found for k in range(1, size + 1)]

@@ -1,4 +1,4 @@
-"""FMU: a model for simulation tools, by the FMI standard 3.0: model exchange and co-simulation."""
+"""Write an FMU for simulation tools, by the FMI standard 3.0: model exchange and co-simulation."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ __all__ = ["FMU", "platform_of"]
 _OPTIONS = ("-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-fno-math-errno")
 
 _MADE = (1980, 1, 1, 0, 0, 0)
-"""Date of all files, so that the same model gives the same bytes."""
+"""Date of all files, for identical bytes from identical models."""
 
 
 def platform_of() -> tuple[str, str]:
-    """Return the name of this platform in the FMI standard, and the ending of its libraries."""
+    """Return the name of this platform in the FMI standard, and the suffix of its libraries."""
     machine = platform.machine().lower()
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
     system, ending = {
@@ -69,7 +69,7 @@ class FMU:
             ),
         }
         where, ending = platform_of()
-        with suppress(InputError):  # without a compiler, whoever imports it compiles the sources
+        with suppress(InputError):  # without a compiler, the importing tool compiles the sources
             parts[f"binaries/{where}/{name}{ending}"] = _build(name, source)
         packed = io.BytesIO()
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -95,20 +95,20 @@ class FMU:
 
 
 def write_source(program: Program) -> str:
-    """Return the C of a model in one file.
+    """Write the C source of a model in one file.
 
     Args:
         program: the program, with the rates of the state.
 
     Raises:
-        DerivationError: if an output depends on accelerations that would have to be given.
+        DerivationError: if an output is a function of given accelerations.
     """
     letters, rates = program.letters, program.answers[0]
     for answer in program.answers:
         if "a" in answer.quantity.takes:
             raise DerivationError(
-                f"{answer.quantity.name!r} is a function of accelerations, which are no input of "
-                "an FMU; ask for other quantities"
+                f"{answer.quantity.name!r} is a function of accelerations, which are not inputs of "
+                "an FMU; choose other quantities"
             )
     symbols = {"t": "t"}
     for array, group in (("y", ("q", "v")), ("p", ("p", "tau"))):
@@ -139,16 +139,16 @@ def write_source(program: Program) -> str:
     return "\n".join(lines) + Path(__file__).with_name("fmu.c").read_text(encoding="utf-8")
 
 
-@lru_cache(maxsize=4)  # a model is built to be judged, and again with its verdict
+@lru_cache(maxsize=4)  # a model is built twice: to be judged, and then with its verdict
 def _build(name: str, source: str) -> bytes:
-    """The binary for this platform.
+    """Build the binary for this platform.
 
     Raises:
         InputError: if no C compiler is installed.
         DerivationError: if it refuses the code.
     """
     with tempfile.TemporaryDirectory() as folder:
-        # on Windows, gcc adds .exe to what has no ending
+        # on Windows, gcc adds .exe to a name without suffix
         path, library = (Path(folder) / f"{name}{ending}" for ending in (".c", platform_of()[1]))
         path.write_text(source, encoding="utf-8")
         options = [*_OPTIONS, *limit_optimization([path]), "-o", str(library)]
@@ -247,7 +247,7 @@ def report(name, differences, allowed):
 
 
 def integrate(model, t, y, step, substeps):
-    """Runge and Kutta's method."""
+    """Integrate by the classical Runge-Kutta method."""
     h = step / substeps
     for i in range(substeps):
         k1 = model.rates(t + i * h, y)
@@ -263,7 +263,7 @@ def distance(y, other):
 
 
 def compare_step(model, other, k):
-    """Return how far a step of co-simulation ends from one by another method."""
+    """Return the difference between a step of co-simulation and one by another method."""
     model.start(k)
     t, y = INPUTS["t"][k][0], np.array(model.y)
     step = 0.05
@@ -271,7 +271,7 @@ def compare_step(model, other, k):
         try:
             coarse, end = (integrate(model, t, y, step, substeps) for substeps in (8, 16))
         except FMICallException:
-            coarse = end = np.full(len(y), np.nan)  # a step so long leaves what can move
+            coarse = end = np.full(len(y), np.nan)  # so long a step leaves the range of motion
         if distance(coarse, end) < 1e-8:
             break
         if step < 1e-9:

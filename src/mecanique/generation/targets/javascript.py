@@ -1,4 +1,4 @@
-"""JavaScript: functions of typed arrays that allocate nothing, as a module or for a page."""
+"""Write JavaScript: functions of typed arrays that allocate nothing, for a module or a page."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ _NOTATION = Notation(_FUNCTIONS, "const {} = {};")
 
 @final
 class JavaScript:
-    """A module of JavaScript."""
+    """A JavaScript module."""
 
     title = "JavaScript"
 
     def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
         """Return the module."""
         lines = ["/*", *(f" * {line}".rstrip().replace("*/", "* /") for line in head), " *"]
-        lines += [" * y holds the coordinates, then the velocities:"]
+        lines += [" * y contains the coordinates, then the velocities:"]
         state = [*program.letters["q"], *program.letters["v"]]
         lines += [f" *   {row}" for row in describe(state)]
-        lines += [" * p holds the parameters:"]
+        lines += [" * p contains the parameters:"]
         lines += [f" *   {row}" for row in describe(program.parameters)]
         lines += [
-            " * tau, torques and forces added to those of the mechanism, may be left out.",
+            " * tau, torques and forces added to those of the mechanism, is optional.",
             " */",
         ]
         for kind, name in (("q", "coordinates"), ("v", "velocities"), ("p", "parameters")):
@@ -73,8 +73,7 @@ class JavaScript:
 def functions(program: Program) -> list[str]:
     """Return the text of each function of a program, name(t, y, p, out, tau).
 
-    Functions take only those arguments that they need, in this order; a function of accelerations
-    has them before p.
+    Functions take only the arguments that they need, in this order; accelerations come before p.
 
     Args:
         program: the program.

@@ -1,4 +1,4 @@
-"""Python: functions of numpy's arrays, for one state or many; and of other modules like it."""
+"""Write Python: functions of arrays of numpy, or of a similar module, for one state or many."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ _NOTATION = Notation(_FUNCTIONS, "{} = {}")
 @final
 @dataclass(frozen=True)
 class Python:
-    """A module of Python that computes with numpy, or with a module like it.
+    """A Python module that computes with numpy, or with a similar module.
 
     Args:
-        title: what that is called.
-        package: what has to be installed.
-        module: what is imported as np.
+        title: name of the language.
+        package: the package that must be installed.
+        module: the module that is imported as np.
     """
 
     title: str = "Python with numpy"
@@ -59,7 +59,7 @@ class Python:
             lines += [title, *(f"    {row}" for row in describe(program.letters[kind])), ""]
         lines += ["Arrays have the shape (..., size); answers have the same leading shape."]
         if self.package == "jax":
-            lines += ['Double precision is up to you: jax.config.update("jax_enable_x64", True).']
+            lines += ['For double precision call jax.config.update("jax_enable_x64", True).']
         lines = [quote(line) for line in lines]
         lines[0] = f'"""{lines[0]}'
         lines += ['"""', "", f"import {self.module} as np", ""]
@@ -87,7 +87,7 @@ class Python:
 
 
 def require(package: str) -> None:
-    """Raise unless a package is installed.
+    """Check that a package is installed.
 
     Args:
         package: its name.
@@ -102,7 +102,7 @@ def require(package: str) -> None:
 
 
 def quote(line: str) -> str:
-    """A line within a docstring."""
+    """Quote a line for use within a docstring."""
     return line.replace("\\", "\\\\").replace('"' * 3, "'" * 3)
 
 
@@ -148,14 +148,14 @@ def _test(program: Program, cases: Cases, package: str) -> str:
 def write_test(
     program: Program, cases: Cases, first: Sequence[str], compare: str, file: str | None = None
 ) -> str:
-    """Return a Python program that holds the states with what is expected there, and compares.
+    """Write a Python program with states and expected values that compares the code.
 
     Args:
-        program: what is compared.
+        program: the program that is compared.
         cases: the states.
-        first: what is done before all else.
+        first: lines to execute first.
         compare: text of main(), which compares.
-        file: name of what is compared; the module by default.
+        file: name of the compared file; the module by default.
     """
     file = file or f"{program.name}.py"
     lines = [

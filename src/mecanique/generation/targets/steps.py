@@ -1,4 +1,4 @@
-"""C of a program that moves: its functions of a state, and the steps that integrate it."""
+"""Write C that integrates a program: its functions of a state, and the steps."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ __all__ = ["Moving", "list_numbers", "write_function", "write_steps"]
 @final
 @dataclass(frozen=True)
 class Moving:
-    """What is integrated.
+    """A program to be integrated.
 
     Args:
-        mechanism: whose motion it is.
+        mechanism: the mechanism that moves.
         tape: the operations.
-        symbols: how C writes each input, by its name on the tape: t, or an entry of y or p such as
+        symbols: C's name of each input, by its name on the tape: t, or an entry of y or p such as
             y3.
-        rates: of q, then of v, shape (nq + nv,).
-        landing: of closed mechanisms, how they stay on their loops.
+        rates: rates of q, then of v, shape (nq + nv,).
+        landing: for closed mechanisms, the correction that keeps loops closed.
     """
 
     mechanism: Mechanism
@@ -40,10 +40,10 @@ class Moving:
 
 
 def write_steps(moving: Moving) -> str:
-    """Return sizes, coefficients, the program and the steps as C.
+    """Write sizes, coefficients, the program and the steps in C.
 
     Args:
-        moving: what is integrated.
+        moving: the program to be integrated.
     """
     from scipy.integrate import DOP853
 
@@ -85,12 +85,12 @@ def write_steps(moving: Moving) -> str:
 
 
 def write_function(moving: Moving, name: str, outputs: Sequence[Value]) -> list[str]:
-    """Return a function of time, state and parameters as lines of C.
+    """Write a function of time, state and parameters as lines of C.
 
     Args:
-        moving: whose program it is.
-        name: of the function.
-        outputs: what it gives.
+        moving: the program.
+        name: name of the function.
+        outputs: values that it computes.
     """
     listing = list_program(moving.tape, outputs, moving.symbols, NOTATION)
     lines = [
@@ -108,7 +108,7 @@ def write_function(moving: Moving, name: str, outputs: Sequence[Value]) -> list[
 
 
 def list_numbers(values: Sequence[float] | Array) -> str:
-    """Return numbers as C writes those of an array.
+    """Write numbers as an initializer of a C array.
 
     Args:
         values: the numbers.

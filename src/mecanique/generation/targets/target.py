@@ -1,4 +1,4 @@
-"""What a language has to do: write a program, write its test, and say how the test is run."""
+"""The interface of a language: write a program, write its test, and state how to run the test."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ __all__ = ["Cases", "Read", "Target", "describe", "list_answer", "symbols_of"]
 @final
 @dataclass(frozen=True)
 class Cases:
-    """States with what the reference answers there.
+    """States with the values of the reference.
 
-    A difference counts relatively: the norm of weight × difference over the entries of an answer.
+    Differences are relative: the norm of weight × difference over the entries of an answer.
 
     Args:
         inputs: values of t, q, v, a, tau and p, each shape (n, any).
-        expected: what the reference gives, by quantity, each shape (n, any).
-        weights: of the same shapes.
+        expected: values of the reference, by quantity, each shape (n, any).
+        weights: weights of the same shapes.
         allowed: largest relative difference in each state, by quantity, each shape (n,).
     """
 
@@ -39,7 +39,7 @@ class Cases:
         return len(self.inputs["t"])
 
     def first(self, number: int) -> Cases:
-        """Return the first of them."""
+        """Return the first states."""
 
         def cut(table: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
             return {name: rows[:number] for name, rows in table.items()}
@@ -47,7 +47,7 @@ class Cases:
         return Cases(cut(self.inputs), cut(self.expected), cut(self.weights), cut(self.allowed))
 
     def join(self, other: Cases) -> Cases:
-        """Return these, then others."""
+        """Return these states followed by others."""
 
         def link(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
             return {name: np.concatenate([rows, b[name]]) for name, rows in a.items()}
@@ -66,7 +66,7 @@ class Target(Protocol):
 
     @property
     def title(self) -> str:
-        """What it is called."""
+        """The name of the language."""
 
     def files(self, program: Program, head: Sequence[str]) -> Mapping[str, str | bytes]:
         """Return the files of a program, by name.
@@ -77,7 +77,7 @@ class Target(Protocol):
         """
 
     def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
-        """Return the files of its test, by name.
+        """Return the files of a program's test, by name.
 
         The test prints a line "quantity difference state" for each answer, and fails if one
         differs by more than is allowed.
@@ -92,14 +92,14 @@ class Target(Protocol):
 
         Args:
             program: the program.
-            directory: where its files are.
+            directory: directory of its files.
 
         Raises:
-            InputError: if what they need is not installed.
+            InputError: if a tool that they need is not installed.
         """
 
     def version(self) -> str:
-        """Return name and version of what runs the code."""
+        """Return name and version of the tool that runs the code."""
 
 
 def symbols_of(program: Program) -> dict[str, tuple[str, ...]]:
@@ -119,7 +119,7 @@ def symbols_of(program: Program) -> dict[str, tuple[str, ...]]:
 
 
 class Read(NamedTuple):
-    """An input that a function uses: symbol = array[place]; the time is no array."""
+    """An input that a function uses: symbol = array[place]; the time is not an array."""
 
     letter: Letter
     symbol: str
@@ -135,8 +135,8 @@ def list_answer(
     Args:
         program: the program.
         answer: one of its answers.
-        notation: of the language.
-        stacked: whether q and v are read from y, even where the answer takes them one by one.
+        notation: notation of the language.
+        stacked: whether to read q and v from y, even if the answer takes them separately.
     """
     stacked = stacked or "y" in answer.quantity.takes
     symbols, letters = symbols_of(program), program.letters

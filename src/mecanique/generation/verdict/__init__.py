@@ -1,1 +1,1 @@
-"""Run what was written, and compare it with Pinocchio."""
+"""Run the written code, and compare it with Pinocchio."""

@@ -1,4 +1,4 @@
-"""What Pinocchio gives of each quantity, and in which unit its entries are alike."""
+"""Compute each quantity by Pinocchio, and the units that make its entries comparable."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ ROUNDED = {
     "inverse_dynamics": "inverse dynamics",
     "multipliers": "acceleration",
 }
-"""Name of what rounding is known of, where it is another than the quantity's own."""
+"""The name under which the rounding of a quantity is known, if it is not its own."""
 
 
 def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
-    """Return what Pinocchio gives, shape (n, …).
+    """Compute a quantity by Pinocchio, shape (n, …).
 
     Args:
-        name: of a quantity.
-        reference: the mechanism.
-        states: where, how fast and when.
+        name: name of the quantity.
+        reference: the mechanism inside Pinocchio.
+        states: coordinates, velocities and times.
         tau: torques, shape (n, nv).
 
     Raises:
-        InputError: if Pinocchio knows no such quantity.
+        InputError: if Pinocchio does not provide the quantity.
         DerivationError: if redundant loops leave multipliers undetermined.
     """
     q, v, t = states.q, states.v, states.t
@@ -75,7 +75,7 @@ def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) 
 
 
 def _reactions(reference: Reference, states: States) -> np.ndarray:
-    """What joints do to their children, then loops, shape (n, joints and loops, 6).
+    """Return the wrenches of joints on their children, then of loops, (n, joints and loops, 6).
 
     Raises:
         DerivationError: if some are undetermined.
@@ -92,7 +92,7 @@ def _reactions(reference: Reference, states: States) -> np.ndarray:
 
 
 def _rates_of_gaps(reference: Reference, states: States) -> np.ndarray:
-    """Return Φ', or ψ of what restricts velocities alone, shape (n, m)."""
+    """Return Φ', or ψ for rows that restrict velocities only, shape (n, m)."""
     assert reference.closed is not None, "the mechanism has loops"
     found = []
     for q, v, t in zip(states.q, states.v, states.t.tolist(), strict=True):
@@ -102,13 +102,13 @@ def _rates_of_gaps(reference: Reference, states: States) -> np.ndarray:
 
 
 def unit_of(name: str, answer: np.ndarray, d: np.ndarray, mass: float) -> Any:
-    """Return the factor that makes the entries of an answer alike, for its shape (n, size).
+    """Return the factors that make the entries of an answer comparable, for its shape (n, size).
 
     Args:
-        name: of a quantity.
-        answer: what is given, shape (n, …).
-        d: roots of the mass matrix's diagonal, shape (n, nv).
-        mass: that moves [kg].
+        name: name of a quantity.
+        answer: its values, shape (n, …).
+        d: square roots of the mass matrix's diagonal, shape (n, nv).
+        mass: the moving mass [kg].
     """
     match name:
         case "rhs":
@@ -124,7 +124,7 @@ def unit_of(name: str, answer: np.ndarray, d: np.ndarray, mass: float) -> Any:
 
 
 def _multipliers(reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
-    """λ from M a + bias − forces − τ = Jᵀ λ."""
+    """Return λ from M a + bias − forces − τ = Jᵀ λ."""
     J = np.asarray(reference.constraint_jacobian(states.q, states.t))
     a = answer_of("acceleration", reference, states, tau)
     M = answer_of("mass_matrix", reference, states, tau)

@@ -1,7 +1,7 @@
-"""States at which code is compared, and what Pinocchio gives there.
+"""Choose the states in which code is compared, and compute Pinocchio's values there.
 
-Half of the states have the mechanism's own parameters; the others change every parameter that the
-code takes by up to a tenth, in a few different ways.
+Half of the states have the mechanism's own parameters; in the others every parameter that the code
+takes is changed by up to a tenth, in a few different ways.
 """
 
 from __future__ import annotations
@@ -28,34 +28,34 @@ from mecanique.verification.states.random import random_states
 __all__ = ["TOLERANCE", "cases_of", "count_varied"]
 
 TOLERANCE = 1e-13
-"""Largest relative difference that counts as agreement, wherever rounding makes less."""
+"""Largest relative difference that counts as agreement, unless rounding allows more."""
 
 _VARIATIONS = 5
 _CHANGE = 0.1
 
 _ROUNDS = 10
-"""How often states are drawn to find enough that are not singular."""
+"""How often states are drawn until enough of them are not singular."""
 
 _RANK = 1e-9
 """Singular values of the constraints below this part of their size count as zero."""
 
 _SMALL = 1e-3
-"""Part of the typical size below which an answer is judged against the typical size."""
+"""Answers below this part of the typical size are compared with the typical size."""
 
 _LEAST = {
     **dict.fromkeys(("mass_matrix", "poses", "jacobians", "closure"), 0.0),
     **dict.fromkeys(("energy", "reactions"), 1.0),
 }
-"""Power of the moving mass that is the typical size of what it does at 1 m/s or 1 m/s²."""
+"""The typical size of a quantity at 1 m/s or 1 m/s², as a power of the moving mass."""
 
 
 def cases_of(program: Program, samples: int, seed: int) -> Cases:
-    """Return states with what Pinocchio gives there.
+    """Return states with Pinocchio's values there.
 
     Args:
-        program: what will be compared.
+        program: the program to be compared.
         samples: number of states.
-        seed: of these.
+        seed: of the random states.
 
     Raises:
         MecaniqueError: if Pinocchio cannot treat the mechanism.
@@ -68,10 +68,10 @@ def cases_of(program: Program, samples: int, seed: int) -> Cases:
 
 
 def count_varied(program: Program, cases: Cases) -> int:
-    """Return the number of states with other parameters than the mechanism's.
+    """Return the number of states with parameters other than the mechanism's.
 
     Args:
-        program: what is compared.
+        program: the compared program.
         cases: the states.
     """
     own = np.array([program.mechanism.values.get(p.name, np.nan) for p in program.parameters])
@@ -80,7 +80,7 @@ def count_varied(program: Program, cases: Cases) -> int:
 
 
 def _variations(program: Program, samples: int, seed: int) -> Iterator[tuple[Mechanism, int]]:
-    """The mechanism, and sound ones with other parameters, with the number of states of each."""
+    """Yield the mechanism, then variants of its parameters, each with its number of states."""
     mechanism = program.mechanism
     symbols = [p.name for p in program.parameters if p.name in mechanism.values]
     number = samples // (2 * _VARIATIONS)
@@ -121,7 +121,7 @@ def _cases(program: Program, mechanism: Mechanism, samples: int, seed: int) -> C
     }
     excused = rounding(mechanism, states, basis)
     if mechanism.constrained:
-        # what loops keep small is a difference of what forces and loops make
+        # accelerations that loops keep small are differences of larger terms
         alone = np.linalg.pinv(M / (d[:, :, None] * d[:, None, :]), hermitian=True)
         parts = (alone @ ((basis["forces"] - bias) / d)[..., None])[..., 0]
         excused["acceleration"] = excused["acceleration"] + UNIT * np.linalg.norm(parts, axis=1)
@@ -153,7 +153,7 @@ def _cases(program: Program, mechanism: Mechanism, samples: int, seed: int) -> C
 
 
 def _regular_states(reference: Reference, samples: int, seed: int) -> States:
-    """Random states, of a closed mechanism those at which its loops hold all that they can."""
+    """Return random states; for a closed mechanism only those where its constraints keep rank."""
     mechanism = reference.mechanism
     states = random_states(mechanism, samples, seed)
     if not mechanism.constrained:
@@ -178,13 +178,13 @@ def _regular_states(reference: Reference, samples: int, seed: int) -> States:
 
 
 def _sizes(name: str, sizes: np.ndarray, mass: float) -> np.ndarray:
-    """What differences are judged against in each state, shape (n, 1), of energies (n, 2)."""
+    """Return the sizes with which differences are compared, shape (n, 1), for energies (n, 2)."""
     least = mass ** _LEAST.get(name, 0.5)
     if name != "energy":
         size = np.linalg.norm(sizes, axis=1, keepdims=True)
-        # a closure is zero, up to the rounding of lengths
+        # a closure is zero up to the rounding of lengths
         floor = 1.0 if name == "closure" else _SMALL * max(np.sqrt(np.mean(size**2)), least)
         return np.asarray(np.maximum(size, floor))
-    # each by itself, and the potential is known up to a constant
+    # each energy by itself; the potential energy has an arbitrary constant
     typical = np.sqrt(np.mean(sizes**2, axis=0))
     return np.asarray(np.maximum(np.maximum(sizes, typical), _SMALL * least))

@@ -1,4 +1,4 @@
-"""Derivatives of what Pinocchio gives, by differences of the sixth order."""
+"""Differentiate Pinocchio's values by finite differences of the sixth order."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from mecanique.reference import Reference
 __all__ = ["TOLERANCE", "differences"]
 
 TOLERANCE = 1e-6
-"""Largest relative difference that counts as agreement, with a method of such error."""
+"""Largest relative difference that counts as agreement, given the error of this method."""
 
 _STEP = 1e-3
-"""Step along a coordinate or a velocity, and part of a torque or a parameter."""
+"""Step along a coordinate or a velocity, and relative step of a torque or a parameter."""
 
 _STENCIL = ((1, 0.75), (-1, -0.75), (2, -0.15), (-2, 0.15), (3, 1 / 60), (-3, -1 / 60))
-"""Weights of the values at multiples of a step, of the first derivative."""
+"""Multiples of a step, with the weights of the values there in the first derivative."""
 
 
 def differences(
@@ -30,13 +30,13 @@ def differences(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return derivatives, shape (n, …, directions), and which directions are compared, 1 or 0.
 
-    Derivatives by signals are not compared, as Pinocchio does not know them.
+    Derivatives by signals are not compared, as they are not inputs of Pinocchio.
 
     Args:
         quantity: a derivative.
-        program: whose parameters count.
-        reference: the mechanism.
-        states: where, how fast and when.
+        program: the program with the parameters.
+        reference: the mechanism inside Pinocchio.
+        states: coordinates, velocities and times.
         tau: torques, shape (n, nv).
     """
     columns: list[np.ndarray] = []
@@ -57,7 +57,7 @@ _Move = Callable[[float], tuple[Reference, States, np.ndarray]]
 def _moves(
     by: str, program: Program, reference: Reference, states: States, tau: np.ndarray
 ) -> list[tuple[_Move, float]]:
-    """Changes along each direction, with the scale of their steps; zero of a signal."""
+    """Return the displacement along each direction, with its scale, which is zero for a signal."""
     nv, mechanism = reference.mechanism.nv, reference.mechanism
     unit = np.eye(nv)
 

@@ -1,4 +1,4 @@
-"""The state from which a model starts: the engine closes its loops."""
+"""Find the initial state of a model; the engine closes its loops."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ __all__ = ["start_of"]
 
 
 def start_of(mechanism: Mechanism, q: Given, v: Given) -> tuple[float, ...]:
-    """Return coordinates and velocities, with closed loops.
+    """Return initial coordinates with closed loops, and velocities.
 
     Args:
-        mechanism: what starts.
+        mechanism: the mechanism.
         q: coordinates, in order or by name.
-        v: velocities; the model itself brings them onto the loops.
+        v: velocities; the model itself makes them consistent with the loops.
 
     Raises:
         ClosureError: if the loops cannot be closed near the coordinates.

@@ -1,4 +1,4 @@
-"""The verdict on code: its own test is built and run."""
+"""Judge code by building and running its test."""
 
 from __future__ import annotations
 
@@ -23,17 +23,18 @@ __all__ = ["CodeVerdict", "judge"]
 @final
 @dataclass(frozen=True)
 class CodeVerdict:
-    """Whether code gives what Pinocchio gives.
+    """The result of comparing code with Pinocchio.
 
     Args:
-        samples: number of states at which it was compared.
-        seed: of these.
-        tolerance: largest relative difference that counts as agreement where rounding makes less.
+        samples: number of states in which it was compared.
+        seed: of the random states.
+        tolerance: largest relative difference that counts as agreement, unless rounding allows
+            more.
         worst: worst relative difference of each quantity, by name.
-        rounded: largest difference that rounding excuses at some state, by name; 0 where the
+        rounded: largest difference that rounding excuses in some state, by name; 0 if the
             tolerance was enough everywhere.
-        versions: of what took part, by name.
-        varied: number of states with other parameters than the mechanism's.
+        versions: versions of the tools involved, by name.
+        varied: number of states with parameters other than the mechanism's.
     """
 
     samples: int
@@ -45,7 +46,7 @@ class CodeVerdict:
     varied: int = 0
 
     def lines(self) -> list[str]:
-        """Return it in sentences, for the head of a file."""
+        """Return the verdict in sentences, for the head of a file."""
         by = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         missing = self.versions.get("pin") == NOT_INSTALLED
         other = "a stand-in for Pinocchio" if missing else "Pinocchio"
@@ -73,11 +74,11 @@ def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerd
         program: the program.
         target: its language.
         cases: the states.
-        seed: of these.
+        seed: of the random states.
 
     Raises:
-        InputError: if what runs the language is not installed.
-        DerivationError: if the code cannot be run, or gives something else than Pinocchio.
+        InputError: if a tool that runs the language is not installed.
+        DerivationError: if the code cannot be run, or disagrees with Pinocchio.
     """
     with TemporaryDirectory() as folder:
         directory = Path(folder)

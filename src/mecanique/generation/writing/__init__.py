@@ -1,1 +1,1 @@
-"""Equations of any size, written as named results."""
+"""Write equations of any size as lists of named results."""

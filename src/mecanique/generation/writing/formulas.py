@@ -1,4 +1,4 @@
-"""Formulas of a listing in a textbook's order: read from its text, written by any writer."""
+"""Read the formulas of a listing, and bring them into textbook order for any writer."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ _HALF = Fraction(1, 2)
 @final
 @dataclass(frozen=True)
 class Line:
-    """A result: what stands on its left is the sum on its right."""
+    """A named result: name = sum."""
 
     name: str
     right: Sum
 
 
 def read_formula(text: str, known: Mapping[str, Product]) -> Sum:
-    """Return a formula, e.g. "m * (x' + 2.0)", with what is equal in it drawn together.
+    """Read a formula, e.g. "m * (x' + 2.0)", and collect equal terms.
 
     Args:
         text: numbers, names and functions in sums, products and quotients.
-        known: what stands for some of the names.
+        known: replacements of some of the names.
     """
     return _Reader(_TOKEN.findall(text), known).read_sum()
 
@@ -51,13 +51,13 @@ def read_formula(text: str, known: Mapping[str, Product]) -> Sum:
 def tidy(
     lines: Sequence[str], results: Sequence[str], known: Mapping[str, Product], fresh: str
 ) -> tuple[list[Line], list[Sum]]:
-    """Return a listing without results that are but others, or that nothing needs.
+    """Read a listing, and remove results that only repeat others or are not used.
 
     Args:
         lines: name = formula.
-        results: formulas in these.
+        results: the final formulas.
         known: the letters.
-        fresh: what the names begin with that may go.
+        fresh: stem of the names that may be removed.
     """
     once = frozenset[str]()
     for _ in range(2):
@@ -77,7 +77,7 @@ def _read(
     fresh: str,
     once: Collection[str],
 ) -> tuple[list[Line], list[Sum]]:
-    """The listing, with what stands in it once put where it stands."""
+    """Read the listing, and substitute results that are used once."""
     own = re.compile(rf"{fresh}\d+")
     letters, found = dict(known), list[Line]()
     for line in lines:
@@ -100,7 +100,7 @@ def _read(
 
 
 def _letters(part: Sum | Product | Base) -> Iterator[str]:
-    """Every letter in a formula, as often as it stands there."""
+    """Yield every letter in a formula, as often as it occurs."""
     if isinstance(part, Letter):
         yield part.name
     elif isinstance(part, Call):
@@ -174,7 +174,7 @@ def _invert(factor: Product) -> Product:
 
 
 def _draw_together(whole: Sum) -> Sum:
-    """Terms that differ by their number alone as one."""
+    """Collect terms that differ only in their numbers."""
     sizes: dict[tuple[tuple[Base, int | Fraction], ...], int | Fraction] = {}
     for term in whole.terms:
         sizes[term.factors] = sizes.get(term.factors, 0) + term.number

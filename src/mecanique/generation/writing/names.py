@@ -1,4 +1,4 @@
-"""Names of the results of a recursion, and what they mean."""
+"""Name the results of a recursion, and explain them."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ __all__ = [
 _MEANINGS = {
     "w": "angular velocity of {} [rad/s]",
     "alpha": "angular acceleration of {} [rad/s²]",
-    "a": "acceleration of the origin of {} less that of free fall [m/s²]",
-    "F": "force that moves {} and all that hangs on it [N]",
-    "N": "moment that turns {} and all that hangs on it, about its origin [N·m]",
+    "a": "acceleration of the origin of {} minus that of free fall [m/s²]",
+    "F": "force that accelerates {} and all bodies beyond [N]",
+    "N": "moment that accelerates {} and all bodies beyond, about its origin [N·m]",
 }
 
 
 def spell(name: str) -> str:
-    """Return the name of a part as a subscript."""
+    """Spell the name of a part as a subscript."""
     return "".join(sign if sign.isalnum() else "_" for sign in name)
 
 
@@ -63,7 +63,7 @@ def name_functions(tape: Tape, taken: dict[int, str]) -> dict[int, str]:
 def explain_letters(
     mechanism: Mechanism, used: Collection[str]
 ) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Give what the coordinates, velocities and parameters of a mechanism mean."""
+    """Yield the meanings of a mechanism's coordinates, velocities and parameters."""
     known = units(mechanism)
     for name in (*mechanism.coordinates, *mechanism.velocities):
         kind = "coordinate" if name in mechanism.coordinates.names else "generalized velocity"
@@ -81,7 +81,7 @@ def explain_letters(
 def explain_results(
     recursion: Recursion, defined: set[str]
 ) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Give what the named vectors are, where a component of them stands in the list."""
+    """Yield the meanings of the named vectors with a component in the list."""
     for body in _bodies(recursion):
         for letter, sentence in _MEANINGS.items():
             every = [f"{letter}_{spell(body)}_{axis}" for axis in "xyz"]
@@ -94,11 +94,12 @@ def explain_results(
 
 
 def explain_force(mechanism: Mechanism, row: str) -> str:
-    """Return what the multiplier of a row is: a force of a contact, with its direction.
+    """Explain the multiplier of a row, e.g. a force of a contact, with its direction.
 
     Args:
-        mechanism: whose row it is.
-        row: "contact: motion it prevents", as of a loop, or the name of a velocity constraint.
+        mechanism: the mechanism with the constraint.
+        row: "contact: motion it prevents", "loop: motion it closes", or a velocity constraint's
+            name.
     """
     name, _, motion = row.partition(": ")
     for contact in mechanism.contacts:
@@ -114,7 +115,7 @@ def explain_force(mechanism: Mechanism, row: str) -> str:
 
 
 def _bodies(recursion: Recursion) -> list[str]:
-    """The body that each moving link is called after."""
+    """Return the body after which each moving link is named."""
     first: dict[int, str] = {}
     for body, seat in recursion.seats.items():
         first.setdefault(seat.place, body)

@@ -1,8 +1,8 @@
-"""Equations of any size as text: a recursion from body to body, each result named and defined.
+"""Write equations of any size as a recursion from body to body, with every result named.
 
-Mechanisms that are closed or roll have the rows A v = b besides, and with them, by method, forces
-that hold them: multipliers in Lagrange's equations, forces on the bodies in Newton and Euler's,
-none in the virtual work of the displacements that A admits.
+Mechanisms with loops or rolling have the additional rows A v = b and, depending on the method,
+constraint forces: multipliers in Lagrange's equations, forces on the bodies in Newton and Euler's,
+none in the virtual work of the displacements that A allows.
 """
 
 from __future__ import annotations
@@ -42,24 +42,24 @@ _NOTATION = Notation(
     {name: f"{name}({{}})" for name in _CALLS} | {"Abs": "abs({})"}, "{} = {}", lambda x: f"{x!r}"
 )
 _ABOUT = (
-    "The equations are written as a recursion from body to body, not as one closed form: outwards "
-    "the motion of each, inwards the forces that make it. All components are in the axes of the "
-    "body. What of a body its parent carries alike, such as a mass on the axis of its "
-    "hinge, is counted with the parent."
+    "The equations are written as a recursion from body to body, not in closed form: outward the "
+    "motion of each body, inward the forces that cause it. All components are in the axes of the "
+    "body. Inertia that a joint does not displace, such as mass on the axis of a hinge, is "
+    "counted with the parent."
 )
 _RECURSION = "The results, each from those above it."
 _HELD = {
     "lagrange": (
-        "Lagrange's equations with multipliers: one for each velocity, M a + h - Q less the sum of "
-        "the multipliers times what stands before that velocity in the conditions below."
+        "Lagrange's equations with multipliers: one for each velocity, M a + h - Q minus the sum "
+        "of the multipliers times the coefficients of that velocity in the conditions below."
     ),
     "newton_euler": (
-        "Newton and Euler's equations along each velocity; the forces of the contacts are part of "
-        "what moves the bodies they act on."
+        "Newton and Euler's equations along each velocity; the forces of the contacts are included "
+        "in the forces on the bodies."
     ),
     "virtual_work": (
-        "The virtual work of all forces, inertia forces among them, vanishes in every displacement "
-        "that the conditions on the displacements admit; the forces of contacts do none."
+        "The virtual work of all forces, including inertia forces, vanishes in every displacement "
+        "that satisfies the conditions on the displacements; the forces of contacts do none."
     ),
 }
 
@@ -67,12 +67,12 @@ _HELD = {
 @final
 @dataclass(frozen=True)
 class _Row:
-    """A sum of products, name × what stands before it, plus a rest.
+    """A sum of products, factor × name, plus a rest.
 
     Args:
-        terms: name -> place in the outputs of the factor before it.
-        rest: place of the rest in the outputs; None for none.
-        sign: of the terms.
+        terms: index of the factor in the outputs, by name.
+        rest: index of the rest in the outputs; None for none.
+        sign: sign of the terms.
     """
 
     terms: dict[str, int]
@@ -81,7 +81,7 @@ class _Row:
 
 
 def write_recursion(equations: Equations) -> Written:
-    """Return equations of motion of any size as a recursion, which parses back.
+    """Write equations of motion of any size as a recursion, which can be parsed again.
 
     It is Newton and Euler's recursion (J. Y. S. Luh, M. W. Walker & R. P. C. Paul, 1980), with
     parameters as letters.
@@ -94,7 +94,7 @@ def write_recursion(equations: Equations) -> Written:
 
     Raises:
         DerivationError: if the coordinate map has no derivatives, or a function in the equations
-            is none that is printed.
+            cannot be printed.
 
     Example:
         >>> written = mq.write_recursion(mq.derive(mq.textbook.load("simple_pendulum")))
@@ -134,7 +134,7 @@ def write_recursion(equations: Equations) -> Written:
     if holds is not None:
         meanings += holds.explain()
     if any(re.fullmatch(rf"{fresh}\d+", name) for name in defined):
-        meanings.append(((f"{fresh}1", f"{fresh}2", "…"), "results that stand in several others"))
+        meanings.append(((f"{fresh}1", f"{fresh}2", "…"), "results that are used repeatedly"))
     left, results = iter(ends), list[Part]()
     for heading, each in parts.items():
         said = _HELD[equations.method] if holds is not None and not results else ""
@@ -155,11 +155,11 @@ def _write(row: _Row, outputs: Sequence[str]) -> str:
 
 @final
 class _Holds:
-    """What holds a mechanism that is closed or rolls.
+    """The constraints of a mechanism with loops or rolling, by the method of derivation.
 
     Args:
         dynamics: the mechanism on a tape.
-        method: by which method its equations are derived.
+        method: the method of derivation.
     """
 
     def __init__(self, dynamics: Dynamics, method: str) -> None:
@@ -169,17 +169,17 @@ class _Holds:
         recursion = dynamics.tree.recursion
         self._demands = demands_of(self._letters, recursion) if method == "newton_euler" else []
         self.multipliers: list[str] = []
-        """Names of the multipliers, one for each row; none in virtual work."""
+        """The names of the multipliers, one for each row; none with virtual work."""
         if method != "virtual_work":
             self.multipliers = [f"lambda_{spell(_join(row))}" for row in self._loops.names]
         self.wrenches = [*self._act(recursion)]
-        """The forces of the contacts on the links they act on, by Newton and Euler."""
+        """The forces of contacts on links, for Newton and Euler's equations."""
 
     def gather(self, outputs: list[Any]) -> dict[str, list[_Row]]:
-        """Return the rows of each heading; what stands in them is added to the outputs.
+        """Return the rows under each heading, and append their factors to the outputs.
 
         Args:
-            outputs: what each velocity asks for.
+            outputs: the left side of each velocity's equation.
         """
         mechanism, loops = self._letters.mechanism, self._loops
         count = len(outputs)
@@ -205,7 +205,7 @@ class _Holds:
         return {heading: rows for heading, rows in parts.items() if rows}
 
     def explain(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Give what multipliers and displacements are."""
+        """Yield the meanings of multipliers and displacements."""
         mechanism = self._letters.mechanism
         for name, row in zip(self.multipliers, self._loops.names, strict=False):
             yield (name,), explain_force(mechanism, row)
@@ -214,7 +214,7 @@ class _Holds:
                 yield (f"δ{name.rstrip(chr(39))}",), f"virtual displacement along {name}"
 
     def _conditions(self, outputs: list[Any], A: list[list[int]]) -> Iterator[_Row]:
-        """Φ = 0 of what restricts positions, then ψ = 0 of the others."""
+        """Yield Φ = 0 of rows that restrict positions, then ψ = 0 of the others."""
         mechanism, loops = self._letters.mechanism, self._loops
         steady = not any("t" in symbols_in(law) for law in mechanism.coordinates.driven.values())
         for k, (gap, rate) in enumerate(zip(loops.residual, loops.rate, strict=True)):
@@ -249,5 +249,5 @@ class _Holds:
 
 
 def _join(row: str) -> str:
-    """A row's name as one word."""
+    """Join a row's name into one word."""
     return row.replace(": ", "_")

@@ -1,4 +1,4 @@
-"""Equations of motion as a list of named results, in print."""
+"""Print equations of motion as a list of named results."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mecanique.generation.writing.formulas import Line
 __all__ = ["Part", "Written"]
 
 _WIDTH = 100
-_LABEL = 120.0  # points of symbols above which what they mean stands below them
+_LABEL = 120.0  # [pt], the widest symbols with their meaning beside them, not below
 _FRAGMENT = "% part of a document with \\usepackage{amsmath}"
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
 
@@ -29,8 +29,8 @@ class Part:
     """Formulas under a heading.
 
     Args:
-        heading: what they are.
-        said: more about them, in a sentence; empty if nothing is to be said.
+        heading: the heading.
+        said: a sentence about them; may be empty.
         lines: each name = right, or 0 = right.
         numbered: whether they are numbered.
     """
@@ -41,7 +41,7 @@ class Part:
     numbered: bool = False
 
     def write(self, writer: Writer) -> tuple[str, ...]:
-        """Return its lines in the format of a writer."""
+        """Write its lines in the format of a writer."""
         return tuple(_write(line, writer) for line in self.lines)
 
 
@@ -51,11 +51,11 @@ class Written:
     """Equations of motion as a list of named results.
 
     Args:
-        title: what they are.
-        about: what they are of, and how they are to be read, by paragraphs.
-        meanings: symbols, and what they are.
+        title: the title.
+        about: the mechanism's description, and how to read the list, by paragraphs.
+        meanings: symbols with their meanings.
         recursion: the results in order.
-        results: the equations of motion, then what restricts the motion.
+        results: the equations of motion, then the constraints.
     """
 
     title: str
@@ -71,7 +71,7 @@ class Written:
 
     @cached_property
     def equations(self) -> tuple[str, ...]:
-        """The equations of motion and what restricts the motion, as text, formula = 0."""
+        """The equations of motion and the constraints, as text, formula = 0."""
         return tuple(line for part in self.results for line in part.write(Text()))
 
     def text(self) -> str:
@@ -92,7 +92,7 @@ class Written:
         return "\n".join(out)
 
     def latex(self) -> str:
-        """Return the list in LaTeX, a fragment of a document."""
+        """Return the list in LaTeX, as a fragment of a document."""
         names = frozenset(name for names, _ in self.meanings for name in names)
         out = [_FRAGMENT, f"\\section*{{{to_latex(self.title, ())}}}"]
         out += [f"{to_latex(paragraph, names)}\n" for paragraph in self.about]
@@ -111,7 +111,7 @@ class Written:
         return "\n".join(out)
 
     def mathml(self) -> str:
-        """Return the list in MathML, a fragment of an HTML page."""
+        """Return the list in MathML, as a fragment of an HTML page."""
         out = [f"<h3>{escape(self.title)}</h3>"]
         out += [*(f"<p>{escape(paragraph)}</p>" for paragraph in self.about), "<dl>"]
         out += [f"<dt>{said}</dt><dd>{escape(each)}</dd>" for said, each in self.symbols()]
@@ -122,7 +122,7 @@ class Written:
         return "\n".join(out)
 
     def symbols(self) -> tuple[tuple[str, str], ...]:
-        """Return the symbols in MathML, and what they mean in words."""
+        """Return each symbol in MathML, with its meaning in words."""
         found = []
         for names, sentence in self.meanings:
             symbol = "<mo>,</mo>".join(MathML().letter(name, False, "") for name in names)
@@ -130,7 +130,7 @@ class Written:
         return tuple(found)
 
     def sections(self) -> Iterator[tuple[str, str, tuple[str, ...]]]:
-        """Give heading, explanation and formulas in MathML of each part."""
+        """Yield heading, explanation and formulas in MathML of each part."""
         for part in self._parts:
             rows = part.write(MathML())
             yield part.heading, part.said, tuple(_MATH.format("block", row) for row in rows)

@@ -1,1 +1,1 @@
-"""Contacts, loops and elements that guide, and the equations of motion they hold."""
+"""Contacts, loops and guiding elements, and the constrained equations of motion."""

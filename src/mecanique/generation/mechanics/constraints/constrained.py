@@ -1,9 +1,9 @@
-"""Accelerations and multipliers of closed mechanisms: M a = f + Jᵀ λ and J a = −γ, on a tape.
+"""Solve for accelerations and multipliers on a tape: M a = f + Jᵀ λ and J a = −γ.
 
-With λ from (J M⁻¹ Jᵀ) λ = −γ − J M⁻¹ f. Where M alone is singular, M + Jᵀ W J takes its place and f
-− Jᵀ W γ that of f, which changes nothing since J a = −γ (M. Benzi, G. H. Golub & J. Liesen, Acta
-Numerica 14 (2005) 1, sect. 5.1). Velocities that stand in an equation with a constant factor, as
-those of a wheel's center do, are first put in terms of the others.
+λ follows from (J M⁻¹ Jᵀ) λ = −γ − J M⁻¹ f. If M is singular, it is replaced by M + Jᵀ W J, and f by
+f − Jᵀ W γ, which changes nothing since J a = −γ (M. Benzi, G. H. Golub & J. Liesen, Acta Numerica
+14 (2005) 1, sect. 5.1). Velocities with a constant factor in a constraint, such as those of a
+wheel's center, are first expressed by the others.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from mecanique.model.states import States
 __all__ = ["Constrained", "Solution"]
 
 _RANK = 1e-8
-"""Rows whose part across the others is smaller than this are redundant."""
+"""Rows whose part orthogonal to the others is smaller than this are redundant."""
 
 
 @final
 @dataclass(frozen=True)
 class Solution:
-    """What a closed mechanism does.
+    """The accelerations and multipliers of a closed mechanism.
 
     Args:
         acceleration: a.
-        multipliers: λ of every row; zero of redundant ones.
+        multipliers: λ of every row; zero for redundant ones.
     """
 
     acceleration: tuple[Any, ...]
@@ -48,8 +48,8 @@ class Constrained:
     Args:
         letters: the inputs.
         M: mass matrix of the tree.
-        loops: what the loops demand.
-        states: where to see which equations are redundant; random ones by default.
+        loops: the equations of the loops.
+        states: states in which to find redundant equations; random ones by default.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Constrained:
         self._factors = factorize(self._tape, self._resistance)
 
     def solve(self, drive: list[Any]) -> Solution:
-        """Return accelerations and multipliers.
+        """Solve for accelerations and multipliers.
 
         Args:
             drive: forces minus bias.
@@ -103,7 +103,7 @@ class Constrained:
         return Solution(tuple(a), tuple(multipliers))
 
     def _solve_reduced(self, drive: list[Any]) -> Solution:
-        """The same with a = S b + c put into M a = f + Jᵀ λ, which takes fewer operations."""
+        """Solve with a = S b + c substituted into M a = f + Jᵀ λ, which takes fewer operations."""
         reduced, tape, J = self._reduced, self._tape, self._J
         S = transpose(reduced.spread)
         factors = factorize(tape, products(S, products(S, self._M)))
@@ -120,7 +120,7 @@ class Constrained:
             b = [x + dot(found, column) for x, column in zip(b, transpose(pulled), strict=True)]
         a = [c + dot(row, b) for c, row in zip(reduced.rest, reduced.spread, strict=True)]
         known = dict(zip(reduced.others, found, strict=True))
-        # in the equation of a velocity that was put in terms of others its own row stands alone
+        # the equation of an eliminated velocity contains only the multiplier of its own row
         for k, column in reduced.pivots.items():
             left = dot(self._M[column], a) - drive[column]
             left = left - sum(J[other][column] * known[other] for other in reduced.others)
@@ -128,19 +128,19 @@ class Constrained:
         return self._solution(a, [known[k] for k in range(len(J))])
 
     def close(self, gaps: list[Any]) -> list[Any]:
-        """Return the velocities times a time that undo gaps of all rows, with least energy.
+        """Return the displacements of least energy that close the gaps of all rows.
 
         Args:
-            gaps: of every row; those of redundant ones follow from the others.
+            gaps: gap of every row; those of redundant ones follow from the others.
         """
         found = self._factors.solve([-gaps[k] for k in self._kept])
         return [dot(found, column) for column in self._pulled]
 
     def firmness(self) -> Any:
-        """Return how firmly the loops hold what they close: zero where J loses rank.
+        """Return a measure of regularity of the loops, which is zero where J loses rank.
 
-        It is (Σ 1/σ²)^(−1/2), with σ the singular values of the rows of J by directions of unit
-        kinetic energy, those of a block together of length one: the least σ, or somewhat less.
+        It is (Σ 1/σ²)^(−1/2), with the singular values σ of J in directions of unit kinetic energy
+        and with the rows of a block scaled to unit length together: the least σ, or a little less.
         """
         if not self._kept:
             return 1.0
@@ -159,10 +159,10 @@ class Constrained:
 @final
 @dataclass(frozen=True)
 class _Reduced:
-    """Velocities that stand in an equation with a constant factor, in terms of the others.
+    """Velocities with a constant factor in a constraint, expressed by the others.
 
     Args:
-        pivots: number of such a velocity, by the row of J in which it stands.
+        pivots: index of such a velocity, by its row of J.
         others: the other rows.
         spread: S of a = S b + c, with b the other accelerations.
         rest: c.
@@ -175,7 +175,7 @@ class _Reduced:
 
 
 def _reduce(J: Rows, gamma: list[Any]) -> _Reduced:
-    """Choose rows of J and a velocity of each, such that these rows have a diagonal of numbers."""
+    """Choose rows of J and a velocity in each, such that these form a diagonal of numbers."""
     pivots: dict[int, int] = {}
     for k, row in enumerate(J):
         for column, entry in enumerate(row):
@@ -202,7 +202,7 @@ def _is_zero(entry: Any) -> bool:
 
 
 def _independent(masses: np.ndarray, jacobians: np.ndarray) -> list[int]:
-    """Rows that do not follow from those before them at some state."""
+    """Return the rows that in some state do not follow from those before them."""
     kept: list[int] = []
     for row in range(jacobians.shape[1]):
         trial = [*kept, row]

@@ -1,9 +1,9 @@
-"""What contacts and velocity constraints demand, on a tape: ψ = A(q, t) v − b = 0, ψ' = A a + γ.
+"""Write contacts and velocity constraints on a tape: ψ = A(q, t) v − b = 0, ψ' = A a + γ.
 
-Where a body touches, the point of it that is there moves as the point it touches. Along the normal
-that is the rate of the gap Φ; along the plane it is in general no rate of anything (Neimark &
-Fufaev, Dynamics of Nonholonomic Systems, 1972, ch. I). With the place P of the contact, which is
-no point of a body, the velocity there v + ω × (P − p) has the rate a + α × (P − p) + ω × (P' − v).
+The two bodies' points in contact have the same velocity. Along the normal, ψ is the rate of the gap
+Φ; along the plane it is in general not integrable (Neimark & Fufaev, Dynamics of Nonholonomic
+Systems, 1972, ch. I). At the place P of the contact, which is not a material point, the velocity
+v + ω × (P − p) has the rate a + α × (P − p) + ω × (P' − v).
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ class Demand:
     """One equation of a contact or a velocity constraint.
 
     Args:
-        name: "contact: motion it prevents", or that of the velocity constraint.
-        block: number of the contact or velocity constraint.
+        name: "contact: motion it prevents", or the name of the velocity constraint.
+        block: index of the contact or velocity constraint.
         gap: Φ; zero where there is none.
         slip: ψ, which is Φ' where there is a Φ.
         slopes: A, shape (nv,).
         rate: γ.
-        place: where a contact is; None of a velocity constraint.
-        direction: along which its force acts there.
+        place: point of contact; None for a velocity constraint.
+        direction: direction of its force there.
     """
 
     name: str
@@ -62,14 +62,14 @@ class Demand:
 @final
 @dataclass(frozen=True)
 class _Touch:
-    """Where a contact is, in the world.
+    """The place of a contact, in the world, and the directions in which it prevents motion.
 
     Args:
         place: P.
         rate: P'.
         gap: Φ of the first direction.
-        directions: that it closes.
-        turning: their rates; None where they rest.
+        directions: the directions.
+        turning: their rates; None if they are constant.
     """
 
     place: Triple
@@ -80,11 +80,11 @@ class _Touch:
 
 
 def demands_of(letters: Letters, recursion: Recursion) -> list[Demand]:
-    """Return what the contacts, then the velocity constraints of a mechanism demand.
+    """Return the equations of a mechanism's contacts, then of its velocity constraints.
 
     Args:
-        letters: its letters.
-        recursion: where its bodies are.
+        letters: its inputs.
+        recursion: the recursion over its bodies.
     """
     mechanism, found, world = letters.mechanism, list[Demand](), World(recursion)
     for k, contact in enumerate(mechanism.contacts):
@@ -160,7 +160,7 @@ def _touch(letters: Letters, world: World, contact: Contact) -> _Touch:
 def _reach_wheel(
     letters: Letters, contact: Rolling, axis: tuple[Triple, Triple], normal: tuple[Triple, Triple]
 ) -> tuple[Triple, Triple]:
-    """ρ = −crown n − (r − crown) (n − λ e)/σ and ρ', with λ = n·e and σ the length."""
+    """Return ρ = −crown n − (r − crown) (n − λ e)/σ and ρ', with λ = n·e, σ = |n − λ e|."""
     (e, e_rate), (n, n_rate) = axis, normal
     radius, crown = _numbers(letters, (contact.radius, contact.crown))
     lean = dot(n, e)
@@ -178,7 +178,7 @@ def _reach_wheel(
 
 
 def _reach_ellipsoid(letters: Letters, contact: Rolling, A: Matrix, n: Triple) -> Triple:
-    """−R d² u/|d u| with u = Rᵀ n and the semi-axes d."""
+    """Return ρ = −R d² u/|d u| with u = Rᵀ n and the semi-axes d."""
     (radius,) = _numbers(letters, (contact.radius,))
     if not contact.stretched:
         return scale(-1.0 * radius, n)
@@ -192,7 +192,7 @@ def _reach_ellipsoid(letters: Letters, contact: Rolling, A: Matrix, n: Triple) -
 def _touch_sphere(
     letters: Letters, contact: Rolling, hub: Triple, moved: Triple, frame: Sequence[Triple]
 ) -> _Touch:
-    """Where a ball touches a bowl or a dome: on the line to the sphere's center."""
+    """Return the contact of a ball with a bowl or a dome, on the line to the sphere's center."""
     x, y, z, start = frame
     radius, bowl = _numbers(letters, (contact.radius, contact.bowl))
     side = 1.0 if letters.mechanism.evaluate(contact.bowl) > 0 else -1.0

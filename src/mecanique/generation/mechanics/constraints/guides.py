@@ -1,8 +1,9 @@
-"""The forces of the elements that guide, on a tape: cords, gears, racks and pins of the map.
+"""Solve for the forces of guiding elements on a tape: cords, belts, gears, racks and loops.
 
-What crosses joint k in all is T_k, and S_kj balances the unit force j on all that hangs on it. The
-joint transmits nothing along its own directions n, so that n·T_k + Σ f_j n·S_kj = 0 for each that
-the coordinate map moves: more equations than forces, which agree, solved by their squares.
+T_k is the total wrench across joint k, and S_kj balances the unit force j on all bodies beyond it.
+The joint transmits nothing along its own directions n: n·T_k + Σ f_j n·S_kj = 0 for each direction
+that the coordinate map drives. These are more equations than forces, but consistent; they are
+solved by least squares.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from mecanique.model.expression import Scalar
 __all__ = ["Guides"]
 
 Transmit: TypeAlias = Callable[[Sequence[Action]], Mapping[str, Action]]
-"""What joints do to their children if forces act on the bodies."""
+"""Returns the actions of joints on their children under forces on the bodies."""
 
 
 @final
@@ -33,9 +34,9 @@ class Guides:
     """The elements of a mechanism.
 
     Args:
-        letters: its letters.
-        recursion: where its bodies are.
-        transmit: what its joints transmit under forces.
+        letters: its inputs.
+        recursion: the recursion over its bodies.
+        transmit: returns the actions of its joints under given forces.
     """
 
     def __init__(self, letters: Letters, recursion: Recursion, transmit: Transmit) -> None:
@@ -43,10 +44,10 @@ class Guides:
         self._names = force_names(letters.mechanism.elements)
 
     def sizes(self, acting: Sequence[Action]) -> list[Any]:
-        """Return the size of each force.
+        """Return the magnitude of each force.
 
         Args:
-            acting: all that acts on the bodies besides, inertia included.
+            acting: all other actions on the bodies, including inertia forces.
         """
         if not self._names:
             return []
@@ -62,10 +63,10 @@ class Guides:
         return factorize(self._letters.tape, products(rows, rows)).solve(missing)
 
     def actions(self, sizes: Mapping[str, Any]) -> list[Action]:
-        """Return what the elements do to the bodies.
+        """Return the actions of the elements on the bodies.
 
         Args:
-            sizes: of their forces, by name.
+            sizes: magnitudes of their forces, by name.
         """
         found: list[Action] = []
         for unit, pressing in self._pairs:
@@ -80,7 +81,7 @@ class Guides:
 
     @cached_property
     def _pairs(self) -> list[tuple[UnitForce, UnitForce | None]]:
-        """Unit forces, each with what presses at the same point."""
+        """Pair each unit force with the separating force at the same point, if any."""
         units = unit_forces(self._letters.mechanism, self._ground())
         following = zip(units, [*units[1:], None], strict=True)
         return [
@@ -94,7 +95,7 @@ class Guides:
         return Action(name, "reaction", unit.body, unit.point, unit.force, unit.moment)
 
     def _along(self, acting: Sequence[Action]) -> list[Any]:
-        """What crosses the joints along those directions in which the map moves them."""
+        """Return the joints' wrenches along the directions in which the map drives them."""
         recursion, found = self._recursion, list[Any]()
         crossing = self._transmit(acting)
         for joint in self._letters.mechanism.tree:

@@ -1,4 +1,4 @@
-"""What loops, contacts and velocity constraints demand, on a tape: Φ'' or ψ' = J a + γ = 0."""
+"""Write the constraints on a tape, of loops, contacts and velocities: Φ'' or ψ' = J a + γ = 0."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ class Loops:
     """The equations of all loops, contacts and velocity constraints.
 
     Args:
-        names: "loop: motion it closes" of each equation, or as contacts and constraints name it.
-        blocks: number of the block of each: the lengths of a loop, or its angles, or a contact.
-        residual: Φ; zero of what restricts velocities alone.
+        names: name of each equation, e.g. "loop: motion it closes".
+        blocks: index of each equation's block: the lengths of a loop, its angles, or a contact.
+        residual: Φ; zero for equations that restrict velocities only.
         rate: Φ', or ψ.
         jacobian: rows of J.
         gamma: γ.
-        demands: the contacts' and constraints' equations, which come last.
+        demands: the equations of contacts and velocity constraints, which come last.
     """
 
     names: tuple[str, ...]
@@ -43,11 +43,11 @@ class Loops:
 
 
 def loops_of(letters: Letters, recursion: Recursion) -> Loops:
-    """Return what the loops, contacts and velocity constraints of a mechanism demand.
+    """Return the equations of a mechanism's loops, contacts and velocity constraints.
 
     Args:
-        letters: its letters.
-        recursion: where its bodies are.
+        letters: its inputs.
+        recursion: the recursion over its bodies.
     """
     names: list[str] = []
     blocks: list[int] = []
@@ -71,7 +71,7 @@ def loops_of(letters: Letters, recursion: Recursion) -> Loops:
 
 
 def _demands(letters: Letters, recursion: Recursion, loop: Loop) -> list[Any]:
-    """Φ of one loop, in the axes of frame a."""
+    """Return Φ of one loop, in the axes of frame a."""
     frames: list[Matrix] = []
     for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)):
         placed = origin(frame, letters.values, letters.arithmetic)
@@ -98,4 +98,4 @@ def _demands(letters: Letters, recursion: Recursion, loop: Loop) -> list[Any]:
             return [x, y, z, *skew]
         case "ball":
             return [x, y, z]
-    raise DerivationError(f"no program is known of loop {loop.name!r}, a {loop.kind!r}")
+    raise DerivationError(f"no program is known for loop {loop.name!r}, a {loop.kind!r}")

@@ -1,4 +1,4 @@
-"""The way back onto the loops for a state next to them, on a tape."""
+"""Write the projection of a nearby state on the loops, on a tape."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ __all__ = ["landing_of"]
 
 
 def landing_of(letters: Letters, loops: Loops, constrained: Constrained) -> Landing:
-    """Return the changes of q and v that close the loops, and let them stay closed.
+    """Return the changes of q and v that close the loops and their rates.
 
     Args:
-        letters: the mechanism's letters.
-        loops: what its loops demand.
+        letters: the mechanism's inputs.
+        loops: the equations of its loops.
         constrained: the same, factorized.
     """
     step: list[Any] = constrained.close(loops.residual)
     turn: list[Any] = constrained.close(loops.rate)
-    # the rates of q are linear in the velocities, in whose place the step is put
+    # the rates of q are linear in v, so replacing v by the step gives the change of q
     along = {v.place: value_of(x) for v, x in zip(letters.v, step, strict=True)}
     moved = push_forward(letters.tape, values_of(letters.rates), along)
     changes = (*moved, *values_of(turn))
