@@ -338,3 +338,16 @@ def test_view_refuses_what_no_view_can_have() -> None:
         result = call("view", "rigid_bar_pendulum", "--no-browser", *words)
         assert (result.exit_code, result.stdout) == (2, "")
         assert message in result.stderr
+
+
+@pytest.mark.parametrize("words", [(), ("--method", "all"), ("--units",)])
+def test_equations_that_are_too_long_to_be_read_are_listed_as_results(
+    monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
+) -> None:
+    """Those of a quadruped, free in space, were 475,000 characters."""
+    monkeypatch.setattr("mecanique.derivation.equations.MOST_TERMS", 3)
+    run = CliRunner().invoke(app, ["derive", "double_pendulum", *words])
+    assert run.exit_code == 0
+    equations = mq.derive(mq.textbook.load("double_pendulum"))
+    assert run.stdout.rstrip("\n") == mq.write_recursion(equations).text()
+    assert f"The equations have {equations.terms} terms: here they are a list" in run.stderr

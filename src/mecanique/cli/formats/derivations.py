@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Literal, TypeAlias
 
 import mecanique as mq
+from mecanique.cli.printing import inform
 
 __all__ = ["Form", "as_document", "derivation", "derivations", "in_one_coordinate", "reduction"]
 
@@ -15,12 +16,20 @@ Form: TypeAlias = Literal["text", "latex", "mathml"]
 def derivation(
     mechanism: mq.Mechanism, method: str, form: Form, steps: bool, *, units: bool = False
 ) -> str:
-    """Return the equations of motion by one method, with what each symbol means."""
+    """Return the equations of motion by one method, with what each symbol means.
+
+    Those that cannot be read, or are too long for that, are a list of named results.
+    """
     equations = mq.derive(mechanism, method=method)
-    if not equations.symbolic:
+    if not equations.legible:
+        if equations.symbolic:
+            inform(
+                f"The equations have {equations.terms:,} terms: here they are a list of named "
+                "results; in Python, mecanique.derive(…).text() writes them out"
+            )
         written = mq.write_recursion(equations)
         return {"text": written.text, "latex": written.latex, "mathml": written.mathml}[form]()
-    if units and equations.symbolic:
+    if units:
         from mecanique.model.units import add_unit
 
         lines = zip(map(str, equations.equations), equations.units, strict=True)
@@ -36,6 +45,9 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     from mecanique.derivation.agreement import agreement
     from mecanique.derivation.printing.prose import to_latex
 
+    shortest = mq.derive(mechanism)
+    if shortest.symbolic and not shortest.legible:  # the others are longer and take minutes
+        return derivation(mechanism, shortest.method, form, steps=True)
     parts = [derivation(mechanism, method, form, steps=True) for method in readable(mechanism)]
     try:
         said = agreement(mechanism)
