@@ -180,3 +180,13 @@ def test_what_is_no_equilibrium_is_refused() -> None:
         linearize(pendulum, v={"q": 0.5}).text()
     with pytest.raises(mq.DerivationError, match="no constant coefficients: K depends on 't'"):
         linearize(mq.textbook.load("kapitza_pendulum"), at={"q": 0.0}).text()
+
+
+def test_an_arm_whose_vertical_axes_are_so_but_for_a_digit_is_linearized_in_letters() -> None:
+    """UR5's file has 1.570796325 for π/2; it hangs straight down, and three joints turn freely."""
+    small = mq.linearize(mq.read_urdf(mq.robot("ur5_robot")))
+    assert (small.frequencies[:3] == 0).all()
+    assert small.frequencies[3] > 0.1
+    assert np.isnan(small.damping[:3]).all()
+    stiffness = _numbers(small.symbolic.matrices.K, dict(small.mechanism.values))
+    np.testing.assert_allclose(stiffness, small.K, rtol=1e-6, atol=1e-6)

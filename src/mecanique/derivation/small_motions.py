@@ -8,7 +8,7 @@ Vibration Analysis, 1986, sect. 4.2).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import final
@@ -30,7 +30,7 @@ _EXACT = 1e-9
 """A coordinate this close to zero or to a multiple of π/12 is replaced by it."""
 
 _BALANCED = 1e-7
-"""The forces balance if their sum is at most this fraction of the largest of them."""
+"""The forces balance if their sum is at most this fraction of the largest force or stiffness."""
 
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{}</math>'
 
@@ -139,7 +139,8 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
                     f"the linear equations of {mechanism.name!r} have no constant coefficients: "
                     f"{what} depends on {timed[0]!r}; use the matrices at one time"
                 )
-    f = tuple(_drive(put(force), numbers, mechanism.name) for force in forces)
+    stiffest = max((abs(evaluate(entry, numbers)) for row in K for entry in row), default=0.0)
+    f = _drive([put(force) for force in forces], numbers, mechanism.name, stiffest)
     names = tuple(v[:-1] if v.endswith("'") else f"δ{v}" for v in algebra.velocities)
     moved = [
         ring[name] if name in mechanism.coordinates else ring.unknown(name, Kind.VARIATION)
@@ -209,24 +210,34 @@ def _place(
     return place, letters
 
 
-def _drive(rest: Series, numbers: Mapping[str, float], name: str) -> Series:
-    """Return the terms that depend on time, as a force; the constant terms must balance."""
-    ring = rest.ring
-    timed, constant, size = [], [], 0.0
-    for trig, monomial, c in rest.terms():
-        term = Series(ring, {trig: {monomial: c.numerator}}, c.denominator, rest.reach)
-        if any(g.kind in (Kind.TIME, Kind.INPUT) for g in term.generators()):
-            timed.append(-term)
-        else:
-            constant.append(term)
-            size = max(size, abs(evaluate(term, numbers)))
-    left = evaluate(ring.sum(constant), numbers) if constant else 0.0
-    if abs(left) > _BALANCED * max(size, 1e-300):
-        raise DerivationError(
-            f"the forces of {name!r} do not balance there: they add up to {left:.3g}; expected an "
-            "equilibrium (find one with mecanique.equilibria)"
-        )
-    return ring.sum(timed)
+def _drive(
+    rests: Sequence[Series], numbers: Mapping[str, float], name: str, size: float
+) -> tuple[Series, ...]:
+    """Return each equation's terms that depend on time, as a force; the others must balance.
+
+    Their sum is judged by the largest force of all, and by what a deviation of 1 makes (`size`):
+    where an arm hangs straight down, only what its file rounds is left of the forces.
+    """
+    drives, constants = list[Series](), list[Series]()
+    for rest in rests:
+        ring, timed, constant = rest.ring, list[Series](), list[Series]()
+        for trig, monomial, c in rest.terms():
+            term = Series(ring, {trig: {monomial: c.numerator}}, c.denominator, rest.reach)
+            if any(g.kind in (Kind.TIME, Kind.INPUT) for g in term.generators()):
+                timed.append(-term)
+            else:
+                constant.append(term)
+                size = max(size, abs(evaluate(term, numbers)))
+        drives.append(ring.sum(timed))
+        constants.append(ring.sum(constant))
+    for constant_sum in constants:
+        left = evaluate(constant_sum, numbers)
+        if abs(left) > _BALANCED * max(size, 1e-300):
+            raise DerivationError(
+                f"the forces of {name!r} do not balance there: they add up to {left:.3g}; expected "
+                "an equilibrium (find one with mecanique.equilibria)"
+            )
+    return tuple(drives)
 
 
 def _single(

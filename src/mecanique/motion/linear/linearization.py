@@ -26,6 +26,9 @@ __all__ = ["Linearization"]
 UNDAMPED = 1e-10
 """C and the skew part of K below this fraction of their scale count as zero."""
 
+_NO_SQUARE = 1e-14
+"""ω² below this fraction of the largest is rounding: along it nothing pulls back."""
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -108,7 +111,8 @@ class Linearization:
         from scipy.linalg import eigh
 
         values, modes = eigh((self.K + self.K.T) / 2, self.M)
-        return values, modes
+        rounding = np.abs(values) <= _NO_SQUARE * np.abs(values).max(initial=0.0)
+        return np.where(rounding, 0.0, values), modes
 
     @cached_property
     def state_matrix(self) -> np.ndarray:
