@@ -266,7 +266,8 @@ ORDER: dict[str, list[str]] = {
         "page",
     ],
     "cli": [
-        "formats options printing",
+        "options printing",
+        "formats",
         "reading",
         "words",
         "checks",

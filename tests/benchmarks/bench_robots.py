@@ -99,7 +99,7 @@ def main() -> None:
     print()
     for what, count in sorted(Counter(robot.outcome for robot in robots).items()):
         print(f"{count:5}  {what}")
-    print(f"\n{_share(robots)}")
+    print(f"\n{_share(robots, engines)}")
     for robot in robots:
         if robot.loaded and robot.outcome not in ("agrees", "no mass"):
             print(f"{' '.join(robot.loaded)}: {robot.source} {robot}")
@@ -153,17 +153,24 @@ def _loads(engine: str, file: Path) -> bool:
         return False
 
 
-def _share(robots: list[Robot]) -> str:
-    """Say how many of the files that an engine loads are read and agree."""
+def _share(robots: list[Robot], engines: list[str]) -> str:
+    """Say how many of the files that engines load are read and agree."""
     loaded = [robot for robot in robots if robot.loaded]
     massive = [robot for robot in loaded if robot.outcome != "no mass"]
-    agree = sum(robot.outcome == "agrees" for robot in massive)
-    share = 100 * agree / max(1, len(massive))
-    return (
+    said = (
         f"Of {len(loaded)} files that one of these engines loads, {len(loaded) - len(massive)} "
         "have moving parts without any mass: they are read, and have no equations of motion. Of "
-        f"the other {len(massive)}, {agree} ({share:.1f} %) are read and agree."
+        f"the other {len(massive)}, {_agreeing(massive)} are read and agree."
     )
+    for engine in engines:
+        own = [robot for robot in massive if engine in robot.loaded]
+        said += f" Of the {len(own)} that {engine_of(engine).title} loads, {_agreeing(own)} do."
+    return said
+
+
+def _agreeing(robots: list[Robot]) -> str:
+    agree = sum(robot.outcome == "agrees" for robot in robots)
+    return f"{agree} ({100 * agree / max(1, len(robots)):.1f} %)"
 
 
 def _files(folders: list[Path]) -> Iterator[tuple[str, str, Path]]:
@@ -220,7 +227,7 @@ def _page(robots: list[Robot], arguments: argparse.Namespace) -> str:
         "explained under [lint](lint.md). Times are processor time for reading, deriving and",
         f"comparing, beside other work on a virtual machine with 2 cores ({engine}).",
         "",
-        f"{_share(robots)} Engines: {arguments.engines}; they read the original text, too.",
+        f"{_share(robots, arguments.engines.split(','))} They read the original text, too.",
         "",
         "Written by `python tests/benchmarks/bench_robots.py FOLDER … --engines "
         f"{arguments.engines} --samples {arguments.samples} --table docs/robots.md`. The first "

@@ -141,6 +141,7 @@ CASES: dict[str, tuple[str, int, str]] = {
     "M004": (swap("<robot", "<a>" * 70 + "<robot"), 2, "nested more than 64 deep"),
     "M005": ("<sdf/>", 1, "expected <robot> as the outermost element, got <sdf>"),
     "M006": (swap('<mass value="1"', '<mass value="${m}"'), 8, "got '${m}'"),
+    "M007": (swap("<?xml", "\n<?xml"), 2, "begins with blanks before its <?xml … ?>"),
     "M101": (swap(' name="clean"', ""), 2, "the robot has no name"),
     "M102": ('<robot name="empty">\n</robot>', 1, "the robot has no link"),
     "M103": (swap('<mass value="1"', "<mass"), 8, "<mass> has no value=…"),

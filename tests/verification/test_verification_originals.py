@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
 from dataclasses import replace
 
 import pytest
 
 import mecanique as mq
+from mecanique.reference.originals import drake
 from mecanique.urdf import read_urdf
 from mecanique.verification.originals.engines import read_by
 from mecanique.verification.originals.reading import EngineReading
@@ -140,3 +143,14 @@ def test_an_engine_that_is_not_installed_or_known(monkeypatch: pytest.MonkeyPatc
 
 def test_a_mechanism_from_no_file_has_no_readings() -> None:
     assert mq.verify(mq.textbook.load("cart_pole"), samples=3).readings == ()
+
+
+def test_a_robot_without_joints_of_one_coordinate_is_read_from_drake(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its matrices have no entries, from which no number of states follows."""
+    answer = json.dumps({"joints": [], "mass": [[], []], "bias": [[], []], "complaints": []})
+    done = subprocess.CompletedProcess([], 0, answer, "")
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: done)
+    original = drake.read(b"<robot/>", (0.0, 0.0, -9.81), {}, {})
+    assert (original.mass.shape, original.bias.shape) == ((2, 0, 0), (2, 0))

@@ -44,11 +44,12 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     if run.returncode:
         raise EngineError(run.stderr.strip().rpartition("\n")[2] or "it crashed the process")
     answer = json.loads(run.stdout)
-    names, count = tuple(answer["joints"]), len(answer["joints"])
+    names = tuple(answer["joints"])
+    states, count = len(answer["mass"]), len(names)
     return Original(
         names,
-        np.array(answer["mass"], dtype=float).reshape(-1, count, count),
-        np.array(answer["bias"], dtype=float).reshape(-1, count),
+        np.array(answer["mass"], dtype=float).reshape(states, count, count),
+        np.array(answer["bias"], dtype=float).reshape(states, count),
         tuple(answer["complaints"]),
     )
 

@@ -49,4 +49,11 @@ RULES = (
         "Macros and ${…} are no numbers; engines drop or zero what they cannot read.",
         "Read the .xacro file itself (extra xacro), or expand it: xacro FILE.xacro > FILE.urdf.",
     ),
+    Rule(
+        "M007",
+        "late-declaration",
+        "error",
+        "XML allows nothing before its declaration, and strict readers refuse the file.",
+        "Remove what stands before <?xml … ?>.",
+    ),
 )

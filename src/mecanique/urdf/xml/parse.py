@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from typing import final
 
@@ -10,6 +11,12 @@ from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 
 __all__ = ["MOST_BYTES", "parse"]
+
+_LATE = re.compile(
+    rb"""\s+(<\?xml\s+version\s*=\s*["']1\.0["'](?:\s+encoding\s*=\s*["']utf-8["'])?\s*\?>)""",
+    re.IGNORECASE,
+)
+"""An XML declaration of a text in UTF-8 that is not at its start."""
 
 MOST_BYTES = 20_000_000
 """Largest text that is read; robot descriptions are smaller than one megabyte."""
@@ -36,7 +43,7 @@ def parse(data: bytes | str, report: Report) -> Element | None:
         return None
     builder = _Builder("UTF-8" if isinstance(data, str) else None)
     try:
-        builder.reader.read(raw)
+        builder.reader.read(_blank_late_declaration(raw, report))
     except XmlRefusedError as refused:
         match refused.reason:
             case "malformed":
@@ -50,6 +57,16 @@ def parse(data: bytes | str, report: Report) -> Element | None:
                 report.add("M004", refused.line, "", str(refused))
         return None
     return builder.roots[0]
+
+
+def _blank_late_declaration(raw: bytes, report: Report) -> bytes:
+    """Return a text without an XML declaration that stands behind blanks; places stay the same."""
+    late = _LATE.match(raw)
+    if late is None:
+        return raw
+    line = raw.count(b"\n", 0, late.start(1)) + 1
+    report.aside.add("M007", line, "", "the text begins with blanks before its <?xml … ?>")
+    return raw[: late.start(1)] + re.sub(rb"[^\n]", b" ", late.group(1)) + raw[late.end() :]
 
 
 @final
