@@ -22,18 +22,18 @@ MISTAKES = (
     (ROD, "m l^2/3 q'' - m g l/2 sin q = 0", "potential sign", "gravity is wrong"),
     (ROD, "m l^2/12 q'' + m g l/2 sin q = 0", "inertia", "taken about its center"),
     (ROD, "m l^2 (1/3 + 1/4) q'' + m g l/2 sin q = 0", "inertia", "Steiner's term of 'rod'"),
-    (ROD, "m l^2/4 q'' + m g l/2 sin q = 0", "inertia", "taken as a particle"),
+    (ROD, "m l^2/4 q'' + m g l/2 sin q = 0", "inertia", "as for a particle"),
     (ROD, "m l^2/3 q'' + m g l/2 cos q = 0", "sin for cos", "'cos q' in 'm g l/2 cos q'"),
-    (ROD, "m l^2/3 q'' + m g l sin q = 0", "half", "potential energy is taken twice"),
-    (ROD, "m l/3 q'' + m g l/2 sin q = 0", "units", "the units do not fit"),
+    (ROD, "m l^2/3 q'' + m g l sin q = 0", "half", "potential energy is counted twice"),
+    (ROD, "m l/3 q'' + m g l/2 sin q = 0", "units", "the units do not match"),
     (ROD, "q'' + 3 g/2 sin q = 0", "units", "is in 1/s²"),
     (ROD, "q'' + 3 g/(2 l) sin(l q) = 0", "units", "expected an angle"),
-    (TWO, FIRST.replace("+ 2 m2)", "+ 2 m1)") + SECOND, "letter", "m1 stands in '2 m1' where m2"),
+    (TWO, FIRST.replace("+ 2 m2)", "+ 2 m1)") + SECOND, "letter", "m1 in '2 m1' should be m2"),
     (TWO, FIRST + SECOND.replace("g sin(q2)", "g sin(q1 - q2)"), "angle", "should be sin(q2)"),
     (TWO, FIRST.replace("3 l2 m2 cos(q1 - q2) q2'' + ", "") + SECOND, "missing", "coupling term"),
     (TWO, FIRST + SECOND.replace("q1'^2", "q1' q2'"), "angle", ""),
     (TWO, FIRST.replace("+ 3 l2 m2 sin", "- 3 l2 m2 sin") + SECOND, "sign", "the sign of the term"),
-    (TWO, FIRST.replace("sin(q1) ", "q1 ") + SECOND, "small angle", "stands in"),
+    (TWO, FIRST.replace("sin(q1) ", "q1 ") + SECOND, "small angle", "should be sin(q1)"),
     ("elastic_pendulum", SPRING.replace("(r - l0)", "r") + SWING, "free length", "forgotten"),
     ("elastic_pendulum", SPRING.replace("- m r theta'^2", "") + SWING, "missing", "centripetal"),
     ("elastic_pendulum", SPRING + SWING.replace("2 r'", "r'"), "factor", "half of what"),
@@ -41,7 +41,7 @@ MISTAKES = (
     ("elastic_pendulum", SPRING + SWING.replace("r theta''", "l0 theta''"), "length", ""),
     ("cart_pole", CART + POLE.replace("+ g", "- g"), "sign", "gravity is wrong"),
     ("cart_pole", CART.replace("= F", "= 0") + POLE, "missing", "the force -F is missing"),
-    ("cart_pole", CART.replace("(M + m)", "M") + POLE, "letter", "where M + m should"),
+    ("cart_pole", CART.replace("(M + m)", "M") + POLE, "letter", "should be M + m"),
     ("cart_pole", CART.replace("+ c x'", "- c x'") + POLE, "sign", "the sign of the"),
 )
 
@@ -70,7 +70,7 @@ def test_a_defined_letter_of_another_unit_is_named() -> None:
     assert found.causes[0].kind == "units"
     assert found.causes[0].text.endswith("I is defined in kg·m")
     found = mq.check(mq.textbook.load(ROD), text, let=["I = m l^2/3 + m l"])
-    assert found.causes[0].text.endswith("the terms that define I differ in theirs")
+    assert found.causes[0].text.endswith("the terms that define I differ in units")
 
 
 def test_a_term_that_comes_from_a_prescribed_motion_is_no_damping() -> None:

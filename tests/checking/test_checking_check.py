@@ -154,7 +154,7 @@ def test_a_wrong_answer_says_where_and_how_much() -> None:
         ("q'' + (3 g", "( is not closed"),
         ("q'' + 3) = 0", ") was not opened"),
         ("q'' + * 3 = 0", "'*' is not expected here"),
-        ("q'' = sin q^2", "two ways; write sin(q)^2 or sin(q^2)"),
+        ("q'' = sin q^2", "ambiguous; write sin(q)^2 or sin(q^2)"),
         ("q'' + J sin q", "unknown letter 'J'; the letters of this system are g, l, m"),
         ("q'' + L sin q", "did you mean 'l'?"),
         ("q'' + 3 g/(2 l) sin = 0", "expected an argument of sin"),

@@ -58,7 +58,7 @@ def test_a_constraint_put_into_the_kinetic_energy_is_named(
     assert found.outcome == "wrong"
     first = found.causes[0]
     assert first.kind == "constraint in T", str(found)
-    assert f"put into T ({', '.join(eliminated)} eliminated" in first.text
+    assert f"substituted into T ({', '.join(eliminated)} eliminated" in first.text
 
 
 def test_a_contact_that_can_be_integrated_may_be_put_into_the_kinetic_energy() -> None:
@@ -77,11 +77,11 @@ r sin(theta) + l sin(theta + beta) = 0""".replace("\n +", " +")
 
 LOOPS = (
     ("m1 r^2/3", "m1 r^2/12", "inertia", "is taken about its center"),
-    ("m1 r^2/3", "m1 r^2/4", "inertia", "taken as a particle"),
+    ("m1 r^2/3", "m1 r^2/4", "inertia", "as for a particle"),
     ("+ m1 g r/2", "- m1 g r/2", "potential sign", "gravity is wrong"),
     (" + m1 g r/2 cos(theta)", "", "missing", "gravity is missing"),
     ("m2 x'' - lambda_B_x", "m2 x''", "missing", "the force of the constraint B_x"),
-    ("m2 x''", "m1 x''", "letter", "m1 stands"),
+    ("m2 x''", "m1 x''", "letter", "m1 in 'm1 x''' should be m2"),
 )
 
 

@@ -26,7 +26,7 @@ JUDGED = (
         "",
     ),
     ("cart_pole", "[[M+m, m l sin q], [m l cos q, m l^2]]", "mass matrix", "wrong", "be cos"),
-    ("cart_pole", "Matrix([[M, 0], [0, m*l**2]])", "mass matrix", "wrong", "M + m should"),
+    ("cart_pole", "Matrix([[M, 0], [0, m*l**2]])", "mass matrix", "wrong", "should be M + m"),
     (
         "cart_pole",
         "[[m l^2, m l cos q], [m l cos q, M + m]]",
@@ -80,8 +80,14 @@ JUDGED = (
     ("kepler_orbit", "A = r^2 phi'/2", "conserved quantity", "right", ""),
     ("heavy_top", "p_psi = psi' + phi' cos(theta)", "conserved quantity", "right", ""),
     ("simple_pendulum", "T = 2π√(l/g)", "frequency", "right", ""),
-    ("simple_pendulum", "sqrt(l/g)", "frequency", "wrong", "is in s, what is asked for in 1/s"),
-    ("simple_pendulum", "m l q'^2/2", "kinetic energy", "wrong", "what is asked for in N·m"),
+    (
+        "simple_pendulum",
+        "sqrt(l/g)",
+        "frequency",
+        "wrong",
+        "is in s, the quantity in question in 1/s",
+    ),
+    ("simple_pendulum", "m l q'^2/2", "kinetic energy", "wrong", "the quantity in question in N·m"),
     ("simple_pendulum", "p = m l q'", "momentum of q", "wrong", "'p' is in N·m·s"),
     (
         "coupled_pendulums",

@@ -32,16 +32,16 @@ def check(
     let: Sequence[str] | Mapping[str, str] = (),
     seed: int = 0,
 ) -> Check:
-    """Check whether a formula is right, and if not, look for what is wrong.
+    """Check whether a formula is right, and if not, find the likely mistake.
 
-    The text is read by a grammar and never executed. It is compared with the in-house derivation at
-    random states with random parameters; the order of equations, factors, combinations and
-    solving for accelerations do not matter.
+    The text is read by a grammar and never executed. It is compared with the in-house derivation in
+    random states with random parameters. Equations may come in any order, be multiplied by factors,
+    combined, or solved for accelerations.
 
     Args:
-        mechanism: what the formula is about.
+        mechanism: the mechanism.
         text: plain text, LaTeX, SymPy's text or MathML; one equation a line.
-        ask: what it is meant to be: "equation of motion", "kinetic energy", "potential energy",
+        ask: the quantity in question: "equation of motion", "kinetic energy", "potential energy",
             "Lagrangian", "energy", "mass matrix", "momentum of q", "conserved quantity",
             "frequency", "equilibrium", "equilibrium of rod" (the balance of a free body, in the
             letters of its reactions) or "reaction".
@@ -50,12 +50,12 @@ def check(
         seed: of the random states.
 
     Returns:
-        Whether it is right, and if not what is probably meant.
+        Whether it is right, and if not, the likely causes.
 
     Raises:
         FormulaError: if the text cannot be read; the message shows where.
         UnknownNameError: if there is no such question.
-        InputError: if a definition is none.
+        InputError: if a definition is invalid.
 
     Example:
         >>> mq.check(mq.textbook.load('simple_pendulum'), "q'' + g/l sin q = 0").right
@@ -96,7 +96,7 @@ class Checker:
 
         Args:
             text: the formula.
-            ask: what it is meant to be.
+            ask: the quantity in question.
             let: definitions of further letters.
         """
         if ask in ("equation of motion", "equations of motion"):
@@ -154,7 +154,7 @@ class Checker:
         )
 
     def _is_proven(self, one: Judged, quantity: Quantity) -> bool:
-        """Return whether a formula that holds is proven by algebra as well."""
+        """Return whether a formula that holds can also be proven by algebra."""
         proof = self._proof(quantity.derivation)
         if not one.holds or one.root is None or proof is None:
             return False
@@ -165,7 +165,7 @@ class Checker:
         return proof.prove_motion(one.root, one.series)
 
     def _proof(self, derivation: Derivation | None = None) -> Proof | None:
-        """Return what proves formulas by the equations of motion, or by another derivation."""
+        """Return a prover based on the equations of motion, or on another derivation."""
         own = derivation or self.truth.derivation
         if own is None:
             return None
@@ -225,7 +225,7 @@ class Checker:
         )
 
     def _prove_all(self, found: Sequence[Residual]) -> bool:
-        """Return whether every equation holds, and is proven to."""
+        """Return whether every equation holds and is proven."""
         proof = self._proof()
         if proof is None or not all(one.holds for one in found):
             return False
@@ -234,7 +234,7 @@ class Checker:
     def _with_numbers(
         self, found: Sequence[Residual], statements: Sequence[Statement], text: str
     ) -> list[Residual]:
-        """Return the equations where numbers stand for parameters, if they are then right."""
+        """Return equations with numbers in place of parameters, if they are right with these."""
         truth = self.truth
         if not truth.sample.varied or all(one.holds for one in found):
             return []
@@ -252,7 +252,7 @@ def _line(one: Residual, causes: tuple[Cause, ...], factor: str) -> Line:
     forms = []
     if one.holds:
         if one.says_nothing:
-            forms.append("it holds whatever the motion is")
+            forms.append("it holds for any motion")
         elif not one.is_affine:
             forms.append("not linear in the accelerations")
         elif one.has_factor_of_velocities:
@@ -268,7 +268,7 @@ def _line(one: Residual, causes: tuple[Cause, ...], factor: str) -> Line:
 
 
 def _state(one: Residual) -> dict[str, float]:
-    """Return the state of the largest difference: the letters that occur, without accelerations."""
+    """Return the state with the largest difference, by letters that occur, except accelerations."""
     k = int(np.argmax(one.relative))
     names = sorted(one.root.letters - set(one.truth.accelerations) - {"pi"})
     values = {

@@ -13,10 +13,10 @@ from mecanique.wording import say_count
 __all__ = ["Cause", "Check", "Line", "Outcome"]
 
 Outcome: TypeAlias = Literal["right", "right except for form", "incomplete", "wrong"]
-"""What a check finds."""
+"""The outcome of a check."""
 
 _SHOWN = 3
-"""Causes printed for a line."""
+"""Largest number of causes printed for a line."""
 
 
 @final
@@ -25,10 +25,10 @@ class Cause:
     """A mistake that explains a wrong formula.
 
     Args:
-        kind: of the mistake, e.g. "sign".
-        text: what is wrong, in words.
+        kind: kind of the mistake, e.g. "sign".
+        text: the mistake in words.
         part: the part of the formula, as it was written; empty if it is missing.
-        equation: number of the equation, from 1; 0 if it concerns all.
+        equation: number of the equation, from 1; 0 for all.
     """
 
     kind: str
@@ -52,15 +52,15 @@ class Cause:
 @final
 @dataclass(frozen=True)
 class Line:
-    """One equation or formula of what was submitted.
+    """The verdict on one submitted equation or formula.
 
     Args:
-        text: as it was written.
+        text: the line as it was written.
         outcome: whether it is right.
         worst: the largest difference relative to the size of its terms.
-        forms: what keeps a right one from the form that was asked for.
-        causes: what explains a wrong one, the likeliest first; none can be told apart from the
-            first that explain as much.
+        forms: deviations of a right one from the requested form.
+        causes: possible causes of a wrong one, the likeliest first; several may give the same
+            formula.
     """
 
     text: str
@@ -83,18 +83,18 @@ class Line:
 @final
 @dataclass(frozen=True)
 class Check:
-    """Whether a submitted formula is right, and if not, why not.
+    """The verdict on a submitted formula: whether it is right, and if not, why not.
 
     Args:
         mechanism: name of the mechanism.
-        asked: what was asked for, e.g. "equation of motion".
+        asked: the quantity in question, e.g. "equation of motion".
         outcome: the verdict on the whole.
         lines: the verdict on each equation.
         states: number of random states at which it was compared.
         varied: whether the parameters differed from state to state.
-        exact: whether equality was proven by algebra as well.
-        forms: what keeps a right answer from the form that was asked for.
-        causes: what explains a wrong answer, the likeliest first.
+        exact: whether equality was also proven by algebra.
+        forms: deviations of a right answer from the requested form.
+        causes: possible causes of a wrong answer, the likeliest first.
         at: the state with the largest difference, by letter.
 
     Example:
@@ -118,12 +118,12 @@ class Check:
 
     @property
     def right(self) -> bool:
-        """Whether it is right and in the form that was asked for."""
+        """Whether it is right and in the requested form."""
         return self.outcome == "right"
 
     @property
     def form(self) -> str:
-        """What keeps a right answer from the form that was asked for; empty if nothing does."""
+        """The deviations of a right answer from the requested form; empty if there are none."""
         return "; ".join(self.forms)
 
     @property
@@ -176,14 +176,14 @@ class Check:
         return "\n".join(out)
 
     def _list_causes(self) -> list[str]:
-        """The likeliest cause of each equation, and others that give the very same formula."""
+        """The likeliest cause for each equation, and others that give the very same formula."""
         out: list[str] = []
-        told: set[Cause] = set()
+        reported: set[Cause] = set()
         for line in self.lines:
-            new = [cause for cause in line.causes[:_SHOWN] if cause not in told]
-            told.update(new)
+            new = [cause for cause in line.causes[:_SHOWN] if cause not in reported]
+            reported.update(new)
             for cause in new:
-                # units that do not fit are told first, and by themselves
+                # mismatched units are reported first, and by themselves
                 alike = cause is not new[0] and new[0].kind != "units"
                 others = "or, which gives the same formula" if alike else "or"
                 out.append(f"  {'likely cause' if cause is new[0] else others}: {cause}")

@@ -64,7 +64,7 @@ class Document:
     """A symbolic derivation, ready to be printed.
 
     Args:
-        derivation: what to write out.
+        derivation: the derivation to write out.
         method: name of its method.
     """
 

@@ -1,4 +1,4 @@
-"""Which equations show reactions: those of bodies cut free, where balances determine them."""
+"""Check that equations determine reactions: only balances of bodies cut free do."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ __all__ = ["require_balances", "require_reactions"]
 
 
 def require_balances(numeric: BatchDynamics, method: str, what: str) -> Balances:
-    """Return what computes equations if it balances bodies that are cut free.
+    """Return a numeric derivation if it is by the balances of bodies cut free.
 
     Args:
-        numeric: what computes them.
-        method: how they were derived.
-        what: what is asked of them, for the error.
+        numeric: the numeric derivation.
+        method: name of its method.
+        what: the requested quantity, for the error.
 
     Raises:
-        DerivationError: if the method is another.
+        DerivationError: if it is by another method.
     """
     if isinstance(numeric, Balances):
         return numeric
@@ -27,15 +27,15 @@ def require_balances(numeric: BatchDynamics, method: str, what: str) -> Balances
 
 
 def require_reactions(mechanism: Mechanism, numeric: BatchDynamics, method: str) -> Balances:
-    """Return what computes equations if it determines the reactions in the joints.
+    """Return a numeric derivation if it determines the reactions in the joints.
 
     Args:
-        mechanism: what the equations describe.
-        numeric: what computes them.
-        method: how they were derived.
+        mechanism: the mechanism.
+        numeric: its numeric derivation.
+        method: name of the method.
 
     Raises:
-        DerivationError: if the method shows none, or constraints leave them open.
+        DerivationError: if the method shows no reactions, or constraints leave them undetermined.
     """
     balances = require_balances(numeric, method, "reactions, which do no virtual work")
     if mechanism.loops:

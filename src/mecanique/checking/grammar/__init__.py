@@ -1,1 +1,1 @@
-"""Formulas as people write them: plain text, LaTeX, SymPy's text and MathML; never executed."""
+"""Read formulas in plain text, LaTeX, SymPy's text or MathML, without executing them."""

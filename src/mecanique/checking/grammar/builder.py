@@ -1,4 +1,4 @@
-"""From the tokens of a formula to its tree."""
+"""Build the tree of a formula from its tokens."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ _MOST_FACTORS = 64
 
 
 def build_tree(parsed: Any, letters: Letters, text: str) -> list[list[Node]]:
-    """Build the sides of each statement from what the parser found.
+    """Build the sides of each statement from the parser's tree.
 
     Args:
         parsed: the parser's tree.
-        letters: those that may stand in a formula.
-        text: what was read, for error messages.
+        letters: the letters that a formula may contain.
+        text: the original text, for error messages.
 
     Raises:
-        FormulaError: if a number, a power or a call is none that is understood.
+        FormulaError: if a number, a power or a call is not understood.
     """
     try:
         return _Builder(letters, text).transform(parsed)  # type: ignore[no-any-return]
@@ -154,7 +154,7 @@ class _Builder(Transformer[Any, Any]):
 
     def _table(self, rows: list[list[Node]]) -> Node:
         if len(rows) == 1 and any(cell.kind == "table" for cell in rows[0]):
-            # the brackets of a row with one entry were taken for those of a sum
+            # the brackets of a row with one entry were read as those of a sum
             rows = [list(cell.parts) if cell.kind == "table" else [cell] for cell in rows[0]]
         width = len(rows[0])
         if any(len(row) != width for row in rows):

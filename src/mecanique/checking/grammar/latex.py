@@ -1,4 +1,4 @@
-"""Commands of LaTeX: fractions, dots, environments, spaces and names."""
+"""Read commands of LaTeX: fractions, dots, environments, spaces and names."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class Latex:
     """Reads commands of LaTeX into tokens.
 
     Args:
-        tokens: those found so far.
-        read: reads what stands at a place, and returns where to go on.
+        tokens: the tokens found so far.
+        read: reads the next piece at a position, and returns the position after it.
     """
 
     def __init__(self, tokens: Tokens, read: Callable[[int], int]) -> None:
@@ -51,7 +51,7 @@ class Latex:
         self._arrays: list[bool] = []
 
     def read_command(self, at: int) -> int:
-        """Read the command at a place; return where to go on."""
+        """Read the command at a position; return the position after it."""
         text = self._tokens.plain
         if text.startswith("\\\\", at):
             skip = re.compile(r"\\\\\s*(?:\[[^\]\n]{0,10}\])?").match(text, at)
@@ -67,7 +67,7 @@ class Latex:
         if found := _CASES.match(text, at):
             return found.end()
         if found := _IGNORED.match(text, at):
-            # "\left." opens nothing; elsewhere a dot after a space ends a sentence
+            # the dot of "\left." is no sign; elsewhere a dot after a space ends a sentence
             before = self._tokens.found[-1:]
             if before and before[0].kind == "NEWLINE" and "quad" in found[0]:
                 self._tokens.put("INDENT", " ", at, found.end())
@@ -106,14 +106,14 @@ class Latex:
         return self._tokens.put_word(name + subscript, at, end)
 
     def _subscript(self, at: int) -> tuple[str, int]:
-        """Return the subscript at a place, and where to go on."""
+        """Return the subscript at a position, and the position after it."""
         found = _SUBSCRIPT.match(self._tokens.plain, at)
         if not found:
             return "", at
         return re.sub(r"[\\\s,{}]", "", found["long"] or found["short"]), found.end()
 
     def _brace(self, at: int) -> int:
-        """Put braces around an argument of a fraction that has none, as the 1 and 2 of frac12."""
+        """Put braces around an argument of a fraction without braces, as in frac12."""
         text = self._tokens.plain
         while at < len(text) and text[at].isspace():
             at += 1
@@ -174,7 +174,7 @@ class Latex:
         tokens, opens = self._tokens, found["which"] == "begin"
         table = found["name"] in _TABLES
         if found["name"] == "array":
-            # within brackets a matrix, elsewhere lines
+            # a matrix within brackets, lines elsewhere
             before = tokens.found[-1:]
             if opens:
                 self._arrays.append(bool(before) and before[0].kind in ("LSQB", "LPAR"))

@@ -1,4 +1,4 @@
-"""The letters of a mechanism, and the ways people write them."""
+"""The letters of a mechanism, and their various spellings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["SPELLINGS", "Kind", "Letters", "key_of"]
 Kind: TypeAlias = Literal[
     "coordinate", "velocity", "acceleration", "parameter", "input", "time", "constant", "other"
 ]
-"""What a letter stands for."""
+"""The kind of quantity that a letter denotes."""
 
 SPELLINGS = {
     "arcsin": "asin",
@@ -48,7 +48,7 @@ _DOTTED = re.compile(r"(?P<stem>.+?)_?(?P<dots>dotdot|ddot|dot|dd|d)")
 
 
 def key_of(name: str) -> str:
-    """Return the spelling by which names are compared: theta_1, θ₁ and theta1 are one letter."""
+    """Return a name's spelling for comparison: theta_1, θ₁ and theta1 are the same letter."""
     taken = Letter.of(name)
     base = _VARIANTS.get(taken.base, taken.base)
     subscript = re.sub(r"[_{},\s]", "", taken.subscript)
@@ -58,7 +58,7 @@ def key_of(name: str) -> str:
 @final
 @dataclass(frozen=True)
 class Letters:
-    """What each letter of a formula may stand for.
+    """The letters that formulas may contain, with their meanings.
 
     Args:
         kinds: kind of each letter, by its name in the mechanism's own equations.
@@ -77,8 +77,8 @@ class Letters:
         """Return the letters of a mechanism.
 
         Args:
-            mechanism: whose letters they are.
-            others: further letters, of what is asked for.
+            mechanism: the mechanism.
+            others: further letters, e.g. of the quantity in question.
         """
         kinds: dict[str, Kind] = {"t": "time", "pi": "constant"}
         kinds |= dict.fromkeys(others, "other")
@@ -98,11 +98,11 @@ class Letters:
         return cls(kinds, rates, frozenset(turning))
 
     def define(self, name: str, formula: Node, rates: Mapping[str, Node]) -> Letters:
-        """Return these letters and one more that stands for a formula.
+        """Return these letters with one more that is defined by a formula.
 
         Args:
             name: the letter.
-            formula: what it stands for.
+            formula: its definition.
             rates: its rates by name, e.g. of "phi'" and "phi''"; none if it is constant.
         """
         moves = any(not rate.is_zero for rate in rates.values())
@@ -119,17 +119,17 @@ class Letters:
 
     @cached_property
     def by_key(self) -> dict[str, str]:
-        """Name of each letter by the spelling it is compared by."""
+        """The name of each letter, by its spelling for comparison."""
         return {key_of(name): name for name in self.kinds}
 
     @cached_property
     def longest(self) -> int:
-        """Length of the longest word that may be part of letters written without a space."""
+        """The length of the longest word that may occur among letters written without spaces."""
         words = [*self.by_key, *FUNCTIONS, *SPELLINGS]
         return max(map(len, words)) + len("dotdot")
 
     def find(self, word: str) -> str | None:
-        """Return the name of the letter that a word stands for, if there is one.
+        """Return the name of the letter that a word denotes, None if there is no such letter.
 
         Args:
             word: as written, with dots as primes or as in qdd, q_ddot.
@@ -146,14 +146,14 @@ class Letters:
         return None
 
     def node(self, name: str) -> Node:
-        """Return what a letter stands for in the mechanism's own letters."""
+        """Return a letter's definition in the mechanism's own letters."""
         if name == "pi":
             return letter("pi")
         return self.defined.get(name, letter(name))
 
     @property
     def rate_nodes(self) -> dict[str, Node | None]:
-        """The rate of each of the mechanism's letters that changes; None if it is not known."""
+        """The rate of each of the mechanism's letters that vary; None if it is not known."""
         rates: dict[str, Node | None] = {
             name: None for name, kind in self.kinds.items() if kind in ("acceleration", "input")
         }

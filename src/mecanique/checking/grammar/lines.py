@@ -1,4 +1,4 @@
-"""Lines and arguments: where an equation ends, and where brackets are understood."""
+"""Find the ends of equations, and of arguments written without brackets."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["close_arguments", "join_lines"]
 
 
 def join_lines(tokens: list[Token]) -> list[Token]:
-    """Drop ends of lines within an equation; let every other one, and ; and , separate."""
+    """Drop line ends within an equation; all others, and ; and , separate equations."""
     lines: list[list[Token]] = [[]]
     depth = 0
     for token in tokens:
@@ -48,7 +48,7 @@ def _goes_on(before: list[Token], line: list[Token], indented: bool) -> bool:
         return False
     if not _is_equation(before):
         return True
-    # nothing goes on after "= 0"; after another right side, a line that is no equation itself
+    # no line continues "= 0"; any other right side is continued by a line without =
     ends = before[-2].kind == "EQUALS" and before[-1].value == "0"
     return not ends and (indented or not _is_equation(line))
 
@@ -81,8 +81,7 @@ def close_arguments(tokens: list[Token], letters: Letters, text: str) -> Iterato
         if end < len(tokens) and tokens[end].kind == "POWER":
             name = token.value
             raise FormulaError(
-                f"{name} of a letter with a power may be read in two ways; write {name}(q)^2 or "
-                f"{name}(q^2)",
+                f"{name} of a letter with a power is ambiguous; write {name}(q)^2 or {name}(q^2)",
                 text,
                 tokens[end].start,
             )
@@ -93,7 +92,7 @@ def close_arguments(tokens: list[Token], letters: Letters, text: str) -> Iterato
 
 
 def _end_of_exponent(tokens: list[Token], at: int) -> int:
-    """Return where an exponent ends that stands between a function and its argument."""
+    """Return the end of an exponent between a function and its argument."""
     at += 1
     if at < len(tokens) and tokens[at].kind == "MINUS":
         at += 1
@@ -109,7 +108,7 @@ def _end_of_exponent(tokens: list[Token], at: int) -> int:
 
 
 def _end_of_argument(tokens: list[Token], at: int, letters: Letters) -> int:
-    """Return where an argument without brackets ends: numbers, then an angle or W t."""
+    """Return the end of an argument without brackets: numbers, then an angle or W t."""
     end = at
     while end < len(tokens) and tokens[end].kind == "NUMBER":
         end += 1

@@ -1,4 +1,4 @@
-"""Presentation MathML as text, which the grammar reads."""
+"""Convert presentation MathML into text that the grammar reads."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ _START = re.compile(r"\s*<(?:\w+:)?(?:math|mrow|mtable|div|p)\b")
 
 
 def is_mathml(text: str) -> bool:
-    """Return whether a text is MathML, or a page's part that holds some."""
+    """Return whether a text is MathML, or a part of a page that contains MathML."""
     return bool(_START.match(text)) and "<" in text
 
 
 def text_of(markup: str) -> str:
-    """Return formulas in MathML as plain text, one a line.
+    """Convert formulas in MathML to plain text, one a line.
 
     Args:
         markup: elements named math, one after another.
 
     Raises:
-        FormulaError: if it is no well-formed MathML, or holds an element that is not known.
+        FormulaError: if it is not well-formed MathML, or contains an unknown element.
     """
     if len(markup) > _MOST_CHARACTERS:
         raise FormulaError(f"expected at most {_MOST_CHARACTERS:,} characters of MathML")
@@ -45,7 +45,7 @@ def text_of(markup: str) -> str:
 
 
 def _name_entity(found: re.Match[str]) -> str:
-    """Return the sign of an entity of HTML; those of XML stay."""
+    """Replace an entity of HTML by its sign; leave those of XML."""
     return found[0] if found[1] in _OF_XML else html5.get(f"{found[1]};", found[0])
 
 
@@ -84,7 +84,7 @@ def _write(element: Element) -> str:
 
 
 def _read_rate(above: Element, below: Element) -> str:
-    """Return d/dt, d²/dt² or the derivative of a letter as text; nothing if it is none of them."""
+    """Return d/dt, d²/dt² or the derivative of a letter as text, "" if it is none of these."""
     upper, lower = ("".join("".join(part.itertext()).split()) for part in (above, below))
     found = _OF_RATE.fullmatch(upper)
     if not found or not _BY_TIME.fullmatch(lower):
@@ -95,12 +95,12 @@ def _read_rate(above: Element, below: Element) -> str:
 
 
 def _base(element: Element) -> str:
-    """What a power is taken of; of a sum only with its brackets."""
+    """Return the base of a power; a sum only with its brackets."""
     return _write(element).rstrip()
 
 
 def _letter(element: Element) -> str:
-    """A letter with dots and subscript as one word."""
+    """Return a letter with dots and subscript as one word."""
     word, subscript, dots = _take_apart(element)
     return f" {word}{'_' + subscript if subscript else ''}{chr(39) * dots}"
 

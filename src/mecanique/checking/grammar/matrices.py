@@ -1,4 +1,4 @@
-"""Equations between matrices, as M q'' + h = Q is written: one equation for each row."""
+"""Expand equations between matrices, such as M q'' + h = Q: one equation for each row."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ __all__ = ["write_out"]
 
 
 def write_out(node: Node) -> list[Node]:
-    """Return the entries of a column or a row of formulas; a formula alone is the only entry.
+    """Return the entries of a column or a row of formulas; a single formula is the only entry.
 
     Args:
         node: sums and products of matrices and formulas.
 
     Raises:
-        FormulaError: if it is a matrix of several rows and columns, or sizes do not fit.
+        FormulaError: if it has several rows and columns, or sizes do not match.
     """
     found = _expand(node)
     if isinstance(found, Node):

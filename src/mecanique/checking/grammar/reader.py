@@ -1,4 +1,4 @@
-"""The grammar of formulas, and the reading of a text with it."""
+"""The grammar of formulas, and functions that read texts with it."""
 
 from __future__ import annotations
 
@@ -96,9 +96,9 @@ class Statement:
     """A formula, or an equation between several.
 
     Args:
-        sides: what stands between the signs of equality.
-        text: as it was written.
-        start: where it begins in the whole text.
+        sides: the formulas between the equals signs.
+        text: the statement as it was written.
+        start: its position in the whole text.
     """
 
     sides: tuple[Node, ...]
@@ -107,16 +107,16 @@ class Statement:
 
     @property
     def is_equation(self) -> bool:
-        """Whether it has a sign of equality."""
+        """Whether it has an equals sign."""
         return len(self.sides) > 1
 
 
 def read(text: str, letters: Letters) -> tuple[Statement, ...]:
-    """Read a text of formulas; nothing of it is executed.
+    """Read a text of formulas, without executing any of it.
 
     Args:
         text: plain text, LaTeX, SymPy's text or MathML; one formula a line.
-        letters: what its letters may stand for.
+        letters: the letters that it may contain.
 
     Raises:
         FormulaError: if it cannot be read; the message shows where and suggests a remedy.
@@ -134,17 +134,17 @@ def read(text: str, letters: Letters) -> tuple[Statement, ...]:
 
 
 def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
-    """Read a definition such as "J = m l^2/3" or "theta = q1 + q2"; return it and more letters.
+    """Read a definition such as "J = m l^2/3" or "theta = q1 + q2", and add it to the letters.
 
-    A letter of the system may take another meaning, as in "q = pi - q": on the right it has its
-    own meaning, from then on the new one.
+    A letter of the system may be redefined, as in "q = pi - q": on the right it has its old
+    meaning, from then on the new one.
 
     Args:
         text: the definition.
         letters: the letters it may use.
 
     Raises:
-        FormulaError: if it is no definition of a new letter.
+        FormulaError: if it is not a valid definition.
     """
     left, sign, right = text.partition("=")
     name = key_of(re.sub(r"[\\{}\s]|\(t\)", "", left))
@@ -152,11 +152,11 @@ def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
         raise FormulaError(f"expected LETTER = FORMULA, e.g. J = m l^2/3, got {text!r}")
     name = letters.by_key.get(name, name)
     if letters.kinds.get(name) in ("time", "constant"):
-        raise FormulaError(f"{name!r} has its meaning already; define another letter")
+        raise FormulaError(f"{name!r} is defined already; define another letter")
     statements = read(right, letters)
     if len(statements) != 1 or statements[0].is_equation:
         raise FormulaError(f"expected one formula after {name} =, got {right.strip()!r}")
-    # its places are those of the definition, not of the text that it is used in
+    # its positions are in the definition, not in the text that uses it
     formula = statements[0].sides[0].put_at(0)
     if name in letters.kinds and not formula.letters:
         raise FormulaError(
@@ -183,7 +183,7 @@ def _statements(sides: list[list[Node]], text: str) -> Iterator[Statement]:
 
 @final
 class _Tokens(Lexer):
-    """Hands tokens that are there already to the parser."""
+    """Passes tokens that exist already to the parser."""
 
     def __init__(self, _: Any) -> None:
         pass
@@ -218,7 +218,7 @@ def _explain(error: UnexpectedInput, tokens: list[Token], text: str) -> FormulaE
         return FormulaError("a comma has no meaning within these brackets", text, place)
     if kind == "EQUALS":
         return FormulaError(
-            "a sign of equality within brackets or after an operator; write one equation a line",
+            "an equals sign within brackets or after an operator; write one equation a line",
             text,
             place,
         )

@@ -14,10 +14,10 @@ from mecanique.errors import FormulaError
 __all__ = ["MOST_CHARACTERS", "Scanner", "scan"]
 
 MOST_CHARACTERS = 20_000
-"""Longest text that is read."""
+"""Largest number of characters in a text."""
 
 MOST_TOKENS = 4_000
-"""Most tokens of a text."""
+"""Largest number of tokens in a text."""
 
 _NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _WORD = re.compile(r"[^\W\d_](?:[^\W_]|_(?=[^\W_])|_\{[^{}]{1,20}\})*")
@@ -47,15 +47,15 @@ _REMEDIES = {
 
 
 def scan(text: str, letters: Letters) -> list[Token]:
-    """Return the tokens of a text.
+    """Cut a text into tokens.
 
     Args:
         text: plain text, LaTeX or SymPy's text.
-        letters: what its letters may stand for.
+        letters: the letters that it may contain.
 
     Raises:
-        FormulaError: if it is too long, or holds a sign or letter that is not known; all unknown
-            letters are named at once.
+        FormulaError: if it is too long, or contains an unknown sign or letter; the message names
+            all unknown letters.
     """
     if len(text) > MOST_CHARACTERS:
         raise FormulaError(
@@ -70,7 +70,7 @@ class Scanner:
 
     Args:
         text: the formula.
-        letters: what its letters may stand for.
+        letters: the letters that it may contain.
     """
 
     def __init__(self, text: str, letters: Letters) -> None:
@@ -79,7 +79,7 @@ class Scanner:
         self._latex = Latex(self._tokens, self._next)
 
     def scan(self) -> list[Token]:
-        """Return the tokens, with brackets around every argument."""
+        """Cut the text into tokens, with brackets around every argument."""
         at = 0
         while at < len(self._tokens.plain):
             at = self._next(at)
@@ -91,7 +91,7 @@ class Scanner:
         return list(close_arguments(lines, self._tokens.letters, self._text))
 
     def _next(self, at: int) -> int:
-        """Read what stands at a place; return where to go on."""
+        """Read the next piece at a position; return the position after it."""
         text = self._tokens.plain
         sign = text[at]
         if sign == "\n":
@@ -107,7 +107,7 @@ class Scanner:
         if sign.isalpha():
             return self._word(at)
         if sign == "." and text[at + 1 : at + 2] in ("*", "/", "^"):
-            # products and powers by elements, as Matlab writes them
+            # the dot of Matlab's elementwise products and powers
             return at + 1
         if text.startswith("**", at):
             return self._tokens.put("POWER", "^", at, at + 2)
@@ -142,7 +142,7 @@ class Scanner:
         return self._tokens.put_word(word, at, end)
 
     def _method(self, found: re.Match[str]) -> int:
-        """Read q(t).diff(t)."""
+        """Read the derivative in q(t).diff(t)."""
         before = self._tokens.found[-1] if self._tokens.found else None
         if before is None or before.kind != "NAME":
             raise self._tokens.explain(

@@ -1,4 +1,4 @@
-"""One spelling of each sign: Unicode's dots, powers and subscripts, minus signs, fonts."""
+"""Unify the spelling of signs: Unicode's dots, powers and subscripts, minus signs, fonts."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _FONT = re.compile(
 
 
 def normalize(text: str) -> tuple[str, list[int]]:
-    """Return a text with one spelling of each sign, and the place each sign comes from."""
+    """Return a text with unified signs, and the original position of each sign."""
     signs: list[str] = []
     places: list[int] = []
 
@@ -75,7 +75,7 @@ def normalize(text: str) -> tuple[str, list[int]]:
             continue
         raised = False
         if original in _LOWERED:
-            # dots of a letter stand after its subscript
+            # the dots of a letter come after its subscript
             dots = len(signs)
             while dots and signs[dots - 1] == "'":
                 dots -= 1
@@ -92,7 +92,7 @@ def normalize(text: str) -> tuple[str, list[int]]:
 
 
 def _drop_numbers(plain: str) -> str:
-    """Return a text with spaces for the numbers of its lines, if they count from 1 on."""
+    """Replace line numbers by spaces, if they count from 1 on."""
     found = list(_NUMBERED.finditer(plain))
     lines = sum(1 for line in plain.split("\n") if line.strip())
     if [int(one[1]) for one in found] != list(range(1, lines + 1)):
@@ -103,7 +103,7 @@ def _drop_numbers(plain: str) -> str:
 
 
 def _open_boxes(plain: str) -> str:
-    """Return a text with spaces for the braces of LaTeX's boxes."""
+    """Replace the braces of LaTeX's boxes by spaces."""
     signs = list(plain)
     for found in _BOX.finditer(plain):
         depth, at = 1, found.end()
@@ -117,7 +117,7 @@ def _open_boxes(plain: str) -> str:
 
 
 def _drop_fonts(plain: str, places: list[int]) -> tuple[str, list[int]]:
-    """Return a text without commands for upright and other letters: their words alone."""
+    """Remove LaTeX's font commands, keeping the words in them."""
     kept: list[int] = []
     end = 0
     for found in _FONT.finditer(plain):

@@ -1,4 +1,4 @@
-"""Formulas in numbers: every part at many states, and how the whole depends on each part."""
+"""Evaluate formulas in many states, with the derivatives of the whole by each part."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ _SLOPES: dict[str, Callable[[Any], Any]] = {
 @final
 @dataclass(frozen=True, eq=False)
 class Values:
-    """The values of all parts of a formula at n states.
+    """The values of all parts of a formula in n states.
 
     Args:
-        parts: value of each part, in the order of the tape; each shape (n,).
-        sizes: of each part the sum of the sizes of its terms, which rounding errors go by.
+        parts: values of each part, in the order of the tape; each shape (n,).
+        sizes: for each part the sum of the absolute values of its terms, a scale of rounding.
     """
 
     parts: list[Array]
@@ -71,13 +71,13 @@ class Values:
 
     @property
     def size(self) -> Array:
-        """The size of its terms, shape (n,)."""
+        """The sum of the absolute values of its terms, shape (n,)."""
         return self.sizes[-1]
 
 
 @final
 class Tape:
-    """A formula as a list of its parts, each after what it is made of.
+    """A formula as a list of its parts, each after its own parts.
 
     Args:
         root: the formula.
@@ -170,7 +170,7 @@ def _size(node: Node, value: Any, below: list[Array], sizes: list[Array]) -> Any
         case "product":
             return reduce(mul, sizes)
         case "quotient":
-            # what cancels below makes the quotient as uncertain as it makes the divisor
+            # cancellation in the divisor makes the quotient uncertain to the same degree
             return sizes[0] / np.abs(below[1]) * (sizes[1] / np.abs(below[1]))
         case "power":
             worse = sizes[0] / np.abs(below[0])
@@ -178,7 +178,7 @@ def _size(node: Node, value: Any, below: list[Array], sizes: list[Array]) -> Any
         case "negative":
             return sizes[0]
         case "call":
-            # an argument of terms of size s is known to s ε, as are sine and cosine of it
+            # an argument with terms of size s has the error s ε, as have its sine and cosine
             return np.abs(value) + (sizes[0] if node.name in ("sin", "cos") else 0.0)
     return np.abs(value)
 

@@ -1,4 +1,4 @@
-"""The tokens of a text, as they are found: letters by name, numbers and signs."""
+"""Collect the tokens of a text: letters by name, numbers and signs."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ SINGLE = {
     ",": "COMMA",
     ";": "SEMICOLON",
 }
-"""Kind of each sign that is a token by itself."""
+"""The kind of each sign that is a token by itself."""
 
 OPERATORS = {"PLUS", "MINUS", "TIMES", "OVER", "POWER", "EQUALS"}
 """Kinds of tokens that a line cannot end with."""
@@ -58,8 +58,8 @@ class Token:
     Args:
         kind: e.g. "NAME", "NUMBER", "PLUS".
         value: the letter's name, the number or the sign.
-        start: where it begins in the text.
-        end: where it ends.
+        start: its first position in the text.
+        end: the position after it.
     """
 
     kind: str
@@ -74,7 +74,7 @@ class Tokens:
 
     Args:
         text: the formula.
-        letters: what its letters may stand for.
+        letters: the letters that it may contain.
     """
 
     def __init__(self, text: str, letters: Letters) -> None:
@@ -87,7 +87,7 @@ class Tokens:
         self._text = text
 
     def put_sign(self, sign: str, at: int) -> int:
-        """Add a sign that is a token by itself; return where to go on."""
+        """Add a sign that is a token by itself; return the position after it."""
         kind = SINGLE[sign]
         self.depth += (kind in OPEN) - (kind in CLOSE)
         if self.depth > MOST_BRACKETS:
@@ -95,7 +95,7 @@ class Tokens:
         return self.put(kind, sign, at, at + 1)
 
     def put(self, kind: str, value: str, start: int, end: int) -> int:
-        """Add a token; return where to go on."""
+        """Add a token; return the position after it."""
         self.found.append(Token(kind, value, self._places[start], self.place_after(end)))
         return end
 
@@ -141,7 +141,7 @@ class Tokens:
         return end
 
     def _find_rate(self, word: str) -> str | None:
-        """Return the rate that a word such as dq or ddq means."""
+        """Return the rate that a word such as dq or ddq denotes, if any."""
         for prefix, primes in (("dd", "''"), ("d", "'")):
             stem = self.letters.find(word.removeprefix(prefix)) if word.startswith(prefix) else None
             if stem is not None and stem in self.letters.rates:
@@ -149,7 +149,7 @@ class Tokens:
         return None
 
     def _split(self, word: str, dots: int) -> list[tuple[str, int, int]] | None:
-        """Cut letters written without a space, as in mgl; None if some part is not known."""
+        """Split letters written without spaces, as in mgl; return None if a part is unknown."""
         spots = [k for k, sign in enumerate(word) if sign != "_"]
         whole = word.replace("_", "")
         best: list[list[tuple[str, int, int]] | None] = [None] * len(whole) + [[]]
@@ -177,16 +177,16 @@ class Tokens:
         return None
 
     def is_moving(self, word: str) -> bool:
-        """Return whether a word is a letter that has a rate."""
+        """Return whether a word is a letter with a rate."""
         name = self.letters.find(clean(word))
         return name is not None and name in self.letters.rates
 
     def put_derivative(self, word: str, order: int, found: re.Match[str]) -> int:
-        """Add a letter's derivative by t; return where to go on."""
+        """Add a letter's time derivative; return the position after it."""
         return self.put_word(clean(word) + "'" * order, found.start(), found.end())
 
     def explain_unknown(self) -> FormulaError:
-        """Return an error that names the letters which are not known."""
+        """Return an error that names the unknown letters."""
         names = list(self.unknown)
         known = [name for name in self.letters.kinds if "'" not in name]
         hints = []
@@ -205,20 +205,20 @@ class Tokens:
         return self.explain(message, self.unknown[names[0]], names)
 
     def place_after(self, at: int) -> int:
-        """Return where in the text the sign before a place ends."""
+        """Return the position in the text after the sign before a position."""
         return self._places[at - 1] + 1
 
     def explain(self, message: str, at: int, unknown: list[str] | None = None) -> FormulaError:
-        """Return an error at a place."""
+        """Return an error at a position."""
         place = self._places[min(at, len(self._places) - 1)] if self._places else 0
         return FormulaError(message, self._text, place, unknown or ())
 
 
 def clean(word: str) -> str:
-    """Return a letter's name without LaTeX's marks and without (t)."""
+    """Return a letter's name without LaTeX's markup and without (t)."""
     return re.sub(r"[\\{}\s]|\(t\)", "", word)
 
 
 def _count_primes(primes: re.Match[str]) -> int:
-    """Return how many derivatives some primes mean."""
+    """Return the number of derivatives that primes denote."""
     return primes[0].count("'") + primes[0].count("\\prime")

@@ -1,4 +1,4 @@
-"""A formula as a tree of plain data: numbers, letters, sums, products, powers and functions."""
+"""Represent formulas as trees: numbers, letters, sums, products, powers and functions."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ FUNCTIONS = {
     "sign": 1,
     "pow": 2,
 }
-"""The functions of formulas, and how many arguments each takes."""
+"""The functions of formulas, with their numbers of arguments."""
 
 MOST_DEPTH = 120
-"""Deepest nesting of a formula; a printed one stays below 20."""
+"""Deepest nesting of a formula; printed formulas stay below 20."""
 
 
 @final
@@ -59,15 +59,15 @@ class Node:
     """A part of a formula.
 
     Args:
-        kind: what it is.
-        parts: what it is made of; a quotient's are what stands above and below, a power's base and
-            exponent, a table's its entries row by row.
-        name: of a letter or a function.
-        value: of a number.
-        start: where it begins in the text.
-        end: where it ends in the text.
-        depth: of its nesting.
-        columns: of a table.
+        kind: its kind.
+        parts: its own parts: numerator and denominator of a quotient, base and exponent of a power,
+            entries of a table row by row.
+        name: name of a letter or a function.
+        value: value of a number.
+        start: its first position in the text.
+        end: the position after it in the text.
+        depth: depth of its nesting.
+        columns: number of columns of a table.
     """
 
     kind: Kind
@@ -80,11 +80,11 @@ class Node:
     columns: int = 0
 
     def at(self, start: int, end: int) -> Node:
-        """Return the same part at another place of the text."""
+        """Return the same part at another position in the text."""
         return replace(self, start=start, end=end)
 
     def put_at(self, place: int) -> Node:
-        """Return the same part, of which nothing is written but a hint at one place."""
+        """Return the same part with all positions set to one, as it is not written in the text."""
         parts = tuple(part.put_at(place) for part in self.parts)
         return replace(self, parts=parts, start=place, end=place)
 
@@ -116,7 +116,7 @@ def letter(name: str) -> Node:
 
 
 def compound(kind: Kind, *parts: Node, name: str = "", columns: int = 0) -> Node:
-    """Return a part made of others, at their place.
+    """Return a part made of others, at their position.
 
     Raises:
         FormulaError: if it is nested too deeply.
@@ -156,7 +156,7 @@ def multiply(*parts: Node) -> Node:
 
 
 def negate(part: Node) -> Node:
-    """Return a part with the other sign."""
+    """Return a part with the opposite sign."""
     if part.kind == "negative":
         return part.parts[0]
     return part if part.is_zero else compound("negative", part)
@@ -178,7 +178,7 @@ def call(name: str, *arguments: Node) -> Node:
 
 
 def substitute(node: Node, letters: Mapping[str, Node]) -> Node:
-    """Return a formula with letters replaced by formulas; places stay those of the letters."""
+    """Replace letters by formulas, which take the positions of the letters."""
     if node.kind == "letter":
         found = letters.get(node.name)
         return node if found is None else found.at(node.start, node.end)
@@ -216,7 +216,7 @@ def rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
 
     Args:
         node: the formula.
-        rates: the rate of every letter that changes, None if it is not known; the others are
+        rates: the rate of every letter that varies, None if it is not known; the others are
             constant.
 
     Raises:

@@ -1,1 +1,1 @@
-"""The true quantities of a mechanism at many states, and the comparison with them."""
+"""Compare formulas with the true quantities of a mechanism in many states."""

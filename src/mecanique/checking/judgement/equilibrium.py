@@ -21,23 +21,23 @@ from mecanique.model.units import characteristic_length
 __all__ = ["Positions"]
 
 _BALANCED = 1e-9
-"""A force below this part of the usual ones is balanced: coordinates of order one are as exact."""
+"""Forces balance if they add up to less than this part of their usual size."""
 
 _GRID = 721
-"""Values of a coordinate between which a condition may change its sign."""
+"""Number of values of a coordinate between which sign changes of a condition are sought."""
 
 _HALVINGS = 60
 _WIDE = 6.0
-"""Lengths are looked for up to this many characteristic lengths."""
+"""Lengths are sought up to this many characteristic lengths."""
 
 
 @final
 class Positions:
-    """The positions that some statements describe; coordinates left out are zero.
+    """The positions that some statements describe; coordinates that they omit are zero.
 
     Args:
         truth: the mechanism's own equations.
-        text: what the statements were read from.
+        text: the text of the statements.
     """
 
     def __init__(self, truth: Truth, text: str) -> None:
@@ -58,10 +58,10 @@ class Positions:
         return len(self._values["t"])
 
     def move(self, statements: Sequence[Statement]) -> None:
-        """Move to where the statements say.
+        """Move to the positions that the statements describe.
 
         Raises:
-            FormulaError: if a statement is no such, or has a solution at no state.
+            FormulaError: if a statement does not describe positions, or has no solution.
         """
         given: set[str] = set()
         for statement in statements:
@@ -78,7 +78,7 @@ class Positions:
                 self._solve(statement, root, given)
 
     def measure_forces(self) -> float:
-        """Return the largest force that is left, relative to the usual ones."""
+        """Return the largest unbalanced force, relative to the usual size of forces."""
         derivation, sample = self._truth.derivation, self._truth.sample
         assert derivation is not None
         evaluated = Evaluation(derivation.algebra.ring, self._values)
@@ -98,7 +98,7 @@ class Positions:
         self._values = {name: value[at] for name, value in self._values.items()}
 
     def _solve(self, statement: Statement, root: Node, given: set[str]) -> None:
-        """Move to every position at which a condition on one coordinate holds."""
+        """Move to all positions at which a condition on one coordinate holds."""
         mechanism = self._truth.mechanism
         free = sorted((root.letters & set(mechanism.coordinates)) - given)
         if len(free) != 1:
@@ -109,7 +109,7 @@ class Positions:
             )
         (name,) = free
         reach = np.pi if name in angles(mechanism) else _WIDE * characteristic_length(mechanism)
-        # an odd offset keeps the grid off the simple positions
+        # an odd offset keeps the grid away from simple positions such as 0
         grid = np.linspace(-reach, reach, _GRID) + 0.000271 * reach
         tape = Tape(root)
         states, steps = np.repeat(np.arange(self._count), _GRID), np.tile(grid, self._count)
@@ -124,7 +124,7 @@ class Positions:
             same = self._evaluate(tape, name, at, middle) * first > 0
             low, high = np.where(same, middle, low), np.where(same, high, middle)
         ends = self._evaluate(tape, name, at, low) if len(at) else first
-        # where it jumps from one sign to the other it has a pole
+        # a jump from one sign to the other is a pole, not a root
         roots = np.abs(ends) < np.abs(first) + 1e-300
         if not roots.any():
             raise FormulaError(

@@ -27,15 +27,15 @@ __all__ = ["Judged", "judge_formula"]
 @final
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """One formula and how far it is from the truth.
+    """A formula with its difference from the truth.
 
     Args:
         statement: the line.
-        residual: left minus right, to look for mistakes in; None where there is no such search.
+        residual: left minus right, for the search for mistakes; None if there is no such search.
         worst: the largest relative difference.
-        forms: what keeps it from the form that was asked for.
-        root: what must be zero, or constant, for a proof.
-        series: what further letters in it are.
+        forms: its deviations from the requested form.
+        root: the expression that a proof must show to be zero, or constant.
+        series: definitions of further letters in it.
     """
 
     statement: Statement
@@ -54,10 +54,10 @@ class Judged:
 def judge_formula(
     statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
 ) -> list[Judged]:
-    """Return the verdict on each formula.
+    """Judge each formula.
 
     Raises:
-        FormulaError: if a formula is not of the kind that is asked for.
+        FormulaError: if a formula is not of the requested kind.
     """
     judge = {
         "matrix": _judge_matrix,
@@ -118,14 +118,14 @@ def _residual(
     name: str,
     text: str,
 ) -> Residual:
-    """Left minus right, where the quantity has its true value; a formula alone is the quantity."""
+    """Return left minus right, with the quantity's true value on the left of a mere formula."""
     sides = statement.sides
     other = sides[1] if len(sides) > 1 else letter(name).at(sides[0].end, sides[0].end)
     root = add(sides[0], negate(other).at(other.start, other.end))
     if any(node.kind == "table" for node in root.walk()):
         raise FormulaError("expected a formula, got a matrix", text, root.start)
     tape = Tape(root)
-    # a letter of the mechanism keeps its own meaning
+    # letters of the mechanism keep their own meaning
     values = {**known, **sample.values}
     if len(sides) == 1:
         values[name] = known[name]
@@ -211,7 +211,7 @@ def _find_table(statements: Sequence[Statement]) -> Node | None:
 def _judge_constant(
     statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
 ) -> list[Judged]:
-    """The rate of each formula along the true motion is zero, and it is no constant."""
+    """Judge conserved quantities: their rate in true motions is zero, but they are not constant."""
     sample = truth.sample
     derivation = truth.derivation
     assert derivation is not None
@@ -248,7 +248,7 @@ def _judge_constant(
 def _judge_several(
     statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
 ) -> list[Judged]:
-    """Each formula is one of the frequencies; a period or f in 1/s is taken for what it is."""
+    """Judge frequencies; periods and frequencies in 1/s are converted."""
     assert quantity.values is not None
     found = []
     for statement in statements:
@@ -273,7 +273,7 @@ def _judge_several(
 def _judge_letters(
     statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
 ) -> list[Judged]:
-    """Each equation holds where the letters asked for have their true values."""
+    """Judge equations that must hold with the true values of the letters in question."""
     assert quantity.values is not None
     known = dict(zip(quantity.letters, quantity.values, strict=True))
     found = []
@@ -289,7 +289,7 @@ def _judge_letters(
 def _judge_free_body(
     statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
 ) -> list[Judged]:
-    """Each equation holds where the forces have their true values, if need be only at rest."""
+    """Judge equations that must hold with the true forces; some may hold only at rest."""
     assert quantity.values is not None
     assert quantity.again is not None
     count = truth.sample.count
@@ -320,7 +320,7 @@ def _judge_free_body(
 
 
 def _forces_elsewhere(truth: Truth, body: str, names: Sequence[str]) -> set[str]:
-    """The reactions in joints that do not touch a body."""
+    """Return the named reactions in joints that are not at a body."""
     joints = [j.name for j in truth.mechanism.joints if body not in (j.parent, j.child)]
     prefixes = tuple(f"{letter}_{joint}_" for letter in "RMSC" for joint in joints)
     return {name for name in names if f"{name}_".startswith(prefixes)}
@@ -329,7 +329,7 @@ def _forces_elsewhere(truth: Truth, body: str, names: Sequence[str]) -> set[str]
 def _judge_equilibrium(
     statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
 ) -> list[Judged]:
-    """Nothing accelerates at any of the positions stated."""
+    """Judge positions: forces must balance at each of them."""
     positions = Positions(truth, text)
     positions.move(statements)
     worst = positions.measure_forces()

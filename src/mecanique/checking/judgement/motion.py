@@ -1,4 +1,4 @@
-"""Judge equations of motion: whether they hold at the true accelerations, and determine them."""
+"""Judge equations of motion: do they hold for the true accelerations, and determine these?"""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ from mecanique.errors import FormulaError
 __all__ = ["TOLERANCE", "Residual", "count_missing", "difference", "residuals"]
 
 TOLERANCE = 1e-8
-"""A difference below this part of the formula's own terms is rounding."""
+"""A difference below this part of the formula's terms is rounding."""
 
 _ROUNDING = 1e-13
-"""The part of the usual size of accelerations that those which are zero may be off."""
+"""Error of a vanishing acceleration, relative to the usual size of accelerations."""
 
 _RANK = 1e-7
 _RANKED = 6
-"""States at which it is counted what equations determine."""
+"""Number of states in which the rank of the equations is determined."""
 
 _FEWEST = 6
-"""A formula must be finite at this many states at least."""
+"""Least number of states in which a formula must be finite."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """An equation, left minus right, at the true accelerations of many states.
+    """An equation, as left minus right, with the true accelerations of many states.
 
     Args:
-        statement: the line it was written in.
+        statement: the line in which it was written.
         root: left minus right.
-        tape: the same as a list.
-        values: of all its parts.
-        truth: what it is compared with.
+        tape: the same as a list of parts.
+        values: the values of all its parts.
+        truth: the equations that it is compared with.
         sample: the states.
     """
 
@@ -58,7 +58,7 @@ class Residual:
 
     @cached_property
     def finite(self) -> npt.NDArray[np.bool_]:
-        """At which states it has a value."""
+        """Whether it has a value, in each state."""
         return np.isfinite(self.values.whole) & np.isfinite(self.values.size)
 
     @cached_property
@@ -73,7 +73,7 @@ class Residual:
 
     @cached_property
     def _rounding(self) -> Array:
-        """What rounding makes of it: an acceleration that is zero is known by the others' size."""
+        """The effect of rounding; the error of a vanishing acceleration scales with usual ones."""
         M, a = self.sample.M, self.sample.a
         vigor = np.sqrt(np.abs(np.einsum("ni,nij,nj->n", a, M, a)))
         with np.errstate(all="ignore"):
@@ -89,12 +89,12 @@ class Residual:
 
     @property
     def holds(self) -> bool:
-        """Whether it holds at every state."""
+        """Whether it holds in every state."""
         return self.worst <= TOLERANCE
 
     @cached_property
     def slopes(self) -> list[Array]:
-        """How it depends on each of its parts."""
+        """Its derivatives by each of its parts."""
         return self.tape.slopes(self.values)
 
     @cached_property
@@ -111,10 +111,10 @@ class Residual:
 
     @cached_property
     def says_nothing(self) -> bool:
-        """Whether it holds whatever the motion is, as 0 = 0 does."""
+        """Whether it holds for any motion, as 0 = 0 does."""
         if not self.holds or self.truth.multipliers:
             return False
-        # each by another amount, or x'' = y'' would hold as well
+        # each is changed by a different amount, or x'' = y'' would hold as well
         moved = {
             name: self.sample.values[name]
             + (1.0 + 0.37 * k) * (1 + np.abs(self.sample.values[name]))
@@ -144,7 +144,7 @@ class Residual:
 
     @cached_property
     def has_factor_of_velocities(self) -> bool:
-        """Whether it is multiplied by something that depends on velocities, and may vanish."""
+        """Whether it has a factor that depends on velocities, and may vanish."""
         before = self.sample.letters
         changed = {name: -1.7 * before[name] for name in self.truth.velocities}
         values = self.tape.evaluate({**before, **changed}, self.sample.count)
@@ -159,7 +159,7 @@ class Residual:
 
 
 def difference(statement: Statement) -> list[Node]:
-    """Return left minus right of each equation in a line; a formula alone is meant to be zero."""
+    """Return left minus right of each equation in a line; a formula alone is taken as zero."""
     sides = [write_out(side) for side in statement.sides]
     if len(sides) == 1:
         return sides[0]
@@ -180,10 +180,10 @@ def _negate(node: Node) -> Node:
 def residuals(
     statements: Sequence[Statement], truth: Truth, sample: Sample, text: str
 ) -> list[Residual]:
-    """Return every equation of some lines at the true accelerations.
+    """Evaluate every equation of some lines at the true accelerations.
 
     Raises:
-        FormulaError: if an equation is a matrix, or has a value at too few states.
+        FormulaError: if an equation is a matrix, or has a value in too few states.
     """
     found = []
     for statement in statements:
@@ -209,7 +209,7 @@ def residuals(
 
 
 def count_missing(found: Sequence[Residual]) -> int:
-    """Return how many accelerations some equations, and the constraints, leave open."""
+    """Return the number of accelerations that equations and constraints leave undetermined."""
     sample, truth = found[0].sample, found[0].truth
     names = (*truth.accelerations, *truth.multipliers)
     rows = np.empty((sample.count, len(found), len(names)))
@@ -232,7 +232,7 @@ def count_missing(found: Sequence[Residual]) -> int:
 
 
 def _count_open(matrix: Array, accelerations: int) -> int:
-    """How many independent accelerations the rows of a matrix leave open."""
+    """Return the number of independent accelerations that the rows of a matrix leave free."""
     _, sizes, axes = np.linalg.svd(matrix)
     rank = int((sizes > _RANK).sum())
     free = axes[rank:, :accelerations]

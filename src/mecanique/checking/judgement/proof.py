@@ -1,8 +1,8 @@
-"""Equality proven by algebra, in the ring of Poisson series that the derivation uses.
+"""Prove equality by algebra, in the ring of Poisson series that the derivation uses.
 
 In this ring trigonometric identities hold by construction: two forms are equal exactly when their
-difference has no term. A submitted formula is brought into it as a fraction of two series. What has
-no form there, or too many terms, is left to the comparison at many states.
+difference has no terms. A submitted formula is read as a fraction of two series. Formulas without a
+form in the ring, or with too many terms, are only compared in many states.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from mecanique.errors import DerivationError, FormulaError, UnknownNameError
 __all__ = ["Proof"]
 
 _MOST_PRODUCTS = 30_000
-"""Products of terms that are formed for one formula: some 50 ms; a longer one is not proven."""
+"""Largest number of products of terms for one formula, about 50 ms; longer ones are not proven."""
 
 _MOST_UNKNOWNS = 3
-"""Accelerations that are eliminated by Cramer's rule; of more, single rows are compared."""
+"""Up to this many accelerations are eliminated by Cramer's rule; else single rows are compared."""
 
 
 @final
@@ -45,7 +45,7 @@ class _Fraction:
 
 @final
 class Proof:
-    """Proves formulas on one mechanism.
+    """Proves formulas about one mechanism.
 
     Args:
         derivation: its equations of motion; its ring is used.
@@ -56,15 +56,15 @@ class Proof:
         self._ring = derivation.algebra.ring
         self._one = self._ring.number(1)
         self._left = 0
-        # formulas adjoin angles to the ring, one at a time
+        # reading a formula changes the ring, so formulas are read one at a time
         self._lock = Lock()
 
     def prove_motion(self, root: Node, letters: Mapping[str, Series] | None = None) -> bool:
-        """Return whether a formula is proven to be zero whenever the mechanism moves as it does.
+        """Return whether a formula is proven to be zero in every true motion.
 
         Args:
             root: an equation, left minus right.
-            letters: what further letters stand for.
+            letters: definitions of further letters.
         """
         with self._lock:
             try:
@@ -78,7 +78,7 @@ class Proof:
 
         Args:
             root: the formula.
-            letters: what further letters stand for.
+            letters: definitions of further letters.
         """
         with self._lock:
             try:
@@ -90,11 +90,11 @@ class Proof:
             return bool(found.below) and kinds <= {Kind.PARAMETER, Kind.CONSTANT}
 
     def prove_conservation(self, root: Node, rates: Mapping[str, Node | None]) -> bool:
-        """Return whether the rate of a formula is proven to be zero along every motion.
+        """Return whether the rate of a formula is proven to be zero in every true motion.
 
         Args:
             root: the formula.
-            rates: the rate of each letter that changes.
+            rates: the rate of each letter that varies.
         """
         try:
             return self.prove_motion(rate(root, rates))
@@ -102,7 +102,7 @@ class Proof:
             return False
 
     def _follows(self, fraction: _Fraction) -> bool:
-        """Whether a fraction is zero by the equations of motion and the ties."""
+        """Whether a fraction vanishes by the equations of motion and the constraints."""
         above = fraction.above
         if _is_zero(fraction.below):
             return False
@@ -136,14 +136,14 @@ class Proof:
         return all(_is_zero(self._multiply(a, own) - self._multiply(b, have)) for a, b in pairs)
 
     def _is_multiple(self, above: Series) -> bool:
-        """Whether a series is one of the rows or ties, times a number and powers of letters."""
+        """Whether a series is a row or constraint, times a number and powers of letters."""
         return any(self._has_ratio(above, one) for one in self._known)
 
     def _has_ratio(self, above: Series, other: Series) -> bool:
         if above.parts.keys() != other.parts.keys():
             return False
         angle = next(iter(above.parts))
-        # monomials are packed so that those of a product add up, and keep their order
+        # packed monomials of a product add up, and keep their order
         first, second = max(above.parts[angle]), max(other.parts[angle])
         have, own = above.parts[angle][first], other.parts[angle][second]
         ratio = Fraction(have * other.denominator, above.denominator * own)
@@ -153,7 +153,7 @@ class Proof:
 
     @cached_property
     def _known(self) -> tuple[Series, ...]:
-        """Rows with multipliers, what the ties demand, and its rates."""
+        """The rows with multipliers, the constraints, and their rates."""
         found = list(self._derivation.rows)
         for tie in self._derivation.ties:
             found += [tie.demand, tie.demand.ddt(), tie.second]
@@ -167,7 +167,7 @@ class Proof:
 
     @cached_property
     def _solution(self) -> tuple[Series, list[Series]]:
-        """The determinant of M, and the accelerations times it, by Cramer's rule."""
+        """The determinant of M, and the accelerations times this, by Cramer's rule."""
         M = [list(row) for row in self._derivation.M]
         determinant = self._determinant(M)
         columns = []
@@ -179,7 +179,7 @@ class Proof:
         return determinant, columns
 
     def _determinant(self, rows: Sequence[Sequence[Series]]) -> Series:
-        """The determinant, by the first row."""
+        """Expand a determinant by the first row."""
         if len(rows) == 1:
             return rows[0][0]
         terms = []
@@ -197,7 +197,7 @@ class Proof:
         return a * b
 
     def _read(self, node: Node, letters: Mapping[str, Series]) -> _Fraction:
-        """Return a formula as a fraction.
+        """Read a formula as a fraction.
 
         Raises:
             DerivationError: if it has no form in the ring, or too many terms.

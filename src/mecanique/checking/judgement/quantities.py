@@ -1,4 +1,4 @@
-"""What may be asked for besides equations of motion, with its true value at many states."""
+"""The quantities besides equations of motion that can be checked, with their true values."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ Kind: TypeAlias = Literal[
     "letters",
     "free body",
 ]
-"""How a formula is compared."""
+"""The way to compare a formula."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """A quantity that is asked for.
+    """A quantity in question.
 
     Args:
-        name: of the question.
-        kind: how a formula is compared.
-        letters: the letters that stand for it in equations.
-        values: its value at the states, shape (n,); a matrix (n, nv, nv); several (k, n).
-        again: the same at other states with the same parameters, and the letters there.
+        name: name of the question.
+        kind: the way to compare a formula.
+        letters: the letters that denote it in equations.
+        values: its values in the states, shape (n,); of a matrix (n, nv, nv); of several (k, n).
+        again: its values in other states with the same parameters, and the letters there.
         series: its value in the ring of the derivation, by letter; a matrix row by row.
-        derivation: whose ring that is, if it is not that of the equations of motion.
-        dimensions: of the letters, where they have one.
+        derivation: the derivation with that ring, if not that of the equations of motion.
+        dimensions: dimensions of the letters, where known.
     """
 
     name: str
@@ -77,17 +77,17 @@ _LETTERS = {
 }
 
 _NUMBERED = ("omega", "w", "f", "nu", "T")
-"""Letters of frequencies and periods that may have a number, as omega1."""
+"""Letters of frequencies and periods that may be numbered, as omega1."""
 
 _OF = ("momentum", "equilibrium")
 """Questions that may name a coordinate or a body."""
 
 QUESTIONS = ("equation of motion", *_LETTERS)
-"""What may be asked for."""
+"""The possible questions."""
 
 
 def ask_for(truth: Truth, question: str) -> Quantity:
-    """Return what a question asks for.
+    """Return the quantity that a question asks for.
 
     Args:
         truth: the mechanism's own equations.
@@ -95,8 +95,8 @@ def ask_for(truth: Truth, question: str) -> Quantity:
             equilibrium of a free body with its name, "equilibrium of rod".
 
     Raises:
-        UnknownNameError: if there is no such question, or coordinate.
-        InputError: if the mechanism has no such quantity in letters.
+        UnknownNameError: if there is no such question or coordinate.
+        InputError: if the mechanism has no closed form of the quantity.
     """
     name, _, what = question.partition(" of ")
     if name not in QUESTIONS or (what and name not in _OF):
@@ -111,7 +111,7 @@ def ask_for(truth: Truth, question: str) -> Quantity:
 
 @final
 class _Asked:
-    """Finds true values.
+    """Computes true values.
 
     Args:
         truth: the mechanism's own equations.
@@ -198,7 +198,7 @@ class _Asked:
         return Quantity(name, "letters", letters, values, None, derivation.reactions, derivation)
 
     def _equilibrium(self, name: str, what: str) -> Quantity:
-        """The mechanism's own equilibrium, or the balance of forces on one body cut free."""
+        """Return the mechanism's equilibrium, or the balance of forces on one free body."""
         if not what:
             return Quantity(name, "equilibrium")
         bodies = [body.name for body in self._truth.mechanism.bodies[1:]]
@@ -226,7 +226,7 @@ class _Asked:
     def _frequency(self, name: str, _: str) -> Quantity:
         M, C, K = linear_matrices(self._truth, self._sample)
         if np.abs(C).max(initial=0.0) > 1e-12:
-            raise InputError("the mechanism is damped or turns; frequencies are asked of others")
+            raise InputError("the mechanism is damped or gyroscopic; expected one that is neither")
         squares = np.linalg.eigvals(np.linalg.solve(M, K))
         if (squares.real < -1e-9 * np.abs(squares).max()).any():
             raise InputError("the position with all coordinates zero is not stable")
@@ -246,7 +246,7 @@ def _divide(unit: str, by: str) -> Dimension:
 
 
 def roll(truth: Truth, sample: Sample) -> dict[str, Array]:
-    """Return the letters at the same parameters, with the coordinates and rates of other states."""
+    """Return the letters with the coordinates and rates of other states, parameters unchanged."""
     moving = {*truth.mechanism.coordinates, *truth.velocities, *truth.accelerations}
     return {
         name: np.roll(value, 1) if name in moving else value
@@ -282,7 +282,7 @@ def linear_matrices(truth: Truth, sample: Sample) -> tuple[Array, Array, Array]:
             for j, slope in enumerate(_along(force, truth.velocities)):
                 K[:, i, j] = evaluated(slope)
             if not (np.abs(rest) <= 1e-9 * (1.0 + np.abs(K[:, i]).sum(1))).all():
-                raise InputError("the position with all coordinates zero is no equilibrium")
+                raise InputError("the position with all coordinates zero is not an equilibrium")
     known = all(np.isfinite(matrix).all() for matrix in (M, C, K))
     if not known or (np.linalg.matrix_rank(M) < nv).any():
         raise InputError("the equations have no meaning with all coordinates zero")
@@ -290,7 +290,7 @@ def linear_matrices(truth: Truth, sample: Sample) -> tuple[Array, Array, Array]:
 
 
 def _along(force: Series, velocities: tuple[str, ...]) -> list[Series]:
-    """The slopes of a force along the coordinates of some velocities."""
+    """Return the derivatives of a force by the coordinates of some velocities."""
     moving = {g.name for g in force.generators()}
     zero = force.ring.number(0)
     return [
@@ -300,7 +300,7 @@ def _along(force: Series, velocities: tuple[str, ...]) -> list[Series]:
 
 
 def balances(truth: Truth) -> Derivation:
-    """Return the balances of every body cut free, by Newton and Euler's method.
+    """Derive the balances of all free bodies, by Newton and Euler's method.
 
     Raises:
         InputError: if they have no closed form.

@@ -1,8 +1,7 @@
-"""The true equations of motion at many states, whose parameters are random as well.
+"""Evaluate the true equations of motion in random states with random parameters.
 
-Parameters vary from state to state, so that two masses which happen to be equal in the catalogue
-are not taken for one another. Where the equations have no closed form the parameters keep their own
-values.
+Parameters vary from state to state, to distinguish two masses that happen to be equal in the
+catalogue. If the equations have no closed form, the parameters keep their own values.
 """
 
 from __future__ import annotations
@@ -31,34 +30,34 @@ from mecanique.verification.states.random import random_states
 __all__ = ["Sample", "Truth", "accelerate"]
 
 STATES = 24
-"""States at which a formula is compared."""
+"""Number of states in which a formula is compared."""
 
 _CANDIDATES = 64
-"""States that are drawn; those without a meaning or nearly singular are left out."""
+"""Number of states that are drawn; nearly singular ones and those without values are left out."""
 
 _SPREAD = 0.5
-"""Parameters vary by the factor e to the power of ± this."""
+"""Parameters vary by a factor of up to e to the power of ± this."""
 
 _SINGULAR = 1e4
-"""A mass matrix conditioned worse than this is left out, as it magnifies rounding errors."""
+"""States with a larger condition number of the mass matrix are left out."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """States with everything that formulas may name.
+    """States with the values of all letters that formulas may contain.
 
     Args:
         values: value of each letter, shape (n,) or (); without the lengths of springs.
         M: mass matrix, shape (n, nv, nv).
         bias: M a + bias = forces, shape (n, nv).
         forces: generalized forces, shape (n, nv).
-        slopes: of the constraints, shape (n, m, nv); m = 0 where there are none.
+        slopes: constraint Jacobian, shape (n, m, nv); m = 0 without constraints.
         a: the true accelerations, shape (n, nv).
         multipliers: the true multipliers of the constraints, shape (n, m).
         count: number of states n.
         varied: whether parameters differ from state to state.
-        lengths: of springs that have a letter, which follow from the rest.
+        lengths: lengths of springs that have a letter, which follow from the rest.
     """
 
     values: Mapping[str, Array]
@@ -74,7 +73,7 @@ class Sample:
 
     @property
     def letters(self) -> dict[str, Array]:
-        """The value of each letter that a formula may have."""
+        """The value of each letter that a formula may contain."""
         return {**self.values, **self.lengths}
 
     @property
@@ -85,7 +84,7 @@ class Sample:
 
 @final
 class Truth:
-    """A mechanism's own equations, to compare with.
+    """A mechanism's own equations, with which formulas are compared.
 
     Args:
         mechanism: any mechanism.
@@ -114,19 +113,19 @@ class Truth:
 
     @cached_property
     def sample(self) -> Sample:
-        """States with random parameters where the equations are written in letters."""
+        """States, with random parameters if the equations have a closed form."""
         return self.with_numbers(self._variable)
 
     @cached_property
     def _variable(self) -> frozenset[str]:
-        """The parameters that may vary: of closed loops only those that do not close them."""
+        """The parameters that may vary; with loops only those that do not affect their closure."""
         if self.derivation is None:
             return frozenset()
         held = {g.name for tie in self.derivation.ties for g in tie.demand.generators()}
         return frozenset(p.symbol for p in self.mechanism.parameters if p.symbol not in held)
 
     def with_numbers(self, varied: frozenset[str]) -> Sample:
-        """Return states at which only some parameters vary; the others have their own values.
+        """Return states in which only some parameters vary; the others have their own values.
 
         Args:
             varied: symbols of the parameters that vary.
@@ -138,7 +137,7 @@ class Truth:
         return self._partly[varied]
 
     def _draw(self, varied: frozenset[str]) -> Sample:
-        """Return states whose numbers come from the closed form."""
+        """Draw states, and evaluate the closed form in them."""
         derivation = self.derivation
         assert derivation is not None
         mechanism = self.mechanism
@@ -161,7 +160,7 @@ class Truth:
         at = np.flatnonzero(possible)[:STATES]
         if not len(at):
             raise InputError(
-                f"the equations of {mechanism.name!r} have a meaning at none of {n} random states"
+                f"the equations of {mechanism.name!r} have a value at none of {n} random states"
             )
         values = {name: value[at] if np.ndim(value) else value for name, value in values.items()}
         slopes, own = self._ties(evaluated, n)
@@ -187,14 +186,14 @@ class Truth:
 
     @cached_property
     def multipliers(self) -> tuple[str, ...]:
-        """Names of Lagrange's multipliers."""
+        """The names of Lagrange's multipliers."""
         if self.derivation is None:
             return ()
         return tuple(f"lambda_{tie.name}" for tie in self.derivation.ties)
 
     @property
     def further_letters(self) -> tuple[str, ...]:
-        """Letters beyond the mechanism's own: multipliers, and lengths of springs."""
+        """The letters besides the mechanism's own: multipliers, and lengths of springs."""
         lengths = () if self.derivation is None else tuple(self.derivation.lengths)
         return (*self.multipliers, *lengths)
 
@@ -212,7 +211,7 @@ class Truth:
     def _letters(
         self, states: States, random: np.random.Generator, varied: frozenset[str]
     ) -> dict[str, Any]:
-        """Return the value of each letter; a signal that is a number or a record is any number."""
+        """Return the value of each letter; signals that are numbers or records are random."""
         mechanism, n = self.mechanism, len(states)
         values: dict[str, Any] = {"t": states.t, "pi": np.float64(math.pi)}
         for parameter in mechanism.parameters:
@@ -233,7 +232,7 @@ class Truth:
 
     @cached_property
     def _force_scale(self) -> float:
-        """A weight of the mechanism, which unknown forces are drawn by."""
+        """The mechanism's weight, the scale of random forces."""
         masses = [p.value for p in self.mechanism.parameters if p.unit == "kg" and p.value]
         return float(np.median(masses)) * 9.81 if masses else 1.0
 
@@ -241,7 +240,7 @@ class Truth:
         return np.stack([np.broadcast_to(evaluated(one), (n,)) for one in series], axis=-1)
 
     def _compute(self) -> Sample:
-        """Return states whose numbers are computed; without a closed form."""
+        """Draw states, and compute the equations numerically, without a closed form."""
         mechanism, equations = self.mechanism, self.equations
         states = random_states(mechanism, STATES, self.seed)
         n = len(states)
@@ -267,7 +266,7 @@ class Truth:
 
 
 def accelerate(M: Array, force: Array, J: Array, own: Array) -> tuple[Array, Array]:
-    """Return a and λ of M a = force + Jᵀ λ, J a + own = 0; redundant rows share their load."""
+    """Solve M a = force + Jᵀ λ, J a + own = 0 for a and λ; redundant rows share their load."""
     n, m, nv = J.shape
     if not m:
         return np.asarray(np.linalg.solve(M, force[..., None])[..., 0]), np.zeros((n, 0))

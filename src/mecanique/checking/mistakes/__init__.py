@@ -1,1 +1,1 @@
-"""Mistakes that explain a wrong formula, the likeliest first."""
+"""Find mistakes that explain a wrong formula, the likeliest first."""

@@ -1,4 +1,4 @@
-"""What parts of submitted formulas may have been meant to be."""
+"""List what an author may have meant by the parts of a formula."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ __all__ = ["Context"]
 
 @final
 class Context:
-    """What parts of formulas on a mechanism may have been meant to be.
+    """The likely intentions behind parts of formulas about a mechanism.
 
     Args:
         mechanism: any mechanism.
         letters: the letters of formulas.
-        units: of the letters.
-        values: of all letters, shape (n,) or ().
+        units: the units of the letters.
+        values: the values of all letters, shape (n,) or ().
         count: number of states.
     """
 
@@ -50,7 +50,7 @@ class Context:
 
     @cached_property
     def arguments(self) -> dict[str, Array]:
-        """Angles that sine and cosine may be taken of, by their formula."""
+        """The possible arguments of sine and cosine, by their formula."""
         values = self.values
         found = {name: values[name] for name in self.angles}
         for one, other in permutations(self.angles, 2):
@@ -63,7 +63,7 @@ class Context:
 
     @cached_property
     def factors(self) -> dict[str, tuple[str, Array]]:
-        """Kind and value of what a term may lack as a factor, by its formula."""
+        """Kind and value of each factor that a term may lack, by its formula."""
         found: dict[str, tuple[str, Array]] = {}
         for symbol in self.units:
             value = self.values[symbol]
@@ -90,7 +90,7 @@ class Context:
             return np.concatenate([stacked, 1 / stacked])
 
     def alternatives(self, name: str) -> Iterator[tuple[str, Array]]:
-        """Yield what may have been meant by a letter, with its values."""
+        """Yield alternatives to a letter, with their values."""
         values = self.values
         own = self._dimensions.get(name)
         fixed = [*self.units, *self.coordinates]

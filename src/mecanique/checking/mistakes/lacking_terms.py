@@ -1,4 +1,4 @@
-"""Terms of the true quantity that a formula for it lacks, or has with another factor."""
+"""Find terms of the true quantity that a formula lacks, or has with a wrong factor."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ __all__ = ["find_lacking"]
 _WORDS = (
     (1.0, "missing", "{} is missing"),
     (2.0, "sign", "the sign of {} is wrong"),
-    (-1.0, "factor", "{} is taken twice"),
-    (0.5, "factor", "{} is taken half"),
+    (-1.0, "factor", "{} is counted twice"),
+    (0.5, "factor", "{} is halved"),
 )
-"""What the truth minus the answer is, in terms of a part of the truth."""
+"""The truth minus the answer as a multiple of a part of the truth, with kind and words."""
 
 
 def find_lacking(one: Residual, series: Mapping[str, Series]) -> Iterator[Repair]:
@@ -29,7 +29,7 @@ def find_lacking(one: Residual, series: Mapping[str, Series]) -> Iterator[Repair
 
     Args:
         one: the formula minus its true value.
-        series: what the letters that stand for quantities are.
+        series: the true values of the letters of quantities.
     """
     named = [name for name in series if name in one.root.letters]
     if len(named) != 1:

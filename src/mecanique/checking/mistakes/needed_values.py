@@ -1,4 +1,4 @@
-"""What each part of a formula would have to be for the whole to be right."""
+"""Compute the value that each part of a formula needs for the whole to be right."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ __all__ = ["needed_values"]
 def needed_values(tape: Tape, values: Values, target: Array) -> list[Array]:
     """Return for each part the value that makes the whole equal a target, all else unchanged.
 
-    It is found from the whole to the parts, by undoing one operation after another; NaN where
-    there is none, and within the arguments of functions.
+    The values follow from the whole to the parts, by inverting one operation after another; they
+    are NaN where there is none, and within the arguments of functions.
 
     Args:
         tape: the formula.
-        values: of its parts, shape (n,).
-        target: what the whole should be, shape (n,).
+        values: values of its parts, shape (n,).
+        target: required values of the whole, shape (n,).
     """
     unknown = np.full_like(values.whole, np.nan)
     found: list[Array] = [unknown] * len(tape.nodes)
@@ -60,7 +60,7 @@ def _undo(
 
 
 def _root(target: Array, below: list[Array]) -> Array:
-    """The base of a power: of an even one with the sign that the base has."""
+    """Return the base of a power; for an even exponent with the sign of the present base."""
     base, exponent = below
     size = np.abs(target) ** (1 / exponent)
     even = np.mod(exponent, 2) == 0

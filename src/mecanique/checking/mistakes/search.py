@@ -1,4 +1,4 @@
-"""Search for what is wrong in equations of motion, the likeliest first."""
+"""Search for mistakes in equations of motion, the likeliest first."""
 
 from __future__ import annotations
 
@@ -28,28 +28,28 @@ from mecanique.model.dimensions import Dimension
 __all__ = ["Search"]
 
 NOTHING: Mapping[str, Node] = MappingProxyType({})
-"""No further letters."""
+"""No definitions of further letters."""
 
 _HOLDS = 1e-7
-"""An equation holds at other accelerations up to this part of its terms."""
+"""An equation holds for wrong accelerations if it is off by less than this part of its terms."""
 
 _SEVERAL = -0.6
-"""Added to the weight of what explains several equations at once."""
+"""Added to the weight of a hypothesis that explains several equations at once."""
 
 _DENIED = 1.0
-"""Added to the weight of what contradicts an equation that is right."""
+"""Added to the weight of a hypothesis that contradicts an equation that is right."""
 
 _MOST = 12
-"""Causes that are kept for an equation."""
+"""Largest number of causes that are kept for an equation."""
 
 
 @final
 class Search:
-    """Looks for mistakes in equations on one mechanism.
+    """Searches for mistakes in equations about one mechanism.
 
     Args:
         truth: the right equations.
-        letters: of formulas.
+        letters: the letters of formulas.
     """
 
     def __init__(self, truth: Truth, letters: Letters) -> None:
@@ -62,7 +62,7 @@ class Search:
 
     @cached_property
     def context(self) -> Context:
-        """What may have been meant."""
+        """The likely intentions."""
         sample = self._truth.sample
         return Context(
             self._truth.mechanism, self._letters, self.units, sample.letters, sample.count
@@ -76,18 +76,18 @@ class Search:
     def causes(
         self, found: Sequence[Residual], text: str, defined: Mapping[str, Node] = NOTHING
     ) -> tuple[tuple[Cause, ...], ...]:
-        """Return the causes of each equation's being wrong; none where it is right.
+        """Return the likely causes for each wrong equation; none for a right one.
 
         Args:
             found: the equations.
-            text: what they were read from.
-            defined: what further letters stand for.
+            text: their text.
+            defined: definitions of further letters.
         """
         several = len(found) > 1
         holds = self._hold(found)
         common = self._explain_all(found, holds)
         right = np.array([one.holds for one in found])
-        # what contradicts an equation that is right explains only a part of the answer
+        # a hypothesis that contradicts a right equation explains only part of the answer
         denied = _DENIED * ~np.asarray(holds[:, right].all(axis=1))
         causes: list[tuple[Cause, ...]] = []
         for k, one in enumerate(found):
@@ -112,10 +112,10 @@ class Search:
 
         Args:
             one: the formula minus its true value.
-            number: of the formula among several, 0 for a single one.
-            text: what it was read from.
-            asked: dimensions of the letters that stand for what is asked for.
-            series: what the letters of the quantity are.
+            number: number of the formula among several, 0 for a single one.
+            text: its text.
+            asked: dimensions of the letters of the quantity in question.
+            series: true values of the letters of the quantity.
         """
         units = Units(self._truth.mechanism, asked)
         zero = np.zeros(one.sample.count)
@@ -132,7 +132,7 @@ class Search:
         return _rank(_misfits(units, one, number, text), weighed)
 
     def has_unit_fault(self, one: Residual, text: str) -> bool:
-        """Return whether units do not fit in an equation."""
+        """Return whether the units in an equation do not match."""
         return bool(_misfits(self.units, one, 0, text))
 
     def _mend(self, one: Residual, number: int, text: str) -> list[tuple[float, Cause]]:
@@ -148,13 +148,13 @@ class Search:
     def _explain_all(
         self, found: Sequence[Residual], holds: npt.NDArray[np.bool_]
     ) -> list[tuple[float, Cause]]:
-        """Return what explains all equations at once, if several are wrong."""
+        """Return hypotheses that explain all equations at once, if several are wrong."""
         if sum(not one.holds for one in found) < 2:
             return []
         return self._list_likeliest(np.asarray(holds.all(axis=1)), np.full(len(holds), _SEVERAL), 0)
 
     def _hold(self, found: Sequence[Residual]) -> npt.NDArray[np.bool_]:
-        """Which equations hold at the accelerations of which hypotheses."""
+        """Return whether each equation holds for the accelerations of each hypothesis."""
         known = all(one.sample is self._truth.sample for one in found)
         if not known or all(one.holds for one in found) or not self._hypotheses.listed:
             return np.zeros((0, len(found)), dtype=bool)
@@ -176,9 +176,9 @@ class Search:
         """Return the likeliest of the hypotheses that are chosen, with their weights.
 
         Args:
-            chosen: whether each is.
+            chosen: whether each hypothesis is chosen.
             more: added to the weight of each.
-            number: of the equation they explain.
+            number: number of the equation that they explain.
         """
         weighed = [
             (self._hypotheses.listed[h].weight + float(more[h]), self._hypotheses.listed[h])
@@ -198,7 +198,7 @@ def _misfits(
     except UnitMisfitError as fault:
         part = " ".join(text[fault.part.start : fault.part.end].split())
         if odd := units.list_odd(defined):
-            what = f"the units do not fit: the terms that define {', '.join(odd)} differ in theirs"
+            what = f"the units do not match: the terms that define {', '.join(odd)} differ in units"
             return [Cause("units", what, "", number)]
         own = [units.describe(name, node) for name, node in defined.items() if name in fault.text]
         return [Cause("units", "; ".join([fault.text, *own]), part, number)]
@@ -210,7 +210,7 @@ def _list_once(found: Iterable[Repair]) -> list[Repair]:
 
 
 def _rank(first: list[Cause], weighed: list[tuple[float, Cause]]) -> tuple[Cause, ...]:
-    """Return causes in order of weight, each once; units that do not fit come first."""
+    """Return causes in order of weight, each once; those about units come first."""
     order = sorted(weighed, key=lambda pair: pair[0])
     causes = [cause for _, cause in order]
     return tuple(dict.fromkeys([*first, *causes]))[:_MOST]

@@ -1,4 +1,4 @@
-"""Units that do not fit: terms of a sum that are no quantities of one kind."""
+"""Find units that do not match: terms of a sum that are quantities of different kinds."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ __all__ = ["UnitMisfitError", "Units"]
 
 @final
 class UnitMisfitError(Exception):
-    """A part whose unit does not fit.
+    """A part whose unit does not match.
 
     Args:
         part: the part.
-        text: what does not fit, in words.
+        text: the mismatch in words.
     """
 
     def __init__(self, part: Node, text: str) -> None:
@@ -36,8 +36,8 @@ class Units:
     """The dimensions of a mechanism's letters, and those of formulas in them.
 
     Args:
-        mechanism: whose letters.
-        asked: dimensions of the letters that stand for what is asked for.
+        mechanism: the mechanism.
+        asked: dimensions of the letters of the quantity in question.
     """
 
     def __init__(
@@ -84,12 +84,12 @@ class Units:
         return self._of_call(node, text)
 
     def describe(self, name: str, formula: Node) -> str:
-        """Return in what unit the formula is that a letter is defined by, in words."""
+        """Return in words the unit of the formula that defines a letter."""
         its = self.check(formula, "")
-        return f"{name} is defined in {say_unit(its)}" if its else f"look at what defines {name}"
+        return f"{name} is defined in {say_unit(its)}" if its else f"see the definition of {name}"
 
     def list_odd(self, defined: Mapping[str, Node]) -> list[str]:
-        """Return which letters are defined by terms that have different units."""
+        """Return the letters that are defined by terms with different units."""
         odd = []
         for name, formula in defined.items():
             try:
@@ -105,11 +105,11 @@ class Units:
             first, other = known[0]
             if its != other:
                 odd = [pair for pair in known if pair[1] == other]
-                # of several terms, the one that is alone is the likelier fault
+                # of several terms, the only different one is the likelier mistake
                 alone = first if len(odd) == 1 and len(known) > 2 else part
                 raise UnitMisfitError(
                     alone,
-                    f"the units do not fit: {_quote(first, text)} is in {say_unit(other)}, "
+                    f"the units do not match: {_quote(first, text)} is in {say_unit(other)}, "
                     f"{_quote(part, text)} in {say_unit(its)}",
                 )
         return known[0][1] if known else None
@@ -131,7 +131,7 @@ class Units:
         if node.name != "atan2" and inner[0] not in (None, PURE) and inner[0] is not None:
             raise UnitMisfitError(
                 node,
-                f"the units do not fit: the argument of {_quote(node, text)} is in "
+                f"the units do not match: the argument of {_quote(node, text)} is in "
                 f"{say_unit(inner[0])}, expected an angle or a pure number",
             )
         return PURE
@@ -164,6 +164,6 @@ def _combine(a: Dimension | None, b: Dimension | None, sign: int) -> Dimension |
 
 
 def _quote(node: Node, text: str) -> str:
-    """Return a part as it was written; what is asked for is not, where the formula stands alone."""
+    """Quote a part as it was written; a quantity in question may not be written at all."""
     written = " ".join(text[node.start : node.end].split())
-    return f"'{written}'" if written else "what is asked for"
+    return f"'{written}'" if written else "the quantity in question"

@@ -1,4 +1,4 @@
-"""A factor of an equation of motion that vanishes somewhere, so that the equation says less."""
+"""Find factors of equations of motion that vanish somewhere, where the equation says nothing."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ _PATHS = 5
 _STEPS = 61
 _HALVINGS = 40
 _ZERO = 1e-7
-"""A factor below this part of what it is a step before vanishes."""
+"""A factor vanishes if it is below this part of its value a step before."""
 
 Numbers = npt.NDArray[Any]
 
 
 @final
 class Factors:
-    """Finds factors along paths on which every coordinate moves, of a mechanism without loops.
+    """Finds factors along paths on which every coordinate moves, for a mechanism without loops.
 
-    An equation is Σ w (M a + rest) with some weights w; where it is multiplied by a factor that
-    passes zero, all weights change their sign at once, and vanish there.
+    An equation is Σ w (M a + rest) with some weights w; if it is multiplied by a factor that
+    passes zero, all weights vanish and change their signs there at once.
 
     Args:
         truth: the right equations.
@@ -43,7 +43,7 @@ class Factors:
         self._truth = truth
 
     def explain(self, one: Residual) -> str:
-        """Return where an equation is multiplied by zero, in words; empty if it is nowhere."""
+        """Return in words where an equation is multiplied by zero, "" if nowhere."""
         truth = self._truth
         if truth.derivation is None or truth.mechanism.constrained:
             return ""
@@ -70,7 +70,7 @@ class Factors:
         if not vanishes.any():
             return ""
         where = self._name(path[vanishes], low[vanishes])
-        return f"multiplied by a factor that vanishes where {where}: there it says nothing"
+        return f"multiplied by a factor that vanishes where {where}: it says nothing there"
 
     @cached_property
     def _starts(self) -> npt.NDArray[np.int64]:
@@ -78,7 +78,7 @@ class Factors:
 
     @cached_property
     def _steps(self) -> dict[str, Array]:
-        """How far each coordinate moves on each path: angles round, lengths to another state's."""
+        """The displacement of each coordinate on each path: full turns, or to another state."""
         turning = angles(self._truth.mechanism)
         values, starts = self._truth.sample.values, self._starts
         steps = {}
@@ -90,7 +90,7 @@ class Factors:
         return steps
 
     def _locate(self, paths: Numbers, along: Array) -> dict[str, Array]:
-        """Return the value of each letter at places of paths."""
+        """Return the value of each letter at points of paths."""
         found = {
             name: np.broadcast_to(value, (self._truth.sample.count,))[paths]
             for name, value in self._truth.sample.values.items()
@@ -118,7 +118,7 @@ class Factors:
         return np.asarray((np.linalg.pinv(M) @ by[..., None])[..., 0])
 
     def _name(self, paths: Numbers, along: Array) -> str:
-        """Return a condition that holds at some places: of one sine or cosine, or a value."""
+        """Return a condition that holds at some points: on a sine or cosine, or values."""
         letters = self._locate(paths, along)
         for formula, value in self._conditions(letters):
             if (np.abs(value) <= 1e-6).all():

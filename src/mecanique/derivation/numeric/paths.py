@@ -77,7 +77,7 @@ def stack_jets(rows: Sequence[Sequence[Any]], shape: tuple[int, ...]) -> Jet:
 
     Args:
         rows: the pose's upper three rows.
-        shape: of the coefficients of one entry: orders of ε, value and partials, states.
+        shape: shape of one entry's coefficients: orders of ε, value and partials, states.
     """
     c = np.zeros((*shape, 4, 4))
     c[0, 0, :, 3, 3] = 1.0

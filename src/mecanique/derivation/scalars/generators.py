@@ -36,7 +36,7 @@ class Generator:
 
     Args:
         name: its name, e.g. "q", "q'" for a velocity, "q''" for an acceleration.
-        kind: what it stands for.
+        kind: the kind of quantity that it denotes.
         index: its position in monomials.
     """
 

@@ -23,7 +23,7 @@ from mecanique.model.mechanism import Mechanism
 __all__ = ["MOST_TERMS", "Algebra"]
 
 MOST_TERMS = 5_000
-"""The longest series: enough for a robot with six hinges, and soon reached by what is longer."""
+"""The longest series: enough for a robot with six hinges; longer ones are refused in seconds."""
 
 _CONSTANTS = {"exp(1)": "E"}
 

@@ -33,8 +33,8 @@ class _Angles(NamedTuple):
     """The angles of a program.
 
     Args:
-        wanted: which functions of each are needed, by its place.
-        parts: sign and both parts of those that are sums and go by the addition theorems.
+        wanted: the functions of each that are needed, by its index.
+        parts: sign and both parts of each sum that is treated by the addition theorems.
     """
 
     wanted: dict[int, set[str]]
@@ -66,7 +66,7 @@ class _Rewritten:
     """The new program, as far as it is written.
 
     Args:
-        angles: of the old one.
+        angles: the angles of the old program.
     """
 
     def __init__(self, angles: _Angles) -> None:
@@ -76,7 +76,7 @@ class _Rewritten:
         self._known: dict[tuple[str, int], Value] = {}
 
     def move(self, value: Value) -> Value:
-        """Return where a value of the old program stands in the new one."""
+        """Return the value in the new program that corresponds to one in the old program."""
         return self._places[value] if isinstance(value, int) else value
 
     def add(self, place: int, operation: Operation) -> None:

@@ -33,11 +33,11 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
         EngineError: if Drake refuses the text; the message gives Drake's reason.
     """
     asked = {"text": text.decode("utf-8", "replace"), "gravity": list(gravity)}
-    told = json.dumps({**asked, "q": dict(q), "v": dict(v)})
+    request = json.dumps({**asked, "q": dict(q), "v": dict(v)})
     command = [sys.executable, "-m", __name__]
     try:
         run = subprocess.run(
-            command, input=told, capture_output=True, text=True, timeout=_SECONDS, check=False
+            command, input=request, capture_output=True, text=True, timeout=_SECONDS, check=False
         )
     except subprocess.TimeoutExpired:
         raise EngineError(f"it took longer than {_SECONDS:.0f} s") from None

@@ -1,1 +1,1 @@
-"""What would mend a part of a formula: a term, a letter, a number, a function."""
+"""Repair one part of a formula: a term, a letter, a number, a function."""

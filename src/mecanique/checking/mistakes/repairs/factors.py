@@ -1,4 +1,4 @@
-"""What would mend a letter, a number, a sine, a power or a sum within a term."""
+"""Repair a letter, a number, a sine, a power or a sum within a term."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["repair_circular", "repair_letter", "repair_number", "repair_power", 
 
 
 def repair_number(part: Part) -> Iterator[Repair]:
-    """Yield what would mend a number."""
+    """Yield repairs of a number."""
     ratio = part.want
     spread = float(np.ptp(ratio))
     parent = part.tape.nodes[part.tape.parents[part.place]]
@@ -25,22 +25,22 @@ def repair_number(part: Part) -> Iterator[Repair]:
 
 
 def repair_letter(part: Part) -> Iterator[Repair]:
-    """Yield what would mend a letter: another one, its sine, a power."""
+    """Yield repairs of a letter: another one, its sine, a power."""
     name = part.node.name
     context = part.context
     for other, value in context.alternatives(name):
         if part.is_alike(value[part.usable]):
             angular = name in context.units
             kind = "letter" if angular else "angle"
-            text = f"{part.here} stands {part.where}where {other} should"
-            # a sum for a letter is a term that is missing
+            text = f"{part.here} {part.where}should be {other}"
+            # a sum in place of a letter is a missing term
             yield Repair(kind, text, part.quoted, 2.05 if "+" in other else 1.3)
     if name in context.angles:
         for function, shape in (("sin", np.sin), ("tan", np.tan)):
             if part.is_alike(shape(part.have)):
                 text = (
-                    f"{part.here} stands {part.where}for {function}({name}): the angle is "
-                    "taken as small"
+                    f"{part.here} {part.where}should be {function}({name}): the angle is "
+                    "assumed to be small"
                 )
                 yield Repair("small angle", text, part.quoted, 1.0)
     if name in context.units or name in context.velocities or name in context.coordinates:
@@ -50,12 +50,12 @@ def repair_letter(part: Part) -> Iterator[Repair]:
             ("1", np.ones_like(part.have)),
         ):
             if part.is_alike(value):
-                text = f"{part.here} stands {part.where}where {shown} should"
+                text = f"{part.here} {part.where}should be {shown}"
                 yield Repair("power", text, part.quoted, 1.7)
 
 
 def repair_circular(part: Part) -> Iterator[Repair]:
-    """Yield what would mend a sine or cosine: the other one, another angle, none."""
+    """Yield repairs of a sine or cosine: the other one, another angle, none."""
     name, argument = part.node.name, part.node.parts[0]
     inner = part.values.parts[part.tape.parts[part.place][0]][part.usable]
     own, other = (np.sin, np.cos) if name == "sin" else (np.cos, np.sin)
@@ -82,7 +82,7 @@ def repair_circular(part: Part) -> Iterator[Repair]:
 
 
 def repair_power(part: Part) -> Iterator[Repair]:
-    """Yield what would mend a power: another exponent, a product of rates."""
+    """Yield repairs of a power: another exponent, a product of rates."""
     base = part.values.parts[part.tape.parts[part.place][0]][part.usable]
     for exponent in (1, 2, 3, 4, 0, -1):
         with np.errstate(all="ignore"):
@@ -104,10 +104,10 @@ def repair_power(part: Part) -> Iterator[Repair]:
 
 
 def repair_sum(part: Part) -> Iterator[Repair]:
-    """Yield what would mend a sum: its sine, a letter that it lacks."""
+    """Yield repairs of a sum: its sine, a letter that it lacks."""
     angular = part.node.letters and part.node.letters <= set(part.context.angles)
     if angular and part.is_alike(np.sin(part.have)):
-        text = f"'{part.quoted}' stands for its sine: the angle is taken as small"
+        text = f"'{part.quoted}' should be its sine: the angle is assumed to be small"
         yield Repair("small angle", text, part.quoted, 1.0)
     short = part.want - part.have
     group = [name for name in part.node.letters if name in part.context.units]
@@ -117,5 +117,5 @@ def repair_sum(part: Part) -> Iterator[Repair]:
             value = part.context.values[name][part.usable]
             alike = (np.abs(short - value) <= ALIKE * np.abs(value)).all()
             if unit in units and alike:
-                text = f"{name} is missing in the sum '{part.quoted}'"
+                text = f"{name} is missing from the sum '{part.quoted}'"
                 yield Repair("letter", text, part.quoted, 1.4)

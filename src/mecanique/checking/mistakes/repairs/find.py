@@ -1,7 +1,7 @@
-"""Single changes of a submitted formula that would make it right.
+"""Find single changes of a submitted formula that make it right.
 
-What each part would have to be is known at every state; a part is explained where that is always
-the same known quantity: the part with the other sign, cos for sin, another letter.
+The value that each part needs is known in every state; a change is found if this is always the
+value of the same simple expression: the part with the opposite sign, cos for sin, another letter.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from mecanique.checking.mistakes.repairs.terms import repair_term
 __all__ = ["repairs"]
 
 _FEWEST = 6
-"""States at which a part must be known."""
+"""Least number of states in which a part must have a value."""
 
 
 def repairs(
@@ -37,10 +37,10 @@ def repairs(
 
     Args:
         tape: the formula.
-        values: of its parts at the states.
-        target: what the whole should be.
-        context: what may have been meant.
-        text: what the formula was read from.
+        values: values of its parts in the states.
+        target: required values of the whole.
+        context: the likely intentions.
+        text: the text of the formula.
     """
     needed = needed_values(tape, values, target)
     finite = np.isfinite(values.whole)
@@ -53,7 +53,7 @@ def repairs(
             continue
         node = tape.nodes[k]
         if node.end <= node.start and node.kind != "letter":
-            # within a definition or a rate only letters can be named
+            # within a definition or a rate only letters can be quoted
             continue
         want, have = needed[k], values.parts[k]
         usable = finite & np.isfinite(want)
@@ -76,7 +76,7 @@ def repairs(
 
 
 def _find(part: Part) -> Iterator[Repair]:
-    """Yield what would mend the part."""
+    """Yield repairs of a part."""
     if part.is_term and part.tape.parents[part.place] >= 0:
         yield from repair_term(part)
     node = part.node

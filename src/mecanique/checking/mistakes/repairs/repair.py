@@ -1,4 +1,4 @@
-"""A change of one part that makes a formula right, and what is known of the part."""
+"""A change of one part that makes a formula right, with the facts about the part."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from mecanique.checking.mistakes.context import Context
 __all__ = ["ALIKE", "SIMPLE", "Part", "Repair"]
 
 ALIKE = 1e-6
-"""Two values at one state that differ by less than this part are one."""
+"""Two values in a state are equal if they differ by less than this part."""
 
 SIMPLE = 60
-"""Factors with numerators and denominators up to this are named."""
+"""Factors with a denominator up to this are written as fractions."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class Repair:
     """A change of one part that makes a formula right.
 
     Args:
-        kind: of the mistake.
-        text: what is wrong, in words.
+        kind: kind of the mistake.
+        text: the mistake in words.
         part: the part as it was written.
         weight: the smaller, the likelier.
     """
@@ -41,17 +41,17 @@ class Repair:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A part of a formula, what it is and what it would have to be.
+    """A part of a formula, with its present and its needed values.
 
     Args:
         tape: the formula.
-        place: of the part in it.
-        have: its values.
-        want: the values it would need.
-        usable: at which states.
-        context: what may have been meant.
-        text: what the formula was read from.
-        values: of all parts.
+        place: index of the part on the tape.
+        have: its present values.
+        want: its needed values.
+        usable: the states in which both are known.
+        context: the likely intentions.
+        text: the text of the formula.
+        values: values of all parts.
     """
 
     tape: Tape
@@ -80,18 +80,18 @@ class Part:
         return parent < 0 or self.tape.nodes[parent].kind == "sum"
 
     def is_alike(self, value: Array) -> bool:
-        """Whether a value is what is needed, at all states."""
+        """Whether a value is the needed one, in all states."""
         scale = np.abs(value) + np.abs(self.want)
         return bool((np.abs(value - self.want) <= ALIKE * scale).all())
 
     @property
     def here(self) -> str:
-        """The part as it was written; of a letter's definition or a rate, its name."""
+        """The part as it was written; within a definition or a rate, its letter's name."""
         return self.quoted or self.node.name
 
     @property
     def where(self) -> str:
-        """The term that the part stands in, in words."""
+        """The term that contains the part, in words."""
         place = self.place
         while place >= 0 and (
             self.tape.parents[place] >= 0

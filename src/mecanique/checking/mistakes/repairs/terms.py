@@ -1,4 +1,4 @@
-"""What would mend a term of a sum: its sign, a factor, a letter, its absence."""
+"""Repair a term of a sum: its sign, a factor, a letter, its absence."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _INERTIAS = {Fraction(4), Fraction(1, 4), Fraction(3), Fraction(1, 3), Fraction(
 
 
 def repair_term(part: Part) -> Iterator[Repair]:
-    """Yield what would mend a term: a number, a letter, a function; or its absence."""
+    """Yield repairs of a term: a number, a letter, a function; or its absence."""
     with np.errstate(all="ignore"):
         ratio = part.want / part.have
     if not np.isfinite(ratio).all():
@@ -39,17 +39,20 @@ def repair_term(part: Part) -> Iterator[Repair]:
         if kind == "sin for cos":
             formula = name[3:].removesuffix("^2")
             pair = ("sin", "cos") if place < len(names) else ("cos", "sin")
-            text = f"in the term '{part.quoted}' {pair[1]}{formula} stands for {pair[0]}{formula}"
+            text = f"in the term '{part.quoted}' {pair[1]}{formula} should be {pair[0]}{formula}"
             yield Repair(kind, text, part.quoted, 1.7)
         elif kind == "letter":
             pair = name.split("/") if place < len(names) else name.split("/")[::-1]
-            text = f"in the term '{part.quoted}' {pair[1]} stands for {pair[0]}"
+            text = f"in the term '{part.quoted}' {pair[1]} should be {pair[0]}"
             yield Repair(kind, text, part.quoted, 1.7)
         elif place >= len(names):
-            text = f"the factor {name} does not belong into the term '{part.quoted}'"
+            text = f"the factor {name} does not belong in the term '{part.quoted}'"
             yield Repair("factor surplus", text, part.quoted, 2.0)
         elif kind == "small angle":
-            text = f"the term '{part.quoted}' lacks the factor {name}: as if the angle were small"
+            text = (
+                f"the term '{part.quoted}' lacks the factor {name}: the angle is assumed to be "
+                "small"
+            )
             yield Repair(kind, text, part.quoted, 1.8)
         else:
             text = f"the term '{part.quoted}' lacks the factor {name}"

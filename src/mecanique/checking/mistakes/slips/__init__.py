@@ -1,1 +1,1 @@
-"""Slips in a whole derivation, each with the equations it gives."""
+"""Slips in a whole derivation, each with the equations that it leads to."""

@@ -1,4 +1,4 @@
-"""Constraints taken wrongly: their forces forgotten, or velocities eliminated from T."""
+"""Mistakes about constraints: forgotten forces, or velocities eliminated from T."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from mecanique.derivation.scalars.series import Series
 __all__ = ["mistake_constraints"]
 
 _MOST_CHOICES = 60
-"""Choices of the velocities that are eliminated."""
+"""Largest number of choices of the eliminated velocities."""
 
 _SINGULAR = 1e8
-"""A choice with constraints conditioned worse than this at some state is no choice."""
+"""A choice is dropped if its constraints have a larger condition number than this in a state."""
 
 
 def mistake_constraints(right: RightEquations) -> Iterator[Hypothesis]:
-    """Yield what follows without the forces of constraints, or with constraints put into T."""
+    """Yield equations without the forces of constraints, or with constraints used in T."""
     ties = right.derivation.ties
     for k, tie in enumerate(ties):
         what = f"the force of the constraint {tie.name} (its multiplier) is missing"
@@ -35,12 +35,12 @@ def mistake_constraints(right: RightEquations) -> Iterator[Hypothesis]:
 
 
 def _put_into_energy(right: RightEquations) -> Iterator[Hypothesis]:
-    """Yield the equations of Lagrange's operator on a T from which velocities are eliminated.
+    """Yield the equations from Lagrange's operator on a T from which velocities are eliminated.
 
-    With v_d = B v_i of the velocities d that are eliminated, they have the terms
-    Σ p_d (dB_di/dt − ∂(B v)_d/∂q_i) too much, where p = ∂T/∂v. These vanish for what can be
-    integrated (Hamel, Theoretische Mechanik, 1949; Neimark & Fufaev, Dynamics of Nonholonomic
-    Systems, ch. 3).
+    With v_d = B v_i for the eliminated velocities d, they have the extra terms
+    Σ p_d (dB_di/dt − ∂(B v)_d/∂q_i), where p = ∂T/∂v. These vanish for integrable constraints
+    (Hamel, Theoretische Mechanik, 1949; Neimark & Fufaev, Dynamics of Nonholonomic Systems,
+    ch. 3).
     """
     names = right.derivation.algebra.velocities
     if any(not name.endswith("'") for name in names):
@@ -56,9 +56,9 @@ def _put_into_energy(right: RightEquations) -> Iterator[Hypothesis]:
         rest = right.rest.copy()
         rest[:, kept] += surplus
         what = (
-            f"a constraint on velocities is put into T ({', '.join(names[k] for k in chosen)} "
-            "eliminated before Lagrange's operator), which gives terms too much; it enters by "
-            "multipliers or virtual displacements"
+            "a constraint on velocities is substituted into T "
+            f"({', '.join(names[k] for k in chosen)} eliminated before Lagrange's operator), which "
+            "gives extra terms; use multipliers or virtual displacements instead"
         )
         yield Hypothesis("constraint in T", what, 0.8, right.sample.M, rest)
 
@@ -85,14 +85,14 @@ def _differentiate(row: Sequence[Series], name: str) -> list[Series]:
 def _find_surplus(
     J: Array, changes: Array, v: Array, p: Array, chosen: list[int], kept: list[int]
 ) -> Array | None:
-    """Return the terms too much, shape (n, kept); None where the choice cannot be made."""
+    """Return the extra terms, shape (n, kept); None if the choice is not possible."""
     own = J[:, :, chosen]
     with np.errstate(all="ignore"):
         condition = np.linalg.cond(own)
     if not (condition < _SINGULAR).all():
         return None
     B = -np.linalg.solve(own, J[:, :, kept])
-    # D_k B, along the motions that the constraint leaves for each coordinate
+    # D_k B, along the motion of each kept coordinate that the constraint allows
     along = np.stack(
         [-np.linalg.solve(own, change[:, :, kept] + change[:, :, chosen] @ B) for change in changes]
     )

@@ -1,7 +1,7 @@
-"""Wrong equations of motion that a known mistake would give, and where they lead.
+"""Derive the wrong equations of motion that known mistakes give, and their accelerations.
 
-Each hypothesis changes the true equations, and is told by the accelerations that follow from them:
-an answer that made the mistake holds at these, however it is multiplied, combined or solved.
+Each hypothesis changes the true equations, and is recognized by the accelerations that follow:
+an answer with that mistake holds for these, however it is multiplied, combined or solved.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _SINGULAR = 1e-12
 
 @final
 class Hypotheses:
-    """All hypotheses about a mechanism, with the accelerations each leads to.
+    """All hypotheses about a mechanism, with the accelerations that they lead to.
 
     Args:
         truth: the right equations.
@@ -39,7 +39,7 @@ class Hypotheses:
 
     @cached_property
     def _led(self) -> list[tuple[Hypothesis, Array]]:
-        """Every hypothesis that determines another motion than the right one, with that motion."""
+        """Every hypothesis that determines a motion other than the right one, with that motion."""
         if self._truth.derivation is None:
             return []
         right = RightEquations(self._truth, self._truth.derivation)
@@ -64,12 +64,12 @@ class Hypotheses:
 
     @cached_property
     def motions(self) -> Array:
-        """The accelerations and multipliers of each, shape (hypotheses, n, nv + m)."""
+        """The accelerations and multipliers of each hypothesis, shape (hypotheses, n, nv + m)."""
         found = [motion for _, motion in self._led]
         return np.stack(found) if found else np.zeros((0, *self._sample.motion.shape))
 
     def _lead(self, one: Hypothesis) -> Array | None:
-        """Return the accelerations and multipliers a hypothesis leads to, if it determines them."""
+        """Return a hypothesis's accelerations and multipliers, None if undetermined."""
         sample = self._sample
         if not (np.isfinite(one.M).all() and np.isfinite(one.rest).all()):
             return None

@@ -1,4 +1,4 @@
-"""A mistake with the equations it gives, and the right equations that it changes."""
+"""A mistake with the equations it leads to, and the right equations that it changes."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ __all__ = ["Hypothesis", "RightEquations", "group_by_velocities"]
 @final
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """A mistake in the whole derivation or in one term, with the equations it gives.
+    """A mistake in the whole derivation or in one term, with the equations it leads to.
 
     Args:
-        kind: of the mistake.
-        text: what is wrong, in words; "{}" stands for the term.
+        kind: kind of the mistake.
+        text: the mistake in words; "{}" stands for the term.
         weight: the smaller, the likelier.
         M: mass matrix, shape (n, nv, nv).
         rest: bias minus forces, shape (n, nv).
-        row: which equation is changed; −1 for all.
-        term: the term that is changed, if it is one.
-        released: the constraints, by place, whose forces are left out.
+        row: index of the changed equation; −1 for all.
+        term: the changed term, if there is only one.
+        released: indices of the constraints whose forces are left out.
     """
 
     kind: str
@@ -49,15 +49,15 @@ class Hypothesis:
 
     @property
     def sentence(self) -> str:
-        """What is wrong, in words."""
+        """The mistake in words."""
         return self.text.format("" if self.term is None else expression(self.term).text())
 
 
 @final
 class RightEquations:
-    """The right equations M a + rest = 0 at the states, and those of changed mechanisms.
+    """The right equations M a + rest = 0 in the states, and those of changed mechanisms.
 
-    Where there are loops or contacts they are those of the tree, to which the multipliers add.
+    With loops or contacts they are those of the tree, without multipliers.
 
     Args:
         truth: the right equations in closed form.
@@ -86,7 +86,7 @@ class RightEquations:
         return np.stack([self.value(entry) for entry in row], axis=-1)
 
     def rebuild(self, mechanism: Mechanism) -> tuple[Array, Array] | None:
-        """Return M and bias − forces of a changed mechanism at the same states."""
+        """Return M and bias − forces of a changed mechanism in the same states."""
         try:
             derivation = derive(replace(mechanism, loops=(), contacts=())).derivation
         except MecaniqueError:
@@ -96,7 +96,7 @@ class RightEquations:
         return self.evaluate(derivation, Evaluation(derivation.algebra.ring, self.sample.values))
 
     def evaluate(self, derivation: Derivation, evaluated: Evaluation) -> tuple[Array, Array]:
-        """Return M and bias − forces of a derivation at some values of its letters."""
+        """Return M and bias − forces of a derivation for some values of its letters."""
         n, nv = self.sample.count, len(derivation.M)
         M, rest = np.empty((n, nv, nv)), np.empty((n, nv))
         with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""Parts of Lagrange's operator left out."""
+"""Mistakes about Lagrange's operator: parts of it left out."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["mistake_operator"]
 
 
 def mistake_operator(right: RightEquations) -> Iterator[Hypothesis]:
-    """Yield what follows without parts of Lagrange's operator: d/dt of the inertia, or ∂T/∂q."""
+    """Yield equations without parts of Lagrange's operator: d/dt of the inertia, or ∂T/∂q."""
     derivation = right.derivation
     ring = derivation.algebra.ring
     names = derivation.algebra.velocities
@@ -54,7 +54,7 @@ def mistake_operator(right: RightEquations) -> Iterator[Hypothesis]:
 
 
 def _of_velocities(right: RightEquations, h: Sequence[Series], names: Sequence[str]) -> Array:
-    """The terms of second degree in the velocities, shape (n, nv)."""
+    """Return the terms of second degree in the velocities, shape (n, nv)."""
     found = []
     for series in h:
         groups = group_by_velocities(series, names)

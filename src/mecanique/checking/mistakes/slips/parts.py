@@ -1,4 +1,4 @@
-"""Bodies, forces and gravity taken wrongly: inertia about another point, weights, free lengths."""
+"""Mistakes about bodies, forces and gravity: wrong inertia, weights, free lengths."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ __all__ = ["mistake_parts"]
 
 _SINGULAR = 1e-12
 _MOST_BODIES = 7
-"""With more bodies in loops, deriving each change anew would take seconds."""
+"""With more bodies in loops, deriving each change again would take seconds."""
 
 
 def mistake_parts(right: RightEquations) -> Iterator[Hypothesis]:
-    """Yield what follows with inertia, weights and springs of single parts taken wrongly."""
+    """Yield equations with wrong inertia, weight or spring of a single part."""
     mechanism = right.truth.mechanism
     if mechanism.constrained and len(mechanism.bodies) > _MOST_BODIES:
         return
@@ -39,8 +39,8 @@ def mistake_parts(right: RightEquations) -> Iterator[Hypothesis]:
             for kind, factor, what in (
                 ("missing", 0.0, f"the force {force.name!r} is missing"),
                 ("sign", -1.0, f"the sign of the force {force.name!r} is wrong"),
-                ("factor", 2.0, f"the force {force.name!r} is taken twice"),
-                ("factor", 0.5, f"the force {force.name!r} is taken half (½ too much)"),
+                ("factor", 2.0, f"the force {force.name!r} is counted twice"),
+                ("factor", 0.5, f"the force {force.name!r} is halved (an extra factor ½)"),
             ):
                 M, rest = less[0] + factor * own_M, less[1] + factor * own_rest
                 yield Hypothesis(kind, what, 1.2 + 0.3 * (kind == "factor"), M, rest)
@@ -73,26 +73,26 @@ def _gravity(right: RightEquations, mechanism: Mechanism) -> Iterator[Hypothesis
     what = "the sign of the potential of gravity is wrong"
     yield Hypothesis("potential sign", what, 0.9, M, rest - weight)
     yield Hypothesis("missing", "gravity is missing", 1.0, M, rest)
-    what = "the kinetic energy lacks its factor ½, or the potential one has ½ too much"
+    what = "the kinetic energy lacks its factor ½, or the potential energy has an extra ½"
     yield Hypothesis("half", what, 1.1, M, rest + weight / 2)
-    what = "the kinetic energy has ½ too much, or the potential energy is taken twice"
+    what = "the kinetic energy has an extra factor ½, or the potential energy is counted twice"
     yield Hypothesis("half", what, 1.1, M, rest + 2 * weight)
 
 
 def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[Hypothesis]:
-    """Its inertia about the center or the joint, Steiner's term, its weight."""
+    """Yield mistakes about a body: inertia about center or joint, Steiner's term, weight."""
     bare = body.replace(inertia=(0.0,) * 6)
     particle = right.rebuild(_with_body(mechanism, bare))
     if particle is None:
         return
     turning = right.sample.M - particle[0], right.rest - particle[1]
     name = body.name
-    # a body that only slides has no inertia to be mistaken
+    # the moments of inertia of a body that only slides do not matter
     turns = bool(np.abs(turning[0]).max() > _SINGULAR * np.abs(right.sample.M).max())
     if turns:
-        what = f"the inertia of {name!r} about its own center is missing (taken as a particle)"
+        what = f"the inertia of {name!r} about its own center is missing (as for a particle)"
         yield Hypothesis("inertia", what, 1.0, *particle)
-        what = f"the inertia of {name!r} about its own center is taken twice"
+        what = f"the inertia of {name!r} about its own center is counted twice"
         twice = right.sample.M + turning[0], right.rest + turning[1]
         yield Hypothesis("inertia", what, 1.6, *twice)
     still = right.rebuild(replace(_with_body(mechanism, bare), gravity=(0.0, 0.0, 0.0)))
@@ -106,7 +106,7 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[H
         rest = right.rest - moving[1]
         yield Hypothesis("inertia", what, 0.8, right.sample.M - moving[0], rest)
         what = (
-            f"Steiner's term of {name!r} counts twice: inertia about the joint and the "
+            f"Steiner's term of {name!r} is counted twice: inertia about the joint and the "
             "motion of the center"
         )
         rest = right.rest + moving[1]

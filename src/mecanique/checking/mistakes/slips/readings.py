@@ -1,4 +1,4 @@
-"""The description read wrongly: letters exchanged, other angles, small motions."""
+"""Misreadings of the description: exchanged letters, wrong angles, small motions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["linearize", "mistake_angles", "mistake_readings"]
 
 
 def mistake_readings(right: RightEquations) -> Iterator[Hypothesis]:
-    """Yield what follows with parameters of one unit exchanged throughout."""
+    """Yield equations with parameters of the same unit exchanged throughout."""
     mechanism = right.truth.mechanism
     used = {g.name for row in right.derivation.rows for g in row.generators()}
     parameters = [p for p in mechanism.parameters if p.symbol in used]
@@ -25,7 +25,7 @@ def mistake_readings(right: RightEquations) -> Iterator[Hypothesis]:
         if one.unit != other.unit:
             continue
         moved = {one.symbol: right.sample.values[other.symbol]}
-        what = f"{other.symbol} stands for {one.symbol} throughout"
+        what = f"{other.symbol} is written for {one.symbol} throughout"
         yield _read(right, "letter", what, 1.5, moved)
         if one.symbol < other.symbol:
             moved |= {other.symbol: right.sample.values[one.symbol]}
@@ -41,7 +41,7 @@ def _read(
     moved: Mapping[str, Any],
     turn: Array | None = None,
 ) -> Hypothesis:
-    """Return the equations with other values of letters; `turn` takes our a to theirs."""
+    """Return the equations with other values of letters; `turn` converts our a to theirs."""
     derivation = right.derivation
     evaluated = Evaluation(derivation.algebra.ring, {**right.sample.values, **moved})
     M, rest = right.evaluate(derivation, evaluated)
@@ -51,7 +51,7 @@ def _read(
 
 
 def mistake_angles(right: RightEquations) -> Iterator[Hypothesis]:
-    """Yield what follows with absolute coordinates for relative ones, and the other way round."""
+    """Yield equations with absolute coordinates for relative ones, and vice versa."""
     mechanism, values = right.truth.mechanism, right.sample.values
     moving = [name for name in mechanism.coordinates if f"{name}'" in values]
     for one, other in permutations(moving, 2):
@@ -72,7 +72,7 @@ def mistake_angles(right: RightEquations) -> Iterator[Hypothesis]:
 
 
 def linearize(right: RightEquations) -> Iterator[Hypothesis]:
-    """Yield the equations of small motions about all coordinates zero, if that is at rest."""
+    """Yield the equations linearized about all coordinates zero, if that is an equilibrium."""
     derivation = right.derivation
     ring = derivation.algebra.ring
     if not isinstance(ring, Ring):

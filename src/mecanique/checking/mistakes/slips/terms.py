@@ -1,4 +1,4 @@
-"""Single terms of the equations of motion taken wrongly: left out, doubled, of the other sign."""
+"""Mistakes in single terms of the equations of motion: missing, doubled, of the wrong sign."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from mecanique.derivation.scalars.series import Kind, Series
 __all__ = ["list_parts", "mistake_letters", "mistake_terms"]
 
 _MOST_SINGLE = 60
-"""A longer quantity is not looked through term by term."""
+"""Longer quantities are not searched term by term."""
 
 _MOST_TERMS = 12
-"""A longer entry of the equations is taken as a whole, not term by term."""
+"""Longer entries of the equations are changed only as a whole, not term by term."""
 
 
 class _Mistake(NamedTuple):
-    """A kind of mistake, how it is said of a term, and how likely it is."""
+    """A kind of mistake, its words about a term, and its weight."""
 
     kind: str
     text: str
@@ -37,10 +37,10 @@ class _Term(NamedTuple):
     """A term of a row of the equations, or a group of terms.
 
     Args:
-        row: of the equations.
-        series: the term, without the acceleration it stands before.
-        column: of M; −1 for a term without an acceleration.
-        name: in words; empty if it has none.
+        row: index of the equation.
+        series: the term, without its acceleration.
+        column: column of M; −1 for a term without an acceleration.
+        name: its name in words; empty if it has none.
         weight: how likely it is forgotten; smaller is likelier.
     """
 
@@ -52,20 +52,20 @@ class _Term(NamedTuple):
 
 
 def mistake_terms(right: RightEquations) -> Iterator[Hypothesis]:
-    """Yield what follows with terms left out, of the other sign, doubled or halved."""
+    """Yield equations with a term left out, of the wrong sign, doubled or halved."""
     for term in _list_terms(right):
         missing = f"{term.name} {{}} is missing" if term.name else "the term {} is missing"
         yield _change(right, term, 0.0, _Mistake("missing", missing, term.weight))
         sign = "the sign of the term {} is wrong"
         yield _change(right, term, -1.0, _Mistake("sign", sign, term.weight))
-        twice = "the term {} is taken twice"
+        twice = "the term {} is counted twice"
         yield _change(right, term, 2.0, _Mistake("factor", twice, term.weight + 0.5))
-        half = "the term {} is taken half"
+        half = "the term {} is halved"
         yield _change(right, term, 0.5, _Mistake("factor", half, term.weight + 0.5))
 
 
 def mistake_letters(right: RightEquations) -> Iterator[Hypothesis]:
-    """Yield what follows with one letter for another of the same unit in a single term."""
+    """Yield equations with one letter for another of the same unit in a single term."""
     parameters = right.truth.mechanism.parameters
     values = right.sample.values
     for term in _list_terms(right):
@@ -77,12 +77,12 @@ def mistake_letters(right: RightEquations) -> Iterator[Hypothesis]:
         for one, other in permutations(parameters, 2):
             if one.unit == other.unit and one.symbol in powers:
                 ratio = (values[other.symbol] / values[one.symbol]) ** powers[one.symbol]
-                text = f"in the term {{}} stands {other.symbol} for {one.symbol}"
+                text = f"in the term {{}} {other.symbol} should be {one.symbol}"
                 yield _change(right, term, ratio, _Mistake("letter", text, 2.1))
 
 
 def _list_terms(right: RightEquations) -> Iterator[_Term]:
-    """Yield the terms that somebody may get wrong: entries of M, groups of h and Q, their parts."""
+    """Yield the terms that may be wrong: entries of M, groups of h and Q, and their parts."""
     derivation = right.derivation
     velocities = derivation.algebra.velocities
     for row, entries in enumerate(derivation.M):
@@ -110,7 +110,7 @@ def _list_terms(right: RightEquations) -> Iterator[_Term]:
 def _change(
     right: RightEquations, term: _Term, factor: float | Array, mistake: _Mistake
 ) -> Hypothesis:
-    """Return the equations with a term multiplied by a factor, by mistake."""
+    """Return the equations with a term mistakenly multiplied by a factor."""
     M, rest, shown = right.sample.M, right.rest, term.series
     change = (factor - 1) * right.value(term.series)
     if term.column >= 0:
@@ -143,7 +143,7 @@ def _split(series: Series) -> list[Series]:
     ring = series.ring
     groups: dict[frozenset[int], Series] = {}
     for first, last in ((1, 2), (0, 1), (0, 2)):
-        # what shares the monomial, the sine or cosine, or both
+        # terms that share the monomial, the sine or cosine, or both
         together: dict[Any, list[int]] = {}
         for place, term in enumerate(terms):
             together.setdefault(term[first:last], []).append(place)
@@ -159,8 +159,8 @@ def _term(series: Series, trig: int, monomial: int, c: Fraction) -> Series:
 
 
 def _name_of(powers: Sequence[int]) -> str:
-    """What a textbook calls the terms with these powers of the velocities."""
+    """Return a textbook's name for terms with these powers of the velocities."""
     if sum(powers) == 2:
         return "the centripetal term" if 2 in powers else "the Coriolis term"
-    # dampers are forces; these come from motions that are prescribed
+    # dampers are forces; these terms come from prescribed motions
     return "the Coriolis term" if sum(powers) == 1 else "the term"
