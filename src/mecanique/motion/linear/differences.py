@@ -17,7 +17,7 @@ from mecanique.motion.linear.equilibrium import effort
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.arguments import Values
-from mecanique.verification.stencil import differences
+from mecanique.verification.stencil import differences_twice
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -191,7 +191,7 @@ def slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:
         return np.zeros((0, 0)), 0.0
     best, error = np.zeros((count, count)), np.inf
     for h in STEPS:
-        fine, coarse = differences(function, count, h), differences(function, count, 2 * h)
+        fine, coarse = differences_twice(function, count, h)
         scale = float(np.abs(fine).max())
         found = float(np.abs(fine - coarse).max()) / scale if scale > 0 else 0.0
         if found < error:

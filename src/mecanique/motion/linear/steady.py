@@ -257,11 +257,12 @@ def _release_loops(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: n
     place = Independent(closed, q, 0.0, rows=closed.closures.positional, prefer=prefer)
     free = Independent(closed, q, 0.0, prefer=prefer)
     n, w = len(place.chosen), v[free.chosen]
+    home = place.position(np.zeros(n))
 
     def rates(step: np.ndarray) -> np.ndarray:
         found = []
         for x in step:
-            there = place.position(x[:n])
+            there = place.position(x[:n]) if x[:n].any() else home
             moving = free.velocity(there, w + x[n:])
             a = closed.solve(there, moving, 0.0).acceleration
             found.append(np.concatenate([moving[place.chosen], a[free.chosen]]))

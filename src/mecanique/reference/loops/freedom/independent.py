@@ -77,25 +77,25 @@ class Independent:
 
     def tangents(self, q: Array) -> Array:
         """Return T at a position with closed loops, shape (nv, n)."""
-        none = np.zeros((int(self._rows.sum()), 1))
-        return self._complete(q, np.zeros(len(self._held)), np.eye(len(self.chosen)), none)
+        here = self._closed.closures.at(q, np.zeros(len(self._held)), self._t)
+        return self._complete(here.jacobian, np.eye(len(self.chosen)), np.zeros_like(here.drift))
 
     def velocity(self, q: Array, w: Array) -> Array:
         """Return v, shape (nv,), from the independent velocities at a closed position."""
         v = np.zeros(len(self._held))
         v[self.chosen] = w
-        drift = self._closed.closures.at(q, v, self._t).drift[self._rows]
-        return self._complete(q, v, w[:, None], drift[:, None])[:, 0]
+        here = self._closed.closures.at(q, v, self._t)
+        return self._complete(here.jacobian, w[:, None], here.drift)[:, 0]
 
     def acceleration(self, q: Array, v: Array, rate: Array) -> Array:
         """Return v', shape (nv,), from the independent velocities' rates in a closed state."""
-        gamma = self._closed.closures.at(q, v, self._t).gamma[self._rows]
-        return self._complete(q, v, rate[:, None], gamma[:, None])[:, 0]
+        here = self._closed.closures.at(q, v, self._t)
+        return self._complete(here.jacobian, rate[:, None], here.gamma)[:, 0]
 
-    def _complete(self, q: Array, v: Array, given: Array, rest: Array) -> Array:
+    def _complete(self, jacobian: Array, given: Array, rest: Array) -> Array:
         """Return the columns x with the given independent components and J x + rest = 0."""
         closures = self._closed.closures
-        jacobian = closures.at(q, v, self._t).jacobian[self._rows]
+        jacobian, rest = jacobian[self._rows], rest[self._rows, None]
         x = np.zeros((len(self._held), given.shape[1]))
         x[self.chosen] = given
         columns = np.where(self._held, 0.0, closures.columns)
