@@ -15,7 +15,7 @@ from mecanique.derivation.numeric.chart import Motions
 from mecanique.derivation.tree.links import Link
 from mecanique.derivation.tree.poses import Arithmetic, local, stack
 
-__all__ = ["Frame", "frames"]
+__all__ = ["Frame", "cross", "frames"]
 
 
 @final
@@ -55,8 +55,20 @@ class Frame:
     @property
     def pose_rate(self) -> np.ndarray:
         """The rate of the pose, shape (n, 4, 4) [1/s]."""
-        turning = np.cross(self.spin[:, :, None], self.turn, axis=1)
+        turning = cross(self.spin[:, :, None], self.turn)
         return _homogeneous(turning, self.velocity, 0.0)
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return a × b, as `np.cross` on axis 1 does in twice the time, shape (n, 3) or (n, 3, k)."""
+    ax, ay, az = a[:, 0], a[:, 1], a[:, 2]
+    bx, by, bz = b[:, 0], b[:, 1], b[:, 2]
+    x = ay * bz - az * by
+    found = np.empty((len(x), 3, *x.shape[1:]))
+    found[:, 0] = x
+    found[:, 1] = az * bx - ax * bz
+    found[:, 2] = ax * by - ay * bx
+    return found
 
 
 def frames(tree: tuple[Link, ...], places: list[np.ndarray], move: Motions) -> list[Frame]:
@@ -101,8 +113,8 @@ def _carry(parent: Frame, link: Link, place: np.ndarray, move: Motions, own: sli
     sliding, rolling = (slide @ u)[..., 0], (roll @ u)[..., 0]
     spin = parent.spin + rolling
     # a free joint's directions turn with the child, those of a slide with the parent
-    bent = np.cross(spin if link.kind == "free" else parent.spin, sliding)
-    J = parent.J + np.cross(parent.J_spin, r[:, :, None], axis=1)
+    bent = cross(spin if link.kind == "free" else parent.spin, sliding)
+    J = parent.J + cross(parent.J_spin, r[:, :, None])
     J_spin = parent.J_spin.copy()
     J[:, :, own] += slide
     J_spin[:, :, own] += roll
@@ -110,14 +122,14 @@ def _carry(parent: Frame, link: Link, place: np.ndarray, move: Motions, own: sli
         turn=turn,
         seat=parent.seat + r,
         step=r,
-        velocity=parent.velocity + np.cross(parent.spin, r) + sliding,
+        velocity=parent.velocity + cross(parent.spin, r) + sliding,
         spin=spin,
         gamma=parent.gamma
-        + np.cross(parent.gamma_spin, r)
-        + np.cross(parent.spin, np.cross(parent.spin, r) + sliding)
+        + cross(parent.gamma_spin, r)
+        + cross(parent.spin, cross(parent.spin, r) + sliding)
         + bent
         + (slide @ rates)[..., 0],
-        gamma_spin=parent.gamma_spin + np.cross(parent.spin, rolling) + (roll @ rates)[..., 0],
+        gamma_spin=parent.gamma_spin + cross(parent.spin, rolling) + (roll @ rates)[..., 0],
         J=J,
         J_spin=J_spin,
         axes=axes,

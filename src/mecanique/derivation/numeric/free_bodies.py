@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.numeric.chart import Chart, Motions
-from mecanique.derivation.numeric.frames import Frame, frames
+from mecanique.derivation.numeric.frames import Frame, cross, frames
 from mecanique.derivation.numeric.loads import Loads
 from mecanique.derivation.tree.links import links, moving, place_of
 from mecanique.derivation.tree.poses import placement_matrix
@@ -75,7 +75,8 @@ class FreeBody:
     @property
     def tumbling(self) -> np.ndarray:
         """Rate of the angular momentum for a = 0, I γ_spin + ω × I ω, shape (n, 3) [N·m]."""
-        return times(self.inertia, self.gamma_spin) + np.cross(self.spin, self.angular_momentum)
+        turning = cross(self.spin, self.angular_momentum)
+        return np.asarray(times(self.inertia, self.gamma_spin) + turning)
 
 
 @final
@@ -189,7 +190,7 @@ class FreeBodies:
         frame, (mass, center, inertia) = chain[0], self._masses[k]
         arm = frame.turn @ center
         at = frame.seat + arm
-        inward = np.cross(frame.spin, arm)
+        inward = cross(frame.spin, arm)
         return FreeBody(
             name=self._joints[k].child,
             joint=self._joints[k].name,
@@ -204,12 +205,12 @@ class FreeBodies:
             velocity=frame.velocity + inward,
             spin=frame.spin,
             inertia=frame.turn @ inertia @ np.swapaxes(frame.turn, 1, 2),
-            J=spread(frame.J + np.cross(frame.J_spin, arm[:, :, None], axis=1), move),
-            gamma=frame.gamma + np.cross(frame.gamma_spin, arm) + np.cross(frame.spin, inward),
+            J=spread(frame.J + cross(frame.J_spin, arm[:, :, None]), move),
+            gamma=frame.gamma + cross(frame.gamma_spin, arm) + cross(frame.spin, inward),
             J_spin=spread(frame.J_spin, move),
             gamma_spin=frame.gamma_spin,
             force=force,
-            moment=moment - np.cross(at, force),
+            moment=moment - cross(at, force),
         )
 
     def _wrenches(
@@ -227,7 +228,7 @@ class FreeBodies:
             moment[place[link]] += np.stack([skew[:, 1, 2], skew[:, 2, 0], skew[:, 0, 1]], axis=-1)
         for u, k in enumerate(self._holders):
             F, seat = drives[:, :3, u], found[self._place[self._joints[k].child]].seat
-            M = drives[:, 3:, u] + np.cross(seat, F)
+            M = drives[:, 3:, u] + cross(seat, F)
             force[k] += F
             moment[k] += M
             if self._parents[k] >= 0:
@@ -258,10 +259,10 @@ def total_momentum(
     for body in bodies:
         push = body.mass * body.velocity
         linear = linear + push
-        angular = angular + body.angular_momentum + np.cross(body.center, push)
+        angular = angular + body.angular_momentum + cross(body.center, push)
         first, mass = first + body.mass * body.center, mass + body.mass
     center = first / mass if mass else first
-    return linear, angular, angular - np.cross(center, linear)
+    return linear, angular, angular - cross(center, linear)
 
 
 def spread(columns: np.ndarray, move: Motions) -> np.ndarray:

@@ -25,6 +25,7 @@ import numpy as np
 from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.elements import Along, find_unexplained, size, unit_needs
+from mecanique.derivation.numeric.frames import cross
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.recursion import solve
 from mecanique.model.constraints.elements import force_names
@@ -383,5 +384,5 @@ def _rows(k: int, start: int = 0) -> tuple[slice, slice]:
 def _shift(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """Refer a wrench to a new point; `arm` leads from there to the old one, shape (n, 6, k)."""
     force, couple = wrench[:, :3], wrench[:, 3:]
-    moment = couple + np.cross(arm[:, :, None], force, axis=1)
+    moment = couple + cross(arm[:, :, None], force)
     return np.concatenate([force, moment], axis=1)
