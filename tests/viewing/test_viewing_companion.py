@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from viewing_browser import Visit
+from viewing_browser import Visit, until
 from viewing_scenes import raised
 
 from mecanique.viewing.live.live import LiveView
@@ -53,21 +52,13 @@ def falling(t: float) -> tuple[float, float, float]:
     return 0.1 * t, 0.0, -9.81 * t**2 / 2
 
 
-def until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it did not happen in time"
-        time.sleep(0.02)
-
-
 def run(
     view: LiveView, seen: Visit, path: Path, start: float, end: float, speed: float = 1.0
 ) -> None:
     """Let time pass, till the page has shown the end and its camera is at rest."""
     view.stream(frames(path, start, end), speed=speed)
     until(lambda: bool(seen.js("mecanique.clock.time") == pytest.approx(end, rel=1e-6)))
-    for _ in range(4):
-        seen.settle()
+    seen.settle(8)
 
 
 def seen_at(seen: Visit) -> tuple[float, float]:

@@ -27,7 +27,7 @@ from playwright.sync_api import Error
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.iostream import IOStream
 from tornado.websocket import WebSocketClientConnection, WebSocketHandler, websocket_connect
-from viewing_browser import Visit
+from viewing_browser import Visit, until
 from viewing_scenes import about_y, instants, pendulum, swarm, swing
 from viewing_watcher import Watcher
 
@@ -61,13 +61,6 @@ def connect(view: LiveView, **headers: str) -> Awaitable[WebSocketClientConnecti
 
 def origin(view: LiveView) -> str:
     return view.url.rsplit("/", 2)[0]
-
-
-def until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it did not happen in time"
-        time.sleep(0.02)
 
 
 async def leave(link: WebSocketClientConnection) -> None:

@@ -21,7 +21,7 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from playwright.sync_api import Error
-from viewing_browser import Visit
+from viewing_browser import Visit, until
 from viewing_watcher import Watcher
 
 import mecanique as mq
@@ -342,13 +342,6 @@ def test_a_force_that_acts_late_gets_its_arrow(visit: Callable[..., Visit]) -> N
         t, x = seen.js("[mecanique.clock.time, mecanique.clock.row[7]]")
         assert x == pytest.approx(0.1 * t + 2.0 * (t - 2.5) ** 2, abs=1e-3)
         assert seen.errors == []
-
-
-def until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it did not happen in time"
-        time.sleep(0.05)
 
 
 def asked(seen: Visit, expression: str) -> Any:

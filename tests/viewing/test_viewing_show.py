@@ -6,7 +6,6 @@ import io
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
-from viewing_browser import Visit
+from viewing_browser import Visit, until
 from viewing_scenes import reach
 
 import mecanique as mq
@@ -228,13 +227,6 @@ def live(tmp_path: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     finally:
         run.kill()
         run.communicate()
-
-
-def until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it did not happen in time"
-        time.sleep(0.05)
 
 
 def assert_swings(seen: Visit, **parameters: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -22,6 +23,9 @@ FLAGS = (
 COPIED = "GPU stall due to ReadPixels"
 """Chromium's own note where the processor joins layers: each picture of WebGL is copied to it."""
 
+PAUSE = 0.05
+"""Between two questions of whether something has happened [s]: each costs a page 7 ms."""
+
 # Some 20 pictures a second, of nothing: each call reaches WebGL, which checks it as ever, but there
 # is nothing left to draw.
 UNDRAWN = """
@@ -39,6 +43,14 @@ for (const { prototype } of [WebGLRenderingContext, WebGL2RenderingContext]) {
   };
 }
 """
+
+
+def until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
+    """Wait for something to happen."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it did not happen in time"
+        time.sleep(PAUSE)
 
 
 @dataclass
@@ -87,15 +99,19 @@ class Visit:
 
     def until(self, expression: str) -> None:
         """Wait for a condition, asked from here: the page's own policy forbids evaluation later."""
-        for _ in range(6000):
+        for _ in range(2400):
             if self.js(expression):
                 return
-            self.page.wait_for_timeout(20)
+            self.page.wait_for_timeout(1000 * PAUSE)
         raise AssertionError(f"never became true: {expression}")
 
-    def settle(self) -> None:
+    def settle(self, pictures: int = 2) -> None:
+        """Wait for some pictures."""
         self.js(
-            "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+            """async (pictures) => {
+                for (let k = 0; k < pictures; k++) await new Promise(requestAnimationFrame);
+            }""",
+            pictures,
         )
 
     def body(self, k: int) -> list[float]:
