@@ -227,7 +227,7 @@ def _page(robots: list[Robot], arguments: argparse.Namespace) -> str:
         "explained under [lint](lint.md). Times are processor time for reading, deriving and",
         f"comparing, beside other work on a virtual machine with 2 cores ({engine}).",
         "",
-        f"{_share(robots, arguments.engines.split(','))} They read the original text, too.",
+        f"{_share(robots, arguments.engines.split(','))} The engines read the original text.",
         "",
         "Written by `python tests/benchmarks/bench_robots.py FOLDER … --engines "
         f"{arguments.engines} --samples {arguments.samples} --table docs/robots.md`. The first "

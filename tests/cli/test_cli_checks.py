@@ -88,6 +88,8 @@ def test_robots_are_known_by_name_and_may_float() -> None:
         ("verify cart_pol", "did you mean 'cart_pole'"),
         ("verify anymal", "expected one of 'anymal_b_simple/anymal', 'anymal_c_simple/anymal'"),
         ("verify cart_pole --root floating", "expected a URDF file or a robot for --root floating"),
+        ("derive cart_pole --keep masses", "expected a URDF file or a robot for --keep"),
+        ("derive cart_pole --arg m=2", "expected a URDF file or a robot for --arg"),
     ],
 )
 def test_wrong_names_are_told_the_right_ones(words: str, said: str) -> None:

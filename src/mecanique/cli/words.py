@@ -63,14 +63,16 @@ def choose(system: str, parameters: Sequence[str], reading: Reading = _PLAINLY) 
     """
     values = numbers(parameters, "-p")
     if mq.textbook.catalogue.is_known(system):
-        if reading.root == "floating":
-            raise mq.InputError(
-                f"expected a URDF file or a robot for --root floating, got the system {system!r}"
-            )
-        if reading.loops is not None:
-            raise mq.InputError(
-                f"expected a URDF file or a robot for --loops, got the system {system!r}"
-            )
+        for option, given in (
+            ("--root floating", reading.root == "floating"),
+            ("--loops", reading.loops is not None),
+            ("--arg", reading.arguments),
+            ("--keep", reading.keep),
+        ):
+            if given:
+                raise mq.InputError(
+                    f"expected a URDF file or a robot for {option}, got the system {system!r}"
+                )
         entry = mq.textbook.entry(system)
         return Chosen(
             mq.textbook.load(system, **values), entry.start, entry.start_velocity, entry.duration

@@ -22,7 +22,13 @@ RULES = (
         "Pinocchio crashes on chains of thousands of links.",
         f"Stay at or below {MOST_DEPTH:,}.",
     ),
-    Rule("M703", "not-used", "info", "It does not enter the equations of motion.", "Nothing."),
+    Rule(
+        "M703",
+        "not-used",
+        "info",
+        "It does not enter the equations of motion.",
+        "There is nothing to mend.",
+    ),
     Rule(
         "M704",
         "damping-read-differently",

@@ -89,7 +89,7 @@ RULES = (
         "info",
         "With a fixed root it moves nothing, and ROS warns about it; with a floating root it "
         "counts.",
-        "Nothing, or put an empty root link before it.",
+        "Leave it, or put an empty root link before it.",
     ),
     Rule(
         "M212",
