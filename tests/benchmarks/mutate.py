@@ -97,6 +97,8 @@ class Change(NamedTuple):
     code: str
     text: str
     tree: ast.Module
+    at_import: bool
+    """Whether it stands outside all functions, where lines run before any test."""
 
     @property
     def key(self) -> tuple[str, str, str]:
@@ -184,9 +186,15 @@ def change_at(path: Path, number: int) -> Change:
     node, shown = list(places(tree))[number]
     before = ast.unparse(shown)
     changed(node)
-    lines = range(node.lineno, node.end_lineno + 1)
-    code = source.splitlines()[node.lineno - 1].strip()
-    return Change(path, lines, code, f"{before} → {ast.unparse(shown)}", tree)
+    functions = [f for f in ast.walk(tree) if isinstance(f, (ast.FunctionDef, ast.Lambda))]
+    return Change(
+        path=path,
+        lines=range(node.lineno, node.end_lineno + 1),
+        code=source.splitlines()[node.lineno - 1].strip(),
+        text=f"{before} → {ast.unparse(shown)}",
+        tree=tree,
+        at_import=not any(node is inner for f in functions for inner in ast.walk(f)),
+    )
 
 
 class Record(NamedTuple):
@@ -199,7 +207,7 @@ class Record(NamedTuple):
     def read(cls, path: Path) -> Record:
         """Read what note() has written."""
         found = json.loads(path.read_text(encoding="utf-8"))
-        names = [*found["seconds"], ""]
+        names = list(found["seconds"])
         tests = {
             file: {int(line): [names[k] for k in run] for line, run in lines.items()}
             for file, lines in found["tests"].items()
@@ -209,10 +217,9 @@ class Record(NamedTuple):
     def covering(self, change: Change) -> list[str]:
         """Return the tests that run what was changed, the fastest first, until it is enough."""
         of_module = self.tests.get(str(change.path.relative_to(ROOT)), {})
-        found = {test for line in change.lines for test in of_module.get(line, ())}
-        if "" in found:  # it runs at import, for all
-            found = {test for tests in of_module.values() for test in tests}
-        fastest = sorted(found - {""}, key=lambda test: self.seconds[test])
+        lines = of_module if change.at_import else change.lines
+        found = {test for line in lines for test in of_module.get(line, ())}
+        fastest = sorted(found, key=lambda test: self.seconds[test])
         total = accumulate(self.seconds[test] for test in fastest)
         return [test for test, spent in zip(fastest, total, strict=True) if spent < ENOUGH]
 
@@ -227,7 +234,8 @@ def codes(code: CodeType) -> Iterator[CodeType]:
 
 def signature(code: CodeType) -> tuple[object, ...]:
     """Return what tells a function from all others of its module, changed or not."""
-    return code.co_name, code.co_firstlineno, code.co_varnames, code.co_names
+    # a product's order is also that of the names
+    return code.co_name, code.co_firstlineno, *map(frozenset, (code.co_varnames, code.co_names))
 
 
 def install(change: Change) -> None:
@@ -240,8 +248,7 @@ def install(change: Change) -> None:
             found.__code__ = new.get(signature(found.__code__), found.__code__)
         elif isinstance(found, _lru_cache_wrapper):
             found.cache_clear()
-    functions = [n for n in ast.walk(change.tree) if isinstance(n, (ast.FunctionDef, ast.Lambda))]
-    if any(change.lines[0] in range(f.lineno, f.end_lineno or 0) for f in functions):
+    if not change.at_import:
         return
     home = sys.modules[name_of(change.path)]
     fresh = {**vars(home)}
@@ -343,10 +350,10 @@ def note(session: pytest.Session, into: Path) -> int:
     tracer.stop()
     seconds.pop("", None)
     data = tracer.get_data()
-    number = {name: k for k, name in enumerate([*seconds, ""])}
+    number = {name: k for k, name in enumerate(seconds)}
     tests = {
         str(Path(file).relative_to(ROOT)): {
-            line: [number[test] for test in names]
+            line: [number[test] for test in names if test]
             for line, names in data.contexts_by_lineno(file).items()
         }
         for file in data.measured_files()
