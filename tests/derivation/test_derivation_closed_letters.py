@@ -12,9 +12,13 @@ from mecanique import Reference, textbook
 from mecanique.derivation import derive
 from mecanique.derivation.agreement import agreement
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left, Result, along_displacement
+from mecanique.derivation.symbolic.ties.quasi import independent_displacements
 from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, rod
 from mecanique.model.states import States
 from mecanique.verification.states.random import random_states
@@ -130,6 +134,23 @@ def test_independent_displacements_keep_the_loops_closed(name: str) -> None:
     for displacement in derivation.quasi:
         for tie in derivation.ties:
             assert along_displacement(displacement, tie.slopes(ring)).vanishes()
+
+
+def test_displacements_satisfy_rows_whose_entries_are_not_of_size_one() -> None:
+    """One row has a constant entry, the other two whose squares add up to 9."""
+    ring = Ring()
+    x, theta, zero = ring.coordinate("x"), ring.coordinate("theta"), ring.number(0)
+    rows = [
+        [ring.number(2), x, 5 * x, zero],
+        [zero, 3 * cos(theta), x, 3 * sin(theta)],
+    ]
+    found = independent_displacements(ring, rows, 4)
+    assert len(found) == 2
+    for displacement in found:
+        assert any(displacement)
+        for row in rows:
+            work = ring.sum(a * b for a, b in zip(row, displacement, strict=True))
+            assert tidy(work).vanishes()
 
 
 def test_the_slider_crank_has_one_equation_without_multipliers() -> None:

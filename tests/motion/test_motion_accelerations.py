@@ -47,48 +47,6 @@ def test_a_program_that_disagrees_along_the_motion_is_not_asked() -> None:
     assert motion.audit().ok
 
 
-@pytest.mark.parametrize(
-    "name", ["kapitza_pendulum", "rolling_coin", "bars_and_springs", "gyroscope", "governor"]
-)
-def test_many_states_at_once_are_what_the_engine_answers_one_by_one(name: str) -> None:
-    mechanism = mq.textbook.load(name)
-    reference, random = Reference.of(mechanism), np.random.default_rng(3)
-    away = random.uniform(-1.0, 1.0, (4, mechanism.nq))
-    q = np.array([mechanism.normalize(mechanism.neutral() + each) for each in away])
-    v, a = random.uniform(-1.0, 1.0, (2, 4, mechanism.nv))
-    t = random.uniform(0.0, 1.0, 4)
-    quick, energy = reference.quick_energies(q, v, t), reference.energy(q, v, t)
-    np.testing.assert_allclose(quick, energy, rtol=1e-12, atol=1e-12)
-    sums, momentum = reference.quick_momenta(q, v, t), reference.momentum(q, v, t)
-    np.testing.assert_allclose(sums, momentum, rtol=1e-12, atol=1e-12)
-    moving = reference.motions(q, v, a, t)
-    force, moment, first = np.zeros((3, 4, 3))
-    mass = 0.0
-    speeds = reference.center_speeds(q, v, t)
-    for k, body in enumerate(mechanism.bodies):
-        m, at = mechanism.evaluate(body.mass), mechanism.evaluate_all(body.center)
-        point = reference.point(body.name, at, q, v, a, t)
-        np.testing.assert_allclose(
-            speeds[:, k], np.linalg.norm(point.velocity, axis=1), rtol=1e-12, atol=1e-13
-        )
-        if body.name == mechanism.ground:
-            continue
-        xx, yy, zz, xy, xz, yz = mechanism.evaluate_all(body.inertia)
-        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        turn = moving.poses[:, k, :3, :3]
-        world = turn @ tensor @ turn.transpose(0, 2, 1)
-        omega, alpha = moving.angular_velocities[:, k], moving.angular_accelerations[:, k]
-        spin = np.einsum("nij,nj->ni", world, omega)
-        push = m * point.acceleration
-        force, first, mass = force + push, first + m * point.position, mass + m
-        moment = moment + np.cross(point.position, push) + np.cross(omega, spin)
-        moment = moment + np.einsum("nij,nj->ni", world, alpha)
-    found = reference.resultant(q, v, t, a)
-    np.testing.assert_allclose(found.force, force, rtol=1e-11, atol=1e-11)
-    np.testing.assert_allclose(found.moment, moment, rtol=1e-11, atol=1e-11)
-    np.testing.assert_allclose(found.center, first / mass, rtol=1e-11, atol=1e-12)
-
-
 def steps(count: int) -> Curve:
     """A motion q = t, v = 1 over 1 s."""
     t = np.linspace(0.0, 1.0, count)

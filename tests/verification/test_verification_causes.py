@@ -446,6 +446,8 @@ def place(how: str, p: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarra
         return p + 0.01 * np.eye(3)[1], r, "joint origin", "moved by 0.01 m along y"
     if how == "mirrored":
         return p * [-1, 1, 1], r, "joint origin", "x of the position of the other sign"
+    if how == "left out":
+        return 0 * p, r, "joint origin", "position left out"
     if how == "longer":
         return 1.2 * p, r, "joint origin", "moved by 0.0165 m along x"
     if how == "yawed":
@@ -458,7 +460,7 @@ def place(how: str, p: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 @pytest.mark.parametrize(
-    "how", ["moved", "mirrored", "longer", "turned", "yawed", "degrees", "exchanged"]
+    "how", ["moved", "mirrored", "left out", "longer", "turned", "yawed", "degrees", "exchanged"]
 )
 def test_a_joint_that_stands_elsewhere_is_named_with_the_amount(how: str) -> None:
     mechanism = MODELS["panda"]()
@@ -692,6 +694,42 @@ def test_each_kind_of_another_inertia_is_fitted_and_named_with_its_number(
         if one.where == "link 'arm'" and evidence.residual(one.answers) < 1e-9
     ]
     assert any(kind == one and words in text for one, text in fitting), fitting
+
+
+@pytest.mark.parametrize(
+    ("xyz", "roll", "text", "amount"),
+    [
+        ((0.1, 0.0, 0.2), 0.3, "moved by 0.0176 m along x", (0.1, 0.0824)),
+        ((0.0824, 0.0, 0.2), 0.4321, "roll of joint 'hinge': 0.4321 rad", (0.4321, 0.3)),
+        ((0.0824, 0.0, 0.2), np.radians(20), "roll of joint 'hinge'", (20.0, np.degrees(0.3))),
+    ],
+    ids=["x", "radians", "degrees"],
+)
+def test_how_plain_a_move_is_shows_in_the_number_that_would_stand_there(
+    xyz: tuple[float, float, float], roll: float, text: str, amount: tuple[float, float]
+) -> None:
+    """In radians or degrees, whichever is plainer."""
+    ours, theirs = (
+        mq.Mechanism(
+            "hung",
+            (mq.Body("ground"), *(mq.Body(name, mq.box(2.0, (0.2, 0.3, 0.4))) for name in "ab")),
+            (
+                mq.Revolute("swing", "ground", "a", axis=(0.6, 0, 0.8)),
+                mq.Revolute("hinge", "a", "b", axis=(0, 0.6, 0.8), origin=where),
+            ),
+            gravity=(0, 0, -9.81),
+        )
+        for where in (mq.Placement((0.0824, 0, 0.2), (0.3, 0, 0)), mq.Placement(xyz, (roll, 0, 0)))
+    )
+    evidence = evidence_of(ours, told_by(theirs))
+    (found,) = (
+        one
+        for one in placement_changes(evidence)
+        if text in one.text and evidence.residual(one.answers) < 1e-8
+    )
+    beside = np.linalg.norm((0.0824, 0.2)) if "moved" in text else np.pi
+    expected = Amount.of(*amount, beside=float(beside), ways=3)
+    assert (found.amount.digits, found.amount.ways) == (expected.digits, expected.ways)
 
 
 def swinging_box(factor: float = 1.0, rotor: float = 0.0) -> mq.Mechanism:

@@ -128,6 +128,33 @@ def test_what_changes_the_equations_most_comes_first() -> None:
     assert weights[0] > weights[1]
 
 
+HAND = ARM.replace('"tool"', '"hand"').replace('"flange"', '"wrist"')
+"""The tool and its joint with other names."""
+
+
+def test_a_link_is_known_by_its_numbers_where_its_joint_is_renamed_too() -> None:
+    assert {str(change) for change in mq.diff(ARM, HAND).changes} == {
+        "link 'tool': renamed 'tool' → 'hand'",
+        "joint 'flange': renamed 'flange' → 'wrist'",
+    }
+
+
+@pytest.mark.parametrize(
+    ("own", "other"),
+    [
+        ('mass value="0.5"', 'mass value="0.50001"'),
+        ('xyz="0 0 0.1"', 'xyz="0 0 0.10001"'),
+        ('ixx="0.001"', 'ixx="0.0010001"'),
+        ('xyz="0 0 -0.4"', 'xyz="0 0 -0.40001"'),
+    ],
+)
+def test_a_link_with_another_number_is_another_link(own: str, other: str) -> None:
+    assert HAND.count(own) == 1
+    changes = [str(change) for change in mq.diff(ARM, HAND.replace(own, other)).changes]
+    assert len(changes) == 4
+    assert not any("renamed" in change for change in changes)
+
+
 def test_renamed_added_and_merged() -> None:
     renamed = mq.diff(ARM, ARM.replace('"upper"', '"humerus"').replace('"elbow"', '"hinge"'))
     assert {str(change) for change in renamed.changes} == {
