@@ -2,11 +2,12 @@
 
 The chapter is "Fundamentals of Dynamics", ch. 1 of a text on structural dynamics. Its sentences are
 paraphrased, checked where they can be computed, and listed as not checked where they are not. Rows
-are computed on demand.
+are computed on demand, once.
 """
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["register"]
 
 
+@cache
 def register() -> tuple[Row, ...]:
     """Check the numbered equations, all displayed results of Examples 1.1 and 1.2, and sentences.
 

@@ -148,6 +148,9 @@ def _vanishes(difference: Any) -> bool:
     """Return whether a series or a sympy expression is identically zero."""
     if hasattr(difference, "vanishes"):
         return bool(difference.vanishes())
-    from sympy import simplify
+    from sympy import numer, simplify, sympify, together
 
+    # multiplying out shows most of them in a tenth of the time
+    if numer(together(sympify(difference))).expand() == 0:
+        return True
     return bool(simplify(difference) == 0)
