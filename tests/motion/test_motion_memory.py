@@ -11,6 +11,13 @@ import mecanique as mq
 from mecanique.motion.simulation.integrators.methods import Task
 
 
+@pytest.fixture(autouse=True, scope="module")
+def _older() -> None:
+    """Leave out what other tests have left, which takes a second to look through each time."""
+    gc.collect()
+    gc.freeze()
+
+
 def tasks() -> int:
     gc.collect()
     return sum(isinstance(each, Task) for each in gc.get_objects())
