@@ -20,7 +20,7 @@ from mecanique.viewing.engine.attach import computed_scene
 from mecanique.viewing.page.page import page
 from mecanique.viewing.scene.from_motion import actions_of
 from mecanique.viewing.scene.scene import Scene
-from mecanique.viewing.scene.texts import document_of
+from mecanique.viewing.scene.texts import document_of, fits_page
 
 __all__ = ["export", "frame", "scene"]
 
@@ -58,7 +58,7 @@ def _derive_all(mechanism: Mechanism) -> Iterator[Equations]:
     Where Lagrange's equations are too long to be read, the others are longer and take minutes.
     """
     shortest = derive(mechanism)
-    if shortest.symbolic and not shortest.legible:
+    if shortest.symbolic and not fits_page(shortest):
         yield shortest
         return
     for method in readable(mechanism):

@@ -12,7 +12,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.viewing.scene.document import Derivation, Document, VerdictTable
-from mecanique.viewing.scene.texts import derivation_of, table_of
+from mecanique.viewing.scene.texts import derivation_of, fits_page, table_of
 
 __all__ = ["MOST_DERIVED", "Checking", "Found", "pending"]
 
@@ -82,7 +82,7 @@ class Checking:
                 with suppress(MecaniqueError):
                     equations = self._derive(method)
                     derivations += (derivation_of(equations),)
-                    if not equations.legible:
+                    if not fits_page(equations):
                         break  # the other methods cannot be written out either
             if derivations:
                 self._tell(derivations, WAITING)

@@ -34,11 +34,15 @@ from mecanique.wording import say_count
 __all__ = [
     "derivation_of",
     "document_of",
+    "fits_page",
     "ledger_of",
     "letter",
     "quantities_of_inputs",
     "table_of",
 ]
+
+MOST_WRITTEN_OUT = 1_500
+"""Terms of equations whose steps a page writes out: those of a robot with six hinges are 1.5 MB."""
 
 MOST_LEDGER_ENTRIES = 200
 """A ledger with more entries than this is left out: nobody would read it."""
@@ -105,9 +109,14 @@ def letter(name: str) -> str:
     return MathML().letter(name, False, "")
 
 
+def fits_page(equations: Equations) -> bool:
+    """Return whether a page writes equations out with their steps, instead of listing results."""
+    return equations.legible and equations.terms <= MOST_WRITTEN_OUT
+
+
 def derivation_of(equations: Equations) -> Derivation:
     """Return the steps of a derivation."""
-    if not equations.legible:
+    if not fits_page(equations):
         return _named_results(equations)
     blocks = []
     _, *parts = equations.document.sections()
