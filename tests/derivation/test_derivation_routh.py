@@ -58,7 +58,7 @@ def test_printed_as_in_the_books(name: str) -> None:
 def test_what_is_printed_reads_back() -> None:
     mechanism = textbook.load("gyroscope")
     reduced = mq.routh(mechanism)
-    values = reduced._states(5, np.random.default_rng(3))
+    values = reduced._compute_states(5, np.random.default_rng(3))
     (equation,) = map(str, reduced.equations)
     assert np.abs(residual(equation, values)).max() < 1e-10
     wrong = {**values, "p_phi": 1.001 * values["p_phi"]}

@@ -21,7 +21,7 @@ def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
     return {name: way.symbolic(mechanism, algebra).derivation() for name, way in METHODS.items()}
 
 
-def _along(lagrange: Derivation, other: Derivation) -> tuple[Series, ...]:
+def _project(lagrange: Derivation, other: Derivation) -> tuple[Series, ...]:
     """Lagrange's left sides, projected on the other method's independent displacements, if any."""
     if not other.quasi:
         return lagrange.rows
@@ -39,7 +39,7 @@ def agreement(mechanism: Mechanism) -> str:
     found = derivations(mechanism)
     *others, lagrange = found.values()
     for other in others:
-        for left, right in zip(other.rows, _along(lagrange, other), strict=True):
+        for left, right in zip(other.rows, _project(lagrange, other), strict=True):
             if not (left - right).vanishes():
                 return "The closed forms of the equations differ; compare them by numbers."
     said = (

@@ -100,10 +100,10 @@ class Document:
         """
         lines = [equation.text() for equation in self.equations] or [self._nothing]
         if not steps:
-            above = [*self._introduction(Text(), steps=False), ""] if symbols else []
+            above = [*self._introduce(Text(), steps=False), ""] if symbols else []
             return "\n".join([*above, *lines])
         writer = Text()
-        out = [self._heading, "", *self._introduction(writer, steps=True)]
+        out = [self._heading, "", *self._introduce(writer, steps=True)]
         stages = self.derivation.stages
         for number, stage in enumerate(stages, 1):
             out += ["", f"{number}. {stage.title}", *_wrap(stage.explanation)]
@@ -113,7 +113,7 @@ class Document:
         if self.equations and self.linear is not None:
             out += ["", "   They are linear:"]
             out += [f"     {line}" for line in self.linear.text().splitlines()]
-        for sentence in self._assumptions(writer):
+        for sentence in self._state_assumptions(writer):
             out += ["", *_wrap(sentence)]
         return "\n".join(out)
 
@@ -130,27 +130,30 @@ class Document:
                 return f"\\text{{{self._nothing}}}"
             return f"\\begin{{aligned}}\n{align(rows)}\n\\end{{aligned}}"
         writer = Latex()
-        out = [_FRAGMENT, f"\\section*{{{self._prose(self._heading)}}}"]
+        out = [_FRAGMENT, f"\\section*{{{self._convert(self._heading)}}}"]
         for paragraph in self._about:
             source = paragraph.startswith("Source: ")
-            out.append((tex(paragraph) if source else self._prose(paragraph)) + "\n")
+            out.append((tex(paragraph) if source else self._convert(paragraph)) + "\n")
         out.append("\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}")
         for meaning in meanings(self.derivation, steps=steps):
             symbol = ", ".join(f"${writer.letter(name, False, '')}$" for name in meaning.names)
-            said = self._prose(meaning.sentence)
-            equality = "" if meaning.definition is None else _equality(meaning, writer)
+            said = self._convert(meaning.sentence)
+            equality = "" if meaning.definition is None else _write_equality(meaning, writer)
             if equality and width(equality) < _INLINE:
                 said, equality = f"{said}, ${equality}$", ""
             out.append(f"\\item[{{\\normalfont {symbol}}}] {said}")
             if equality:
                 out.append(display([equality], PAGE - _HANGING))
         out.append("\\end{description}")
-        out += [self._prose(sentence) + "\n" for sentence in self._warnings(steps)]
+        out += [self._convert(sentence) + "\n" for sentence in self._warn(steps)]
         for stage in self.derivation.stages if steps else ():
-            out += [f"\\subsection*{{{self._prose(stage.title)}}}", self._prose(stage.explanation)]
+            out += [
+                f"\\subsection*{{{self._convert(stage.title)}}}",
+                self._convert(stage.explanation),
+            ]
             if stage.results:
                 out.append(display([result.write(writer) for result in stage.results]))
-        closing = self._prose(self._closing if steps else _DIVIDED.format("that "))
+        closing = self._convert(self._closing if steps else _DIVIDED.format("that "))
         out += ["\\subsection*{Equations of motion}", closing if rows else self._nothing]
         if rows:
             out.append(display(rows))
@@ -158,7 +161,7 @@ class Document:
             out += ["They are linear:", display(self.linear.lines())]
         for assumption in self.derivation.assumptions if steps else ():
             positive = expression(assumption.positive).latex()
-            said = self._prose(_TAKEN.format(assumption.subject))
+            said = self._convert(_TAKEN.format(assumption.subject))
             out.append(f"{said} ${positive}$, {_POSITIVE}\n")
         return "\n".join(out)
 
@@ -181,10 +184,10 @@ class Document:
             symbol = ", ".join(_MATH.format("inline", letter) for letter in written)
             said = escape(meaning.sentence)
             if meaning.definition is not None:
-                said += f", {_MATH.format('inline', _equality(meaning, writer))}"
+                said += f", {_MATH.format('inline', _write_equality(meaning, writer))}"
             out.append(f"<dt>{symbol}</dt><dd>{said}</dd>")
         out.append("</dl>")
-        out += [f"<p>{escape(sentence)}</p>" for sentence in self._warnings(steps)]
+        out += [f"<p>{escape(sentence)}</p>" for sentence in self._warn(steps)]
         if not steps:
             return "\n".join([*out, *lines])
         for section in self.sections()[1:]:
@@ -195,7 +198,7 @@ class Document:
     @property
     def introduction(self) -> str:
         """The mechanism's description and warnings about ambiguous letters, in plain text."""
-        return " ".join([*self._about, *self._warnings(steps=True)])
+        return " ".join([*self._about, *self._warn(steps=True)])
 
     def symbols(self) -> tuple[tuple[str, str], ...]:
         """Return each symbol of the equations of motion in MathML, with its meaning in words."""
@@ -212,7 +215,7 @@ class Document:
         writer = MathML()
         rows = ""
         for meaning in meanings(self.derivation):
-            rows += _row_of(meaning, writer)
+            rows += _write_row(meaning, writer)
         out = [
             Section(
                 "Symbols", self.introduction, (_MATH.format("block", f"<mtable>{rows}</mtable>"),)
@@ -222,7 +225,7 @@ class Document:
             lines = [_MATH.format("block", result.write(writer)) for result in stage.results]
             out.append(Section(stage.title, stage.explanation, tuple(lines)))
         formulas = tuple(equation.mathml() for equation in self.equations)
-        closing = " ".join([self._closing, *self._assumptions(Text())])
+        closing = " ".join([self._closing, *self._state_assumptions(Text())])
         if not formulas:
             closing = self._nothing
         elif self.linear is not None:
@@ -235,12 +238,12 @@ class Document:
         """The mechanism's description and its source, by paragraphs."""
         return self.derivation.algebra.mechanism.about.splitlines()
 
-    def _warnings(self, steps: bool) -> Iterator[str]:
+    def _warn(self, steps: bool) -> Iterator[str]:
         """Yield warnings about letters with two meanings."""
         matrices = steps and self.linear is not None
         yield from clashes(self.derivation, steps=steps, matrices=matrices)
 
-    def _introduction(self, writer: Text, *, steps: bool) -> Iterator[str]:
+    def _introduce(self, writer: Text, *, steps: bool) -> Iterator[str]:
         """Yield the mechanism's description and its symbols, as lines of text."""
         for paragraph in self._about:
             yield from (*textwrap.wrap(paragraph, _WIDTH), "")
@@ -250,16 +253,16 @@ class Document:
         for meaning in listed:
             said = meaning.sentence
             if meaning.definition is not None:
-                said += f", {_equality(meaning, writer)}"
+                said += f", {_write_equality(meaning, writer)}"
             if len(meaning.names) > 1:
                 yield from _hang(", ".join(meaning.names), 2)
                 yield from _hang(said, 4)
             else:
                 yield f"  {meaning.names[0]:<{wide}}  {said}"
-        for sentence in self._warnings(steps):
+        for sentence in self._warn(steps):
             yield from ("", *textwrap.wrap(sentence, _WIDTH))
 
-    def _prose(self, sentence: str) -> str:
+    def _convert(self, sentence: str) -> str:
         return to_latex(sentence, self._names, self._points)
 
     @cached_property
@@ -293,7 +296,7 @@ class Document:
             return f"{self.derivation.closing} {_DIVIDED.format('')}"
         return _DIVIDED.format("that ")
 
-    def _assumptions(self, writer: Writer) -> Iterator[str]:
+    def _state_assumptions(self, writer: Writer) -> Iterator[str]:
         for assumption in self.derivation.assumptions:
             positive = expression(assumption.positive).write(writer)
             yield f"{_TAKEN.format(assumption.subject)} {positive}, {_POSITIVE}"
@@ -317,19 +320,19 @@ def _hang(sentence: str, indent: int) -> list[str]:
     return textwrap.wrap(sentence, _WIDTH, initial_indent=blank, subsequent_indent=blank)
 
 
-def _equality(meaning: Meaning, writer: Writer) -> str:
+def _write_equality(meaning: Meaning, writer: Writer) -> str:
     """Write a symbol with its definition, as an equality."""
     assert meaning.definition is not None
     symbol = writer.letter(meaning.names[0], False, "")
     return writer.equation(symbol, meaning.definition.write(writer))
 
 
-def _row_of(meaning: Meaning, writer: MathML) -> str:
+def _write_row(meaning: Meaning, writer: MathML) -> str:
     """Write symbols and their meaning as a row of a table."""
     written = [writer.letter(name, False, "") for name in meaning.names]
     symbol = f"<mrow>{'<mtext>, </mtext>'.join(written)}</mrow>"
     said = f"<mtext>{escape(meaning.sentence)}</mtext>"
     if meaning.definition is not None:
-        said = f"<mrow>{said}<mtext>, </mtext>{_equality(meaning, writer)}</mrow>"
+        said = f"<mrow>{said}<mtext>, </mtext>{_write_equality(meaning, writer)}</mrow>"
     cell = '<mtd style="text-align: left">'
     return f"<mtr>{cell}{symbol}</mtd>{cell}{said}</mtd></mtr>"

@@ -97,15 +97,15 @@ def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ..
     algebra = derivation.algebra
     ring, mechanism = algebra.ring, algebra.mechanism
     used = _collect_kinds(derivation, steps=steps)
-    followers = [*_followers(derivation)]
-    signals = [*_signals(derivation, used)]
+    followers = [*_explain_followers(derivation)]
+    signals = [*_explain_signals(derivation, used)]
     for meaning in [*followers, *signals]:
         stated = meaning.definition.letters if meaning.definition is not None else ()
         used |= {name: Kind.PARAMETER for name in stated if name not in used}
-    found = [*_coordinates(mechanism), *followers]
+    found = [*_explain_coordinates(mechanism), *followers]
     for parameter in mechanism.parameters:
         if parameter.symbol in used:
-            sentence = _sentence(parameter.meaning or "parameter", parameter.unit)
+            sentence = _add_unit(parameter.meaning or "parameter", parameter.unit)
             found.append(Meaning((parameter.symbol,), sentence))
     found += signals
     for index, atom in ring.atoms.items():
@@ -117,7 +117,7 @@ def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ..
         if name in used or steps:
             found.append(Meaning((name,), sentence))
     if steps:
-        found += _of_steps(derivation, {name for meaning in found for name in meaning.names})
+        found += _explain_steps(derivation, {name for meaning in found for name in meaning.names})
     if "t" in used:
         found.append(Meaning(("t",), "time [s]"))
     return tuple(found)
@@ -137,7 +137,7 @@ def clashes(derivation: Derivation, *, steps: bool, matrices: bool) -> Iterator[
     used = _collect_kinds(derivation, steps=steps)
     other: dict[str, str] = {}
     if steps:
-        lefts = {left.symbol for left in _lefts(derivation)}
+        lefts = {left.symbol for left in _collect_lefts(derivation)}
         other |= {letter: _FOUND[letter][0] for letter in lefts if letter in _FOUND}
     if matrices:
         other |= {"M": "matrix of masses", "C": "matrix of dampings", "K": "stiffness matrix"}
@@ -150,7 +150,7 @@ def clashes(derivation: Derivation, *, steps: bool, matrices: bool) -> Iterator[
             )
 
 
-def _lefts(derivation: Derivation) -> list[Left]:
+def _collect_lefts(derivation: Derivation) -> list[Left]:
     """The quantities on the left sides of the steps, in order."""
     every = [result.left for stage in derivation.stages for result in stage.results]
     return [left for left in every if isinstance(left, Left)]
@@ -168,15 +168,15 @@ def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
     return {g.name: g.kind for series in shown for g in series.generators()}
 
 
-def _coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
-    own = {name: sentence for joint in mechanism.joints for name, sentence in _of_joint(joint)}
+def _explain_coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
+    own = {name: sentence for joint in mechanism.joints for name, sentence in _explain_free(joint)}
     unit = units(mechanism)
     driven = mechanism.coordinates.driven.items()
     for name in mechanism.coordinates:
         follow = [joint for joint, law in driven if name in symbols_in(law)]
         sets = f" that sets {enumerate_words(follow)}" if follow else ""
         yield Meaning(
-            (name,), own.get(name) or _sentence(f"generalized coordinate{sets}", unit[name])
+            (name,), own.get(name) or _add_unit(f"generalized coordinate{sets}", unit[name])
         )
     for joint in mechanism.joints:
         if not joint.quaternion:
@@ -188,35 +188,35 @@ def _coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
             yield Meaning((velocity,), f"{velocity[-1]} component of {of}")
 
 
-def _followers(derivation: Derivation) -> Iterator[Meaning]:
+def _explain_followers(derivation: Derivation) -> Iterator[Meaning]:
     """Yield the joint coordinates that the coordinate map gives, each with its expression."""
     algebra = derivation.algebra
     mechanism = algebra.mechanism
-    own = {name: sentence for joint in mechanism.joints for name, sentence in _all_of_joint(joint)}
+    own = {name: sentence for joint in mechanism.joints for name, sentence in _explain_joint(joint)}
     for name in mechanism.coordinates.driven:
         value = algebra.lift(algebra.values[name])
         yield Meaning((name,), own.get(name, "joint coordinate"), expression(value))
 
 
-def _signals(derivation: Derivation, used: dict[str, Kind]) -> Iterator[Meaning]:
+def _explain_signals(derivation: Derivation, used: dict[str, Kind]) -> Iterator[Meaning]:
     """Yield the inputs, each with its expression if that contains letters."""
     algebra = derivation.algebra
     for signal in algebra.mechanism.inputs:
         if signal.symbol in used:
             law = expression(algebra.series(signal.signal)) if signal.symbols else None
-            sentence = _sentence(signal.meaning or "function of time", signal.unit)
+            sentence = _add_unit(signal.meaning or "function of time", signal.unit)
             yield Meaning((signal.symbol,), sentence, law)
 
 
-def _of_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]:
+def _explain_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]:
     """Yield the meanings of the left sides of steps, components of one quantity together."""
     mechanism = derivation.algebra.mechanism
     owners = [each.name for each in (*mechanism.bodies, *mechanism.joints, *mechanism.forces)]
     owners += [tie.name for tie in derivation.ties]
     rates = _find_rates(mechanism)
-    demands = {f"{tie.letter}_{tie.name}": _unit_of_demand(tie) for tie in derivation.ties}
+    demands = {f"{tie.letter}_{tie.name}": _find_unit(tie) for tie in derivation.ties}
     groups: dict[str, list[str]] = {}
-    for left in _lefts(derivation):
+    for left in _collect_lefts(derivation):
         name = left.symbol
         if name.rstrip("'") not in known:
             if left.component:
@@ -225,7 +225,7 @@ def _of_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]:
                 sentence = _explain(left, owners, demands)
             if name not in groups.setdefault(sentence, []):
                 groups[sentence].append(name)
-    if any(left.turning for left in _lefts(derivation)):
+    if any(left.turning for left in _collect_lefts(derivation)):
         sentence = "angular velocity [rad/s] and velocity [m/s] of the body, in its own axes"
         yield Meaning(("ω", "v"), sentence)
     for sentence, names in groups.items():
@@ -239,7 +239,7 @@ def _find_rates(mechanism: Mechanism) -> dict[str, Dimension]:
     return rates | {name: known[name] for name in mechanism.velocities if name in known}
 
 
-def _unit_of_demand(tie: Tie) -> str:
+def _find_unit(tie: Tie) -> str:
     """The unit of Φ or ψ: times its multiplier, Φ is a work and ψ a power."""
     stated = UNIT_AT_END.search(tie.meaning)
     if stated is None:
@@ -273,39 +273,39 @@ def _explain(left: Left, owners: Iterable[str], demands: Mapping[str, str]) -> s
         if left.quantity.startswith(f"{words}_") and rest not in known:
             what, rest = _ACTS[words], left.quantity.removeprefix(f"{words}_")
             break
-    owner = _owner(rest, known) or rest
-    other = _owner(rest.removeprefix(f"{owner}_"), known) if rest != owner else ""
-    return _sentence(
+    owner = _find_owner(rest, known) or rest
+    other = _find_owner(rest.removeprefix(f"{owner}_"), known) if rest != owner else ""
+    return _add_unit(
         what.format(f"{owner} on {other}" if other else owner), demands.get(left.quantity, unit)
     )
 
 
-def _owner(name: str, owners: Iterable[str]) -> str:
+def _find_owner(name: str, owners: Iterable[str]) -> str:
     """Return the longest owner that a name begins with, "" if there is none."""
     held = [owner for owner in owners if name == owner or name.startswith(f"{owner}_")]
     return max(held, key=len, default="")
 
 
-def _of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
+def _explain_free(joint: Joint) -> Iterator[tuple[str, str]]:
     """Yield name and meaning of each free coordinate of a joint."""
     free = {name for name in joint.coordinates if name not in joint.followers}
-    yield from ((name, sentence) for name, sentence in _all_of_joint(joint) if name in free)
+    yield from ((name, sentence) for name, sentence in _explain_joint(joint) if name in free)
 
 
-def _all_of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
+def _explain_joint(joint: Joint) -> Iterator[tuple[str, str]]:
     """Yield name and meaning of each coordinate of a joint."""
     names = [name for name in joint.coordinates if name not in joint.followers]
     match joint:
         case Single() if joint.turns:
-            sentences = [f"angle of the {_call(joint)}, about {_axis(joint)} [rad]"]
+            sentences = [f"angle of the {_name_joint(joint)}, about {_say_axis(joint)} [rad]"]
         case Single():
-            sentences = [f"displacement in the {_call(joint)}, along {_axis(joint)} [m]"]
+            sentences = [f"displacement in the {_name_joint(joint)}, along {_say_axis(joint)} [m]"]
         case Planar():
             sentences = [
-                f"displacement of {joint.child} along {_along(axis, joint)} [m]"
+                f"displacement of {joint.child} along {_say_direction(axis, joint)} [m]"
                 for axis in joint.directions
             ]
-            sentences.append(f"angle of {joint.child} about {_axis(joint)} [rad]")
+            sentences.append(f"angle of {joint.child} about {_say_axis(joint)} [rad]")
         case Universal():
             sentences = [
                 f"angle of the Cardan joint {joint.name} about {axis} [rad]"
@@ -322,16 +322,16 @@ def _all_of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
         yield name, f"dependent coordinate of joint {joint.name} [{UNITS[kinds[name]]}]"
 
 
-def _call(joint: Single) -> str:
+def _name_joint(joint: Single) -> str:
     """Name a joint by its kind and name, once where they are the same word."""
     return joint.noun if joint.name == joint.noun else f"{joint.noun} {joint.name}"
 
 
-def _axis(joint: Single | Planar) -> str:
-    return _along(joint.axis, joint)
+def _say_axis(joint: Single | Planar) -> str:
+    return _say_direction(joint.axis, joint)
 
 
-def _along(axis: tuple[float, float, float], joint: Joint | Single) -> str:
+def _say_direction(axis: tuple[float, float, float], joint: Joint | Single) -> str:
     """Put an axis in words, e.g. −y of ground, or of the joint's frame if that is turned."""
     turned = any(not isinstance(angle, float) or angle for angle in joint.origin.rpy)
     of = f"the frame of joint {joint.name}" if turned else joint.parent
@@ -341,5 +341,5 @@ def _along(axis: tuple[float, float, float], joint: Joint | Single) -> str:
     return f"({', '.join(f'{component:.6g}' for component in axis)}) of {of}"
 
 
-def _sentence(meaning: str, unit: str) -> str:
+def _add_unit(meaning: str, unit: str) -> str:
     return meaning if unit in ("", "1") else f"{meaning} [{unit}]"

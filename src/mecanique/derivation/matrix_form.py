@@ -38,11 +38,11 @@ class Linear:
 
     def text(self) -> str:
         """Return the matrix equation as text, then each matrix by rows."""
-        return "\n".join(self._lines(Text()))
+        return "\n".join(self._write_lines(Text()))
 
     def latex(self) -> str:
         """Return one equation between matrices in LaTeX, without dollar signs."""
-        return self._lines(Latex())[0]
+        return self._write_lines(Latex())[0]
 
     def lines(self) -> list[str]:
         """Return the equation in LaTeX; large matrices follow on lines of their own."""
@@ -58,25 +58,27 @@ class Linear:
             written = []
             for row in rows:
                 written.append([expression(entry).latex() for entry in row])
-            lines.append(f"{letter} = {_matrix(written, writer)}")
-        lines.append(f"q = {_column([writer.letter(name, False, '') for name in self.names])}")
+            lines.append(f"{letter} = {_write_matrix(written, writer)}")
+        lines.append(
+            f"q = {_write_column([writer.letter(name, False, '') for name in self.names])}"
+        )
         if any(self.f):
-            lines.append(f"f = {_column([expression(entry).latex() for entry in self.f])}")
+            lines.append(f"f = {_write_column([expression(entry).latex() for entry in self.f])}")
         return lines
 
     def mathml(self) -> str:
         """Return the equation as one MathML element."""
-        (line,) = self._lines(MathML())
+        (line,) = self._write_lines(MathML())
         return f'<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{line}</math>'
 
-    def _lines(self, writer: Writer) -> list[str]:
+    def _write_lines(self, writer: Writer) -> list[str]:
         terms = [("M", self.M, "''"), ("C", self.C, "'"), ("K", self.K, "")]
         used = [term for term in terms if any(map(any, term[1]))]
         if isinstance(writer, Text):
             left = " + ".join(f"{letter} q{dots}" for letter, _, dots in used)
             right = "f" if any(self.f) else "0"
             lines = [f"{left} = {right}", f"q = [{', '.join(self.names)}]"]
-            lines += [f"{letter} = {_bracket(rows)}" for letter, rows, _ in used]
+            lines += [f"{letter} = {_write_rows(rows)}" for letter, rows, _ in used]
             return [*lines, f"f = [{', '.join(map(_write, self.f))}]"] if any(self.f) else lines
 
         def write(entry: Series) -> str:
@@ -84,10 +86,10 @@ class Linear:
 
         products = []
         for _, rows, dots in used:
-            matrix = _matrix([list(map(write, row)) for row in rows], writer)
+            matrix = _write_matrix([list(map(write, row)) for row in rows], writer)
             column = [[writer.letter(name + dots, False, "")] for name in self.names]
-            products.append((False, matrix + _matrix(column, writer)))
-        force = _matrix([[write(entry)] for entry in self.f], writer)
+            products.append((False, matrix + _write_matrix(column, writer)))
+        force = _write_matrix([[write(entry)] for entry in self.f], writer)
         return [writer.equation(writer.sum(products), force)]
 
 
@@ -125,16 +127,16 @@ def _write(series: Series) -> str:
     return expression(series).text()
 
 
-def _bracket(rows: Matrix) -> str:
+def _write_rows(rows: Matrix) -> str:
     lines = [f"[{', '.join(map(_write, row))}]" for row in rows]
     return f"[{', '.join(lines)}]"
 
 
-def _column(entries: Sequence[str]) -> str:
-    return _matrix([[entry] for entry in entries], Latex())
+def _write_column(entries: Sequence[str]) -> str:
+    return _write_matrix([[entry] for entry in entries], Latex())
 
 
-def _matrix(rows: list[list[str]], writer: Writer) -> str:
+def _write_matrix(rows: list[list[str]], writer: Writer) -> str:
     if isinstance(writer, Latex):
         lines = " \\\\ ".join(map(" & ".join, rows))
         return f"\\begin{{bmatrix}} {lines} \\end{{bmatrix}}"

@@ -86,7 +86,7 @@ class Reduction:
             >>> mq.routh(mq.textbook.load("spherical_pendulum")).compare() < 1e-9
             True
         """
-        values = self._states(samples, np.random.default_rng(seed))
+        values = self._compute_states(samples, np.random.default_rng(seed))
         evaluate = Evaluation(self.found.derivation.algebra.ring, values)
         worst = 0.0
         for parts in self.found.parts:
@@ -95,7 +95,7 @@ class Reduction:
             worst = max(worst, relative_rest([evaluate(one.rate), -values[f"{one.name}'"]]))
         return worst
 
-    def _states(self, samples: int, random: np.random.Generator) -> dict[str, Any]:
+    def _compute_states(self, samples: int, random: np.random.Generator) -> dict[str, Any]:
         """Compute motions by the full equations at random states, with momenta, by name."""
         mechanism, full = self.mechanism, derive(self.mechanism)
         q = draw_positions(mechanism, samples, random, 1.0)

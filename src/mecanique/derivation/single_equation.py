@@ -94,7 +94,7 @@ class SingleEquation:
         full, worst, used = derive(self.mechanism), 0.0, 0
         random = np.random.default_rng(seed)
         for q in draw_positions(self.mechanism, samples, random, 1.0):
-            values = self._state(q, random.normal())
+            values = self._close(q, random.normal())
             if values is None:
                 continue
             names = self.mechanism.coordinates
@@ -124,7 +124,7 @@ class SingleEquation:
             worst = max(worst, relative_rest(parts))
         return worst
 
-    def _state(self, q: np.ndarray, rate: float) -> dict[str, Any] | None:
+    def _close(self, q: np.ndarray, rate: float) -> dict[str, Any] | None:
         """Close the loops near q; return all values there, None if singular or not closed."""
         ties, ring = self.found.derivation.ties, self.found.derivation.algebra.ring
         names = self.mechanism.coordinates

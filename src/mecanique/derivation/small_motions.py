@@ -66,12 +66,12 @@ class Linearized:
         lines = [self.about(), *(equation.text() for equation in self.equations)]
         if len(self.equations) > 1:
             lines += ["In matrices:", *self.matrices.text().splitlines()]
-        return "\n".join([*lines, *self._figures(Text())])
+        return "\n".join([*lines, *self._write_figures(Text())])
 
     def latex(self) -> str:
         """Return the equations in LaTeX, for math mode, with the frequency of a single one."""
         rows = [equation.latex().replace(" = ", " &= ", 1) for equation in self.equations]
-        rows += [line.replace(" = ", " &= ", 1) for line in self._figures(Latex())]
+        rows += [line.replace(" = ", " &= ", 1) for line in self._write_figures(Latex())]
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
@@ -79,7 +79,7 @@ class Linearized:
         out = [equation.mathml() for equation in self.equations]
         if len(self.equations) > 1:
             out.append(self.matrices.mathml())
-        return "\n".join([*out, *(_MATH.format(line) for line in self._figures(MathML()))])
+        return "\n".join([*out, *(_MATH.format(line) for line in self._write_figures(MathML()))])
 
     def about(self) -> str:
         """Introduce the linear equations in a sentence: the equilibrium, and what letters mean."""
@@ -101,7 +101,7 @@ class Linearized:
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
 
-    def _figures(self, writer: Writer) -> Iterator[str]:
+    def _write_figures(self, writer: Writer) -> Iterator[str]:
         if self.square is not None:
             root = writer.call("sqrt", expression(self.square).write(writer), "")
             yield writer.equation(writer.letter("omega", False, ""), root)
@@ -123,7 +123,7 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
     algebra = derivation.algebra
     ring, mechanism = algebra.ring, algebra.mechanism
     numbers = dict(mechanism.values)
-    place, letters = _place(derivation, q)
+    place, letters = _place_in_letters(derivation, q)
     numbers |= letters
     still = {name: ring.number(0) for name in (*algebra.velocities, *algebra.accelerations)}
     put = Substitution({**place, **still}, numbers)
@@ -140,7 +140,7 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
                     f"{what} depends on {timed[0]!r}; use the matrices at one time"
                 )
     stiffest = max((abs(evaluate(entry, numbers)) for row in K for entry in row), default=0.0)
-    f = _drive([put(force) for force in forces], numbers, mechanism.name, stiffest)
+    f = _find_drive([put(force) for force in forces], numbers, mechanism.name, stiffest)
     names = tuple(v[:-1] if v.endswith("'") else f"δ{v}" for v in algebra.velocities)
     moved = [
         ring[name] if name in mechanism.coordinates else ring.unknown(name, Kind.VARIATION)
@@ -161,11 +161,11 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
         rows.append(without_common_divisor(ring.sum([*terms, -f[k]])))
     shown = {g.name for row in rows for g in row.generators()}
     used = {name: value for name, value in letters.items() if name in shown}
-    square, ratio = _single(M, C, K, numbers) if len(names) == 1 else (None, None)
+    square, ratio = _find_frequency(M, C, K, numbers) if len(names) == 1 else (None, None)
     at = {
         name: place[name]
         for name in mechanism.coordinates
-        if place[name].is_number or _letters(place[name], used)
+        if place[name].is_number or _is_printed(place[name], used)
     }
     zero = not any(place[name] for name in mechanism.coordinates)
     matrices = Linear(names, M, C, K, f)
@@ -180,12 +180,12 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
     )
 
 
-def _letters(value: Series, used: Mapping[str, float]) -> bool:
+def _is_printed(value: Series, used: Mapping[str, float]) -> bool:
     """Whether a coordinate's value contains only π and letters that are printed."""
     return all(g.kind is Kind.CONSTANT or g.name in used for g in value.generators())
 
 
-def _place(
+def _place_in_letters(
     derivation: Derivation, q: Mapping[str, float]
 ) -> tuple[dict[str, Series], dict[str, float]]:
     """Write the equilibrium's coordinates as 0, multiples of π/12, or letters with values."""
@@ -210,7 +210,7 @@ def _place(
     return place, letters
 
 
-def _drive(
+def _find_drive(
     rests: Sequence[Series], numbers: Mapping[str, float], name: str, size: float
 ) -> tuple[Series, ...]:
     """Return each equation's terms that depend on time, as a force; the others must balance.
@@ -240,7 +240,7 @@ def _drive(
     return tuple(drives)
 
 
-def _single(
+def _find_frequency(
     M: Matrix,
     C: Matrix,
     K: Matrix,

@@ -34,9 +34,9 @@ def find_units(derivation: Derivation, equation: Equation) -> tuple[Dimension | 
         derivation: the derivation of the equation.
         equation: the printed equation.
     """
-    dimensions = _dimensions(derivation)
+    dimensions = _collect_dimensions(derivation)
     terms = (*equation.left.terms, *equation.right.terms)
-    return tuple(_of(dimensions, term) for term in terms)
+    return tuple(_find_dimension(dimensions, term) for term in terms)
 
 
 def unit_of(derivation: Derivation, equation: Equation) -> str:
@@ -52,14 +52,14 @@ def unit_of(derivation: Derivation, equation: Equation) -> str:
     return say_unit(Counter(known).most_common(1)[0][0]) if known else ""
 
 
-def _of(dimensions: Dimensions, term: Product) -> Dimension | None:
+def _find_dimension(dimensions: Dimensions, term: Product) -> Dimension | None:
     try:
         return dimensions.of(term.sympy())
     except HomogeneityError:  # a plain number stands for a quantity with a unit
         return None
 
 
-def _dimensions(derivation: Derivation) -> Dimensions:
+def _collect_dimensions(derivation: Derivation) -> Dimensions:
     """Return the dimensions of all letters: the mechanism's own, a, roots and multipliers."""
     algebra = derivation.algebra
     own = dimensions_of(algebra.mechanism)

@@ -60,7 +60,7 @@ def build_program(
         values = _values(dynamics, quantity.base or quantity.name)
         if quantity.by:
             values = dynamics.differentiate(values, quantity.by)
-        shape = _shape(quantity, mechanism, len(values))
+        shape = _find_shape(quantity, mechanism, len(values))
         answers.append(Answer(quantity, tuple(values), shape))
     program = assemble(dynamics, stem, answers)
     if moves and mechanism.constrained:
@@ -77,7 +77,9 @@ def assemble(dynamics: Dynamics, name: str, answers: Sequence[Answer]) -> Progra
         answers: the outputs of the program.
     """
     mechanism, tape = dynamics.letters.mechanism, dynamics.letters.tape
-    return Program(mechanism, name, dynamics.title, tape, _letters(dynamics), tuple(answers))
+    return Program(
+        mechanism, name, dynamics.title, tape, _collect_letters(dynamics), tuple(answers)
+    )
 
 
 def _values(dynamics: Dynamics, name: str) -> list[Value]:
@@ -92,7 +94,7 @@ def _values(dynamics: Dynamics, name: str) -> list[Value]:
     return values_of([entry for each in found for entry in (*each.force, *each.moment)])
 
 
-def _letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:
+def _collect_letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:
     """Return the inputs by kind."""
     mechanism = dynamics.letters.mechanism
     unit = units(mechanism)
@@ -110,17 +112,17 @@ def _letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:
         "q": tuple(Letter(q, q, unit[q], value=neutral[q]) for q in mechanism.coordinates),
         "v": tuple(Letter(v, v, unit[v]) for v in speeds),
         "a": tuple(Letter(f"{v}'", f"a {v}", per_second(unit[v])) for v in speeds),
-        "tau": tuple(Letter(f"tau_{v}", f"tau {v}", _force(unit[v])) for v in speeds),
+        "tau": tuple(Letter(f"tau_{v}", f"tau {v}", _find_force_unit(unit[v])) for v in speeds),
         "p": tuple(constants),
     }
 
 
-def _force(velocity: str) -> str:
+def _find_force_unit(velocity: str) -> str:
     """Return the unit of the generalized force of a velocity."""
     return {"rad/s": "N·m", "m/s": "N"}.get(velocity, "")
 
 
-def _shape(quantity: Quantity, mechanism: Mechanism, size: int) -> tuple[int, ...]:
+def _find_shape(quantity: Quantity, mechanism: Mechanism, size: int) -> tuple[int, ...]:
     if quantity.by:
         rows = {"rhs": mechanism.nq + mechanism.nv, "energy": 2}.get(quantity.base, mechanism.nv)
         if quantity.base == "mass_matrix":

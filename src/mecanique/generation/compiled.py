@@ -150,7 +150,7 @@ def compile_program(
         InputError: if no C compiler is installed, or it refuses the code.
     """
     own = {name: files[name] for name in (f"{program.name}.h", f"{program.name}.c")}
-    return Compiled(program, build_library({**own, "many.c": _loops(program)}, options))
+    return Compiled(program, build_library({**own, "many.c": _write_loops(program)}, options))
 
 
 def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) -> ctypes.CDLL:
@@ -199,7 +199,7 @@ def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) ->
             ) from None
 
 
-def _loops(program: Program) -> str:
+def _write_loops(program: Program) -> str:
     """Write a loop over many states for each function; the step of a shared argument is 0."""
     lines = [f'#include "{program.name}.h"', "#include <stddef.h>", "#include <stdint.h>", ""]
     for answer in program.answers:

@@ -27,7 +27,7 @@ def join_lines(tokens: list[Token]) -> list[Token]:
         line = [token for token in line if token.kind != "INDENT"]
         if not line:
             continue
-        if joined and _goes_on(joined[-1], line, indented):
+        if joined and _continues(joined[-1], line, indented):
             joined[-1] += line
         else:
             joined.append(list(line))
@@ -39,7 +39,7 @@ def join_lines(tokens: list[Token]) -> list[Token]:
     return out
 
 
-def _goes_on(before: list[Token], line: list[Token], indented: bool) -> bool:
+def _continues(before: list[Token], line: list[Token], indented: bool) -> bool:
     """Return whether a line continues the equation before it."""
     first = line[0].kind
     if before[-1].kind in OPERATORS or first in ("EQUALS", "TIMES", "OVER", "POWER"):
@@ -67,12 +67,12 @@ def close_arguments(tokens: list[Token], letters: Letters, text: str) -> Iterato
         if token.kind != "FUNCTION":
             continue
         if at < len(tokens) and tokens[at].kind == "POWER":
-            end = _end_of_exponent(tokens, at)
+            end = _find_end_of_exponent(tokens, at)
             yield from tokens[at:end]
             at = end
         if at < len(tokens) and tokens[at].kind in ("LPAR", "LBRACE", "FRACTION", "LSQB"):
             continue
-        end = _end_of_argument(tokens, at, letters)
+        end = _find_end_of_argument(tokens, at, letters)
         if end == at:
             place = tokens[at].start if at < len(tokens) else len(text) - 1
             raise FormulaError(
@@ -91,7 +91,7 @@ def close_arguments(tokens: list[Token], letters: Letters, text: str) -> Iterato
         at = end
 
 
-def _end_of_exponent(tokens: list[Token], at: int) -> int:
+def _find_end_of_exponent(tokens: list[Token], at: int) -> int:
     """Return the end of an exponent between a function and its argument."""
     at += 1
     if at < len(tokens) and tokens[at].kind == "MINUS":
@@ -107,7 +107,7 @@ def _end_of_exponent(tokens: list[Token], at: int) -> int:
     return min(at + 1, len(tokens))
 
 
-def _end_of_argument(tokens: list[Token], at: int, letters: Letters) -> int:
+def _find_end_of_argument(tokens: list[Token], at: int, letters: Letters) -> int:
     """Return the end of an argument without brackets: numbers, then an angle or W t."""
     end = at
     while end < len(tokens) and tokens[end].kind == "NUMBER":

@@ -66,13 +66,13 @@ def _write(element: Element) -> str:
         case "msqrt":
             return f" sqrt({''.join(map(_write, parts))}) "
         case "msup" if len(parts) == 2:
-            return f"{_base(parts[0])}^({_write(parts[1])}) "
+            return f"{_write_base(parts[0])}^({_write(parts[1])}) "
         case "msub" if len(parts) == 2:
-            return _letter(element)
+            return _write_letter(element)
         case "msubsup" if len(parts) == 3:
-            return f"{_letter(element)}^({_write(parts[2])}) "
+            return f"{_write_letter(element)}^({_write(parts[2])}) "
         case "mover" if len(parts) == 2:
-            return _letter(element)
+            return _write_letter(element)
         case "mtable":
             rows = "; ".join(map(_write, parts))
             return f"[{rows}]"
@@ -94,12 +94,12 @@ def _read_rate(above: Element, below: Element) -> str:
     return f" {word}{chr(39) * order} " if word else " d/dt" * order + " "
 
 
-def _base(element: Element) -> str:
+def _write_base(element: Element) -> str:
     """Return the base of a power; a sum only with its brackets."""
     return _write(element).rstrip()
 
 
-def _letter(element: Element) -> str:
+def _write_letter(element: Element) -> str:
     """Return a letter with dots and subscript as one word."""
     word, subscript, dots = _take_apart(element)
     return f" {word}{'_' + subscript if subscript else ''}{chr(39) * dots}"

@@ -271,7 +271,9 @@ def accelerate(M: Array, force: Array, J: Array, own: Array) -> tuple[Array, Arr
     if not m:
         return np.asarray(np.linalg.solve(M, force[..., None])[..., 0]), np.zeros((n, 0))
     whole = np.zeros((n, nv + m, nv + m))
-    whole[:, :nv, :nv], whole[:, :nv, nv:], whole[:, nv:, :nv] = M, -J.transpose(0, 2, 1), J
+    whole[:, :nv, :nv] = M
+    whole[:, :nv, nv:] = -J.transpose(0, 2, 1)
+    whole[:, nv:, :nv] = J
     right = np.concatenate([force, -own], axis=1)
     found = (np.linalg.pinv(whole) @ right[..., None])[..., 0]
     return np.asarray(found[:, :nv]), np.asarray(found[:, nv:])

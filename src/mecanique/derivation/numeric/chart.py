@@ -144,6 +144,8 @@ class Chart:
                     f"the coordinate map of mechanism {self._mechanism.name!r} gives no smooth "
                     f"{name!r} at {at}; expected coordinates inside its range"
                 )
-            r[name], u[:, k], gamma[:, k] = c[0, 0], c[1, 0], 2 * c[2, 0]
+            r[name] = c[0, 0]
+            u[:, k] = c[1, 0]
+            gamma[:, k] = 2 * c[2, 0]
             G[:, k] = c[0, 1:].T
         return Motions(r, u, gamma, self._order, G)

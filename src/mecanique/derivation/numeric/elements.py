@@ -80,13 +80,13 @@ def unit_needs(mechanism: Mechanism, at: Snapshot, *, pressed: bool = False) -> 
     needs = [np.zeros((n, 6, len(force_names(mechanism.elements)))) for _ in at.bodies]
     for unit in unit_forces(mechanism, _ground(mechanism, at)):
         if unit.body in place and unit.pressed == pressed:
-            force, moment = _wrench(unit, at.bodies[place[unit.body]].center)
+            force, moment = _shift_to(unit, at.bodies[place[unit.body]].center)
             needs[place[unit.body]][:, :3, unit.index] -= force
             needs[place[unit.body]][:, 3:, unit.index] -= moment
     return needs
 
 
-def _wrench(unit: UnitForce, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _shift_to(unit: UnitForce, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     def stack(part: Sequence[np.ndarray]) -> np.ndarray:
         return np.stack([np.broadcast_to(c, len(center)) for c in part], axis=1)
 
@@ -133,11 +133,11 @@ def find_unexplained(
         along: the unit forces along the joints in that state.
     """
     scale = _scale(mechanism, along)
-    known = scale[:, None] * _known(along, 0)
+    known = scale[:, None] * _collect_columns(along, 0)
     onto = known @ np.linalg.pinv(known, rcond=_RANK)
     found = []
     for guide in guides:
-        basis = scale[:, None] * _tie_forces(along, guide, 0)
+        basis = scale[:, None] * _find_tie_forces(along, guide, 0)
         if not guide.crossed or np.abs(basis - onto @ basis).max() > _EXPLAINED:
             found.append(guide)
     return tuple(found)
@@ -168,8 +168,8 @@ def size(mechanism: Mechanism, guides: Sequence[Guide], along: Along, demand: np
     totals = np.array(mechanism.evaluate_all(one.total for one in stated))
     forces, idle = [], []
     for k, wanted in enumerate(demand):
-        bases = [_tie_forces(along, guide, k) for guide in guides if guide.crossed]
-        A = scale[:, None] * np.concatenate([_known(along, k), *bases], axis=1)
+        bases = [_find_tie_forces(along, guide, k) for guide in guides if guide.crossed]
+        A = scale[:, None] * np.concatenate([_collect_columns(along, k), *bases], axis=1)
         together = np.zeros((len(stated), A.shape[1]))
         for row, one in zip(together, stated, strict=True):
             row[one.forces] = 1.0
@@ -186,23 +186,23 @@ def _scale(mechanism: Mechanism, along: Along) -> np.ndarray:
     return np.array([1 / length if names[0] in angular else 1.0 for _, names in along.joints])
 
 
-def _known(along: Along, k: int) -> np.ndarray:
+def _collect_columns(along: Along, k: int) -> np.ndarray:
     """Columns along the joints: unit forces of the elements, and forces within single joints."""
     own = [along.forces[k]]
     for joint in dict.fromkeys(holder for holder, _ in along.joints):
         rows = [u for u, (holder, _) in enumerate(along.joints) if holder == joint]
-        own.append(_null(along.rates[k], rows))
+        own.append(_find_null(along.rates[k], rows))
     return np.concatenate(own, axis=1)
 
 
-def _tie_forces(along: Along, guide: Guide, k: int) -> np.ndarray:
+def _find_tie_forces(along: Along, guide: Guide, k: int) -> np.ndarray:
     """A basis of the forces by which a guide may hold its joints."""
     tied = set(guide.coordinates)
     rows = [u for u, (_, names) in enumerate(along.joints) if tied.intersection(names)]
-    return _null(along.rates[k], rows)
+    return _find_null(along.rates[k], rows)
 
 
-def _null(rates: np.ndarray, rows: list[int]) -> np.ndarray:
+def _find_null(rates: np.ndarray, rows: list[int]) -> np.ndarray:
     """A basis of forces along some joint velocities that do no virtual work, shape (nu, k)."""
     left, sizes, _ = np.linalg.svd(rates[rows])
     rank = int((sizes > _RANK * sizes.max(initial=_RANK)).sum())

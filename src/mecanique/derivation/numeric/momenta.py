@@ -33,8 +33,7 @@ def momenta(
     first = sum((pose @ moments)[:, :3, 3] for pose, moments in zip(H, J, strict=True))
     mass = sum(moments[3, 3] for moments in J)
     linear = K[:, :3, 3]
-    angular = np.stack(
-        [K[:, 2, 1] - K[:, 1, 2], K[:, 0, 2] - K[:, 2, 0], K[:, 1, 0] - K[:, 0, 1]], axis=-1
-    )
+    skew = K - np.swapaxes(K, -1, -2)
+    angular = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=-1)
     center = first / mass if mass else first
     return linear, angular, angular - np.cross(center, linear)

@@ -120,7 +120,8 @@ class Works(BatchDynamics):
         rank = int((values > _RANK * values.max(initial=0.0)).sum())
         S = right[rank:].T
         sigma = -right[:rank].T @ ((left[:, :rank].T @ (gamma / size)) / values[:rank])
-        u = solve(self._mechanism, (S.T @ M @ S)[None], (S.T @ (rest - M @ sigma))[None])[0]
+        inertia, force = S.T @ M @ S, S.T @ (rest - M @ sigma)
+        u = solve(self._mechanism, inertia[None], force[None])[0]
         a: np.ndarray = S @ u + sigma
         return a
 

@@ -77,7 +77,7 @@ def equations(
     """
     divide = len(elements) == 1 if monic is None else monic
     names = [*own, *[""] * (len(elements) - len(own))]
-    return tuple(_equation(*pair, divide) for pair in zip(elements, names, strict=True))
+    return tuple(_form_equation(*pair, divide) for pair in zip(elements, names, strict=True))
 
 
 def root(series: Series) -> Expression:
@@ -116,7 +116,7 @@ def expression(series: Series) -> Expression:
     parts = []
     bare, stretches = draw_stretches(series)
     for (_, key), part in group(bare, by_side=False):
-        parts += _parts(series.ring, key, shortest(tidy(part), products=True))
+        parts += _split_group(series.ring, key, shortest(tidy(part), products=True))
     for one in stretches:
         share = factor_out(shortest(tidy(one.share), products=True))
         parts.append(_Part(0, share, one.motion()))
@@ -156,7 +156,7 @@ class _Part(NamedTuple):
         return multiply(self.factor, self.motion)
 
 
-def _equation(element: Series, own: str, divide: bool) -> Equation:
+def _form_equation(element: Series, own: str, divide: bool) -> Equation:
     if not element:
         raise DerivationError(
             "expected an equation of motion, got 0 = 0: a coordinate has neither inertia nor force"
@@ -171,18 +171,18 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
     styles = (True, False) if has_double_angles(element) else (True,)
     for products in styles if len(element) <= _LONG else (False,):
         forms = [shortest(part, products=products) for _, part in groups]
-        divisor = _divisor(ring, groups, forms, divide)
+        divisor = _find_divisor(ring, groups, forms, divide)
         forms = [scale(form, 1 / divisor) for form in forms]
         candidates.append((products, forms, divisor))
     _, forms, divisor = candidates[0] if len(candidates) == 1 else min(candidates, key=_cost)
     sides: dict[bool, list[_Part]] = {False: [], True: []}
     whole = zip(groups[:ordinary], forms[:ordinary], strict=True)
     for ((is_right, key), _), form in whole:
-        sides[is_right] += _parts(ring, key, form)
+        sides[is_right] += _split_group(ring, key, form)
     for one, form in zip(stretches, forms[ordinary:], strict=True):
         sides[False].append(_Part(0, factor_out(form), one.motion()))
     left, right = sides[False], [part.negate() for part in sides[True]]
-    shared = _shared_sum([part.factor for part in (*left, *right)])
+    shared = _find_shared_sum([part.factor for part in (*left, *right)])
     if shared is not None:
         left, right = [p.divide(shared) for p in left], [p.divide(shared) for p in right]
         divisor = divisor * _to_series(ring, shared)
@@ -204,14 +204,14 @@ def _cost(candidate: tuple[bool, list[Form], Series]) -> int:
     return sum(map(cost, forms)) - (_GAIN if products else 0)
 
 
-def _parts(ring: Basis, key: int, form: Form) -> list[_Part]:
+def _split_group(ring: Basis, key: int, form: Form) -> list[_Part]:
     """Return a group's terms: one, or each by itself where the group multiplies no motion."""
     if key:
         return [_Part(key, factor_out(form), letters(ring, key))]
     return [_Part(0, part, number(1)) for term in collect_terms(form) for part in open_sum(term)]
 
 
-def _shared_sum(factors: Sequence[Product]) -> Sum | None:
+def _find_shared_sum(factors: Sequence[Product]) -> Sum | None:
     """Find a sum of parameters and time that divides all factors; None without one."""
     for base, power_of in factors[0].factors:
         if isinstance(base, Sum) and power_of > 0 and _is_given(base):
@@ -243,7 +243,7 @@ def _to_series(ring: Basis, whole: Sum) -> Series:
     return ring.sum(terms)
 
 
-def _divisor(ring: Basis, groups: list[Group], forms: list[Form], divide: bool) -> Series:
+def _find_divisor(ring: Basis, groups: list[Group], forms: list[Form], divide: bool) -> Series:
     """Return the divisor of an equation: a number times a monomial of parameters."""
     first = forms[0]
     if divide and first.keys() == {()} and first[()].is_unit and accelerates(ring, groups[0][0][1]):
@@ -281,7 +281,8 @@ def _pair(terms: Sequence[Product]) -> list[Product]:
             continue
         other = paired[seat]
         (*before, (first, _)), sign = other.factors, other.number
-        both = add([Product(1, ((first, 1),)), Product(-1, ((cast("Letter", letter), 1),))])
+        own = cast("Letter", letter)
+        both = add([Product(1, ((first, 1),)), Product(-1, ((own, 1),))])
         paired[seat] = multiply(number(sign), *before, both)
         del seats[rest]
     return paired

@@ -77,31 +77,33 @@ def factor_out(form: Form) -> Product:
         return number(0)
     polynomials = list(form.values())
     ring = polynomials[0].ring
-    shared = _shared_functions(form)
+    shared = _find_shared_functions(form)
     if shared:
-        form = {_without(trig, shared): p for trig, p in form.items()}
+        form = {_divide_trig(trig, shared): p for trig, p in form.items()}
     factor = common_measure(polynomials)
     found, inverse = [], 1 / factor
     for kept in (False, True):
-        common = _common(polynomials, kept=kept)
+        common = _find_common(polynomials, kept=kept)
         inner = {t: rescale(p, inverse, -common) for t, p in form.items()}
         whole = add(collect_terms(inner, kept=kept))
         found.append(multiply(number(factor), letters(ring, common), whole))
-        if common == _common(polynomials, kept=True):
+        if common == _find_common(polynomials, kept=True):
             break
-    return multiply(min(found, key=size) if len(found) > 1 else found[0], _circular(ring, shared))
+    return multiply(
+        min(found, key=size) if len(found) > 1 else found[0], _write_circular(ring, shared)
+    )
 
 
-def _common(polynomials: list[Series], *, kept: bool) -> int:
+def _find_common(polynomials: list[Series], *, kept: bool) -> int:
     """Return the greatest monomial that divides all; a denominator only if all terms share it."""
     common = common_monomial(polynomials)
     if kept:
         common -= sum(power(i, e) for i, e in exponents(common) if e < 0)
-        common += _common_denominator(polynomials)
+        common += _find_common_denominator(polynomials)
     return common
 
 
-def _common_denominator(polynomials: list[Series]) -> int:
+def _find_common_denominator(polynomials: list[Series]) -> int:
     """Return the negative powers that all terms share: k (1 − l/ρ) is shorter than k (ρ − l)/ρ."""
     first, *others = monomials_in(polynomials)
     least = {i: e for i, e in exponents(first) if e < 0}
@@ -114,7 +116,7 @@ def _common_denominator(polynomials: list[Series]) -> int:
     return sum(power(i, e) for i, e in least.items())
 
 
-def _shared_functions(form: Form) -> Trig:
+def _find_shared_functions(form: Form) -> Trig:
     """Return the sines and cosines that all terms share, each in its lowest power."""
     first, *others = form
     least = {(angle, sine): e for angle, sine, e in first}
@@ -136,16 +138,16 @@ def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
         factor, members = _choose_shared(form)
         if factor is None:
             break
-        inner = {_without(t, (factor,)): form[t] for t in members}
+        inner = {_divide_trig(t, (factor,)): form[t] for t in members}
         ring = next(iter(form.values())).ring
-        terms.append(multiply(factor_out(inner), _circular(ring, (factor,))))
+        terms.append(multiply(factor_out(inner), _write_circular(ring, (factor,))))
         form = {t: p for t, p in form.items() if t not in members}
     sums: dict[Series | None, Form] = {}
     for trig, polynomial in form.items():
         if len(polynomial) == 1:
             sums.setdefault(None, {})[trig] = polynomial
             continue
-        common, factor_of = _common([polynomial], kept=kept), common_measure([polynomial])
+        common, factor_of = _find_common([polynomial], kept=kept), common_measure([polynomial])
         primitive = rescale(polynomial, 1 / factor_of, -common)
         if _is_negative(primitive):
             primitive, factor_of = -primitive, -factor_of
@@ -153,18 +155,20 @@ def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
         sums.setdefault(primitive, {})[trig] = unit
     for whole, members_of in sums.items():
         if whole is None:
-            terms += [_unit_term(unit, trig) for trig, unit in members_of.items()]
+            terms += [_write_unit_term(unit, trig) for trig, unit in members_of.items()]
         else:
-            terms.append(multiply(_factored_sum(whole), factor_out(members_of)))
+            terms.append(multiply(_factor_sum(whole), factor_out(members_of)))
     return terms
 
 
-def _unit_term(unit: Series, trig: Trig) -> Product:
+def _write_unit_term(unit: Series, trig: Trig) -> Product:
     ((monomial, c),) = unit.parts[0].items()
     ring, sign = unit.ring, 1 if c > 0 else -1
     key = ("unit", monomial, trig, sign)
     if key not in ring.written:
-        ring.written[key] = multiply(number(sign), letters(ring, monomial), _circular(ring, trig))
+        ring.written[key] = multiply(
+            number(sign), letters(ring, monomial), _write_circular(ring, trig)
+        )
     plain = cast("Product", ring.written[key])
     whole = unit.denominator == 1
     return Product(
@@ -185,7 +189,7 @@ def _choose_shared(form: Form) -> tuple[tuple[int, int, int] | None, list[Trig]]
     return best
 
 
-def _without(trig: Trig, shared: Trig) -> Trig:
+def _divide_trig(trig: Trig, shared: Trig) -> Trig:
     """Divide a product of sines and cosines by a shared one."""
     taken = {(angle, sine): e for angle, sine, e in shared}
     left = [(angle, sine, e - taken.get((angle, sine), 0)) for angle, sine, e in trig]
@@ -199,7 +203,7 @@ def _is_negative(polynomial: Series) -> bool:
     return sum(signs) < 0 or (sum(signs) == 0 and first < 0)
 
 
-def _factored_sum(polynomial: Series) -> Product:
+def _factor_sum(polynomial: Series) -> Product:
     """Factor a polynomial without monomial content over the rationals if that is shorter."""
     ring = polynomial.ring
     terms = polynomial.parts[0]
@@ -343,12 +347,12 @@ def _letter(ring: Basis, index: int) -> Letter:
     return Letter(generator.name, (place, index), generator.kind is Kind.INPUT)
 
 
-def _circular(ring: Basis, trig: Trig) -> Product:
+def _write_circular(ring: Basis, trig: Trig) -> Product:
     """Return a product of powers of sines and cosines, with sin(−x) as −sin x."""
-    return multiply(*(_power_of_function(ring, factor) for factor in trig))
+    return multiply(*(_write_function(ring, factor) for factor in trig))
 
 
-def _power_of_function(ring: Basis, factor: tuple[int, int, int]) -> Product:
+def _write_function(ring: Basis, factor: tuple[int, int, int]) -> Product:
     if factor not in ring.written:
         angle, sine, e = factor
         multiples, sign = dict(exponents(angle)), 1
@@ -356,12 +360,12 @@ def _power_of_function(ring: Basis, factor: tuple[int, int, int]) -> Product:
         if next(iter(multiples.values())) < 0:
             multiples = {j: -k for j, k in multiples.items()}
             sign = -1 if sine and e % 2 else 1
-        call = Call("sin" if sine else "cos", _argument(ring, multiples))
+        call = Call("sin" if sine else "cos", _write_argument(ring, multiples))
         ring.written[factor] = Product(sign, ((call, e),))
     return cast("Product", ring.written[factor])
 
 
-def _argument(ring: Basis, multiples: dict[int, int]) -> Sum:
+def _write_argument(ring: Basis, multiples: dict[int, int]) -> Sum:
     terms = []
     for j, k in multiples.items():
         ((_, monomial, c),) = ring.angles[j].argument.terms()

@@ -35,8 +35,8 @@ def group(series: Series, *, by_side: bool) -> list[Group]:
     """
     ring = series.ring
     kinds = [g.kind for g in ring.generators]
-    depends = {i: _kinds(atom.argument) for i, atom in ring.atoms.items()}
-    turns = [_kinds(angle.argument) for angle in ring.angles]
+    depends = {i: _find_kinds(atom.argument) for i, atom in ring.atoms.items()}
+    turns = [_find_kinds(angle.argument) for angle in ring.angles]
     held = {}
     for monomial in set().union(*series.parts.values()):
         powers = exponents(monomial)
@@ -60,7 +60,7 @@ def group(series: Series, *, by_side: bool) -> list[Group]:
     return sorted(groups, key=lambda group: (group[0][0], _rank(ring, group[0][1])))
 
 
-def _kinds(series: Series) -> set[Kind]:
+def _find_kinds(series: Series) -> set[Kind]:
     """Return the kinds of quantities that a series depends on."""
     return {generator.kind for generator in series.generators()}
 

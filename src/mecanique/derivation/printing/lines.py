@@ -65,18 +65,18 @@ def display(formulas: Sequence[str], page: float = PAGE) -> str:
 def width(formula: str) -> float:
     """Estimate the width of a formula, in points."""
     total = 0.0
-    for atom in _atoms(formula):
+    for atom in _cut(formula):
         if atom.startswith("\\frac"):
-            above, below = _groups(atom)
+            above, below = _read_arguments(atom)
             total += 2.4 + max(width(above), width(below))
         elif atom.startswith(("\\text", "\\operatorname")):
-            total += _LETTER_OF_TEXT * len(_groups(atom)[0])
+            total += _LETTER_OF_TEXT * len(_read_arguments(atom)[0])
         elif atom.startswith("\\sqrt"):
-            total += 10.0 + width(_groups(atom)[0])
+            total += 10.0 + width(_read_arguments(atom)[0])
         elif atom.startswith(("_", "^")):
             total += _SMALL * width(atom[1:])
         elif "{" in atom:
-            total += sum(width(group) for group in _groups(atom))
+            total += sum(width(group) for group in _read_arguments(atom))
         elif atom[1:] in _FUNCTIONS:
             total += 4.9 * len(atom[1:]) + 3.4
         elif not atom.isspace():
@@ -88,7 +88,7 @@ def _rows(formula: str, start: str, page: float) -> Iterator[str]:
     """Yield the lines of a formula, each with as many terms as fit."""
     line, taken = start, 0.0
     first = True
-    pieces = _pieces(formula, page - _INDENT, 0)
+    pieces = _split(formula, page - _INDENT, 0)
     if len(pieces) > 1 and pieces[-1] == "= 0":  # not alone on a line
         pieces[-2:] = [f"{pieces[-2]} {pieces[-1]}"]
     for piece in pieces:
@@ -100,10 +100,10 @@ def _rows(formula: str, start: str, page: float) -> Iterator[str]:
     yield line.rstrip()
 
 
-def _pieces(formula: str, page: float, depth: int) -> list[str]:
+def _split(formula: str, page: float, depth: int) -> list[str]:
     """Split a formula into parts that begin with a sign; open a term wider than the page."""
     pieces, piece, level = list[str](), "", 0
-    for atom in _atoms(formula):
+    for atom in _cut(formula):
         level += _opens(atom)
         if level == 0 and atom in "+-=" and piece.strip():
             pieces.append(piece.strip())
@@ -119,20 +119,20 @@ def _open(piece: str, page: float, depth: int) -> list[str]:
     """Split a term: a wide fraction into a factor and its numerator, brackets into terms."""
     if width(piece) <= page:
         return [piece]
-    atoms = list(_atoms(piece))
+    atoms = list(_cut(piece))
     for k, atom in enumerate(atoms):
         opened = atom.startswith("\\frac{1}")  # only its denominator is wide
         if atom.startswith("\\frac") and not opened and width(atom) > page / 2:
-            above, below = _groups(atom)
-            if len(_pieces(above, page, _DEEPEST + 1)) > 1:
+            above, below = _read_arguments(atom)
+            if len(_split(above, page, _DEEPEST + 1)) > 1:
                 above = f"({above})"
             atoms[k] = f"\\frac{{1}}{{{below}}} {above}"
             return _open("".join(atoms), page, depth + 1)
-    spans = sorted(_brackets(atoms), key=lambda span: span[0] - span[1])
+    spans = sorted(_find_brackets(atoms), key=lambda span: span[0] - span[1])
     for start, end in spans:
         around = width("".join([*atoms[: start + 1], *atoms[end:]]))
         room = max(page - around, page / 3)
-        inside = _pieces("".join(atoms[start + 1 : end]), room, depth + 1)
+        inside = _split("".join(atoms[start + 1 : end]), room, depth + 1)
         if len(inside) > 1:
             opening, closing = f"\\Bigl{_bare(atoms[start])}", f"\\Bigr{_bare(atoms[end])}"
             parts = [*inside]
@@ -142,7 +142,7 @@ def _open(piece: str, page: float, depth: int) -> list[str]:
     return [piece]
 
 
-def _brackets(atoms: Sequence[str]) -> Iterator[tuple[int, int]]:
+def _find_brackets(atoms: Sequence[str]) -> Iterator[tuple[int, int]]:
     """Yield the positions of the outermost brackets."""
     level, start = 0, 0
     for k, atom in enumerate(atoms):
@@ -165,7 +165,7 @@ def _bare(bracket: str) -> str:
     return bracket[-1]
 
 
-def _atoms(formula: str) -> Iterator[str]:
+def _cut(formula: str) -> Iterator[str]:
     """Yield a formula's atoms: commands with their arguments, scripts, brackets and signs."""
     tokens = _TOKEN.findall(formula)
     place = 0
@@ -197,7 +197,7 @@ def _atoms(formula: str) -> Iterator[str]:
             yield token + "".join(group() for _ in range(_ARGUMENTS.get(token, 0)))
 
 
-def _groups(atom: str) -> list[str]:
+def _read_arguments(atom: str) -> list[str]:
     """Return the arguments of a command, without braces."""
     found, level, start = [], 0, 0
     for k, token in enumerate(atom):

@@ -132,7 +132,7 @@ class _Sentence:
             token = self.tokens[at]
             # in the compound x-z the hyphen is not a minus sign of z
             within = token.text in _SIGNS and at > 0 and not token.apart
-            part = None if within and self._text(at - 1) != "(" else self._formula(at)
+            part = None if within and self._text(at - 1) != "(" else self._read_formula(at)
             out += " " if token.apart else ""
             if part is not None and part.lettered:
                 out += f"${part.latex}$"
@@ -150,7 +150,7 @@ class _Sentence:
     def _apart(self, at: int) -> bool:
         return at < len(self.tokens) and self.tokens[at].apart
 
-    def _formula(self, at: int) -> _Part | None:
+    def _read_formula(self, at: int) -> _Part | None:
         """Read the longest formula that starts at a token; None without one."""
         part = self._read_sign(at)
         while part is not None:
@@ -208,21 +208,21 @@ class _Sentence:
         kind, text, _ = self.tokens[at]
         if kind == "number":
             return _Part("\\frac{1}{2}" if text == "½" else text, at + 1, lettered=False)
-        if kind == "slope" and (slope := self._slope(text)):
+        if kind == "slope" and (slope := self._write_slope(text)):
             return _Part(slope, at + 1, lettered=True)
         if text == "Σ":
             return _Part("\\sum", at + 1, lettered=True)
         if text == "|":
-            return self._between(at, "|", sums=False)
+            return self._read_brackets(at, "|", sums=False)
         if text == "(":
-            return self._between(at, ")", sums=True)
+            return self._read_brackets(at, ")", sums=True)
         if kind != "word":
             return None
-        return self._call(at) or self._letter(at, within)
+        return self._read_call(at) or self._letter(at, within)
 
-    def _between(self, at: int, close: str, *, sums: bool) -> _Part | None:
+    def _read_brackets(self, at: int, close: str, *, sums: bool) -> _Part | None:
         """Read a formula in brackets; relations and single letters are left to the sentence."""
-        inner = None if self._apart(at + 1) else self._formula(at + 1)
+        inner = None if self._apart(at + 1) else self._read_formula(at + 1)
         if inner is None or self._text(inner.end) != close:
             return None
         if sums and (inner.related or not inner.joined or not inner.lettered):
@@ -232,13 +232,13 @@ class _Sentence:
         power = "" if self._apart(end) else _POWERS.get(self._text(end), "")
         return _Part(whole + power, end + bool(power), inner.lettered, joined=True)
 
-    def _call(self, at: int) -> _Part | None:
+    def _read_call(self, at: int) -> _Part | None:
         """Read a function with its argument."""
         name = self._text(at)
         known = name in _CALLED or name in self.names
         if not known or self._text(at + 1) != "(" or self._apart(at + 1):
             return None
-        inner = self._formula(at + 2)
+        inner = self._read_formula(at + 2)
         if inner is None or self._text(inner.end) != ")":
             return None
         head = _CALLED.get(name) or Latex().letter(name, False, "")
@@ -301,7 +301,7 @@ class _Sentence:
         follows = not after or after in _AFTER or after in {",", ".", ";", ":", ")"}
         return known and (follows or before in _BEFORE)
 
-    def _slope(self, text: str) -> str:
+    def _write_slope(self, text: str) -> str:
         """Return a derivative in LaTeX, "" if the text is not one."""
         writer = Latex()
         if text == "d/dt":

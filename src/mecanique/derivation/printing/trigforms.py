@@ -56,8 +56,8 @@ def shortest(series: Series, *, products: bool) -> Form:
         series: the series.
         products: whether double angles are written in single ones.
     """
-    forms = _forms(series, products)
-    first, *others = chain(forms, _by_single_angles(series)) if products else forms
+    forms = _list_forms(series, products)
+    first, *others = chain(forms, _list_single_angles(series)) if products else forms
     return min(first, *others, key=_rank) if others else first
 
 
@@ -90,10 +90,10 @@ def monomial_series(ring: Basis, packed: int) -> Series:
 
 def common_number(polynomials: Iterable[Series]) -> Fraction:
     """Return the greatest positive rational that divides all coefficients of polynomials."""
-    return _measure_of(list(polynomials))[0]
+    return _measure(list(polynomials))[0]
 
 
-def _measure_of(polynomials: Sequence[Series]) -> tuple[Fraction, int]:
+def _measure(polynomials: Sequence[Series]) -> tuple[Fraction, int]:
     """Return the greatest rational that divides all coefficients, and the largest quotient."""
     whole = math.lcm(*(p.denominator for p in polynomials))
     shared = largest = 0
@@ -111,7 +111,7 @@ def common_measure(polynomials: Sequence[Series]) -> Fraction:
 
     Measured numbers have large denominators, or are large multiples of a common measure.
     """
-    measure, largest = _measure_of(polynomials)
+    measure, largest = _measure(polynomials)
     if sum(map(len, polynomials)) > 1:
         if max(p.denominator for p in polynomials) > _WILD:
             return Fraction(1)
@@ -125,7 +125,7 @@ def common_monomial(polynomials: Iterable[Series], kinds: set[Kind] | None = Non
     first, *others = monomials_in(found) or [0]
     least = dict(exponents(first))
     for monomial in others:
-        least = _least(least, exponents(monomial))
+        least = _find_least(least, exponents(monomial))
     if kinds is None or not least:
         return sum(power(i, e) for i, e in least.items())
     generators = found[0].ring.generators
@@ -137,7 +137,7 @@ def monomials_in(polynomials: Iterable[Series]) -> set[int]:
     return set().union(*(p.parts.get(0, ()) for p in polynomials))
 
 
-def _least(one: dict[int, int], other: tuple[tuple[int, int], ...]) -> dict[int, int]:
+def _find_least(one: dict[int, int], other: tuple[tuple[int, int], ...]) -> dict[int, int]:
     """Return the lower power of each generator; one that does not occur has the power 0."""
     powers = dict(other)
     found = {}
@@ -179,7 +179,7 @@ def cost(form: Form) -> int:
     if not form:
         return 1
     common = common_monomial(form.values())
-    shared = _shared_powers(form)
+    shared = _find_shared_powers(form)
     total = _letters(common)
     for (angle, _), e in shared.items():
         total += _angle_cost(angle) + (e > 1)
@@ -199,7 +199,7 @@ def cost(form: Form) -> int:
     return total + len({common_number([p]) for p in form.values()}) - 1
 
 
-def _shared_powers(form: Form) -> dict[tuple[int, int], int]:
+def _find_shared_powers(form: Form) -> dict[tuple[int, int], int]:
     """Return the sines and cosines that all products share, each in its lowest power."""
     first, *others = form
     shared = {(angle, sine): e for angle, sine, e in first}
@@ -222,7 +222,7 @@ def _halvable(packed: int) -> bool:
     return packed != 0 and all(k % 2 == 0 for _, k in exponents(packed))
 
 
-def _forms(series: Series, products: bool) -> Iterator[Form]:
+def _list_forms(series: Series, products: bool) -> Iterator[Form]:
     """Yield all foldings of a series."""
     keys = sorted(series.parts)
     many = len(keys) > _MANY
@@ -263,7 +263,7 @@ def _forms(series: Series, products: bool) -> Iterator[Form]:
     yield from unfold(keys, {})
 
 
-def _by_single_angles(series: Series) -> Iterator[Form]:
+def _list_single_angles(series: Series) -> Iterator[Form]:
     """Yield the series in single angles, with either sin² or cos² of each angle eliminated."""
     angles = sorted({j for key in series.parts for j, _ in exponents(key >> 1)})
     multiple = max((_count_turns(key) for key in series.parts), default=0)
@@ -341,7 +341,8 @@ def _fold(key: int, other: int, P: Series, Q: Series) -> list[tuple[Trig, Series
     if key & 1:
         sine, cosine = _trig((u, 1), (w, 0)), _trig((u, 0), (w, 1))
         return [(sine, P + Q), (cosine, (P - Q) * flip)]
-    return [(_trig((u, 0), (w, 0)), P + Q), (_trig((u, 1), (w, 1)), (Q - P) * flip)]
+    cosines, sines = _trig((u, 0), (w, 0)), _trig((u, 1), (w, 1))
+    return [(cosines, P + Q), (sines, (Q - P) * flip)]
 
 
 def _trig(*factors: tuple[int, int]) -> Trig:

@@ -28,7 +28,7 @@ def tidy(series: Series) -> Series:
             steps * degree
         ):  # one by one: ρ² alone would turn into s before it multiplies the series
             cleared = cleared * root
-        while steps and (quotient := _quotient(cleared, ring.atoms[index].argument)) is not None:
+        while steps and (quotient := _divide(cleared, ring.atoms[index].argument)) is not None:
             cleared, steps = quotient, steps - 1
         other = cleared * root ** (-steps * degree)
         series = other if len(other) <= len(series) else series
@@ -71,7 +71,7 @@ def without_common_divisor(series: Series) -> Series:
     return series
 
 
-def _quotient(series: Series, divisor: Series) -> Series | None:
+def _divide(series: Series, divisor: Series) -> Series | None:
     """Return series / divisor, None with a remainder; the divisor has no sines or cosines."""
     if divisor.parts.keys() != {0} or not series:
         return None
@@ -80,7 +80,7 @@ def _quotient(series: Series, divisor: Series) -> Series | None:
     longest = max(map(len, series.parts.values()))
     for trig, polynomial in series.parts.items():
         # coefficients stay integers as each step scales the numerator by the divisor's leading one
-        divided = _long_division(polynomial, divisor.parts[0], scale, longest)
+        divided = _divide_long(polynomial, divisor.parts[0], scale, longest)
         if divided is None:
             return None
         parts[trig] = divided
@@ -93,7 +93,7 @@ def _quotient(series: Series, divisor: Series) -> Series | None:
     return quotient
 
 
-def _long_division(
+def _divide_long(
     numerator: Polynomial, divisor: Polynomial, scale: int, steps: int
 ) -> Polynomial | None:
     """Return numerator × scale^steps / divisor, or None if there is a remainder."""

@@ -21,7 +21,7 @@ def over_length(vector: Sequence[Series], length: Series) -> list[Series]:
         vector: its components.
         length: its length.
     """
-    parts = [_quotient(component, length) for component in vector]
+    parts = [_divide(component, length) for component in vector]
     exact = [part for part in parts if part is not None]
     if len(exact) == len(parts):
         return exact
@@ -52,7 +52,7 @@ def root_of_square(square: Series) -> Series | None:
     return canonical(ring, {2 * (angle // 2): {0: 1}}, 1, square.reach)
 
 
-def _quotient(series: Series, cosine: Series) -> Series | None:
+def _divide(series: Series, cosine: Series) -> Series | None:
     """Return series / cos A by long division in multiples of A; None with a remainder."""
     ring = series.ring
     key, *others = cosine.parts

@@ -48,7 +48,7 @@ def _circular(series: Series, parity: int) -> Series:
         )
     angle, twelfths = 0, 0
     for _, monomial, c in series.terms():
-        of_pi = _twelfths_of_pi(series, monomial, c)
+        of_pi = _count_twelfths(series, monomial, c)
         if of_pi is None:
             angle += ring.angle(monomial, c)
         else:
@@ -74,7 +74,7 @@ def _pure(series: Series, angle: int, quarters: int, parity: int) -> Series:
     return canonical(series.ring, {2 * angle + parity: {0: sign}}, 1, largest)
 
 
-def _twelfths_of_pi(series: Series, monomial: int, c: Fraction) -> int | None:
+def _count_twelfths(series: Series, monomial: int, c: Fraction) -> int | None:
     """Return n if a term is n π/12, with π as a generator or as the nearest float, else None."""
     generators = [series.ring.generators[i] for i, _ in exponents(monomial)]
     if [g.name for g in generators] == ["pi"] and generators[0].kind is Kind.CONSTANT:
@@ -116,10 +116,10 @@ def sqrt(series: Series, name: str | None = None) -> Series:
     ring = series.ring
     if not series:
         return series
-    content, monomial = _square_content(series)
+    content, monomial = _find_square_content(series)
     primitive = series / content * _monomial(series, -2 * monomial)
-    outside = _root_of_number(ring, content) * _monomial(series, monomial)
-    exact = _polynomial_root(primitive)
+    outside = _take_root(ring, content) * _monomial(series, monomial)
+    exact = _find_polynomial_root(primitive)
     if exact is not None:
         return outside * exact
     if primitive.is_unit:
@@ -129,12 +129,12 @@ def sqrt(series: Series, name: str | None = None) -> Series:
                 f"expected a square root of a positive series, got sqrt({series})"
             )
         for index, e in exponents(packed):
-            outside = outside * _adjoined_root(_monomial(series, power(index)), None) ** e
+            outside = outside * _adjoin_root(_monomial(series, power(index)), None) ** e
         return outside
-    return outside * _adjoined_root(primitive, name)
+    return outside * _adjoin_root(primitive, name)
 
 
-def _adjoined_root(radicand: Series, name: str | None) -> Series:
+def _adjoin_root(radicand: Series, name: str | None) -> Series:
     return radicand.ring.adjoin("sqrt", radicand, lambda root: root**-1 / 2, np.sqrt, name)
 
 
@@ -143,7 +143,7 @@ def _monomial(series: Series, packed: int) -> Series:
     return Series(series.ring, {0: {packed: 1}}, 1, largest)
 
 
-def _square_content(series: Series) -> tuple[Fraction, int]:
+def _find_square_content(series: Series) -> tuple[Fraction, int]:
     """Return a rational, and a monomial of parameters whose square divides the series."""
     numbers = [c for _, _, c in series.terms()]
     content = Fraction(
@@ -158,7 +158,7 @@ def _square_content(series: Series) -> tuple[Fraction, int]:
     return content, packed
 
 
-def _root_of_number(ring: Basis, number: Fraction) -> Series:
+def _take_root(ring: Basis, number: Fraction) -> Series:
     """Return √(n/d) = √(n d)/d, with one atom per prime."""
     n, outside, root = number.numerator * number.denominator, 1, ring.number(1)
     prime = 2
@@ -170,14 +170,14 @@ def _root_of_number(ring: Basis, number: Fraction) -> Series:
             n, count = n // prime, count + 1
         outside *= prime ** (count // 2)
         if count % 2:
-            root = root * _adjoined_root(ring.number(prime), None)
+            root = root * _adjoin_root(ring.number(prime), None)
         prime += 1
     if n > 1:
-        root = root * _adjoined_root(ring.number(n), None)
+        root = root * _adjoin_root(ring.number(n), None)
     return root * outside / number.denominator
 
 
-def _polynomial_root(series: Series) -> Series | None:
+def _find_polynomial_root(series: Series) -> Series | None:
     """Return p with p² = series by the schoolbook square root, None if there is none."""
     if series.parts.keys() != {0}:
         return None
@@ -200,11 +200,11 @@ def _polynomial_root(series: Series) -> Series | None:
         rest = rest - (2 * root + term) * term
         root = root + term
         if not rest:
-            return _positive(root)
+            return _make_positive(root)
     return None
 
 
-def _positive(root: Series) -> Series:
+def _make_positive(root: Series) -> Series:
     """Return the root or its negative, whichever is positive for positive parameters."""
     kinds = {g.index: g.kind for g in root.ring.generators}
 
@@ -216,7 +216,7 @@ def _positive(root: Series) -> Series:
     return root if c > 0 else -root
 
 
-def _function(
+def _make_function(
     name: str,
     value: Callable[[Any], Any],
     slope: Callable[[Series, Series], Series],
@@ -244,12 +244,12 @@ _KNOWN: dict[str, Callable[[Series], Series]] = {
     "cos": cos,
     "tan": lambda u: sin(u) / cos(u),
     "sqrt": sqrt,
-    "exp": _function("exp", np.exp, lambda f, u: f, 1),
-    "log": _function("log", np.log, lambda f, u: u**-1),
-    "asin": _function("asin", np.arcsin, lambda f, u: sqrt(1 - u * u) ** -1, 0),
-    "acos": _function("acos", np.arccos, lambda f, u: -(sqrt(1 - u * u) ** -1)),
-    "atan": _function("atan", np.arctan, lambda f, u: (1 + u * u) ** -1, 0),
-    "tanh": _function("tanh", np.tanh, lambda f, u: 1 - f * f, 0),
-    "Abs": _function("Abs", np.abs, lambda f, u: of_series("sign", u), 0),
-    "sign": _function("sign", np.sign, lambda f, u: u.ring.number(0), 0),
+    "exp": _make_function("exp", np.exp, lambda f, u: f, 1),
+    "log": _make_function("log", np.log, lambda f, u: u**-1),
+    "asin": _make_function("asin", np.arcsin, lambda f, u: sqrt(1 - u * u) ** -1, 0),
+    "acos": _make_function("acos", np.arccos, lambda f, u: -(sqrt(1 - u * u) ** -1)),
+    "atan": _make_function("atan", np.arctan, lambda f, u: (1 + u * u) ** -1, 0),
+    "tanh": _make_function("tanh", np.tanh, lambda f, u: 1 - f * f, 0),
+    "Abs": _make_function("Abs", np.abs, lambda f, u: of_series("sign", u), 0),
+    "sign": _make_function("sign", np.sign, lambda f, u: u.ring.number(0), 0),
 }

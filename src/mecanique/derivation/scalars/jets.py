@@ -72,13 +72,13 @@ class Jet:
 
     def __mul__(self, other: Any) -> Jet:
         if isinstance(other, Jet):
-            return _product(self, other, np.multiply)
+            return _multiply(self, other, np.multiply)
         return Jet(_pad(self.c, np.ndim(other)) * other)
 
     __rmul__ = __mul__
 
     def __matmul__(self, other: Any) -> Jet:
-        return _product(self, other, np.matmul) if isinstance(other, Jet) else Jet(self.c @ other)
+        return _multiply(self, other, np.matmul) if isinstance(other, Jet) else Jet(self.c @ other)
 
     def __rmatmul__(self, other: Any) -> Jet:
         return Jet(other @ self.c)
@@ -136,19 +136,19 @@ class Jet:
 
     def sin(self) -> Jet:
         """Return the sine."""
-        return self.compose(lambda u, n: _circular(np.sin(u), np.cos(u), n))
+        return self.compose(lambda u, n: _expand_circular(np.sin(u), np.cos(u), n))
 
     def cos(self) -> Jet:
         """Return the cosine."""
-        return self.compose(lambda u, n: _circular(np.cos(u), -np.sin(u), n))
+        return self.compose(lambda u, n: _expand_circular(np.cos(u), -np.sin(u), n))
 
     def tan(self) -> Jet:
         """Return the tangent, from y' = 1 + y²."""
-        return self.compose(lambda u, n: _riccati(np.tan(u), 1.0, n))
+        return self.compose(lambda u, n: _expand_riccati(np.tan(u), 1.0, n))
 
     def tanh(self) -> Jet:
         """Return the hyperbolic tangent, from y' = 1 − y²."""
-        return self.compose(lambda u, n: _riccati(np.tanh(u), -1.0, n))
+        return self.compose(lambda u, n: _expand_riccati(np.tanh(u), -1.0, n))
 
     def sqrt(self) -> Jet:
         """Return the square root."""
@@ -164,20 +164,20 @@ class Jet:
 
     def asin(self) -> Jet:
         """Return the arc sine."""
-        return self._integral(np.arcsin(self.value), lambda u: Jet.__pow__(1.0 - u * u, -0.5))
+        return self._integrate(np.arcsin(self.value), lambda u: Jet.__pow__(1.0 - u * u, -0.5))
 
     def acos(self) -> Jet:
         """Return the arc cosine."""
-        return self._integral(np.arccos(self.value), lambda u: -Jet.__pow__(1.0 - u * u, -0.5))
+        return self._integrate(np.arccos(self.value), lambda u: -Jet.__pow__(1.0 - u * u, -0.5))
 
     def atan(self) -> Jet:
         """Return the arc tangent."""
-        return self._integral(np.arctan(self.value), lambda u: Jet.__pow__(1.0 + u * u, -1))
+        return self._integrate(np.arctan(self.value), lambda u: Jet.__pow__(1.0 + u * u, -1))
 
     def atan2(self, x: Any) -> Jet:
         """Return the angle of the point (x, self)."""
         x0 = x.value if isinstance(x, Jet) else np.asarray(x)
-        return _turned_to(self, x, self.value, x0).__add__(np.arctan2(self.value, x0))
+        return _find_angle(self, x, self.value, x0).__add__(np.arctan2(self.value, x0))
 
     def Abs(self) -> Jet:
         """Return the absolute value; its derivative is the sign, 0 at 0."""
@@ -187,7 +187,7 @@ class Jet:
         """Return the sign; its derivative is 0."""
         return Jet(np.zeros_like(self.c)).__add__(np.sign(self.value))
 
-    def _integral(self, value: np.ndarray, slope: Callable[[Jet], Jet]) -> Jet:
+    def _integrate(self, value: np.ndarray, slope: Callable[[Jet], Jet]) -> Jet:
         """Return f(self), given f(u) and f': the coefficients of f' are those of f, shifted."""
 
         def series(u: np.ndarray, orders: int) -> list[np.ndarray]:
@@ -199,7 +199,7 @@ class Jet:
         return self.compose(series)
 
 
-def _turned_to(y: Any, x: Any, y0: np.ndarray, x0: np.ndarray) -> Jet:
+def _find_angle(y: Any, x: Any, y0: np.ndarray, x0: np.ndarray) -> Jet:
     """Return the angle from (x0, y0) to (x, y), which is small and has no branch cut nearby."""
     ratio: Jet = (y * x0 - x * y0) / (x * x0 + y * y0)
     return ratio.atan()
@@ -221,7 +221,9 @@ def _align(a: Jet, b: Any) -> tuple[np.ndarray, np.ndarray]:
     return _pad(a.c[:orders], trailing), _pad(b.c[:orders], trailing)
 
 
-def _product(first: Jet, second: Jet, times: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Jet:
+def _multiply(
+    first: Jet, second: Jet, times: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> Jet:
     """Multiply by the Cauchy product in ε and the Leibniz rule in the partial derivatives."""
     orders = min(len(first.c), len(second.c))
     if times is np.multiply:
@@ -243,13 +245,13 @@ def _leibniz(
     return found
 
 
-def _circular(f: np.ndarray, slope: np.ndarray, orders: int) -> list[np.ndarray]:
+def _expand_circular(f: np.ndarray, slope: np.ndarray, orders: int) -> list[np.ndarray]:
     """Return the Taylor coefficients of a function with f'' = −f."""
     cycle = (f, slope, -f, -slope)
     return [cycle[k % 4] / _factorial(k) for k in range(orders)]
 
 
-def _riccati(y0: np.ndarray, sign: float, orders: int) -> list[np.ndarray]:
+def _expand_riccati(y0: np.ndarray, sign: float, orders: int) -> list[np.ndarray]:
     """Return the Taylor coefficients of the solution of y' = 1 ± y²."""
     y = [y0]
     for k in range(orders - 1):

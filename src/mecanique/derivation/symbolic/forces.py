@@ -45,7 +45,7 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
     """Yield the contributions of a force, law by law."""
     algebra = kinematics.algebra
     if isinstance(force, BodyLoad):
-        yield _of_wrench(kinematics, force.name, force.wrench)
+        yield _find_work(kinematics, force.name, force.wrench)
         return
     for law in laws_of(force, algebra.series):
         along = (
@@ -54,11 +54,11 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
             else Travel.in_joint(algebra, force.joint)
         )
         scalar = law.scalar(along)
-        forces = _forces(algebra, law, along, scalar)
+        forces = _find_forces(algebra, law, along, scalar)
         # in the other laws only the square of the length occurs, so its sign does not matter
         taken = along.assumption if law.kind == "potential" else None
         assumptions = () if taken is None else (taken,)
-        square = _square(law, along)
+        square = _find_square(law, along)
         yield Work(
             name=force.name,
             kind=law.kind,
@@ -70,14 +70,14 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
         )
 
 
-def _square(law: Law, along: Span | Travel) -> tuple[Series, Series] | None:
+def _find_square(law: Law, along: Span | Travel) -> tuple[Series, Series] | None:
     """Return stiffness and elongation of a spring with a free length or in a joint, else None."""
     if not isinstance(law, Elastic) or not (law.rest or isinstance(along, Travel)):
         return None
     return law.stiffness, along.x - law.rest
 
 
-def _forces(
+def _find_forces(
     algebra: Algebra, law: Law, along: Span | Travel, scalar: Series | None
 ) -> tuple[Series, ...]:
     """Return the generalized forces: −∂V/∂q of a potential, −f ∂x/∂q of a pull f."""
@@ -87,7 +87,7 @@ def _forces(
     return tuple(-(pull * slope) for slope in algebra.ring.along(along.x))
 
 
-def _of_wrench(kinematics: Kinematics, name: str, wrench: WrenchOnBody) -> Work:
+def _find_work(kinematics: Kinematics, name: str, wrench: WrenchOnBody) -> Work:
     """Return the work F·δr + C·δφ; the virtual displacement along δq is ∂(velocity)/∂q'."""
     algebra, body = kinematics.algebra, wrench.body
     works: list[list[Series]] = [[] for _ in algebra.velocities]

@@ -66,7 +66,7 @@ class Lagrange:
         algebra = self.algebra
         ring, names = algebra.ring, algebra.velocities
         operated = ring.euler(self.T)
-        turning = self._turning([E.momentum for E in operated])
+        turning = self._find_turning([E.momentum for E in operated])
         falls = ring.along(self.gravity)
         inertia = [
             E.value + terms + fall for E, terms, fall in zip(operated, turning, falls, strict=True)
@@ -195,10 +195,10 @@ class Lagrange:
                 if quasi
                 else "."
             )
-            + self._ties_add()
+            + self._say_ties()
         )
 
-    def _ties_add(self) -> str:
+    def _say_ties(self) -> str:
         """The sentence about the equations of loops, contacts and velocity constraints."""
         if not self.ties:
             return ""
@@ -207,7 +207,7 @@ class Lagrange:
         held = any(not tie.of_velocities for tie in self.ties)
         return f" The constraints add their own equations, {'Φ = 0 and ' if held else ''}ψ = 0."
 
-    def _turning(self, momenta: Sequence[Series]) -> list[Series]:
+    def _find_turning(self, momenta: Sequence[Series]) -> list[Series]:
         """Return ω × ∂T/∂v and ω × ∂T/∂ω + v × ∂T/∂v of each quaternion joint, else zero."""
         algebra = self.algebra
         found = [algebra.ring.number(0)] * len(momenta)

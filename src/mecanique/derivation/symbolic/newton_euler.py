@@ -90,25 +90,25 @@ class NewtonEuler:
             stages=(
                 *quaternion_stages(algebra),
                 *loop_stages(loops, of_forces=True),
-                *(stage for cut in self.cuts.bodies for stage in self._free_body(cut)),
-                *self._elimination(),
+                *(stage for cut in self.cuts.bodies for stage in self._balance(cut)),
+                *self._eliminate(),
                 *redundancy_stages(algebra.mechanism),
                 *multiplier_stages(algebra, M, rest, ties),
             ),
             assumptions=tuple(self.cuts.assumptions),
             lengths=length_names(algebra.ring, self.cuts.lengths.items()),
-            closing=self._closing(),
+            closing=self._close(),
             unknowns=self.balances.unknowns | multipliers,
             reactions=self.balances.reactions,
             ties=ties,
         )
 
-    def _free_body(self, cut: Cut) -> Iterator[Stage]:
+    def _balance(self, cut: Cut) -> Iterator[Stage]:
         """Yield the steps with the balances of one body, in terms of named reactions."""
-        moving = self._accelerations(cut)
+        moving = self._list_accelerations(cut)
         left, right = along(cut.axes.rows, cut.push), self.balances.forces_along(cut)
         forces = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
-        acting = f"Cut free, {cut.body} is acted on by {enumerate_words(self._acting(cut))}."
+        acting = f"Cut free, {cut.body} is acted on by {enumerate_words(self._list_acting(cut))}."
         sentence = f"{acting} {cut.axes.sentence} {state_momentum_balance(cut, bool(moving))}"
         yield Stage(f"Free body {cut.body}: forces", sentence, (*moving, *forces))
         left = along(cut.axes.turns, self.balances.turning(cut))
@@ -117,18 +117,18 @@ class NewtonEuler:
         if moments:
             yield Stage(f"Free body {cut.body}: moments", state_moment_balance(cut), tuple(moments))
 
-    def _acting(self, cut: Cut) -> list[str]:
+    def _list_acting(self, cut: Cut) -> list[str]:
         """List in words the forces that act on a body."""
         hung = [other for other in self.cuts.bodies if other.joint.parent == cut.body]
         return [
-            f"{self._total(cut)} {cut.joint.name}",
+            f"{self._name_total(cut)} {cut.joint.name}",
             *(["its weight"] if any(cut.weight) else []),
             *dict.fromkeys(one.name for one in cut.applied),
             *self.balances.guiding.acting_on(cut),
-            *(f"the opposite of {self._total(other)} {other.joint.name}" for other in hung),
+            *(f"the opposite of {self._name_total(other)} {other.joint.name}" for other in hung),
         ]
 
-    def _total(self, cut: Cut) -> str:
+    def _name_total(self, cut: Cut) -> str:
         """Name what acts across the joint of a body: a reaction, or a total with guides."""
         return (
             "the total of reaction and guides in"
@@ -136,7 +136,7 @@ class NewtonEuler:
             else "the reaction in"
         )
 
-    def _accelerations(self, cut: Cut) -> list[Result]:
+    def _list_accelerations(self, cut: Cut) -> list[Result]:
         """Return position, velocity and acceleration of a body's center of mass."""
         if not cut.mass:
             return []
@@ -152,7 +152,7 @@ class NewtonEuler:
                     found.append(Result(Left(f"{letter}_{cut.body}_{label}"), part))
         return found
 
-    def _elimination(self) -> Iterator[Stage]:
+    def _eliminate(self) -> Iterator[Stage]:
         """Yield the steps with the reactions and the forces of guides in closed form."""
         sentence = (
             "From the tips to the ground, the balances of each body give the reaction in its "
@@ -186,7 +186,7 @@ class NewtonEuler:
                 tuple(self.balances.sum_guides()),
             )
 
-    def _closing(self) -> str:
+    def _close(self) -> str:
         if self.cuts.closings:
             return (
                 "Substituted into the balances along and about the free directions of the joints, "

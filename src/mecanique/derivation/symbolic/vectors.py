@@ -95,7 +95,11 @@ def dot(a: Vector, b: Vector) -> Series:
 
 def cross(a: Vector, b: Vector) -> Vector:
     """Return a × b."""
-    return Vector(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+    return Vector(
+        a.y * b.z - a.z * b.y,
+        a.z * b.x - a.x * b.z,
+        a.x * b.y - a.y * b.x,
+    )
 
 
 def component(row: Sequence[Any], vector: Vector) -> Series:

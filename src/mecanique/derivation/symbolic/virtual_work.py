@@ -210,7 +210,7 @@ class VirtualWork:
                 f"F_inertia_{body}, which acts at the distance s_{body}, where it has the same "
                 "moment as f."
             )
-            results += _spread_forces(spread, cut)
+            results += _list_spread_forces(spread, cut)
         else:
             F = -along(axes.rows, cut.push)
             named = zip(axes.labels, F, strict=True)
@@ -296,7 +296,7 @@ class VirtualWork:
         return shift, rotation - cuts.carry(turn, parent, cut.body)
 
 
-def _spread_forces(spread: Distribution, cut: Cut) -> list[Result]:
+def _list_spread_forces(spread: Distribution, cut: Cut) -> list[Result]:
     """List the density f, its resultant F and the point where that acts, by component."""
     results = []
     for k, label in enumerate(cut.axes.labels):

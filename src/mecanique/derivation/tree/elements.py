@@ -85,21 +85,21 @@ def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
     for element in mechanism.elements:
         match element:
             case Cord() | Belt():
-                of_element = _of_cord(element, ground)
+                of_element = _act_cord(element, ground)
             case Gear() | Rack():
-                of_element = _of_teeth(mechanism, element, ground)
+                of_element = _act_teeth(mechanism, element, ground)
             case _:
-                of_element = _of_loop(element, ground)
+                of_element = _act_loop(element, ground)
         units += [replace(unit, index=first + unit.index) for unit in of_element]
         first += len(element.forces)
     return units
 
 
-def _of_cord(cord: Cord | Belt, ground: Ground) -> Iterator[UnitForce]:
+def _act_cord(cord: Cord | Belt, ground: Ground) -> Iterator[UnitForce]:
     """Yield the forces of a cord's straight runs, each of which pulls both of its ends along e."""
     n: Three = [float(c) for c in cord.normal]
     if cord.axes != "world":
-        n = _direction(ground, cord.axes, cord.normal)
+        n = _find_direction(ground, cord.axes, cord.normal)
     centers = [ground.point(stop.body, stop.center) for stop in cord.stops]
     reach = [ground.scalar(stop.radius) * stop.sense for stop in cord.stops]
     for k, part in enumerate(cord.parts):
@@ -121,24 +121,24 @@ def _of_cord(cord: Cord | Belt, ground: Ground) -> Iterator[UnitForce]:
             )
 
 
-def _of_teeth(mechanism: Mechanism, mesh: Gear | Rack, ground: Ground) -> Iterator[UnitForce]:
+def _act_teeth(mechanism: Mechanism, mesh: Gear | Rack, ground: Ground) -> Iterator[UnitForce]:
     """Yield the forces where pitch circles touch: along the tangent n × u, and apart along u."""
     a, b = (mechanism.joint(name) for name in mesh.joints)
     assert isinstance(a, Single)
     assert isinstance(b, Single)
-    n, line = (_direction(ground, joint.child, joint.axis) for joint in (a, b))
+    n, line = (_find_direction(ground, joint.child, joint.axis) for joint in (a, b))
     center = ground.point(a.child, _HERE)
     cosine, sine = ground.wave(mesh.pressure_angle)
     bevel = bevel_of(mechanism, mesh) if isinstance(mesh, Gear) else None
     if isinstance(mesh, Gear) and bevel is not None:
-        yield from _of_bevel(mesh, bevel, ground, ((a.child, n), (b.child, line)))
+        yield from _act_bevel(mesh, bevel, ground, ((a.child, n), (b.child, line)))
         return
     if isinstance(mesh, Gear):
-        d = _less(_subtract(ground.point(b.child, _HERE), center), n)
+        d = _reject(_subtract(ground.point(b.child, _HERE), center), n)
         length = ground.scalar(mesh.distance)
         apart = -1 if mesh.internal else 1
     else:
-        d = _less(_less(_subtract(ground.point(b.child, mesh.point), center), line), n)
+        d = _reject(_reject(_subtract(ground.point(b.child, mesh.point), center), line), n)
         length, apart = ground.scalar(mesh.radius), 1
     u = [ground.ratio(c, length) for c in d]
     touch = _add(center, _scale(ground.scalar(mesh.radius), u))
@@ -150,7 +150,7 @@ def _of_teeth(mechanism: Mechanism, mesh: Gear | Rack, ground: Ground) -> Iterat
         yield UnitForce(0, body, touch, force=parting, moment=_scale(0, u), pressed=True)
 
 
-def _of_bevel(
+def _act_bevel(
     gear: Gear, bevel: Bevel, ground: Ground, wheels: tuple[tuple[str, Three], tuple[str, Three]]
 ) -> Iterator[UnitForce]:
     """Yield the forces where pitch cones touch: along n × u, and apart, normal to the cones."""
@@ -173,17 +173,17 @@ def _of_bevel(
         yield UnitForce(0, body, touch, force=parting, moment=_scale(0, along), pressed=True)
 
 
-def _direction(ground: Ground, body: str, axis: Sequence[float]) -> Three:
+def _find_direction(ground: Ground, body: str, axis: Sequence[float]) -> Three:
     return [ground.scalar(0.0) + combination(line[:3], axis) for line in ground.turn(body)]
 
 
-def _less(d: Three, e: Three) -> Three:
+def _reject(d: Three, e: Three) -> Three:
     """Return a vector less its projection on a unit vector."""
     size = _dot(d, e)
     return [c - size * x for c, x in zip(d, e, strict=True)]
 
 
-def _of_loop(loop: Loop, ground: Ground) -> Iterator[UnitForce]:
+def _act_loop(loop: Loop, ground: Ground) -> Iterator[UnitForce]:
     """Yield the force or moment of body a on body b for each row that the loop closes."""
     b = ground.point(loop.body_b, loop.frame_b.xyz)
     turn = ground.turn(loop.body_a)
@@ -219,4 +219,8 @@ def _dot(a: Three, b: Three) -> Any:
 
 
 def _cross(a: Three, b: Three) -> Three:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    return [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]

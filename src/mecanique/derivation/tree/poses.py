@@ -182,7 +182,8 @@ def moments(body: Body, values: Mapping[str, Any], arithmetic: Arithmetic) -> Ma
         first = [_times(mass, c) for c in center]
         for i in range(3):
             for k in range(3):
-                total[i][k] = _plus(total[i][k], _plus(second[i][k], _times(first[i], center[k])))
+                own = _plus(second[i][k], _times(first[i], center[k]))
+                total[i][k] = _plus(total[i][k], own)
             total[i][3] = total[3][i] = _plus(total[i][3], first[i])
         total[3][3] = _plus(total[3][3], mass)
     return total

@@ -116,7 +116,8 @@ class Recursion:
             seat = self.seats[body.name]
             if seat.place >= 0:
                 J = moments(body, values, letters.arithmetic)
-                own = Inertia(J[3][3], [row[3] for row in J[:3]], [row[:3] for row in J[:3]])
+                first, second = [row[3] for row in J[:3]], [row[:3] for row in J[:3]]
+                own = Inertia(J[3][3], first, second)
                 moved = own.seen_from(seat.pose)
                 self.inertias[seat.place] = self.inertias[seat.place] + moved
         self._regroup(stands)
@@ -256,8 +257,14 @@ class Recursion:
         loads: list[tuple[Triple, Triple]] = []
         for (U, _, a), body in zip(fields, self.inertias, strict=True):
             UE = products(U, body.E)  # E is symmetric
-            turned = [UE[2][1] - UE[1][2], UE[0][2] - UE[2][0], UE[1][0] - UE[0][1]]
-            loads.append((add(scale(body.m, a), apply(U, body.h)), add(turned, cross(body.h, a))))
+            turned = [
+                UE[2][1] - UE[1][2],
+                UE[0][2] - UE[2][0],
+                UE[1][0] - UE[0][1],
+            ]
+            F = add(scale(body.m, a), apply(U, body.h))
+            N = add(turned, cross(body.h, a))
+            loads.append((F, N))
         for wrench in outside:
             F, T = loads[wrench.place]
             less = scale(-1.0, wrench.force), scale(-1.0, wrench.moment)

@@ -74,13 +74,13 @@ class C:
     def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
         """Return the header and the source."""
         return {
-            f"{program.name}.h": _header(program, head),
-            f"{program.name}.c": _source(program, head),
+            f"{program.name}.h": _write_header(program, head),
+            f"{program.name}.c": _write_source(program, head),
         }
 
     def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
         """Return the test program with its table."""
-        return {f"test_{program.name}.c": _test(program, cases)}
+        return {f"test_{program.name}.c": _write_test(program, cases)}
 
     def commands(self, program: Program, directory: Path) -> list[list[str]]:
         """Return the commands that compile and run the test."""
@@ -113,8 +113,8 @@ def signature(program: Program, answer: Answer) -> str:
     return f"void {program.name}_{quantity.name}({', '.join(arguments)}, double *out)"
 
 
-def _header(program: Program, head: Sequence[str]) -> str:
-    name, lines = program.name, _comment(head)
+def _write_header(program: Program, head: Sequence[str]) -> str:
+    name, lines = program.name, _write_comment(head)
     letters, guard = program.letters, f"{program.name.upper()}_H"
     lines += [f"#ifndef {guard}", f"#define {guard}", "", "#ifdef __cplusplus", 'extern "C" {']
     lines += ["#endif", ""]
@@ -124,33 +124,35 @@ def _header(program: Program, head: Sequence[str]) -> str:
         ("tau", "torques and forces added to those of the mechanism; NULL for none"),
         ("p", f"parameters; NULL for {name}_parameters"),
     ):
-        lines += _comment([f"{kind}: {title}", *(f"  {row}" for row in describe(letters[kind]))])
+        lines += _write_comment(
+            [f"{kind}: {title}", *(f"  {row}" for row in describe(letters[kind]))]
+        )
     sizes = {kind: len(letters[kind]) for kind in ("q", "v", "p")}
     lines.append(f"enum {{ {', '.join(f'{name}_n{k} = {n}' for k, n in sizes.items())} }};")
     lines += ["", f"extern const double {name}_parameters[{max(sizes['p'], 1)}];", ""]
     for answer in program.answers:
         quantity, size = answer.quantity, len(answer.values)
-        lines += _comment([f"{quantity.meaning}: out[{size}]"])
+        lines += _write_comment([f"{quantity.meaning}: out[{size}]"])
         lines += [*_wrap(f"{signature(program, answer)};"), ""]
     lines += ["#ifdef __cplusplus", "}", "#endif", "", "#endif", ""]
     return "\n".join(lines)
 
 
-def _source(program: Program, head: Sequence[str]) -> str:
+def _write_source(program: Program, head: Sequence[str]) -> str:
     name = program.name
     values = ", ".join(repr(letter.value) for letter in program.parameters) or "0.0"
-    lines = [*_comment(head), "#include <math.h>", "#include <stddef.h>", ""]
+    lines = [*_write_comment(head), "#include <math.h>", "#include <stddef.h>", ""]
     lines += [f'#include "{name}.h"', ""]
     constants = f"const double {name}_parameters[{max(len(program.parameters), 1)}]"
     lines += [*_wrap(f"{constants} = {{{values}}};"), ""]
     if any(kind == "sign" for kind, _, _ in program.tape.operations):
         lines += [SIGN, ""]
     for answer in program.answers:
-        lines += [*_function(program, answer), ""]
+        lines += [*_write_function(program, answer), ""]
     return "\n".join(lines)
 
 
-def _function(program: Program, answer: Answer) -> list[str]:
+def _write_function(program: Program, answer: Answer) -> list[str]:
     listing, reads = list_answer(program, answer, NOTATION)
     lines = [*_wrap(signature(program, answer)), "{"]
     idle = {*answer.quantity.takes, "p"}
@@ -170,7 +172,7 @@ def _function(program: Program, answer: Answer) -> list[str]:
     return [*lines, "}"]
 
 
-def _test(program: Program, cases: Cases) -> str:
+def _write_test(program: Program, cases: Cases) -> str:
     """Write a program that compares all states and prints the worst difference of each answer."""
     name, states = program.name, len(cases)
     lines = [
@@ -187,11 +189,11 @@ def _test(program: Program, cases: Cases) -> str:
     inputs = {**cases.inputs, "y": np.hstack([cases.inputs["q"], cases.inputs["v"]])}
     for kind in ("t", "y", "q", "v", "a", "tau", "p"):
         if kind == "p" or any(kind in answer.quantity.takes for answer in program.answers):
-            lines += _table(kind, inputs[kind])
+            lines += _write_table(kind, inputs[kind])
     for named in (answer.quantity.name for answer in program.answers):
-        lines += _table(f"{named}_expected", cases.expected[named])
-        lines += _table(f"{named}_weight", cases.weights[named])
-        lines += _table(f"{named}_allowed", cases.allowed[named][:, None])
+        lines += _write_table(f"{named}_expected", cases.expected[named])
+        lines += _write_table(f"{named}_weight", cases.weights[named])
+        lines += _write_table(f"{named}_allowed", cases.allowed[named][:, None])
     lines += [
         "static int compare(const char *name, int size, const double *out, const double *expected,",
         "                   const double *weight, double allowed, int state, double *worst,",
@@ -232,7 +234,7 @@ def _test(program: Program, cases: Cases) -> str:
     return "\n".join([*lines, "    return failed;", "}", ""])
 
 
-def _table(name: str, rows: np.ndarray) -> list[str]:
+def _write_table(name: str, rows: np.ndarray) -> list[str]:
     width = max(rows.shape[1], 1)
     lines = [f"static const double {name}[STATES][{width}] = {{"]
     for row in rows:
@@ -240,12 +242,12 @@ def _table(name: str, rows: np.ndarray) -> list[str]:
     return [*lines, "};", ""]
 
 
-def _comment(lines: Sequence[str]) -> list[str]:
-    first, *rest = [_ascii(line).replace("*/", "* /") for line in lines]
+def _write_comment(lines: Sequence[str]) -> list[str]:
+    first, *rest = [_to_ascii(line).replace("*/", "* /") for line in lines]
     return ["/*", f" * {first}".rstrip(), *(f" * {line}".rstrip() for line in rest), " */"]
 
 
-def _ascii(text: str) -> str:
+def _to_ascii(text: str) -> str:
     return text.translate(_PLAIN).encode("ascii", "backslashreplace").decode()
 
 

@@ -46,7 +46,7 @@ class CasADi:
         values = [letter.value for letter in program.parameters]
         lines += ['"""', "", "import casadi as ca", "", f"PARAMETERS = {values!r}"]
         for answer in program.answers:
-            lines += ["", "", *_function(program, answer)]
+            lines += ["", "", *_write_function(program, answer)]
         return {f"{program.name}.py": "\n".join([*lines, ""])}
 
     def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
@@ -63,7 +63,7 @@ class CasADi:
         return f"Python {platform.python_version()} and casadi {version('casadi')}"
 
 
-def _function(program: Program, answer: Answer) -> list[str]:
+def _write_function(program: Program, answer: Answer) -> list[str]:
     quantity = answer.quantity
     listing, reads = list_answer(program, answer, _NOTATION)
     takes = (*quantity.takes, "p")

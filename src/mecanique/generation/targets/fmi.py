@@ -77,7 +77,7 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
         meaning = "added to the forces of the mechanism"
         found.append(Variable(letter.name, "input", letter.unit, meaning, 0.0))
     for answer in results_of(program):
-        labels = _labels(program, answer)
+        labels = _label(program, answer)
         meaning = answer.quantity.meaning
         found += [Variable(name, "output", unit, meaning) for name, unit in labels]
     names = [variable.name for variable in found]
@@ -115,7 +115,7 @@ def describe_model(program: Program, generator: str) -> str:
         generator: name and version of the generating tool.
     """
     variables = variables_of(program)
-    places = {kind: _places(variables, kind) for kind in ("state", "rate", "output")}
+    places = {kind: _find_places(variables, kind) for kind in ("state", "rate", "output")}
     first = places["rate"][0] - places["state"][0] if places["state"] else 0
     held = 'needsCompletedIntegratorStep="true" ' if program.landing is not None else ""
     same = (
@@ -129,12 +129,12 @@ def describe_model(program: Program, generator: str) -> str:
         '  variableNamingConvention="flat">',
         f"  <ModelExchange {held}{same}/>",
         f'  <CoSimulation {same} canHandleVariableCommunicationStepSize="true"/>',
-        *_units(variables),
+        *_write_units(variables),
         f'  <DefaultExperiment startTime="0" stopTime="10" tolerance="{TOLERANCE!r}"/>',
         "  <ModelVariables>",
     ]
     for place, variable in enumerate(variables):
-        lines.append(_variable(place, variable, first))
+        lines.append(_write_variable(place, variable, first))
     lines += ["  </ModelVariables>", "  <ModelStructure>"]
     shown = sorted([*places["state"], *places["output"]])
     lines += [f'    <Output valueReference="{k}"/>' for k in shown]
@@ -144,7 +144,7 @@ def describe_model(program: Program, generator: str) -> str:
     return "\n".join([*lines, "  </ModelStructure>", "</fmiModelDescription>", ""])
 
 
-def _variable(place: int, variable: Variable, before: int) -> str:
+def _write_variable(place: int, variable: Variable, before: int) -> str:
     """Write a variable; `before` is the distance from a state to its rate."""
     how = {
         "time": 'causality="independent" variability="continuous"',
@@ -166,7 +166,7 @@ def _variable(place: int, variable: Variable, before: int) -> str:
     return f"    {' '.join(words)}/>"
 
 
-def _units(variables: tuple[Variable, ...]) -> Iterator[str]:
+def _write_units(variables: tuple[Variable, ...]) -> Iterator[str]:
     """Yield the units in SI base units; a radian counts as a unit in rad, rad/s and rad/s²."""
     yield "  <UnitDefinitions>"
     for unit in sorted({variable.unit for variable in variables if variable.unit}):
@@ -178,7 +178,7 @@ def _units(variables: tuple[Variable, ...]) -> Iterator[str]:
     yield "  </UnitDefinitions>"
 
 
-def _places(variables: tuple[Variable, ...], kind: str) -> list[int]:
+def _find_places(variables: tuple[Variable, ...], kind: str) -> list[int]:
     return [place for place, variable in enumerate(variables) if variable.kind == kind]
 
 
@@ -191,7 +191,7 @@ def _find_fixed(program: Program) -> set[str]:
     return {name for kind, _, name in operations if kind == "input"}
 
 
-def _labels(program: Program, answer: Answer) -> list[tuple[str, str]]:
+def _label(program: Program, answer: Answer) -> list[tuple[str, str]]:
     """Return the name and unit of each entry of an answer."""
     quantity = answer.quantity
     if quantity.name == "energy":
@@ -199,18 +199,18 @@ def _labels(program: Program, answer: Answer) -> list[tuple[str, str]]:
     if quantity.name == "acceleration":
         return [(f"{letter.name}'", letter.unit) for letter in program.letters["a"]]
     if quantity.name == "poses":
-        return list(_poses(program))
+        return list(_label_poses(program))
     if quantity.name == "reactions":
-        return list(_reactions(program))
+        return list(_label_reactions(program))
     forces = quantity.name in ("bias", "gravity", "forces")
     units = [letter.unit for letter in program.letters["tau"]] if forces else []
     units = units or [""] * len(answer.values)
-    indices = _indices(answer.shape)
+    indices = _list_indices(answer.shape)
     names = [f"{quantity.name}[{','.join(map(str, index))}]" for index in indices]
     return list(zip(names, units, strict=True))
 
 
-def _poses(program: Program) -> Iterator[tuple[str, str]]:
+def _label_poses(program: Program) -> Iterator[tuple[str, str]]:
     mechanism = program.mechanism
     for body in mechanism.bodies:
         if body.name != mechanism.ground:
@@ -219,7 +219,7 @@ def _poses(program: Program) -> Iterator[tuple[str, str]]:
                     yield f"pose[{body.name},{row},{column}]", "m" if column == 4 else ""
 
 
-def _reactions(program: Program) -> Iterator[tuple[str, str]]:
+def _label_reactions(program: Program) -> Iterator[tuple[str, str]]:
     mechanism = program.mechanism
     for each in (*mechanism.joints, *mechanism.loops):
         for part, unit in (("F", "N"), ("M", "N·m")):
@@ -227,7 +227,7 @@ def _reactions(program: Program) -> Iterator[tuple[str, str]]:
                 yield f"reaction[{each.name},{part}{axis}]", unit
 
 
-def _indices(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
+def _list_indices(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
     """Return the indices from 1 on, row by row."""
     found: list[tuple[int, ...]] = [()]
     for size in shape:

@@ -2,11 +2,11 @@
  * A model of the FMI standard, version 3.0 (Modelica Association, 2022): model exchange and
  * co-simulation.
  *
- * What stands above this text: that of the steps (stepper.c), whose p are the parameters, then the
- * inputs; TOKEN, the token of instances; START and GIVEN, the first values of y and p; FIXED, how
- * each of p may change; OUTPUTS and GROUPS, the numbers of outputs and of the functions that give
- * them, output[], from first_output[] on. Value references count the time, the states, their rates,
- * p and the outputs, from 0 on.
+ * Defined above this text: the steps (stepper.c), whose p are the parameters, then the inputs;
+ * TOKEN, the token of instances; START and GIVEN, the initial values of y and p; FIXED, how each
+ * of p may change; OUTPUTS and GROUPS, the numbers of outputs and of the functions
+ * output[] that compute them, from first_output[] on. Value references count the time, the states,
+ * their rates, p and the outputs, from 0 on.
  */
 #include <stdbool.h>
 #include <stddef.h>
@@ -34,7 +34,7 @@ static const double TOLERANCE = 1e-8, NEAREST = 0.15;
 
 typedef struct {
     double t, y[N], p[P + 1];
-    double dy[N], out[OUTPUTS + 1];     /* what was computed last */
+    double dy[N], out[OUTPUTS + 1];     /* the last results */
     bool knows_rates, knows[GROUPS + 1];
     Motion motion;
     enum Mode mode;
@@ -161,7 +161,7 @@ static Status set(Instance *m, Reference at, double value)
     return fmi3OK;
 }
 
-/* Bring the state onto the loops; what it needs changes nothing that can be seen. */
+/* Project the state on the loops, and forget the results for the state before. */
 static Status settle(Instance *m, const char *message)
 {
     State *now = &m->now;
@@ -170,7 +170,7 @@ static Status settle(Instance *m, const char *message)
     return fmi3OK;
 }
 
-/* How far the state is from its loops, and its quaternions from unit length, relatively. */
+/* Return the relative distance of the state from its loops, and of quaternions from unit length. */
 static double stray(const State *now)
 {
     double change[N], worst = 0.0;
@@ -325,7 +325,7 @@ EXPORT Status fmi3SetBinary(void *m, const Reference at[], size_t n, const size_
     return n ? say(m, fmi3Error, "no variable of this model is a Binary") : fmi3OK;
 }
 
-/* Functions of what this model does not have, by the number and kind of their arguments. */
+/* Functions of features that this model lacks, by the number and kind of their arguments. */
 #define LACKS(name, arguments)                                                                \
     EXPORT Status name arguments                                                              \
     {                                                                                         \
@@ -416,7 +416,7 @@ EXPORT Status fmi3EnterContinuousTimeMode(void *m)
     return fmi3OK;
 }
 
-/* A state that left its loops is brought back in an event. */
+/* A state that has left its loops is projected on them in an event. */
 EXPORT Status fmi3CompletedIntegratorStep(void *model, bool no_going_back, bool *event,
                                           bool *terminates)
 {
@@ -515,7 +515,7 @@ EXPORT Status fmi3DoStep(void *model, double t, double step, bool no_going_back,
     motion->steps = 0;
     int reason = STIFF;
     while (reason == STIFF || reason == MANY) {
-        /* also what is stiff is computed right, if slowly */
+        /* stiff motions are also computed correctly, though slowly */
         motion->at_limit = motion->below = 0;
         motion->steps = 0;
         reason = march(motion, now->p, now->y, &none, &samples);

@@ -58,15 +58,17 @@ class JavaScript:
 
     def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
         """Return the test with its table."""
-        return {f"test_{program.name}.mjs": _test(program, cases)}
+        return {f"test_{program.name}.mjs": _write_test(program, cases)}
 
     def commands(self, program: Program, directory: Path) -> list[list[str]]:
         """Return the command that runs the test."""
-        return [[_node(), str(directory / f"test_{program.name}.mjs")]]
+        return [[_find_node(), str(directory / f"test_{program.name}.mjs")]]
 
     def version(self) -> str:
         """Return the version of node."""
-        said = subprocess.run([_node(), "--version"], capture_output=True, text=True, check=False)
+        said = subprocess.run(
+            [_find_node(), "--version"], capture_output=True, text=True, check=False
+        )
         return f"node {said.stdout.strip()}"
 
 
@@ -78,25 +80,25 @@ def functions(program: Program) -> list[str]:
     Args:
         program: the program.
     """
-    return [_function(program, answer) for answer in program.answers]
+    return [_write_function(program, answer) for answer in program.answers]
 
 
-def _node() -> str:
+def _find_node() -> str:
     found = shutil.which("node")
     if found is None:
         raise InputError("expected node to run JavaScript, found none: install Node.js")
     return found
 
 
-def _arguments(answer: Answer) -> list[str]:
+def _list_arguments(answer: Answer) -> list[str]:
     takes = answer.quantity.takes
     given = [name for name in ("a",) if name in takes]
     return ["t", "y", *given, "p", "out", *(name for name in ("tau",) if name in takes)]
 
 
-def _function(program: Program, answer: Answer) -> str:
+def _write_function(program: Program, answer: Answer) -> str:
     listing, reads = list_answer(program, answer, _NOTATION, stacked=True)
-    lines = [f"function {answer.quantity.name}({', '.join(_arguments(answer))}) {{"]
+    lines = [f"function {answer.quantity.name}({', '.join(_list_arguments(answer))}) {{"]
     for read in reads:
         if read.array != "t":
             entry = f"{read.array}[{read.place}]"
@@ -107,7 +109,7 @@ def _function(program: Program, answer: Answer) -> str:
     return "\n".join([*lines, "  return out;", "}"])
 
 
-def _test(program: Program, cases: Cases) -> str:
+def _write_test(program: Program, cases: Cases) -> str:
     inputs = {**cases.inputs, "y": np.hstack([cases.inputs["q"], cases.inputs["v"]])}
     inputs["t"] = inputs["t"][:, 0]
     lines = [
@@ -125,7 +127,7 @@ def _test(program: Program, cases: Cases) -> str:
     for answer in program.answers:
         name = answer.quantity.name
         tables = {
-            "takes": _arguments(answer),
+            "takes": _list_arguments(answer),
             "expected": cases.expected[name].tolist(),
             "weight": cases.weights[name].tolist(),
             "allowed": cases.allowed[name].tolist(),

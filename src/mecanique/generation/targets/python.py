@@ -68,12 +68,12 @@ class Python:
         values = {letter.name: letter.value for letter in program.parameters}
         lines += [f"PARAMETERS = {pprint.pformat(values, sort_dicts=False)}", "", "", _HELPERS]
         for answer in program.answers:
-            lines += ["", "", *_function(program, answer)]
+            lines += ["", "", *_write_function(program, answer)]
         return {f"{program.name}.py": "\n".join([*lines, ""])}
 
     def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
         """Return the test with its table."""
-        return {f"test_{program.name}.py": _test(program, cases, self.package)}
+        return {f"test_{program.name}.py": _write_test(program, cases, self.package)}
 
     def commands(self, program: Program, directory: Path) -> list[list[str]]:
         """Return the command that runs the test."""
@@ -106,7 +106,7 @@ def quote(line: str) -> str:
     return line.replace("\\", "\\\\").replace('"' * 3, "'" * 3)
 
 
-def _function(program: Program, answer: Answer) -> list[str]:
+def _write_function(program: Program, answer: Answer) -> list[str]:
     quantity = answer.quantity
     listing, reads = list_answer(program, answer, _NOTATION)
     arguments = [f"{kind}=None" if kind == "tau" else kind for kind in quantity.takes]
@@ -141,7 +141,7 @@ def _stack(entries, shape, *given):
 '''.strip("\n")
 
 
-def _test(program: Program, cases: Cases, package: str) -> str:
+def _write_test(program: Program, cases: Cases, package: str) -> str:
     return write_test(program, cases, _DOUBLE if package == "jax" else (), _COMPARE)
 
 
@@ -169,12 +169,12 @@ def write_test(
         "",
         *first,
         f'HERE = pathlib.Path(__file__).with_name("{file}")',
-        *_tables(program, cases),
+        *_write_tables(program, cases),
     ]
     return "\n".join([*lines, compare])
 
 
-def _tables(program: Program, cases: Cases) -> list[str]:
+def _write_tables(program: Program, cases: Cases) -> list[str]:
     takes = {answer.quantity.name: [*answer.quantity.takes, "p"] for answer in program.answers}
     named = {
         "INPUTS": cases.inputs,

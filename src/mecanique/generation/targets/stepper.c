@@ -1,51 +1,51 @@
 /*
- * One motion, or many, by the method of order 8(5,3) of Dormand and Prince (E. Hairer, S. P.
- * Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993, sect. II.5 and II.10); after
- * each step the state is brought back onto the loops.
+ * Integrate one motion, or many, by the method of order 8(5,3) of Dormand and Prince (E. Hairer,
+ * S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993, sect. II.5 and II.10);
+ * after each step the state is projected on the loops.
  *
- * What stands above this text: NQ and NV, the numbers of coordinates and velocities, and N, their
- * sum; LOOPS, whether there are any; BALLS quaternions, at ball[] in q; STAGES and the coefficients
- * A, B, C, E3, E5; plain[], the unit of each velocity; and the program:
+ * Defined above this text: NQ and NV, the numbers of coordinates and velocities, and N, their sum;
+ * LOOPS, whether there are any; BALLS, the number of quaternions, at ball[] in q; STAGES and the
+ * coefficients A, B, C, E3, E5; plain[], the natural unit of each velocity; and the program:
  *   rates      the rates of q and v
- *   landing    the changes of q and v that bring a state next to the loops onto them
- *   firmness   how firmly the loops hold, zero in a singular position
- * Names for others begin with mecanique_: a common one may be that of another library's function.
+ *   landing    the changes of q and v that project a nearby state on the loops
+ *   firmness   measure of regularity of the loops, zero in a singular position
+ * Exported names begin with mecanique_, to differ from those of other libraries.
  */
 enum { END, ROOM, NEAR, SMALL, MANY, STIFF, OFF };
 
 typedef struct {
-    double t, end;          /* time, and until when [s] */
+    double t, end;          /* present and final time [s] */
     double h;               /* length of the next step; 0 at the start [s] */
     double before;          /* error of the last step */
     double rtol, atol;      /* tolerances of a step */
     double max_step;        /* the longest step [s] */
-    double near;            /* stop so far from a singular position, in plain units */
+    double near;            /* distance from a singular position to stop at, in natural units */
     long most, steps, evaluations, at_limit, below;
 } Motion;
 
 typedef struct {
-    long room, noted;       /* how many steps may be noted, and are */
-    double *t, *y, *dy;     /* their times, states and rates; NULL if none is wanted */
+    long room, noted;       /* largest and present number of noted steps */
+    double *t, *y, *dy;     /* their times, states and rates; NULL to note none */
 } Notes;
 
 typedef struct {
-    long number, done;      /* how many samples there are, and are done */
-    const double *times;    /* when [s] */
+    long number, done;      /* number of samples, and of those that are done */
+    const double *times;    /* their times [s] */
     double *states;
 } Samples;
 
 typedef struct {
     long count, width;      /* numbers of runs, and of the parameters of each */
     const double *starts, *parameters;
-    Samples samples;        /* of each run one after the other */
+    Samples samples;        /* samples of the runs, one run after the other */
     long *steps;
-    int *ended;             /* why each ended */
+    int *ended;             /* the reason why each ended */
 } Runs;
 
 static const double DAMPING = 0.04, EXPONENT = 0.125 - 0.2 * 0.04;
 static const double PROBE = 1e-4, LEAST_FIRM = 0.01, UNSTABLE = 6.1;
 
-/* Bring a state onto the loops and its quaternions to unit length; return whether that is done. */
+/* Project a state on the loops and normalize its quaternions; return whether that succeeded. */
 static int land(double t, double *y, const double *p)
 {
     for (int k = 0; k < BALLS; k++) {
@@ -64,7 +64,7 @@ static int land(double t, double *y, const double *p)
             most = fmax(most, fabs(y[i]));
         }
         if (size <= 4e-16 * most || size > 0.5 * last) {
-            /* rounding is left; the velocities suit the positions as they are */
+            /* only rounding is left; the velocities are consistent with these positions */
             for (int i = NQ; i < N; i++) y[i] += change[i];
             return size <= 1e-12 * most;
         }
@@ -74,7 +74,7 @@ static int land(double t, double *y, const double *p)
     return 0;
 }
 
-/* How far a singular position is along the motion, to first order, in plain units. */
+/* Estimate the distance to a singular position along the motion, in natural units. */
 static double distance_along(double t, const double *y, const double *p, double *speed)
 {
     *speed = 0.0;
@@ -96,7 +96,7 @@ double mecanique_distance(double t, const double *y, const double *p, double *sp
     return distance_along(t, y, p, speed);
 }
 
-/* Take a step of length h from y, whose rates are k[0]; next is the last stage's state first. */
+/* Take a step of length h from y with the rates k[0]; next is at first the last stage's state. */
 static void step(double t, const double *y, const double *p, double h, double k[][N], double *last,
                  double *next)
 {
@@ -112,7 +112,7 @@ static void step(double t, const double *y, const double *p, double h, double k[
     }
 }
 
-/* The error of a step, one at the tolerance. */
+/* Return the error of a step, relative to the tolerance. */
 static double error_of(const Motion *m, const double *y, const double *next, double h,
                        double k[][N])
 {
@@ -131,7 +131,7 @@ static double error_of(const Motion *m, const double *y, const double *next, dou
     return whole > 0.0 ? fabs(h) * fifth / sqrt(whole * N) : whole;
 }
 
-/* Whether stability rather than accuracy holds the steps short (Hairer et al., DOP853). */
+/* Return whether stability rather than accuracy limits the steps (Hairer et al., DOP853). */
 static int is_stiff(Motion *m, double h, const double *last, const double *next, const double *rate,
                     const double *new_rate)
 {
@@ -149,7 +149,7 @@ static int is_stiff(Motion *m, double h, const double *last, const double *next,
     return m->at_limit >= 15;
 }
 
-/* A first step from the sizes of the state and its rates (Hairer et al., sect. II.4). */
+/* Return a first step from the sizes of the state and its rates (Hairer et al., sect. II.4). */
 static double first_step(const Motion *m, const double *y, const double *dy)
 {
     double size = 0.0, rate = 0.0;
@@ -162,8 +162,8 @@ static double first_step(const Motion *m, const double *y, const double *dy)
 }
 
 /*
- * Integrate until the end, or until there is a reason to stop; return which. Steps are noted, and
- * samples taken.
+ * Integrate until the end, or until there is a reason to stop, and return the reason. Steps are
+ * noted, and samples taken.
  */
 static int march(Motion *m, const double *p, double *y, Notes *notes, Samples *samples)
 {
@@ -235,7 +235,7 @@ int mecanique_advance(Motion *m, const double *p, double *y, Notes *notes, Sampl
     return march(m, p, y, notes, samples);
 }
 
-/* Integrate many motions, each from its start and with its parameters. */
+/* Integrate many motions, each from its own start and with its own parameters. */
 void mecanique_advance_many(const Motion *same, const Runs *runs)
 {
     for (long run = 0; run < runs->count; run++) {

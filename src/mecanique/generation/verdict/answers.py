@@ -65,16 +65,16 @@ def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) 
             moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
             return np.stack([np.asarray(reference.jacobian(body, q, t)) for body in moved], axis=1)
         case "reactions":
-            return _reactions(reference, states)
+            return _compute_reactions(reference, states)
         case "closure":
             residual = np.asarray(reference.constraint_residual(q, t))
-            return np.hstack([residual, _rates_of_gaps(reference, states)])
+            return np.hstack([residual, _compute_gap_rates(reference, states)])
         case "multipliers":
-            return _multipliers(reference, states, tau)
+            return _compute_multipliers(reference, states, tau)
     raise InputError(f"{name!r} cannot be compared with Pinocchio")
 
 
-def _reactions(reference: Reference, states: States) -> np.ndarray:
+def _compute_reactions(reference: Reference, states: States) -> np.ndarray:
     """Return the wrenches of joints on their children, then of loops, (n, joints and loops, 6).
 
     Raises:
@@ -91,7 +91,7 @@ def _reactions(reference: Reference, states: States) -> np.ndarray:
     return np.stack(rows, axis=1)
 
 
-def _rates_of_gaps(reference: Reference, states: States) -> np.ndarray:
+def _compute_gap_rates(reference: Reference, states: States) -> np.ndarray:
     """Return Φ', or ψ for rows that restrict velocities only, shape (n, m)."""
     assert reference.closed is not None, "the mechanism has loops"
     found = []
@@ -123,7 +123,7 @@ def unit_of(name: str, answer: np.ndarray, d: np.ndarray, mass: float) -> Any:
     return np.ones((len(d), int(np.prod(answer.shape[1:]))))
 
 
-def _multipliers(reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
+def _compute_multipliers(reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
     """Return λ from M a + bias − forces − τ = Jᵀ λ."""
     J = np.asarray(reference.constraint_jacobian(states.q, states.t))
     a = answer_of("acceleration", reference, states, tau)

@@ -61,8 +61,8 @@ def cases_of(program: Program, samples: int, seed: int) -> Cases:
         MecaniqueError: if Pinocchio cannot treat the mechanism.
     """
     parts = [
-        _cases(program, mechanism, number, seed + k)
-        for k, (mechanism, number) in enumerate(_variations(program, samples, seed))
+        _compute_cases(program, mechanism, number, seed + k)
+        for k, (mechanism, number) in enumerate(_vary(program, samples, seed))
     ]
     return reduce(Cases.join, parts)
 
@@ -79,7 +79,7 @@ def count_varied(program: Program, cases: Cases) -> int:
     return int(np.count_nonzero(~same.all(axis=1)))
 
 
-def _variations(program: Program, samples: int, seed: int) -> Iterator[tuple[Mechanism, int]]:
+def _vary(program: Program, samples: int, seed: int) -> Iterator[tuple[Mechanism, int]]:
     """Yield the mechanism, then variants of its parameters, each with its number of states."""
     mechanism = program.mechanism
     symbols = [p.name for p in program.parameters if p.name in mechanism.values]
@@ -103,9 +103,9 @@ def _variations(program: Program, samples: int, seed: int) -> Iterator[tuple[Mec
         yield other, number
 
 
-def _cases(program: Program, mechanism: Mechanism, samples: int, seed: int) -> Cases:
+def _compute_cases(program: Program, mechanism: Mechanism, samples: int, seed: int) -> Cases:
     reference = Reference.of(mechanism)
-    states = _regular_states(reference, samples, seed)
+    states = _draw_regular(reference, samples, seed)
     samples = len(states)
     random = np.random.default_rng(seed)
     q, v, t = states.q, states.v, states.t
@@ -140,7 +140,7 @@ def _cases(program: Program, mechanism: Mechanism, samples: int, seed: int) -> C
             values = answer_of(name, reference, states, tau)
             unit = unit_of(name, values, d, mass)
         values = values.reshape(samples, -1)
-        size = _sizes(name, np.abs(values * unit), mass)
+        size = _find_sizes(name, np.abs(values * unit), mass)
         expected[name] = values
         weights[name] = unit / size
         rounded = excused.get(ROUNDED.get(base, base), np.zeros(samples)) / size.min(axis=1)
@@ -152,7 +152,7 @@ def _cases(program: Program, mechanism: Mechanism, samples: int, seed: int) -> C
     return Cases(inputs, expected, weights, allowed)
 
 
-def _regular_states(reference: Reference, samples: int, seed: int) -> States:
+def _draw_regular(reference: Reference, samples: int, seed: int) -> States:
     """Return random states; for a closed mechanism only those where its constraints keep rank."""
     mechanism = reference.mechanism
     states = random_states(mechanism, samples, seed)
@@ -177,7 +177,7 @@ def _regular_states(reference: Reference, samples: int, seed: int) -> States:
     )
 
 
-def _sizes(name: str, sizes: np.ndarray, mass: float) -> np.ndarray:
+def _find_sizes(name: str, sizes: np.ndarray, mass: float) -> np.ndarray:
     """Return the sizes with which differences are compared, shape (n, 1), for energies (n, 2)."""
     least = mass ** _LEAST.get(name, 0.5)
     if name != "energy":

@@ -41,7 +41,7 @@ def differences(
     """
     columns: list[np.ndarray] = []
     compared: list[float] = []
-    for move, scale in _moves(quantity.by, program, reference, states, tau):
+    for move, scale in _list_moves(quantity.by, program, reference, states, tau):
         total: np.ndarray | float = 0.0
         for steps, weight in _STENCIL if scale else ((0, 0.0),):
             moved, other, torques = move(steps * _STEP * scale)
@@ -54,7 +54,7 @@ def differences(
 _Move = Callable[[float], tuple[Reference, States, np.ndarray]]
 
 
-def _moves(
+def _list_moves(
     by: str, program: Program, reference: Reference, states: States, tau: np.ndarray
 ) -> list[tuple[_Move, float]]:
     """Return the displacement along each direction, with its scale, which is zero for a signal."""

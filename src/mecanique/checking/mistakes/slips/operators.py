@@ -31,7 +31,7 @@ def mistake_operator(right: RightEquations) -> Iterator[Hypothesis]:
         terms = [entry.ddt() * rate for entry, rate in zip(entries, v, strict=True)]
         rows.append((k, ring.sum(terms)))
     changing = np.stack([right.value(series) for _, series in rows], axis=-1)
-    squares = _of_velocities(right, derivation.h, names)
+    squares = _collect_quadratic(right, derivation.h, names)
     slopes = changing - squares
     text = "a rate is treated as constant: d/dt of the momentum lacks {}"
     for k, series in rows:
@@ -53,7 +53,7 @@ def mistake_operator(right: RightEquations) -> Iterator[Hypothesis]:
     yield Hypothesis("missing", what, 1.3, M, rest + slopes)
 
 
-def _of_velocities(right: RightEquations, h: Sequence[Series], names: Sequence[str]) -> Array:
+def _collect_quadratic(right: RightEquations, h: Sequence[Series], names: Sequence[str]) -> Array:
     """Return the terms of second degree in the velocities, shape (n, nv)."""
     found = []
     for series in h:

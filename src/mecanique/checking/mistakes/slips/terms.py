@@ -97,7 +97,7 @@ def _list_terms(right: RightEquations) -> Iterator[_Term]:
     for row, (h, Q) in enumerate(zip(derivation.h, derivation.Q, strict=True)):
         groups = group_by_velocities(h, velocities)
         for powers, group in groups.items():
-            name = _name_of(powers)
+            name = _name(powers)
             yield _Term(row, group, -1, name, 1.0)
             for part in _split(group):
                 yield _Term(row, part, -1, name, 2.0)
@@ -158,7 +158,7 @@ def _term(series: Series, trig: int, monomial: int, c: Fraction) -> Series:
     return Series(series.ring, {trig: {monomial: c.numerator}}, c.denominator, series.reach)
 
 
-def _name_of(powers: Sequence[int]) -> str:
+def _name(powers: Sequence[int]) -> str:
     """Return a textbook's name for terms with these powers of the velocities."""
     if sum(powers) == 2:
         return "the centripetal term" if 2 in powers else "the Coriolis term"

@@ -181,7 +181,8 @@ class Reduced:
             if joint.quaternion and joint.linear_velocities:
                 # the components of the velocity are in axes that turn with the body
                 at = [self._mechanism.velocities.index(name) for name in joint.velocities]
-                found[:, at[:3]] -= np.cross(states.v[:, at[3:]], states.v[:, at[:3]])
+                v, omega = states.v[:, at[:3]], states.v[:, at[3:]]
+                found[:, at[:3]] -= np.cross(omega, v)
         return found
 
     def _operator(
@@ -230,7 +231,9 @@ class Reduced:
             if name in self._plain:
                 c[self._plain[name], 0, 0] = q
         for k, at in enumerate(free):
-            c[at, 1, 0], c[at, 2, 0], c[at, 0, 1 + k] = states.v[:, at], a[:, k] / 2, 1.0
+            c[at, 1, 0] = states.v[:, at]
+            c[at, 2, 0] = a[:, k] / 2
+            c[at, 0, 1 + k] = 1.0
         c[dependent, 1, 0] = states.v[:, dependent].T
         units = self._closure.units
         x = [Jet(path) for path in c]

@@ -47,7 +47,7 @@ def find_redundancy(mechanism: Mechanism) -> Redundancy:
     held = Held(mechanism)
     rows, shared = set(range(len(held.names))), set(range(len(held.names)))
     found = False
-    for q in _positions(mechanism, held):
+    for q in _find_positions(mechanism, held):
         found = True
         J = _rows(mechanism, held, q)
         rank = [_rank(J[:k]) for k in range(len(J) + 1)]
@@ -58,14 +58,14 @@ def find_redundancy(mechanism: Mechanism) -> Redundancy:
         shared &= set(np.flatnonzero((np.abs(left) > _RANK).any(axis=1)).tolist())
     if not found or not rows:
         return Redundancy((), ())
-    return Redundancy(_names(held, rows), _names(held, shared))
+    return Redundancy(_select_names(held, rows), _select_names(held, shared))
 
 
-def _names(held: Held, rows: set[int]) -> tuple[str, ...]:
+def _select_names(held: Held, rows: set[int]) -> tuple[str, ...]:
     return tuple(held.names[k] for k in sorted(rows))
 
 
-def _positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
+def _find_positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
     """Yield positions that satisfy the constraints, near random ones; quaternions are not moved.
 
     All are sought at once, and those found with the fewest iterations come first.
@@ -78,7 +78,7 @@ def _positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
     q = draw_positions(mechanism, _POSITIONS, random, 3 * characteristic_length(mechanism))
     for _ in range(_STEPS):
         with np.errstate(all="ignore"):
-            at = held.at(_still(mechanism, q))
+            at = held.at(_rest_at(mechanism, q))
         gaps = at.residual / held.row_units.units
         J = at.jacobian[:, :, columns] * units / held.row_units.units[:, None]
         finite = np.isfinite(gaps).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
@@ -95,12 +95,12 @@ def _positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
 
 def _rows(mechanism: Mechanism, held: Held, q: np.ndarray) -> np.ndarray:
     """Return the rows of J, normalized in natural units, shape (m, nv)."""
-    J = held.at(_still(mechanism, q[None])).jacobian[0] * velocity_scales(mechanism)
+    J = held.at(_rest_at(mechanism, q[None])).jacobian[0] * velocity_scales(mechanism)
     size = np.linalg.norm(J, axis=1, keepdims=True)
     return np.asarray(J / np.where(size > 0, size, 1.0))
 
 
-def _still(mechanism: Mechanism, q: np.ndarray) -> States:
+def _rest_at(mechanism: Mechanism, q: np.ndarray) -> States:
     """Return the states of rest in positions, which may lie beyond limits during iterations."""
     rest = np.zeros((len(q), mechanism.nv))
     return States(mechanism, q, rest, np.zeros(len(q)), rest)

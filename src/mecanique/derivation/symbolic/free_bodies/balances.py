@@ -67,7 +67,7 @@ class FreeBodies:
         self._held = {name for guide in every for name in guide.coordinates}
         self.guiding = Guiding(self.cuts)
         free = {cut.body: self._free(cut) for cut in self.cuts.bodies}
-        self.demands = demands(self.cuts, _missing, None if mechanism.elements else free)
+        self.demands = demands(self.cuts, _need, None if mechanism.elements else free)
         """The wrench that each joint must transmit to its child, by name of the child."""
         self.unknowns: dict[str, str] = dict(self.guiding.meanings)
         """The meaning of each reaction, by its name."""
@@ -99,7 +99,9 @@ class FreeBodies:
         own = {"force": nothing.copy(), "moment": nothing.copy()}
         sums = {"force": [zero(ring)], "moment": [zero(ring)]}
         for d in cut.axes.directions:
-            loose = [rate for rate in free if rate.kind == d.kind and _parallel(d.row, rate.axis)]
+            loose = [
+                rate for rate in free if rate.kind == d.kind and _is_parallel(d.row, rate.axis)
+            ]
             if loose:  # along this direction the joint transmits only the force of its rotor
                 sums[d.kind] += [rate.axis * -rate.rotor for rate in loose]
                 continue
@@ -163,7 +165,7 @@ class FreeBodies:
 
     def resultant(self, cut: Cut) -> Vector:
         """Return the resultant force on a body with named reactions, in its carrier's axes."""
-        back = [wrench.force for _, wrench in self._behind(cut)]
+        back = [wrench.force for _, wrench in self._collect_behind(cut)]
         held = self.guiding.on(cut).force
         return total([cut.weight, cut.loads().force, held, self.symbols[cut.body].force, *back])
 
@@ -192,18 +194,18 @@ class FreeBodies:
 
     def turning(self, cut: Cut) -> Vector:
         """Return the rate of angular momentum about the fixed point, or else the center of mass."""
-        return total([cut.turning, cross(_back(cut), cut.push)])
+        return total([cut.turning, cross(_lead_back(cut), cut.push)])
 
     def moment(self, cut: Cut) -> Vector:
         """Return the resultant moment about the fixed point, or else the center of mass."""
         moments = [cut.weight_moment, cut.loads().moment, self.symbols[cut.body].moment]
         moments.append(self.guiding.on(cut).moment)
-        moments.append(cross(_back(cut), self.resultant(cut)))
-        for place, wrench in self._behind(cut):
+        moments.append(cross(_lead_back(cut), self.resultant(cut)))
+        for place, wrench in self._collect_behind(cut):
             moments += [wrench.moment, cross(place, wrench.force)]
         return total(moments)
 
-    def _behind(self, cut: Cut) -> list[tuple[Vector, Wrench]]:
+    def _collect_behind(self, cut: Cut) -> list[tuple[Vector, Wrench]]:
         """Return the position of each joint that a body carries, and its wrench on the body."""
         found = []
         for other in self.cuts.bodies:
@@ -230,16 +232,16 @@ def needs(cut: Cut) -> Wrench:
     return Wrench(cut.push - cut.weight, cut.turning - cut.weight_moment).tidy()
 
 
-def _missing(cut: Cut) -> Wrench:
+def _need(cut: Cut) -> Wrench:
     """Return the wrench that a body needs in addition to its loads."""
     return needs(cut) - cut.loads()
 
 
-def _back(cut: Cut) -> Vector:
+def _lead_back(cut: Cut) -> Vector:
     """Return the vector from the reference point of moments to the origin of the body's frame."""
     return zero(cut.mass.ring) if cut.fixed else -cut.center
 
 
-def _parallel(row: Sequence[Any], axis: Vector) -> bool:
+def _is_parallel(row: Sequence[Any], axis: Vector) -> bool:
     """Whether a direction is an axis or its opposite."""
     return lift(axis.x.ring, row) in (axis, -axis)

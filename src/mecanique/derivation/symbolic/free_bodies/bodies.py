@@ -108,16 +108,16 @@ class Cuts:
         self.lengths: dict[str, Series] = {}
         self._applied: dict[str, list[Applied]] = {}
         for force in self.algebra.mechanism.forces:
-            for body, one in self._of(force):
+            for body, one in self._apply(force):
                 self._applied.setdefault(body, []).append(one)
         self.touches = touches(kinematics)
         for touch in self.touches:
             self.assumptions += touch.assumptions
-            for body, one in self._in_contact(touch):
+            for body, one in self._apply_contact(touch):
                 self._applied.setdefault(body, []).append(one)
         self.closings = closings(kinematics)
         for closing in self.closings:
-            for body, one in self._in_loop(closing):
+            for body, one in self._apply_loop(closing):
                 self._applied.setdefault(body, []).append(one)
         normal = normal_of(kinematics)
         self.planar = normal is not None and any(link.kind == "turn" for link in kinematics.tree)
@@ -126,14 +126,14 @@ class Cuts:
             for joint in self.algebra.mechanism.tree
         )
 
-    def _in_contact(self, touch: Touch) -> Iterator[tuple[str, Applied]]:
+    def _apply_contact(self, touch: Touch) -> Iterator[tuple[str, Applied]]:
         """Yield the unknown force of a contact on one body, and its opposite on the other."""
         contact, wrench = touch.contact, Wrench(touch.force, zero(self.algebra.ring))
         for body, sign in ((contact.body, 1), (contact.on, -1)):
             if self.kinematics.place[body] >= 0:
                 yield body, self._tie(contact.name, body, touch.place, wrench, sign)
 
-    def _in_loop(self, closing: Closing) -> Iterator[tuple[str, Applied]]:
+    def _apply_loop(self, closing: Closing) -> Iterator[tuple[str, Applied]]:
         """Yield the unknown force of a loop on one body, and its opposite on the other."""
         loop, wrench = closing.loop, closing.wrench
         ends = (loop.body_b, closing.on_b, 1), (loop.body_a, closing.on_a, -1)
@@ -235,27 +235,27 @@ class Cuts:
             outer.append([self.algebra.lift(combination(KJ, rate[:3])) for rate in Kd])
         return Vector(*(outer[i][k] - outer[k][i] for i, k in ((1, 2), (2, 0), (0, 1))))
 
-    def _of(self, force: AnyForce) -> Iterator[tuple[str, Applied]]:
+    def _apply(self, force: AnyForce) -> Iterator[tuple[str, Applied]]:
         """Yield the action of a force on each body that can move."""
         match force:
             case LineLoad():
-                yield from self._along_line(force)
+                yield from self._apply_line(force)
             case JointLoad():
-                yield from self._in_joint(force)
+                yield from self._apply_joint(force)
             case BodyLoad():
                 wrench = force.wrench
                 if self.kinematics.place[wrench.body] >= 0:
                     parts = (
                         self._components(wrench, given) for given in (wrench.force, wrench.torque)
                     )
-                    yield wrench.body, self._at(force.name, wrench.body, wrench.point, *parts)
+                    yield wrench.body, self._apply_at(force.name, wrench.body, wrench.point, *parts)
 
     def _components(self, wrench: WrenchOnBody, given: Sequence[Scalar] | None) -> Vector:
         if given is None:
             return zero(self.algebra.ring)
         return self.kinematics.vector(given, wrench.axes, wrench.body)
 
-    def _at(
+    def _apply_at(
         self, name: str, body: str, point: Sequence[Scalar], force: Vector, moment: Vector
     ) -> Applied:
         kinematics, algebra = self.kinematics, self.algebra
@@ -264,7 +264,7 @@ class Cuts:
         arm = lift(algebra.ring, [combination(row, here) for row in turn]).tidy()
         return Applied(name, force, moment, arm, kinematics.velocity(body, point))
 
-    def _along_line(self, force: LineLoad) -> Iterator[tuple[str, Applied]]:
+    def _apply_line(self, force: LineLoad) -> Iterator[tuple[str, Applied]]:
         """Yield a force on both its ends, along the line between them."""
         kinematics, algebra = self.kinematics, self.algebra
         span = Span(kinematics, force)
@@ -279,9 +279,9 @@ class Cuts:
             body = end.body
             if kinematics.place[body] >= 0:
                 F = kinematics.between(pull * sign, -1, kinematics.carrier(body)).tidy()
-                yield body, self._at(force.name, body, end.point, F, zero(algebra.ring))
+                yield body, self._apply_at(force.name, body, end.point, F, zero(algebra.ring))
 
-    def _in_joint(self, force: JointLoad) -> Iterator[tuple[str, Applied]]:
+    def _apply_joint(self, force: JointLoad) -> Iterator[tuple[str, Applied]]:
         """Yield a joint's force on child and parent, along or about its axis."""
         kinematics, algebra = self.kinematics, self.algebra
         joint = algebra.mechanism.joint(force.joint)
@@ -295,7 +295,7 @@ class Cuts:
         F, nothing = (e * size).tidy(), zero(algebra.ring)
         wrench = Wrench(F, nothing) if link.kind == "slide" else Wrench(nothing, F)
         child, parent = joint.child, joint.parent
-        yield child, self._at(force.name, child, ORIGIN, wrench.force, wrench.moment)
+        yield child, self._apply_at(force.name, child, ORIGIN, wrench.force, wrench.moment)
         if kinematics.place[parent] >= 0:
             back = -self.carried_wrench(wrench, child, parent)
             arm = self.between_seats(parent, child)

@@ -52,7 +52,7 @@ def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
     """
     algebra, kinematics = cuts.algebra, cuts.kinematics
     shapes = algebra.mechanism.body(cut.body).shapes
-    if len(shapes) != 1 or (rod := _rod(cuts, shapes[0])) is None:
+    if len(shapes) != 1 or (rod := _find_rod(cuts, shapes[0])) is None:
         return None
     length, direction, center = rod
     taken = {*algebra.values, *algebra.mechanism.coordinates}
@@ -66,9 +66,9 @@ def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
     density = (along(cut.axes.rows, a) * -(cut.mass / length)).tidy()
     resultants, points = [], []
     for component in density:
-        force, moment = (_integral(component, name, length, order) for order in (0, 1))
+        force, moment = (_integrate(component, name, length, order) for order in (0, 1))
         resultants.append(force)
-        points.append(_quotient(moment, force))
+        points.append(_divide(moment, force))
     turn = kinematics.turn(kinematics.place[cut.body])
     away = lift(algebra.ring, [combination(row, direction) for row in turn]).tidy()
     return Distribution(
@@ -81,7 +81,7 @@ def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
     )
 
 
-def _rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | None:
+def _find_rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | None:
     """Return length, direction away from the joint and center of a slender rod, None for others."""
     algebra = cuts.algebra
     if len(shape.visuals) != 1 or not isinstance(cylinder := shape.visuals[0].geometry, Cylinder):
@@ -104,7 +104,7 @@ def _rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | N
     return length, direction, [algebra.series(component) for component in shape.center]
 
 
-def _integral(density: Series, name: str, length: Series, order: int) -> Series:
+def _integrate(density: Series, name: str, length: Series, order: int) -> Series:
     """Return ∫ s^order f(s) ds from 0 to the length, for a polynomial f."""
     ring = density.ring
     terms: Sequence[Any] = [
@@ -114,7 +114,7 @@ def _integral(density: Series, name: str, length: Series, order: int) -> Series:
     return tidy(ring.sum(list(terms)))
 
 
-def _quotient(moment: Series, force: Series) -> Series | None:
+def _divide(moment: Series, force: Series) -> Series | None:
     """Return moment/force if it is the same in any state, a product of parameters; else None."""
     if not force or not moment:
         return None

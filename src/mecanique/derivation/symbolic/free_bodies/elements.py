@@ -37,8 +37,8 @@ class Guiding:
         self._cuts = cuts
         self._algebra = cuts.algebra
         mechanism, ring = self._algebra.mechanism, self._algebra.ring
-        self.names = _names(mechanism)
-        self.meanings = dict(zip(self.names, _meanings(mechanism), strict=True))
+        self.names = _list_names(mechanism)
+        self.meanings = dict(zip(self.names, _list_meanings(mechanism), strict=True))
         """The meaning of each unknown, by its name."""
         self.symbols = [ring.unknown(name, Kind.REACTION) for name in self.names]
         self._units = unit_forces(mechanism, self._ground()) if mechanism.elements else []
@@ -144,7 +144,7 @@ class Guiding:
         # take the shortest equations that determine the forces
         rows.sort(key=lambda each: sum(map(len, (*each[0], each[1]))))
         for chosen in combinations(rows, count):
-            determinant = tidy(_determinant([row for row, _ in chosen]))
+            determinant = tidy(_expand([row for row, _ in chosen]))
             if not determinant.vanishes():
                 break
         else:
@@ -152,7 +152,7 @@ class Guiding:
         forces = []
         for k in range(count):
             swapped = [[*row[:k], known, *row[k + 1 :]] for row, known in chosen]
-            forces.append(tidy(tidy(_determinant(swapped)) / determinant))
+            forces.append(tidy(tidy(_expand(swapped)) / determinant))
         return forces
 
     def _wrench(self, cut: Cut, unit: UnitForce) -> Wrench:
@@ -173,7 +173,7 @@ class Guiding:
             scalar=algebra.series,
             root=algebra.root,
             wave=self._wave,
-            ratio=_ratio,
+            ratio=_divide,
         )
 
     def _wave(self, angle: Scalar) -> tuple[Series, Series]:
@@ -187,7 +187,7 @@ class Guiding:
         return algebra.series(cos(sympify(angle))), algebra.ring.number(1)
 
 
-def _ratio(a: Series, b: Series) -> Series:
+def _divide(a: Series, b: Series) -> Series:
     """Return a quotient, exact where it is 0 or ±1."""
     a, b = tidy(a), tidy(b)
     if not a or a in (b, -b):
@@ -196,19 +196,19 @@ def _ratio(a: Series, b: Series) -> Series:
     return tidy(a / b)
 
 
-def _determinant(rows: Sequence[Sequence[Series]]) -> Series:
+def _expand(rows: Sequence[Sequence[Series]]) -> Series:
     if len(rows) == 1:
         return rows[0][0]
     first, *rest = rows
     terms = []
     for k, entry in enumerate(first):
         if entry:
-            minor = _determinant([[*row[:k], *row[k + 1 :]] for row in rest])
+            minor = _expand([[*row[:k], *row[k + 1 :]] for row in rest])
             terms.append(entry * minor * (-1 if k % 2 else 1))
     return first[0].ring.sum(terms) if terms else first[0].ring.number(0)
 
 
-def _names(mechanism: Mechanism) -> list[str]:
+def _list_names(mechanism: Mechanism) -> list[str]:
     """Name the unknown forces."""
     found = []
     for element in mechanism.elements:
@@ -223,7 +223,7 @@ def _names(mechanism: Mechanism) -> list[str]:
     return found
 
 
-def _meanings(mechanism: Mechanism) -> list[str]:
+def _list_meanings(mechanism: Mechanism) -> list[str]:
     """Return the meanings of the unknown forces, with units."""
     found = []
     for element in mechanism.elements:

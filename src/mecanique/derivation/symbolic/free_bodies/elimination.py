@@ -84,13 +84,13 @@ def joint_rates(cuts: Cuts) -> tuple[JointRate, ...]:
     found: list[JointRate] = []
     for place, link in enumerate(cuts.kinematics.tree):
         if link.kind in ("turn", "slide"):
-            found.append(_axial(cuts, place, child[link.joint]))
+            found.append(_find_axial(cuts, place, child[link.joint]))
         elif link.kind in ("ball", "free"):
-            found += _quasi(cuts.algebra, link, child[link.joint])
+            found += _list_quasi(cuts.algebra, link, child[link.joint])
     return tuple(found)
 
 
-def _axial(cuts: Cuts, place: int, body: str) -> JointRate:
+def _find_axial(cuts: Cuts, place: int, body: str) -> JointRate:
     """Return the joint velocity of a hinge or a slide."""
     algebra, link = cuts.algebra, cuts.kinematics.tree[place]
     r = algebra.lift(algebra.values[link.coordinates[0]])
@@ -107,7 +107,7 @@ def _axial(cuts: Cuts, place: int, body: str) -> JointRate:
     )
 
 
-def _quasi(algebra: Algebra, link: Link, body: str) -> Iterator[JointRate]:
+def _list_quasi(algebra: Algebra, link: Link, body: str) -> Iterator[JointRate]:
     """Yield the quasi-velocities of a quaternion joint, along and about the child's own axes."""
     number = algebra.ring.number
     kinds = ("force",) * (len(link.velocities) - 3) + ("moment",) * 3

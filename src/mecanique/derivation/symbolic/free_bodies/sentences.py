@@ -73,15 +73,15 @@ def describe_reaction(cut: Cut, d: Direction, *, guided: bool) -> str:
     if d.kind == "moment":
         about = "in the positive sense of moments"
         if d.label:
-            about = f"about {d.label}{_whose(cut, d.label)}"
+            about = f"about {d.label}{_say_whose(cut, d.label)}"
         return f"moment {exerted}, {about} [N·m]"
-    where = f"along {d.label}{_whose(cut, d.label)}"
+    where = f"along {d.label}{_say_whose(cut, d.label)}"
     if d.sign < 0:
         where = f"towards {cut.joint.name}"
     return f"force {exerted}, {where} [N]"
 
 
-def _whose(cut: Cut, label: str) -> str:
+def _say_whose(cut: Cut, label: str) -> str:
     """Say whose axes x, y and z are, where the sentence about the axes does not."""
     return f" of {cut.axes.whose}" if label in ("x", "y", "z") else ""
 

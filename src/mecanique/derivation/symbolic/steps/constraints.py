@@ -45,8 +45,8 @@ def loop_stages(
                 " In a virtual displacement that opens it by δΦ its force λ does the work λ δΦ; "
                 "therefore λ ∂Φ/∂q is added to the generalized forces."
             )
-        found.append(Stage("Loops", sentence, _demands(loops)))
-        found += _moving_loops(loops)
+        found.append(Stage("Loops", sentence, _list_demands(loops)))
+        found += _differentiate_loops(loops)
     rolling = [tie for tie in ties if tie.of_velocities or tie.of_contact]
     if rolling:
         sentence = (
@@ -60,11 +60,11 @@ def loop_stages(
                 "which ψ is δψ the force λ does the work λ δψ; therefore λ ∂ψ/∂q' and λ ∂Φ/∂q are "
                 "added to the generalized forces."
             )
-        found.append(Stage("Constraints on velocities", sentence, _demands(rolling)))
+        found.append(Stage("Constraints on velocities", sentence, _list_demands(rolling)))
     return found
 
 
-def _moving_loops(loops: Sequence[Tie]) -> list[Stage]:
+def _differentiate_loops(loops: Sequence[Tie]) -> list[Stage]:
     """Return the step with the loops' constraints on velocities and accelerations, if short."""
     derived = [("'", tie, tie.demand.ddt()) for tie in loops]
     derived += [("''", tie, tie.second) for tie in loops]
@@ -116,5 +116,5 @@ def multiplier_stages(
     return [Stage("Multipliers", sentence, tuple(results))]
 
 
-def _demands(ties: Sequence[Tie]) -> tuple[Result, ...]:
+def _list_demands(ties: Sequence[Tie]) -> tuple[Result, ...]:
     return tuple(Result(Left(f"{tie.letter}_{tie.name}"), tie.demand) for tie in ties)

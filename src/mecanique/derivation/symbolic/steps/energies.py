@@ -109,18 +109,18 @@ def energy_integral(
     every = [T, V, *(tie.demand for tie in ties)]
     kinds = {g.kind for series in every for g in series.generators()}
     # a constraint in steady motion, like a turntable, does work
-    driven = any(tie.of_velocities and _orders(tie.demand) != {1} for tie in ties)
+    driven = any(tie.of_velocities and _find_orders(tie.demand) != {1} for tie in ties)
     if D or driven or kinds & given or any(work.kind == "work" for work in works):
         return []
     idle = "Nothing depends on time, no force but weights and springs does work" + (
         ", and the constraints do none" if ties else ""
     )
     potential = partial(_write_potential, gravity, works, V)
-    if _orders(T) <= {2}:
+    if _find_orders(T) <= {2}:
         sentence = f"{idle}: the total energy is constant along any motion."
         energy = Result(Left("E"), T + V, lambda: join((expression(T), potential())))
         return [Stage("Energy integral", sentence, (energy,))]
-    degrees, zero = _degrees(T), T.ring.number(0)
+    degrees, zero = _split_by_degree(T), T.ring.number(0)
     square, rest = degrees.get(2, zero), degrees.get(0, zero)
     sentence = (
         "L = T - V does not depend on time, but a drive maintains the prescribed motion and does "
@@ -136,7 +136,7 @@ def energy_integral(
     return [Stage("Jacobi's integral", sentence, (integral,))]
 
 
-def _orders(series: Series) -> set[int]:
+def _find_orders(series: Series) -> set[int]:
     """Return the degrees of a series' terms in the velocities."""
     moving = {g.index for g in series.ring.generators if g.kind is Kind.VELOCITY}
     found = set()
@@ -145,7 +145,7 @@ def _orders(series: Series) -> set[int]:
     return found
 
 
-def _degrees(series: Series) -> dict[int, Series]:
+def _split_by_degree(series: Series) -> dict[int, Series]:
     """Split a series into parts by their degree in the velocities."""
     ring = series.ring
     velocities = [g.name for g in ring.generators if g.kind is Kind.VELOCITY]

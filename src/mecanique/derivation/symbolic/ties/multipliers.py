@@ -87,7 +87,7 @@ def solve_multipliers(
             continue
         k = min(unknown, key=lambda k: (not is_constant(chosen.factors[k]), len(chosen.factors[k])))
         held.append((k, chosen))
-        balances = [_cross(each, chosen, k) for each in balances]
+        balances = [_eliminate(each, chosen, k) for each in balances]
     for k, balance in reversed(held):
         solved.append(_solve(ties, balance, k))
     return solved
@@ -102,7 +102,7 @@ def is_constant(entry: Series) -> bool:
 
 def divide_common(column: Sequence[Series]) -> list[Series]:
     """Divide series by the number and the parameters that all of them share."""
-    whole = [polynomial for entry in column for polynomial in _polynomials(entry)]
+    whole = [polynomial for entry in column for polynomial in _list_polynomials(entry)]
     if not whole:
         return list(column)
     shared = monomial_series(whole[0].ring, common_monomial(whole, {Kind.PARAMETER}))
@@ -110,7 +110,7 @@ def divide_common(column: Sequence[Series]) -> list[Series]:
     return [entry / divisor for entry in column]
 
 
-def _polynomials(entry: Series) -> list[Series]:
+def _list_polynomials(entry: Series) -> list[Series]:
     """Return the coefficients of the products of sines and cosines."""
     return [
         Series(entry.ring, {0: part}, entry.denominator, entry.reach)
@@ -135,7 +135,7 @@ def _solve(ties: Sequence[Tie], balance: _Balance, k: int) -> Solved:
     return Solved(ties[k].multiplier, factor, value)
 
 
-def _cross(balance: _Balance, other: _Balance, k: int) -> _Balance:
+def _eliminate(balance: _Balance, other: _Balance, k: int) -> _Balance:
     """Eliminate multiplier k from a balance by another that contains it."""
     mine, its = balance.factors[k], other.factors[k]
     if not mine:

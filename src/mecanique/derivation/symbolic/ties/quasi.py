@@ -50,7 +50,7 @@ def independent_displacements(
         for row in waiting:
             entries = [_dot(ring, row, column) for column in basis]
             met = [k for k, entry in enumerate(entries) if entry]
-            shorter = _without(ring, basis, entries, met) if met else basis
+            shorter = _satisfy(ring, basis, entries, met) if met else basis
             if shorter is not None:
                 waiting.remove(row)
                 basis = shorter
@@ -61,11 +61,13 @@ def independent_displacements(
                     "the constraints on velocities have no independent displacements in closed "
                     "form that hold everywhere; such equations are computed, not written out"
                 )
-            return _by_cramer(ring, basis, waiting)
+            return _solve_by_cramer(ring, basis, waiting)
     return basis
 
 
-def _by_cramer(ring: Basis, basis: list[Column], rows: Sequence[Sequence[Series]]) -> list[Column]:
+def _solve_by_cramer(
+    ring: Basis, basis: list[Column], rows: Sequence[Sequence[Series]]
+) -> list[Column]:
     """Return displacements that satisfy rows without constant entries, by Cramer's rule."""
     entries = [[*map(partial(_dot, ring, row), basis)] for row in rows]
     size = len(rows)
@@ -76,7 +78,7 @@ def _by_cramer(ring: Basis, basis: list[Column], rows: Sequence[Sequence[Series]
         )
     choices = []
     for places in combinations(range(len(basis)), size):
-        minor = _determinant(ring, _columns(entries, places))
+        minor = _expand(ring, _select(entries, places))
         if minor:
             choices.append((len(minor), places[::-1], places, minor))
     if not choices:
@@ -89,13 +91,13 @@ def _by_cramer(ring: Basis, basis: list[Column], rows: Sequence[Sequence[Series]
         column = [minor * x for x in basis[free]]
         for place, k in enumerate(held):
             swapped = (*held[:place], free, *held[place + 1 :])
-            share = _determinant(ring, _columns(entries, swapped))
+            share = _expand(ring, _select(entries, swapped))
             column = [a - share * b for a, b in zip(column, basis[k], strict=True)]
-        found.append(_positive(divide_common([tidy(entry) for entry in column])))
+        found.append(_make_positive(divide_common([tidy(entry) for entry in column])))
     return found
 
 
-def _determinant(ring: Basis, rows: Sequence[Sequence[Series]]) -> Series:
+def _expand(ring: Basis, rows: Sequence[Sequence[Series]]) -> Series:
     """Expand the determinant by the first row."""
     if not rows:
         return ring.number(1)
@@ -104,11 +106,11 @@ def _determinant(ring: Basis, rows: Sequence[Sequence[Series]]) -> Series:
     for k, entry in enumerate(first):
         if entry:
             rest = [i for i in range(len(first)) if i != k]
-            terms.append(entry * _determinant(ring, _columns(others, rest)) * (-1) ** k)
+            terms.append(entry * _expand(ring, _select(others, rest)) * (-1) ** k)
     return tidy(ring.sum(terms))
 
 
-def _columns(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[list[Series]]:
+def _select(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[list[Series]]:
     """Select entries of every row, in the given order."""
     found: list[list[Series]] = []
     for row in rows:
@@ -116,14 +118,14 @@ def _columns(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[li
     return found
 
 
-def _positive(column: Column) -> Column:
+def _make_positive(column: Column) -> Column:
     """Return the displacement with the sign that makes its first part positive."""
     first = next(entry for entry in column if entry)
     signs = [1 if c > 0 else -1 for _, _, c in first.terms()]
     return [-entry for entry in column] if sum(signs) < 0 else column
 
 
-def _without(
+def _satisfy(
     ring: Basis, basis: list[Column], entries: list[Series], met: list[int]
 ) -> list[Column] | None:
     """Return displacements that satisfy a row with these entries; None if a divisor may vanish."""
@@ -131,7 +133,7 @@ def _without(
     if single is not None:
         pivot = entries[single]
         return [
-            _minus(column, entries[k] / pivot, basis[single]) if k in met else column
+            _subtract(column, entries[k] / pivot, basis[single]) if k in met else column
             for k, column in enumerate(basis)
             if k != single
         ]
@@ -144,7 +146,7 @@ def _without(
         pairs = list(zip(basis[i], basis[k], strict=True))
         held = [tidy(c * a + s * b) for a, b in pairs]
         rest = [
-            _minus(column, entries[j] / size, held) if j in met else column
+            _subtract(column, entries[j] / size, held) if j in met else column
             for j, column in enumerate(basis)
         ]
         rest[i] = [tidy(s * a - c * b) for a, b in pairs]
@@ -156,7 +158,7 @@ def _dot(ring: Basis, row: Sequence[Series], column: Column) -> Series:
     return tidy(ring.sum([a * b for a, b in zip(row, column, strict=True) if a and b]))
 
 
-def _minus(column: Column, factor: Series, other: Column) -> Column:
+def _subtract(column: Column, factor: Series, other: Column) -> Column:
     if not factor:
         return column
     return [tidy(a - factor * b) for a, b in zip(column, other, strict=True)]

@@ -196,7 +196,7 @@ class Loads:
                 forces[row] += size
         if not self.act_on_bodies:
             return []
-        actions = [action for line in self._lines for action in _pulls(line)]
+        actions = [action for line in self._lines for action in _pull(line)]
         actions += [_push(load, numbers) for load in self._loads]
         self.external.set(actions)
         return actions
@@ -223,7 +223,7 @@ class Loads:
             t: time [s].
         """
         numbers = self._evaluate(q, v, t)
-        found: dict[str, Sequence[Action]] = {line.name: _pulls(line) for line in self._lines}
+        found: dict[str, Sequence[Action]] = {line.name: _pull(line) for line in self._lines}
         for load in self._loads:
             found[load.name] = [_push(load, numbers)._replace(point=load.site.position())]
         for term, (row, size) in zip(self._terms, self._sizes(values, u, numbers), strict=True):
@@ -336,7 +336,7 @@ class Loads:
         return _Line(force.name, a, b, *constants)
 
 
-def _pulls(line: _Line) -> tuple[Action, Action]:
+def _pull(line: _Line) -> tuple[Action, Action]:
     """Return the actions of a force on its two points; zero where they coincide."""
     xa, xb = line.a.position(), line.b.position()
     dx, dy, dz = xb[0] - xa[0], xb[1] - xa[1], xb[2] - xa[2]
@@ -352,7 +352,9 @@ def _pulls(line: _Line) -> tuple[Action, Action]:
             parting = dx * (vb[0] - va[0]) + dy * (vb[1] - va[1]) + dz * (vb[2] - va[2])
             tension += line.damping * parting / square
     fx, fy, fz = tension * dx, tension * dy, tension * dz
-    return Action(line.a, (fx, fy, fz), xa, _ZERO), Action(line.b, (-fx, -fy, -fz), xb, _ZERO)
+    on_a = Action(line.a, (fx, fy, fz), xa, _ZERO)
+    on_b = Action(line.b, (-fx, -fy, -fz), xb, _ZERO)
+    return on_a, on_b
 
 
 def _push(load: _Load, numbers: tuple[float, ...]) -> Action:

@@ -206,10 +206,10 @@ def close_velocity(
     if held is not None:
         free = np.where(held, 0.0, 1.0)
         J = jacobian * free
-        step = free * -_least_step(J, rates)
+        step = free * -_find_least_step(J, rates)
         if np.abs(J @ step + rates).max(initial=0.0) <= enough:
             return np.asarray(v + closed.closures.columns * step)
-    step = -_least_step(jacobian, rates)
+    step = -_find_least_step(jacobian, rates)
     return np.asarray(v + closed.closures.columns * step)
 
 
@@ -227,14 +227,16 @@ def project(
             directions that the constraints hardly restrain are then not corrected.
     """
     metric = closed.measure(closed.closures.at(q, v, t).jacobian)
-    least = partial(_least_step, most=closed.most, drifted=drifted)
+    least = partial(_find_least_step, most=closed.most, drifted=drifted)
     landing = newton(closed, q, v, t, metric, least, stagnant=0.5, sweeps=_SWEEPS)
     speed = 1 + float(np.abs(v / metric.units.columns).max(initial=0.0))
     turn = least(landing.jacobian, landing.rates / speed)
     return landing.q, v - metric.columns @ (speed * turn)
 
 
-def _least_step(J: Array, gaps: Array, most: int | None = None, *, drifted: bool = False) -> Array:
+def _find_least_step(
+    J: Array, gaps: Array, most: int | None = None, *, drifted: bool = False
+) -> Array:
     """Return the least x with J x = gaps, in the least-squares sense.
 
     After a drift, components longer than the distance to a singular position allows are left out.

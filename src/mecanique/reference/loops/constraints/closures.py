@@ -97,7 +97,7 @@ class Closures:
         self._engine = engine
         self._chart = chart
         self._loops = mechanism.loops
-        self._a, self._b = (_ends(pin, mechanism, engine, side) for side in "ab")
+        self._a, self._b = (_find_ends(pin, mechanism, engine, side) for side in "ab")
         carried = _velocities_that_carry(engine)
         self.contacts = ContactRows(mechanism, engine, carried)
         """The rows of rolling and blades, with their points of contact."""
@@ -210,7 +210,7 @@ class Closures:
         """
         parts = [self._of_loops(residual)] if self._loops else []
         if self.contacts.names:
-            parts.append(self._draw_back(*self.contacts.now(self._u)))
+            parts.append(self._project(*self.contacts.now(self._u)))
         if self._velocity_rows.names:
             parts.append(Closure(*self._velocity_rows.now(*self._state)))
         if len(parts) == 1:
@@ -280,7 +280,9 @@ class Closures:
                 force[k, at] += multipliers[i]
             else:
                 moment[k, at - 3] += multipliers[i]
-        loops = (turn @ force[:, :, None])[:, :, 0], (turn @ moment[:, :, None])[:, :, 0], place
+        force = (turn @ force[:, :, None])[:, :, 0]
+        moment = (turn @ moment[:, :, None])[:, :, 0]
+        loops = force, moment, place
         force, moment, place = (np.concatenate(pair) for pair in zip(loops, contacts, strict=True))
         return force, moment, place
 
@@ -301,7 +303,7 @@ class Closures:
         place, turn = here
         six = np.concatenate([place, np.zeros_like(place)], axis=1)
         for k in self._hinges:
-            six[k, 3:5] = _tilt(turn[k])
+            six[k, 3:5] = _find_tilt(turn[k])
         for k in self._welds:
             six[k, 3:] = self._pin.log3(turn[k])
         found: Array = six[self._owner, self._component]
@@ -339,9 +341,9 @@ class Closures:
             change = np.array([-(da * c + a * dc), -(db * c + b * dc), 0.0]) / level
             change[:2] += np.array([a * c, b * c]) * 2 * (a * da + b * db) / level**2
             gamma[i] = row @ second[k, 3:] + change @ spin
-        return self._draw_back(phi, rows, np.zeros(len(rows)), gamma)
+        return self._project(phi, rows, np.zeros(len(rows)), gamma)
 
-    def _draw_back(self, phi: Array, rows: Array, drift: Array, gamma: Array) -> Closure:
+    def _project(self, phi: Array, rows: Array, drift: Array, gamma: Array) -> Closure:
         """Convert rows in the engine's velocities to rows in the mechanism's."""
         chart = self._chart
         if chart.identical:
@@ -349,7 +351,7 @@ class Closures:
         return Closure(phi, rows @ chart.G, drift + rows @ chart.c, gamma + rows @ chart.gamma)
 
 
-def _ends(pin: Any, mechanism: Mechanism, engine: Engine, side: str) -> _Ends:
+def _find_ends(pin: Any, mechanism: Mechanism, engine: Engine, side: str) -> _Ends:
     """Return the frames of the loops on side a or b."""
     joints, poses = [], []
     for loop in mechanism.loops:
@@ -381,7 +383,7 @@ def _unit(vector: Array) -> Array:
     return vector / length if length else np.array([1.0, 0.0, 0.0])
 
 
-def _tilt(turn: Array) -> Array:
+def _find_tilt(turn: Array) -> Array:
     """Return the rotation about x and y that takes z to the z axis of b, shape (2,)."""
     x, y, z = turn[:, 2]
     level = math.hypot(x, y)

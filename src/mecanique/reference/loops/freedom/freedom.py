@@ -157,7 +157,7 @@ def degrees_of_freedom(
             singular=False,
             rank_here=0,
             q=given,
-            bodies=_heavy_bodies(mechanism),
+            bodies=_count_heavy(mechanism),
         )
     closed = load_loops(mechanism)
     none_held = np.zeros(mechanism.nv, dtype=bool)
@@ -176,12 +176,12 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
     mechanism = closed.mechanism
     here = _scale(closed, q, t)
     rank_here = _split(here).rank
-    around = [_scale(closed, other, t) for other in _around(closed, q, here, t, seed)]
+    around = [_scale(closed, other, t) for other in _sample_around(closed, q, here, t, seed)]
     # the highest rank at any position decides; without others nearby, q is the only position
     best = max([here, *around], key=lambda J: _split(J).rank)
     rank = _split(best).rank
     singular = rank_here < rank
-    redundant = _redundant(best, closed.closures.names)
+    redundant = _name_redundant(best, closed.closures.names)
     if not around and rank_here < mechanism.nv:
         # small motions seem possible, but no finite one is
         rank, singular, redundant = mechanism.nv, True, ()
@@ -194,7 +194,7 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
         singular=singular,
         rank_here=rank_here,
         q=q,
-        bodies=_heavy_bodies(mechanism),
+        bodies=_count_heavy(mechanism),
         velocity_rows=max(rank - of_positions, 0),
     )
 
@@ -231,7 +231,7 @@ def refuse_locked(closed: Closed, t: float) -> None:
     generic_rank(closed, position_near(closed, None, neutral, t, none_held), t)
 
 
-def _heavy_bodies(mechanism: Mechanism) -> tuple[int, bool]:
+def _count_heavy(mechanism: Mechanism) -> tuple[int, bool]:
     """Return the number of bodies with mass that are not fixed, and whether all are particles."""
     heavy = [
         body
@@ -252,7 +252,7 @@ def _split(J: Array) -> Split:
     return split(J, RANK_ASSEMBLED, RANK_ASSEMBLED)
 
 
-def _around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> list[Array]:
+def _sample_around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> list[Array]:
     """Return assembled positions near q, displaced along its free directions."""
     random = np.random.default_rng(seed)
     free = _split(J).null
@@ -271,7 +271,7 @@ def _around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> list[Arr
     return found
 
 
-def _redundant(J: Array, names: tuple[str, ...]) -> tuple[str, ...]:
+def _name_redundant(J: Array, names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names of rows that depend on those before them."""
     found, basis = [], np.zeros((0, J.shape[1]))
     size = max(float(np.abs(J).max(initial=0.0)), RANK_ASSEMBLED)
