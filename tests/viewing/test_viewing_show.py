@@ -149,7 +149,7 @@ def test_the_cursor_of_a_plot_is_on_the_clock(
 
 def test_arrows_are_the_forces(exported: Callable[..., Visit], motions: Motions) -> None:
     """Origin, direction and length of each straight arrow; what is far larger than usual is cut."""
-    motion, seen = motions("bars_and_springs"), exported("bars_and_springs", drawn=True)
+    motion, seen = motions("bars_and_springs"), exported("bars_and_springs")
     kinds = ["weight", "spring", "damper", "load", "reaction", "inertia"]
     seen.js("kinds => kinds.forEach(kind => mecanique.arrows.kinds.add(kind))", kinds)
     k = 40
