@@ -23,7 +23,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from playwright.sync_api import Error
+from playwright.sync_api import Browser, Error
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.iostream import IOStream
 from tornado.websocket import WebSocketClientConnection, WebSocketHandler, websocket_connect
@@ -102,6 +102,28 @@ def test_motion_arrives_and_a_reload_restores_it(
     assert seen.messages == []
     assert seen.errors == []
     assert all(urlsplit(address).netloc == urlsplit(view.url).netloc for address in seen.requests)
+
+
+BUILT_SLOWLY = """
+const bytes = Response.prototype.arrayBuffer;
+Response.prototype.arrayBuffer = async function () {
+  await new Promise((done) => setTimeout(done, 400));
+  return bytes.call(this);
+};
+"""
+"""What the page holds takes its time to unpack."""
+
+
+def test_what_the_server_says_while_a_page_is_built_is_not_lost(
+    view: LiveView, browser: Browser
+) -> None:
+    view.warn("the program has an error")
+    with browser.new_context(reduced_motion="reduce") as context:
+        context.add_init_script(BUILT_SLOWLY)
+        page = context.new_page()
+        page.goto(view.url)
+        page.wait_for_selector("#alarm:not([hidden])", timeout=60_000)
+        assert page.inner_text("#alarm") == "the program has an error"
 
 
 def test_a_turned_camera_and_the_open_tab_outlive_another_scene(

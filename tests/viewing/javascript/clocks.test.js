@@ -37,6 +37,7 @@ test("a live clock looks back at the recent past, and returns to the present", (
   };
   globalThis.location = { host: "here", pathname: "/" };
   const clock = new LiveClock({ first: 0, id: "a" }, 2);
+  clock.connect();
   const frame = (time, row, passed) => {
     const bytes = new ArrayBuffer(24 + 4 * (row.length + passed.length));
     new Uint32Array(bytes, 0, 2).set([1, 7]);

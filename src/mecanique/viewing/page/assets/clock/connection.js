@@ -38,6 +38,7 @@ export function wireLive(live, picture, transport) {
   };
   document.getElementById("loop-label").hidden = true;
   wireSliders(live);
+  live.connect(); // not before: what nobody listens to yet is lost
 }
 
 // The page of a motion that it computes by itself: only what is found out about it comes later.

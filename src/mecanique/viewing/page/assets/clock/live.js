@@ -15,7 +15,6 @@ export class LiveClock extends Link {
     this.row = null;
     this.number = 0;
     this.newest = null;
-    this.connect();
   }
 
   get first() {
