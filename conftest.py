@@ -25,16 +25,10 @@ def pytest_xdist_auto_num_workers() -> int | None:
     return 3 * len(os.sched_getaffinity(0)) // 2 if hasattr(os, "sched_getaffinity") else None
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Keep what is compiled in pytest's own cache where Python may not write it beside the source.
-
-    Otherwise each of some hundred processes compiles the whole package anew.
-    """
-    if sys.dont_write_bytecode and hasattr(config, "cache"):
-        kept = str(config.cache.mkdir("bytecode"))
-        sys.dont_write_bytecode, sys.pycache_prefix = False, kept
-        os.environ["PYTHONPYCACHEPREFIX"] = kept
-        os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+def pytest_configure() -> None:
+    """Keep what is compiled, or each of some hundred processes compiles the whole package anew."""
+    sys.dont_write_bytecode = False
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 @pytest.fixture

@@ -219,6 +219,7 @@ def test_compiled_steps_end_where_a_chart_ends() -> None:
     assert not whole.events
 
 
+@pytest.mark.slow
 def test_what_rolls_is_compiled_though_its_lean_is_limited() -> None:
     coin = textbook.load("rolling_coin")
     high = coin.values["r"] * np.cos(0.3)

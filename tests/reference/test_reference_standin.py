@@ -134,6 +134,7 @@ def test_a_pose_is_its_matrix() -> None:
     np.testing.assert_array_equal(standin.SE3(matrix).homogeneous, matrix)
 
 
+@pytest.mark.slow
 def test_without_pinocchio_everything_goes_on_and_the_verdict_says_so() -> None:
     script = """
         import sys

@@ -577,6 +577,7 @@ def test_the_last_link_of_a_long_chain_is_fitted_as_well() -> None:
     assert ("link mass", f"link {body.name!r}") in {(one.kind, one.where) for one in fitting}
 
 
+@pytest.mark.slow
 def test_two_mistakes_in_different_links_are_named_together() -> None:
     mechanism = mq.read_urdf(mq.robot("ur5_robot"))
     (elbow,) = (joint for joint in mechanism.joints if joint.name == "elbow_joint")
@@ -597,6 +598,7 @@ def test_two_mistakes_in_different_links_are_named_together() -> None:
     assert [part["kind"] for part in first.to_dict()["parts"]] == ["joint origin", "link mass"]
 
 
+@pytest.mark.slow
 def test_a_tilted_axis_is_named_beside_a_mistake_in_the_link_that_it_carries() -> None:
     mechanism = mq.read_urdf(mq.robot("ur5_robot"))
     mass, center, inertia = parts(mechanism, mechanism.body("forearm_link"))

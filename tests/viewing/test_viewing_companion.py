@@ -149,6 +149,7 @@ def test_turning_goes_along_and_moving_the_picture_aside_stops_it(
         assert seen.errors == []
 
 
+@pytest.mark.slow
 def test_a_motion_that_grows_a_little_widens_the_view(visit: Callable[..., Visit]) -> None:
     def growing(t: float) -> tuple[float, float, float]:
         return min(0.6 + 0.2 * t, 0.95) * np.sin(4 * t), 0.0, 0.0
@@ -171,6 +172,7 @@ def test_a_motion_that_grows_a_little_widens_the_view(visit: Callable[..., Visit
         assert seen.js("mecanique.companion.riding") is False
 
 
+@pytest.mark.slow
 def test_what_runs_away_and_stops_is_followed_and_then_left_in_peace(
     visit: Callable[..., Visit],
 ) -> None:
