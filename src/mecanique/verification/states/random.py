@@ -30,7 +30,10 @@ _RATE = 3.0
 """Velocities lie within this many radians, or characteristic lengths, per second of zero."""
 
 _LOT = 32
-"""Least number of candidates drawn at once, enough to know what is usual."""
+"""Least number of candidates drawn at once."""
+
+_USUAL_CLOSED = 16
+"""At least so many of a lot are brought to where the loops are closed, to know what is usual."""
 
 _ROUNDS = 50
 """How often a new lot is drawn while states are impossible."""
@@ -82,9 +85,11 @@ def random_states(
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     random = np.random.default_rng(seed)
     lot, found, rank, near = max(samples, lot), list[States](), 0, False
+    count = min(lot, max(_USUAL_CLOSED, 2 * samples)) if mechanism.constrained else lot
     for _ in range(_ROUNDS):
         candidates = _draw(mechanism, lot, random)
         if mechanism.constrained:
+            candidates = candidates.at(np.arange(count))
             if near:
                 try:
                     candidates = replace(candidates, q=wander(mechanism, candidates.t, random))
@@ -113,7 +118,7 @@ def random_states(
         f"expected states of mechanism {mechanism.name!r} at which its coordinate map is defined"
         f"{', its loops are closed' if mechanism.loops else ''} and no spring or "
         f"damper has length zero, found {sum(map(len, found))} of {samples} "
-        f"among {_ROUNDS * lot} random ones"
+        f"among {_ROUNDS * count} random ones"
     )
 
 
