@@ -75,6 +75,8 @@ class Firefox:
 
     def open(self, address: str) -> None:
         """Open a page, and wait until it is ready or says why not."""
+        # a page of a view that has ended looks for its server until it is left
+        self.call("browsingContext.navigate", context=self._tab, url="about:blank", wait="complete")
         self._events.clear()
         self.call("browsingContext.navigate", context=self._tab, url=address, wait="complete")
         notice = self.js(
