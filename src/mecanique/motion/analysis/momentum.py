@@ -72,7 +72,7 @@ def momentum_balances(motion: Motion) -> Iterator[Balance]:
     for event in motion.events:
         if event.impact:
             before, after = (
-                _momenta(reference.momentum(event.q, v, event.t)) for v in (event.v, event.after)
+                np.hstack(reference.momentum(event.q, v, event.t)) for v in (event.v, event.after)
             )
             jumps += (motion.t >= event.t)[:, None] * (after - before)
     residual = have - have[0] - jumps - given[:, :9]
@@ -109,9 +109,3 @@ def momenta_along(motion: Motion) -> np.ndarray:
 def _scales(sizes: np.ndarray) -> np.ndarray:
     """What each momentum is compared with; one that is zero, with what its parts could have."""
     return np.where(sizes > 1e-9 * sizes.max(), sizes, sizes.max())
-
-
-def _momenta(momentum: Momentum) -> np.ndarray:
-    return np.concatenate(
-        [momentum.linear, momentum.angular, momentum.angular_about_center], axis=-1
-    )

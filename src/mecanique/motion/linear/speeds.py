@@ -139,11 +139,12 @@ _Linearized = Callable[[float], SteadyLinearization]
 def _find_limit(
     linearize: _Linearized, between: np.ndarray, ends: list[SteadyLinearization], margin: float
 ) -> float:
-    """The speed between two at which the growth is `margin`.
+    """Find the speed between two at which the growth is `margin`.
 
-    It is sought by the polynomial in the speed through the matrices A at hand, and found once A
-    itself agrees there, at the second try where A grows with the square, as straight ahead. Where
-    other deviations become idle, A itself is asked all along.
+    The polynomial in the speed through the matrices A known so far gives a guess. If A agrees with
+    the polynomial there, the guess is right; otherwise it adds one more known matrix. An A that is
+    quadratic in the speed, as in motion straight ahead, takes two guesses. Where other deviations
+    become idle between the speeds, A itself is computed at every step of the search.
     """
     from scipy.optimize import brentq
 
@@ -165,7 +166,7 @@ def _find_limit(
 
 
 def _interpolate(speeds: np.ndarray, known: Sequence[SteadyLinearization]) -> _Linearized:
-    """The polynomial in the speed through matrices A (Lagrange)."""
+    """Return the polynomial in the speed through matrices A (Lagrange)."""
     matrices = np.array([one.A for one in known])
     apart = speeds[:, None] - speeds + np.eye(len(speeds))
 

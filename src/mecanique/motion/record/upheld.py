@@ -1,4 +1,4 @@
-"""Hold what is computed at many states of a motion at once to the reference's answers at some."""
+"""Compute many states of a motion at once, and check some of them against the reference."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def spread(count: int) -> np.ndarray:
 
 
 def is_upheld(found: np.ndarray, right: np.ndarray, most: float) -> bool:
-    """Return whether every number differs from the right one by at most `most`; NaN never does."""
+    """Return whether all numbers are within `most` of the right ones; one that is NaN is not."""
     return bool(np.abs(found - right).max(initial=0.0) <= most)
 
 

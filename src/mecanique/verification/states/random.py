@@ -30,10 +30,10 @@ _RATE = 3.0
 """Velocities lie within this many radians, or characteristic lengths, per second of zero."""
 
 _LOT = 32
-"""Least number of candidates drawn at once."""
+"""Least number of candidates drawn at once; the same for all, as it decides what a seed gives."""
 
 _USUAL_CLOSED = 16
-"""At least so many of a lot are brought to where the loops are closed, to know what is usual."""
+"""Of these, at least so many are brought to where the loops are closed, to know what is usual."""
 
 _ROUNDS = 50
 """How often a new lot is drawn while states are impossible."""
