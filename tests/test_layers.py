@@ -294,12 +294,6 @@ UPWARD: dict[str, set[str]] = {
 }
 """The one exception, stated once: results whose methods reach for what works on them."""
 
-LARGEST = 15
-"""Most modules in a folder; the catalogue of systems is a list and may grow."""
-
-LONGEST = 400
-"""Most lines of a module."""
-
 MODULES = sorted(SOURCE.rglob("*.py"))
 INSIDE = [path for path in MODULES if path != SOURCE / "__init__.py"]
 
@@ -416,21 +410,6 @@ def test_there_is_no_circle() -> None:
 def test_the_exceptions_are_all_needed() -> None:
     for name, targets in UPWARD.items():
         assert targets <= edges()[name], name
-
-
-def test_every_folder_has_an_order_or_is_small() -> None:
-    for folder in {path.parent for path in INSIDE}:
-        room = name_of(folder / "__init__.py")
-        if room != "textbook.systems":
-            count = len([path for path in folder.glob("*.py") if path.name != "__init__.py"])
-            assert count <= LARGEST, f"{room} holds {count} modules"
-
-
-def test_no_module_is_longer_than_a_reader_holds() -> None:
-    lengths = {
-        name: len(path.read_text(encoding="utf-8").splitlines()) for name, path in NAMES.items()
-    }
-    assert {name: length for name, length in lengths.items() if length > LONGEST} == {}
 
 
 def test_every_module_can_be_imported_by_its_dotted_name() -> None:

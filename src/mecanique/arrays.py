@@ -7,8 +7,6 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Array", "median", "spread"]
-
 Array: TypeAlias = npt.NDArray[np.float64]
 
 

@@ -9,8 +9,6 @@ from pathlib import Path
 from secrets import token_hex
 from typing import IO
 
-__all__ = ["as_bytes", "write_whole"]
-
 
 @contextmanager
 def write_whole(path: Path) -> Iterator[IO[bytes]]:

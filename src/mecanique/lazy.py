@@ -9,8 +9,6 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-__all__ = ["find_homes", "import_name", "keep_garbage"]
-
 
 def find_homes(names: Mapping[str, str]) -> dict[str, str]:
     """Return the module of each name.

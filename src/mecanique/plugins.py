@@ -11,7 +11,6 @@ from mecanique.errors import InputError
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-__all__ = ["Group", "list_plugins", "load_plugin"]
 
 Group: TypeAlias = Literal["systems", "targets", "engines", "lint_rules"]
 """Groups of entry points, each called "mecanique." and its name."""

@@ -9,8 +9,6 @@ from typing import Literal, Protocol, TypeAlias, final
 from xml.etree import ElementTree
 from xml.parsers import expat
 
-__all__ = ["MOST_DEPTH", "MOST_ELEMENTS", "Reader", "XmlRefusedError", "tree_of"]
-
 MOST_DEPTH = 64
 """Deepest nesting that is read; a URDF needs six levels, a COLLADA scene some more."""
 

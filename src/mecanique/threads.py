@@ -11,8 +11,6 @@ from functools import wraps
 from threading import Lock
 from typing import ParamSpec, TypeVar, final
 
-__all__ = ["limit_threads", "one_thread_for_loops"]
-
 P = ParamSpec("P")
 T = TypeVar("T")
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["say_count", "write_table"]
-
 
 def say_count(count: int, noun: str, plural: str = "") -> str:
     """Return a count with its noun: "1 state", "2 states", "3 bodies".

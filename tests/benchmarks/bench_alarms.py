@@ -41,8 +41,9 @@ from mecanique.verification.answers import Answers, ask
 from mecanique.verification.compare import judge
 from mecanique.verification.difference import SMALL, scale
 from mecanique.verification.rounding.contributions import entry_rounding
-from mecanique.verification.rows import TOLERANCE, least_size, moving_mass
+from mecanique.verification.rows import least_size, moving_mass
 from mecanique.verification.states import random as drawing
+from mecanique.verification.verdict import TOLERANCE
 
 Array = npt.NDArray[np.float64]
 

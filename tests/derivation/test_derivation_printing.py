@@ -23,8 +23,9 @@ from mecanique.derivation.printing.sympy_forms import to_sympy
 from mecanique.derivation.printing.writers import Latex, MathML, Text
 from mecanique.derivation.scalars.elementary import sqrt as named_sqrt
 from mecanique.derivation.scalars.evaluation import evaluate
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left, Result
 from mecanique.errors import DerivationError
 

@@ -22,8 +22,8 @@ from mecanique.model import (
     coordinate,
     rod,
 )
-from mecanique.model.joints import Single
-from mecanique.model.states import Given
+from mecanique.model.joint_base import Single
+from mecanique.model.values import Given
 from mecanique.reference import Reference, assemble
 from mecanique.textbook import load
 from mecanique.textbook.catalogue import entry

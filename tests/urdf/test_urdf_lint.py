@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import mecanique as mq
-from mecanique.urdf.findings import Finding
+from mecanique.model.mechanism.origin import Finding
 from mecanique.urdf.lint import as_json, as_sarif, as_text, lint, mend
 from mecanique.urdf.read import read_urdf
 from mecanique.urdf.robots import robot, robots

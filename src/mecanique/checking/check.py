@@ -22,8 +22,6 @@ from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Checker", "check"]
-
 
 def check(
     mechanism: Mechanism,

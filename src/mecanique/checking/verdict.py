@@ -10,8 +10,6 @@ from typing import Any, Literal, TypeAlias, final
 
 from mecanique.wording import say_count
 
-__all__ = ["Cause", "Check", "Line", "Outcome"]
-
 Outcome: TypeAlias = Literal["right", "right except for form", "incomplete", "wrong"]
 """The outcome of a check."""
 

@@ -12,8 +12,6 @@ from mecanique.cli.printing import inform, say, write_text
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import find_file, report_errors
 
-__all__ = ["inertia"]
-
 
 @click.command(epilog="Example: mecanique inertia arm.urdf --density 2700 --link wrist -o new.urdf")
 @click.argument("file", metavar="FILE", help="A URDF file, or the name of a robot.")

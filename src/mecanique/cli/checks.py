@@ -17,11 +17,10 @@ from mecanique.cli.reading import Reading
 from mecanique.cli.words import numbers
 
 if TYPE_CHECKING:
-    from mecanique.urdf.findings import Finding
+    from mecanique.model.mechanism.origin import Finding
     from mecanique.verification.facts import FactRow
     from mecanique.verification.survey import Survey
 
-__all__ = ["Check", "lint_file", "survey", "textbook_facts"]
 
 _PROCESSES = 2
 

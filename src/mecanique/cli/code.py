@@ -13,8 +13,6 @@ from mecanique.cli.printing import say, working
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import choose, report_errors, start_of
 
-__all__ = ["code"]
-
 
 @click.command(epilog="Example: mecanique code cart_pole --target c --what rhs,energy -o cart")
 @options.system

@@ -9,8 +9,6 @@ import click
 import mecanique as mq
 from mecanique.cli import bodies, code, equations, formulas, motions, pictures
 
-__all__ = ["app"]
-
 
 @final
 class _Program(click.Group):

@@ -23,8 +23,6 @@ from mecanique.cli.printing import named_progress, say, working
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import choose, report_errors, source
 
-__all__ = ["book", "derive", "diff", "lint", "list_", "urdf", "verify"]
-
 SAMPLES, SAMPLES_OF_ROBOTS = 100, 50
 """Numbers of random states at which to compare a system, and each robot."""
 

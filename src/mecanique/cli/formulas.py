@@ -14,8 +14,6 @@ from mecanique.cli.printing import progress, say, working, write_text
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import choose, report_errors
 
-__all__ = ["agents", "check", "exercise", "grade"]
-
 
 @click.command(epilog="Example: mecanique check rigid_bar_pendulum \"q'' + 3 g/(2 l) sin q = 0\"")
 @options.system

@@ -16,8 +16,6 @@ from mecanique.cli.printing import say, working
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import choose, numbers, report_errors, simulate_motion
 
-__all__ = ["inertial", "linearize", "simulate", "steady"]
-
 _MOST_SPEEDS = 1000
 
 

@@ -9,20 +9,6 @@ from pathlib import Path
 
 import click
 
-__all__ = [
-    "PATH",
-    "as_json",
-    "coordinates",
-    "duration",
-    "page",
-    "parameters",
-    "samples",
-    "seed",
-    "system",
-    "tolerance",
-    "velocities",
-]
-
 PATH = click.Path(path_type=Path)
 
 system = click.argument(

@@ -22,8 +22,6 @@ from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import choose, find_file, report_errors, simulate_motion, start_of
 from mecanique.wording import say_count
 
-__all__ = ["export", "gallery", "picture", "run", "view"]
-
 
 @click.command(epilog="Example: mecanique run rigid_bar_pendulum -p l=2 -q q=1")
 @options.system

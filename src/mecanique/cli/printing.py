@@ -20,19 +20,6 @@ if TYPE_CHECKING:
 
     from mecanique.verification.verdict import Verdict
 
-__all__ = [
-    "complain",
-    "heading",
-    "inform",
-    "named_progress",
-    "progress",
-    "say",
-    "show",
-    "verdict_table",
-    "working",
-    "write_text",
-]
-
 
 def say(text: str) -> None:
     """Print text as it is."""

@@ -13,8 +13,6 @@ import click
 import mecanique as mq
 from mecanique.cli import options
 
-__all__ = ["Reading", "reads_files"]
-
 R = TypeVar("R")
 
 Root: TypeAlias = Literal["fixed", "floating"]

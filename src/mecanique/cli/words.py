@@ -19,15 +19,6 @@ from mecanique.cli.reading import Reading
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
 
-__all__ = [
-    "Chosen",
-    "choose",
-    "find_file",
-    "report_errors",
-    "simulate_motion",
-    "source",
-    "start_of",
-]
 
 P = ParamSpec("P")
 R = TypeVar("R")

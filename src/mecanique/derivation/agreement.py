@@ -8,8 +8,6 @@ from mecanique.derivation.symbolic.derivation import Derivation, along_displacem
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["agreement", "derivations"]
-
 
 def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
     """Derive a mechanism by every method in the same symbols; return them by name, textbook order.

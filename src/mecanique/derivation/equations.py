@@ -25,12 +25,11 @@ from mecanique.derivation.term_units import unit_of
 from mecanique.errors import DerivationError
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import Given, States
+from mecanique.model.states import States
+from mecanique.model.values import Given
 
 if TYPE_CHECKING:
     from sympy import Matrix
-
-__all__ = ["Equations"]
 
 
 @final

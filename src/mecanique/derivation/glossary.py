@@ -8,19 +8,19 @@ from typing import final
 
 from mecanique.derivation.printing.equations import expression, root
 from mecanique.derivation.printing.printed import Expression
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.derivation.symbolic.free_bodies.sentences import enumerate_words
 from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.term_units import UNIT_AT_END
 from mecanique.model.dimensions import Dimension, divide, read_unit, say_unit
 from mecanique.model.expression import symbols_in
-from mecanique.model.joints import UNITS, Joint, Planar, Single, Universal
+from mecanique.model.joint_base import UNITS, Single
+from mecanique.model.joints import Joint, Planar, Universal
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.homogeneity import dimensions_of
 from mecanique.model.units import units
-
-__all__ = ["Meaning", "clashes", "meanings"]
 
 _PARTS = ("x component", "y component", "z component", "scalar part")
 

@@ -21,8 +21,6 @@ from mecanique.model.expression import Scalar
 from mecanique.model.force_base import AnyForce, BodyLoad
 from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring, Spring
 
-__all__ = ["Along", "Drive", "Elastic", "Law", "Travel", "Viscous", "laws_of"]
-
 
 class Along(Protocol):
     """The line that a force acts along; e is its unit vector, from end to end, or 1 in a joint."""

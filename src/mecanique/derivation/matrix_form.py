@@ -8,10 +8,9 @@ from typing import final
 
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Matrix
-
-__all__ = ["Linear", "linear"]
 
 _LARGE = 4
 """Matrices with at least this many rows are printed on lines of their own."""

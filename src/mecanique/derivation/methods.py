@@ -19,8 +19,6 @@ from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.errors import UnknownNameError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["METHODS", "Method", "derive", "readable"]
-
 
 @final
 @dataclass(frozen=True)

@@ -7,8 +7,6 @@ from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["require_balances", "require_reactions"]
-
 
 def require_balances(numeric: BatchDynamics, method: str, what: str) -> Balances:
     """Return a numeric derivation if it is by the balances of bodies cut free.

@@ -18,8 +18,6 @@ from mecanique.derivation.symbolic.reductions.routh import Routh, reduce_by_mome
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
 
-__all__ = ["Reduction", "routh"]
-
 _AT = 0.3
 """The time at which the two sets of equations are compared [s]."""
 

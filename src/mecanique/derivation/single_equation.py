@@ -21,8 +21,6 @@ from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
 
-__all__ = ["SingleEquation", "reduce_loops"]
-
 _STEPS, _CLOSED, _FIRM = 30, 1e-13, 1e-2
 """Newton's iterations, the largest gap of a closed loop, and how regular states must be."""
 

@@ -19,12 +19,11 @@ from mecanique.derivation.printing.printed import Equation
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import tidy, without_common_divisor
 from mecanique.derivation.scalars.evaluation import evaluate
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.scalars.substitution import Substitution
 from mecanique.derivation.symbolic.derivation import Derivation, Matrix
 from mecanique.errors import DerivationError
-
-__all__ = ["Linearized", "linearize_equations"]
 
 _EXACT = 1e-9
 """A coordinate this close to zero or to a multiple of π/12 is replaced by it."""

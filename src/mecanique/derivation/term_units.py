@@ -21,8 +21,6 @@ from mecanique.model.dimensions import (
 )
 from mecanique.model.mechanism.homogeneity import dimensions_of
 
-__all__ = ["UNIT_AT_END", "find_units", "unit_of"]
-
 UNIT_AT_END = re.compile(r"\[([^\]]*)\]$")
 """The unit in brackets at the end of a symbol's meaning."""
 

@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from mecanique.figure.paper.marks import Point
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["FRONT", "ISOMETRIC", "TOP", "Camera", "side_of"]
-
 Floats = NDArray[np.float64]
 
 

@@ -13,8 +13,6 @@ from mecanique.figure.supports import stands_on_columns, wall
 from mecanique.model.force_base import End, JointLoad, LineLoad
 from mecanique.model.joints import Prismatic, Revolute
 
-__all__ = ["connections"]
-
 _NEARLY = 0.8
 """Cosine of the angle to the level or the vertical up to which a wall is not tilted."""
 

@@ -22,8 +22,6 @@ from mecanique.figure.solids import unit3
 from mecanique.model import quaternions
 from mecanique.model.joints import Prismatic, Revolute
 
-__all__ = ["coordinates"]
-
 _INSIDE = 1e-6
 """A coordinate that cannot be zero is read this far within its limits."""
 

@@ -19,8 +19,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.motion import Motion
 from mecanique.reference import Reference
 
-__all__ = ["figure_text", "picture"]
-
 FORMS = (".svg", ".png", ".pdf")
 
 SMALL = (165.0, 120.0)

@@ -32,8 +32,6 @@ from mecanique.motion.analysis.forces import TOGETHER, Action, Actions
 from mecanique.motion.record.loops import begin_on_loops
 from mecanique.reference import Reference
 
-__all__ = ["acting", "cut_free"]
-
 LONGEST, SHORTEST, LETTERED = 110.0, 18.0, 62.0
 """Lengths of the largest and of the smallest arrow, and of all where there are no numbers [pt]."""
 

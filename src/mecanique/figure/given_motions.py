@@ -16,8 +16,6 @@ from mecanique.figure.solids import unit3
 from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.joints import Prismatic, Revolute
 
-__all__ = ["given_motions"]
-
 _LENGTH, _GAP = 34.0, 16.0
 """Length of the arrow, and its distance from the body that it moves [pt]."""
 

@@ -15,8 +15,6 @@ from mecanique.model.force_base import BodyLoad, JointLoad, WrenchOnBody
 from mecanique.model.joints import Prismatic, Revolute
 from mecanique.motion.analysis.forces import Actions
 
-__all__ = ["loads"]
-
 ARROW = 42.0
 """Length of an arrow [pt]."""
 

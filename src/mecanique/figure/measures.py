@@ -15,8 +15,6 @@ from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Cylinder
 from mecanique.model.joints import Prismatic
 
-__all__ = ["lengths", "masses"]
-
 MEASURED_LENGTH, MEASURED_RADIUS = 40.0, 18.0
 """Shorter lengths on paper get no dimension [pt]."""
 

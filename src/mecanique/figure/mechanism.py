@@ -23,8 +23,6 @@ from mecanique.model.constraints.loops import Loop
 from mecanique.model.force_base import LineLoad, loads_in
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
 
-__all__ = ["figure", "solid_marks"]
-
 MOST_LABELS = 14
 """A figure of more bodies than this is drawn without letters."""
 

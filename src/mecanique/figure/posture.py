@@ -14,8 +14,6 @@ from mecanique.model.forces import Spring
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
 
-__all__ = ["posture"]
-
 ANGLES = (0.55, 0.95, 0.75, 1.15)
 """Values of the first, second … angle, unless it starts at a moderate angle of its own [rad]."""
 

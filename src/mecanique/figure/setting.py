@@ -16,8 +16,6 @@ from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference import Reference
 
-__all__ = ["Setting", "is_zero", "setting"]
-
 WIDTH, HEIGHT = 400.0, 300.0
 """The largest extent of a figure's solids [pt]."""
 

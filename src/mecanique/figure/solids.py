@@ -16,8 +16,6 @@ from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.meshing.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of
 
-__all__ = ["Solid", "hull", "outline", "radius_of", "solids", "unit3"]
-
 SLENDER = 6.0
 """A cylinder longer than this many radii is a rod, drawn as a bar whatever its radius."""
 

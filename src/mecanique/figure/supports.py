@@ -13,9 +13,8 @@ from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke
 from mecanique.figure.paper.signs import across, hatch, pin, unit
 from mecanique.figure.setting import Setting
 from mecanique.model.force_base import loads_in
-from mecanique.model.joints import Prismatic, Revolute, Single, Spherical, Universal
-
-__all__ = ["NUT", "THREADS", "nuts", "stands_on_columns", "supports", "wall"]
+from mecanique.model.joint_base import Single
+from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
 
 DOWN = np.array([0.0, 1.0])
 

@@ -17,8 +17,6 @@ from mecanique.generation.quantities import QUANTITIES, Quantity, choose
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import per_second, units
 
-__all__ = ["assemble", "build_program"]
-
 
 def build_program(
     equations: Equations,

@@ -15,8 +15,6 @@ from mecanique.generation.program.counts import Counts
 from mecanique.generation.program.program import Program
 from mecanique.generation.verdict.verdict import CodeVerdict
 
-__all__ = ["Code"]
-
 
 @final
 @dataclass(frozen=True, repr=False)

@@ -17,8 +17,6 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.generation.program.program import Answer, Program
 from mecanique.generation.targets.c import compiler, limit_optimization
 
-__all__ = ["OPTIONS", "Compiled", "build_library", "compile_program"]
-
 OPTIONS = ("-O1", "-march=native")
 """More optimization of programs without branches takes long and gains nothing."""
 

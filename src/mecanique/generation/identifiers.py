@@ -11,8 +11,6 @@ from collections.abc import Iterable
 
 from mecanique.errors import DerivationError, InputError
 
-__all__ = ["file_stem", "identifiers", "mangle", "unmangle"]
-
 _ESCAPE = re.compile(r"_x([0-9a-f]+)_|_dot$")
 
 

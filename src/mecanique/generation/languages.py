@@ -23,8 +23,6 @@ from mecanique.model.values import Given, whole
 from mecanique.plugins import list_plugins, load_plugin
 from mecanique.verification.verdict import versions
 
-__all__ = ["TARGETS", "generate", "target_of"]
-
 TARGETS: dict[str, Target] = {
     "c": C(),
     "javascript": JavaScript(),

@@ -8,8 +8,6 @@ from typing import final
 
 from mecanique.errors import InputError, UnknownNameError
 
-__all__ = ["BY", "QUANTITIES", "Quantity", "choose", "derivative"]
-
 
 @final
 @dataclass(frozen=True)

@@ -50,12 +50,12 @@ from mecanique.model.forces import (
     Torque,
 )
 from mecanique.model.free_body import FloatingState, floating, floating_state
+from mecanique.model.joint_base import Limits
 from mecanique.model.joints import (
     Fixed,
     Floating,
     Helical,
     Joint,
-    Limits,
     Planar,
     Prismatic,
     Revolute,

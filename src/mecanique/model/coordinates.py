@@ -9,8 +9,6 @@ from typing import final, overload
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, plain
 
-__all__ = ["Coordinates"]
-
 
 @final
 @dataclass(frozen=True)

@@ -20,8 +20,6 @@ from typing import TypeAlias, final
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar
 
-__all__ = ["PURE", "Dimension", "Dimensions", "HomogeneityError", "divide", "read_unit", "say_unit"]
-
 Dimension: TypeAlias = "tuple[Fraction | int, ...]"
 """Exponents of kg, m, s, A and K."""
 

@@ -11,9 +11,8 @@ from typing import Literal, TypeAlias
 
 from mecanique.arrays import Array
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import Given, States
-
-__all__ = ["Dynamics", "Quantity"]
+from mecanique.model.states import States
+from mecanique.model.values import Given
 
 Quantity: TypeAlias = Literal[
     "mass_matrix", "bias", "forces", "gravity", "acceleration", "inverse_dynamics"

@@ -14,22 +14,6 @@ from typing import Any, ClassVar, Literal, TypeAlias, final
 from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.placement import vector as as_vector
 
-__all__ = [
-    "LENGTH",
-    "POINT",
-    "AnyForce",
-    "BodyLoad",
-    "End",
-    "ForceKind",
-    "JointLoad",
-    "LineLoad",
-    "Point",
-    "Stated",
-    "WrenchOnBody",
-    "loads_in",
-    "state",
-]
-
 Point: TypeAlias = "tuple[Scalar, Scalar, Scalar]"
 
 ForceKind: TypeAlias = Literal["spring", "damper", "load"]

@@ -26,8 +26,6 @@ from mecanique.model.force_base import (
     state,
 )
 
-__all__ = ["Damper", "Force", "JointDamper", "JointForce", "JointSpring", "Spring", "Torque"]
-
 
 @final
 @dataclass(frozen=True)

@@ -11,8 +11,6 @@ from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector
 
-__all__ = ["UNITS", "BaseJoint", "Elementary", "Kind", "Limits", "Several", "Single", "set_axis"]
-
 _J = TypeVar("_J", bound="BaseJoint")
 _S = TypeVar("_S", bound="Single")
 _N = TypeVar("_N", bound="Several")

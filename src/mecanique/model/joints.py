@@ -18,32 +18,12 @@ from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, plain
 from mecanique.model.expression import coordinate as symbol
 from mecanique.model.joint_base import (
-    UNITS,
     BaseJoint,
     Elementary,
-    Kind,
-    Limits,
     Several,
     Single,
     set_axis,
 )
-
-__all__ = [
-    "UNITS",
-    "Elementary",
-    "Fixed",
-    "Floating",
-    "Helical",
-    "Joint",
-    "Kind",
-    "Limits",
-    "Planar",
-    "Prismatic",
-    "Revolute",
-    "Single",
-    "Spherical",
-    "Universal",
-]
 
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 

@@ -12,8 +12,6 @@ from mecanique.errors import InputError
 from mecanique.model.dimensions import read_unit
 from mecanique.model.expression import Scalar, evaluate, finite, plain, symbols_in, time
 
-__all__ = ["Input", "Parameter", "Record"]
-
 
 class _Named:
     """Arithmetic of a named quantity: the result is a sympy expression in its symbol."""

@@ -10,8 +10,6 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
 
-__all__ = ["Matrix3", "Placement", "angles_of", "rotate", "rotation", "vector"]
-
 Matrix3: TypeAlias = "tuple[tuple[Scalar, Scalar, Scalar], ...]"
 """Three rows of three scalars."""
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["conjugate", "from_matrices", "multiply", "pure", "to_matrices", "turn"]
-
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the product a b of quaternions, shape (…, 4): turns by b, then by a."""

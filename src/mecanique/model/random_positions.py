@@ -9,8 +9,6 @@ import numpy as np
 from mecanique.model.expression import plain, symbols_in
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["angles", "draw_positions"]
-
 _NEAR_LIMIT = 0.05
 """A coordinate limited on both sides is kept off its limits by this part of their distance."""
 

@@ -11,11 +11,9 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import evaluate, symbols_in
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given, column_of, numbers_of
-
-__all__ = ["Efforts", "Given", "States", "explain_defaults", "list_left_out"]
 
 _LISTED = 8
 """At most this many coordinates are listed in a message."""

@@ -12,11 +12,9 @@ from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.dimensions import PURE, Dimension, say_unit
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import LineLoad
-from mecanique.model.joints import UNITS
+from mecanique.model.joint_base import UNITS
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.homogeneity import dimensions_of
-
-__all__ = ["add_unit", "characteristic_length", "per_second", "units", "velocity_scales"]
 
 _NONE = 1e-6
 """Lengths up to this count as none [m]."""

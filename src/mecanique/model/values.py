@@ -11,8 +11,6 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import finite
 from mecanique.wording import say_count
 
-__all__ = ["Given", "column_of", "numbers_of", "whole"]
-
 Given: TypeAlias = "np.ndarray | Sequence[float] | Mapping[str, float] | None"
 """Shape (names,) or (n, names), or values by name; what is left out takes its default, zero.
 

@@ -18,8 +18,6 @@ from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.freedom.freedom import generic_rank
 from mecanique.reference.loops.loading import Loaded
 
-__all__ = ["Answering"]
-
 _Asked = TypeVar("_Asked", bound="Answering")
 
 

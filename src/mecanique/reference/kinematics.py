@@ -9,12 +9,11 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.model.states import Given, States
+from mecanique.model.states import States
+from mecanique.model.values import Given
 from mecanique.reference.answering import Answering
 from mecanique.reference.engine.answers import BodyMotions, PointMotion, Twist, local_point
 from mecanique.reference.engine.many import center_speeds
-
-__all__ = ["Kinematics"]
 
 
 class Kinematics(Answering):

@@ -11,17 +11,15 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.expression import finite
-from mecanique.model.joints import Single
-from mecanique.model.states import Given, States
+from mecanique.model.joint_base import Single
+from mecanique.model.states import States
+from mecanique.model.values import Given
 from mecanique.reference.answering import Answering
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.freedom.freedom import generic_rank
 from mecanique.reference.loops.inverse_dynamics import driving_forces, free_motions
 from mecanique.reference.loops.loading import Loaded
 from mecanique.reference.loops.nullspace import solve
-
-__all__ = ["LoopConstraints"]
-
 
 _Asked = TypeVar("_Asked", bound="LoopConstraints")
 

@@ -11,7 +11,8 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import Given, States
+from mecanique.model.states import States
+from mecanique.model.values import Given
 from mecanique.reference.engine.answers import Energy, Momentum, Resultant
 from mecanique.reference.engine.many import energies, momenta, resultants
 from mecanique.reference.engine.package import engine_package
@@ -22,8 +23,6 @@ from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.freedom.singular import branch_acceleration, closed_rhs, plain_rhs
 from mecanique.reference.loops.loading import Loaded, load_once
 from mecanique.reference.wrenches import Wrenches
-
-__all__ = ["Reference"]
 
 
 @final

@@ -6,8 +6,6 @@ import numpy as np
 
 from mecanique.arrays import Array
 
-__all__ = ["cross", "hat"]
-
 _HAT = np.array(
     [[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0.0, 0, 1, 0, 0, 0, -1, 0, 0], [0.0, -1, 0, 1, 0, 0, 0, 0, 0]]
 )

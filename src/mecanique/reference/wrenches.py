@@ -12,13 +12,12 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.states import Given, States
+from mecanique.model.states import States
+from mecanique.model.values import Given
 from mecanique.reference.answering import Answering
 from mecanique.reference.engine.answers import AppliedForce, Places, Wrench
 from mecanique.reference.engine.forces.guided import Guided
 from mecanique.reference.loops.closed import COMPONENTS, Closed
-
-__all__ = ["Wrenches"]
 
 
 class _HeldStates(NamedTuple):

@@ -13,7 +13,6 @@ from mecanique.serving.tools import TOOLS
 if TYPE_CHECKING:
     from mcp.server import MCPServer
 
-__all__ = ["make_server", "serve"]
 
 _INSTRUCTIONS = (
     "Analytical mechanics: textbook systems, their equations of motion derived and checked. "

@@ -18,8 +18,6 @@ from mecanique.urdf import read_urdf
 from mecanique.urdf.lint import lint
 from mecanique.verification import verify
 
-__all__ = ["TOOLS"]
-
 _LONGEST_URDF = 500_000
 _MOST_BODIES = 60
 _LONGEST_MOTION = 60.0

@@ -31,7 +31,6 @@ from mecanique.textbook.catalogue import entry
 if TYPE_CHECKING:
     from mecanique.checking.verdict import Check
 
-__all__ = ["ASKED", "Exercise", "make_exercise"]
 
 ASKED = (
     "equation of motion",

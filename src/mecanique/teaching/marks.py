@@ -17,8 +17,6 @@ from mecanique.teaching.sheet import Question, Sheet, read_sheet, read_table
 from mecanique.textbook.catalogue import load
 from mecanique.wording import say_count
 
-__all__ = ["Grades", "Mark", "grade", "grade_answer"]
-
 _ENDINGS = (".txt", ".tex", ".mml", ".md")
 _MOST_CHARACTERS = 20_000
 

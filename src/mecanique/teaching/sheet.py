@@ -16,7 +16,6 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["Question", "Sheet", "read_sheet", "read_table"]
 
 _FIELDS = {"id", "system", "ask", "points", "form", "let", "parameters"}
 

@@ -15,8 +15,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.plugins import list_plugins, load_plugin
 from mecanique.textbook.system import System
 
-__all__ = ["entry", "is_known", "load", "names"]
-
 
 @cache
 def names() -> tuple[str, ...]:

@@ -7,8 +7,6 @@ import numpy as np
 from mecanique.model import Body, Prismatic, Revolute, Spherical
 from mecanique.textbook.facts import Number
 
-__all__ = ["about", "carriers", "hinges", "slides"]
-
 Led = tuple[Prismatic | Revolute | Spherical, ...]
 """Joints, each of which leads the parent of the next."""
 

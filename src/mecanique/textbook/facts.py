@@ -17,26 +17,6 @@ from typing import Any, TypeAlias, final
 
 from mecanique.errors import UnknownNameError
 
-__all__ = [
-    "Acceleration",
-    "Conserved",
-    "Eigenvalues",
-    "Fact",
-    "Formula",
-    "Frequencies",
-    "GuideForce",
-    "KineticEnergy",
-    "MassMatrix",
-    "Number",
-    "Period",
-    "Reaction",
-    "Solution",
-    "StabilityLimit",
-    "State",
-    "Steady",
-    "Values",
-]
-
 Number: TypeAlias = Any
 """A float; a complex number where a conserved quantity is differentiated."""
 

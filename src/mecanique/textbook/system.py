@@ -15,8 +15,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Parameter
 from mecanique.textbook.facts import Fact
 
-__all__ = ["System"]
-
 
 @final
 @dataclass(frozen=True)

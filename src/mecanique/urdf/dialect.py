@@ -10,35 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, final
 
-__all__ = [
-    "ACTUATOR_GEAR",
-    "ACTUATOR_INERTIA",
-    "BALL_CONSTRAINT",
-    "BELT",
-    "BLADE",
-    "BUSHING",
-    "CORD",
-    "CORD_STOPS",
-    "DISTANCE_CONSTRAINT",
-    "DRAKE_JOINT",
-    "DRAKE_NAMESPACE",
-    "EXTENSIONS",
-    "GEAR",
-    "LOOP",
-    "LOOP_FRAMES",
-    "OWN_NAMESPACE",
-    "RACK",
-    "ROLLING",
-    "SCREW",
-    "SPRING_DAMPER",
-    "TERM",
-    "UNBOUNDED",
-    "VELOCITY_CONSTRAINT",
-    "WORLD",
-    "Child",
-    "Extension",
-]
-
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 """Namespace declared for the prefix `drake:`; Drake itself matches the prefix by its letters."""
 

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
 
-__all__ = ["Element"]
-
 
 @final
 @dataclass(frozen=True)

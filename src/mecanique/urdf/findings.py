@@ -11,8 +11,6 @@ from mecanique.model.mechanism.origin import Finding
 from mecanique.urdf.element import Element
 from mecanique.urdf.rules import RULES, Rule
 
-__all__ = ["Finding", "Report"]
-
 _MOST_LISTED = 40
 
 _ALWAYS = {"M006"}

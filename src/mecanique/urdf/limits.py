@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["MOST_DEPTH", "MOST_VELOCITIES"]
-
 MOST_VELOCITIES = 210
 """Its work space takes about 63 bytes times the cube of the number of velocities: 0.6 GB at 210."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import final
 
-__all__ = ["Names"]
-
 
 @final
 class Names:

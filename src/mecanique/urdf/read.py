@@ -33,8 +33,6 @@ from mecanique.urdf.reading.xacro_values import Letters
 from mecanique.urdf.toml_loops import with_loops
 from mecanique.urdf.xacro_letters import with_properties
 
-__all__ = ["GRAVITY", "mechanism_of", "read_urdf"]
-
 GRAVITY = (0.0, 0.0, -9.81)
 """Acceleration of free fall that a URDF does not state [m/s²]."""
 

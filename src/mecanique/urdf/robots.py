@@ -11,8 +11,6 @@ from pathlib import Path
 
 from mecanique.errors import InputError, UnknownNameError
 
-__all__ = ["robot", "robots"]
-
 _INSIDE = Path("share", "example-robot-data", "robots")
 
 

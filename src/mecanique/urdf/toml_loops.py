@@ -38,7 +38,6 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["with_loops"]
 
 _TABLES = {
     "loop": {"name", "kind", "a", "b", "length"},

@@ -12,7 +12,8 @@ from mecanique.files import write_whole
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Visual
 from mecanique.model.expression import plain, symbols_in
-from mecanique.model.joints import Helical, Joint, Single
+from mecanique.model.joint_base import Single
+from mecanique.model.joints import Helical, Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.urdf.dialect import (
@@ -35,8 +36,6 @@ from mecanique.urdf.writing.forces import (
     load_lines,
 )
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers, text
-
-__all__ = ["write_urdf"]
 
 _KNOWN_COLORS: dict[Rgba, str] = {
     (0.0, 0.447, 0.698, 1.0): "blue",

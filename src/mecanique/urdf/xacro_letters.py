@@ -23,7 +23,6 @@ from mecanique.model.parameters import Parameter
 if TYPE_CHECKING:
     from sympy import Expr
 
-__all__ = ["MOST", "with_properties"]
 
 MOST = 4
 """At most so many properties become letters at once."""

@@ -29,8 +29,6 @@ from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import Verdict, conclude
 from mecanique.wording import say_count
 
-__all__ = ["Other", "compare_with"]
-
 Other: TypeAlias = (
     "Mechanism | Functions | Mapping[str, Callable[..., Any]] | Callable[..., Any] | str | "
     "os.PathLike[str]"

@@ -23,8 +23,6 @@ from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.verdict import Row
 from mecanique.wording import say_count
 
-__all__ = ["Answers", "ask"]
-
 _INDEPENDENT = "independent coordinates"
 
 _IDLE = 1e-13

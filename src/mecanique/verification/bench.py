@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from mecanique.derivation.equations import Equations
     from mecanique.reference import Reference
 
-__all__ = ["Bench", "jacobian"]
 
 _STEP = 1e-2
 """Step of the differences, relative to coordinates larger than one."""

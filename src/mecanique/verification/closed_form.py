@@ -15,10 +15,9 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import angles
-from mecanique.model.states import Given, States
+from mecanique.model.states import States
 from mecanique.model.units import characteristic_length
-
-__all__ = ["ClosedForm"]
+from mecanique.model.values import Given
 
 
 @final

@@ -17,14 +17,12 @@ from mecanique.threads import one_thread_for_loops
 from mecanique.verification import derivations
 from mecanique.verification.answers import Answers, ask
 from mecanique.verification.difference import QUANTITIES
-from mecanique.verification.rows import TOLERANCE
 from mecanique.verification.states.random import random_states, usual_samples
-from mecanique.verification.verdict import Verdict, conclude
+from mecanique.verification.verdict import TOLERANCE, Verdict, conclude
 
 if TYPE_CHECKING:
     from mecanique.verification.against import Other
 
-__all__ = ["compare", "judge", "verify"]
 
 _USUAL = ("pinocchio",)
 """Engines that read a mechanism's file themselves in any case."""

@@ -23,20 +23,6 @@ from mecanique.reference import Reference
 from mecanique.verification.closed_form import ClosedForm
 from mecanique.verification.rows import Dynamics
 
-__all__ = [
-    "InHouse",
-    "affordable",
-    "balances",
-    "contact_forces",
-    "derive_all",
-    "derive_quickly",
-    "independent_accelerations",
-    "is_light",
-    "reactions",
-    "regularity",
-    "shared_reactions",
-]
-
 _BUDGET = 3_600
 """Number of states times nv² that the jets are asked for."""
 

@@ -27,16 +27,6 @@ import numpy as np
 
 from mecanique.arrays import Array
 
-__all__ = [
-    "QUANTITIES",
-    "SMALL",
-    "relative_difference",
-    "relative_differences",
-    "relative_rounding",
-    "scale",
-    "scales",
-]
-
 QUANTITIES = (
     "mass matrix",
     "bias",

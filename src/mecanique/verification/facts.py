@@ -41,7 +41,6 @@ from mecanique.verification.bench import Bench, jacobian
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["SOURCES", "TOLERANCE", "FactRow", "check"]
 
 TOLERANCE = 1e-10
 """Largest residual of a fact that holds."""

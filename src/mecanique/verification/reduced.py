@@ -22,8 +22,6 @@ from mecanique.model.states import States
 from mecanique.verification.causes.cause import Cause
 from mecanique.verification.stencil import differences
 
-__all__ = ["Reduced", "blame_substitution"]
-
 _STEP = 1e-2
 """Of the differences along each independent velocity."""
 

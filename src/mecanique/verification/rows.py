@@ -20,17 +20,6 @@ from mecanique.verification.difference import (
 from mecanique.verification.verdict import TOLERANCE, Row
 from mecanique.wording import say_count
 
-__all__ = [
-    "TOLERANCE",
-    "Dynamics",
-    "Values",
-    "Whole",
-    "evaluate",
-    "least_size",
-    "moving_mass",
-    "rows_of",
-]
-
 Values: TypeAlias = Mapping[str, Array]
 """What one source gives at all states: quantity -> shape (n, …)."""
 

@@ -6,8 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["differences", "differences_twice"]
-
 WEIGHTS = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
 """Weights of f(x + k h) − f(x − k h), k = 1…4."""
 

@@ -16,9 +16,7 @@ from typing import Literal, TypeAlias, final
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import whole
-from mecanique.verification.rows import TOLERANCE
-
-__all__ = ["Entry", "Progress", "Survey", "survey_robots", "survey_systems"]
+from mecanique.verification.verdict import TOLERANCE
 
 Progress: TypeAlias = Callable[[float], None]
 """Receives the part of the work that is done, from 0 to 1."""

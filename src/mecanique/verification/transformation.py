@@ -20,10 +20,9 @@ from mecanique.model.expression import Scalar, evaluate, plain, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.difference import relative_difference, scale
-from mecanique.verification.rows import TOLERANCE, moving_mass
+from mecanique.verification.rows import moving_mass
 from mecanique.verification.states.random import random_states
-
-__all__ = ["Transformation", "compare_coordinates"]
+from mecanique.verification.verdict import TOLERANCE
 
 Expressions: TypeAlias = list[Any]
 

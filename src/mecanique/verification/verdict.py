@@ -21,8 +21,6 @@ from mecanique.verification.originals.reading import EngineReading
 from mecanique.version import __version__
 from mecanique.wording import say_count, write_table
 
-__all__ = ["NOT_INSTALLED", "TOLERANCE", "Row", "Verdict", "conclude", "versions"]
-
 NOT_INSTALLED = "not installed"
 """The version of an engine that is missing."""
 

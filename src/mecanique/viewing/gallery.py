@@ -24,8 +24,6 @@ from mecanique.viewing.page.page import policy
 from mecanique.viewing.show import export
 from mecanique.wording import say_count
 
-__all__ = ["Card", "gallery", "index", "picture_of", "pictures"]
-
 
 @final
 @dataclass(frozen=True)

@@ -18,8 +18,6 @@ from mecanique.viewing.scene.inspection import Inspection, inspection_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.wording import say_count
 
-__all__ = ["inspect", "scene_at_rest"]
-
 
 def inspect(
     mechanism: Mechanism,

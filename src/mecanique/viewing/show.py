@@ -22,8 +22,6 @@ from mecanique.viewing.scene.from_motion import actions_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import document_of, fits_page
 
-__all__ = ["export", "frame", "scene"]
-
 
 def scene(
     motion: Motion,

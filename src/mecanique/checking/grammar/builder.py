@@ -15,8 +15,6 @@ from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.tree import FUNCTIONS, Node
 from mecanique.errors import FormulaError
 
-__all__ = ["build_tree"]
-
 _MOST_POWERS = 4
 _MOST_EXPONENT = 64
 _MOST_DIGITS = 40

@@ -10,8 +10,6 @@ from mecanique.checking.grammar.letters import SPELLINGS
 from mecanique.checking.grammar.tokens import LETTER, Tokens
 from mecanique.checking.grammar.tree import FUNCTIONS
 
-__all__ = ["Latex"]
-
 _COMMAND = re.compile(r"\\(?:[A-Za-z]+|.)", re.DOTALL)
 _D = r"(?:\\mathrm\s*\{\s*d\s*\}|\\text\s*\{\s*d\s*\}|d)"
 _FRACTION = re.compile(

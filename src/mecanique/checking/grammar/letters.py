@@ -13,8 +13,6 @@ from mecanique.derivation.printing.letters import Letter
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import angles
 
-__all__ = ["SPELLINGS", "Kind", "Letters", "key_of"]
-
 Kind: TypeAlias = Literal[
     "coordinate", "velocity", "acceleration", "parameter", "input", "time", "constant", "other"
 ]

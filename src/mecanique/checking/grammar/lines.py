@@ -8,8 +8,6 @@ from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.tokens import CLOSE, OPEN, OPERATORS, Token
 from mecanique.errors import FormulaError
 
-__all__ = ["close_arguments", "join_lines"]
-
 
 def join_lines(tokens: list[Token]) -> list[Token]:
     """Drop line ends within an equation; all others, and ; and , separate equations."""

@@ -9,8 +9,6 @@ from xml.etree.ElementTree import Element
 from mecanique.errors import FormulaError
 from mecanique.safe_xml import XmlRefusedError, tree_of
 
-__all__ = ["is_mathml", "text_of"]
-
 _MOST_CHARACTERS = 200_000
 _DOTS = {"˙": 1, "¨": 2, "⃛": 3, ".": 1, "..": 2, "\u0307": 1, "\u0308": 2}
 _ENTITY = re.compile(r"&(\w{2,40});")

@@ -8,8 +8,6 @@ from typing import final
 from mecanique.checking.grammar.tree import Node, add, divide, multiply, negate
 from mecanique.errors import FormulaError
 
-__all__ = ["write_out"]
-
 
 def write_out(node: Node) -> list[Node]:
     """Return the entries of a column or a row of formulas; a single formula is the only entry.

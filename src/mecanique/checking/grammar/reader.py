@@ -22,8 +22,6 @@ from mecanique.checking.grammar.tokens import Token
 from mecanique.checking.grammar.tree import Node
 from mecanique.errors import FormulaError
 
-__all__ = ["Statement", "define", "read"]
-
 _GRAMMAR = """
 start: statement (_NEXT statement)*
 statement: sum (_EQUALS sum)*

@@ -11,8 +11,6 @@ from mecanique.checking.grammar.lines import close_arguments, join_lines
 from mecanique.checking.grammar.tokens import LETTER, SINGLE, Token, Tokens
 from mecanique.errors import FormulaError
 
-__all__ = ["MOST_CHARACTERS", "Scanner", "scan"]
-
 MOST_CHARACTERS = 20_000
 """Largest number of characters in a text."""
 

@@ -13,8 +13,6 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.checking.grammar.tree import Node
 
-__all__ = ["Tape", "Values"]
-
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": np.sin,
     "cos": np.cos,

@@ -12,8 +12,6 @@ from mecanique.checking.grammar.signs import normalize
 from mecanique.checking.grammar.tree import FUNCTIONS
 from mecanique.errors import FormulaError
 
-__all__ = ["CLOSE", "LETTER", "OPEN", "OPERATORS", "SINGLE", "Token", "Tokens", "clean"]
-
 LETTER = r"\\?[^\W\d_]+(?:_?\{?[^\W_]*\}?)?"
 """A letter with its subscript, in text or LaTeX, as a regular expression."""
 

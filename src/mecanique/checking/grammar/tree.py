@@ -9,22 +9,6 @@ from typing import Literal, TypeAlias, final
 
 from mecanique.errors import FormulaError
 
-__all__ = [
-    "FUNCTIONS",
-    "Kind",
-    "Node",
-    "add",
-    "call",
-    "divide",
-    "letter",
-    "multiply",
-    "negate",
-    "number",
-    "raise_to",
-    "rate",
-    "substitute",
-]
-
 Kind: TypeAlias = Literal[
     "number", "letter", "sum", "product", "quotient", "power", "negative", "call", "table"
 ]

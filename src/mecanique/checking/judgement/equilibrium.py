@@ -18,8 +18,6 @@ from mecanique.errors import FormulaError
 from mecanique.model.random_positions import angles
 from mecanique.model.units import characteristic_length
 
-__all__ = ["Positions"]
-
 _BALANCED = 1e-9
 """Forces balance if they add up to less than this part of their usual size."""
 

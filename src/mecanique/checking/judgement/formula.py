@@ -21,8 +21,6 @@ from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.errors import FormulaError
 
-__all__ = ["Judged", "judge_formula"]
-
 
 @final
 @dataclass(frozen=True, eq=False)

@@ -19,8 +19,6 @@ from mecanique.checking.grammar.tree import Node, add, negate
 from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.errors import FormulaError
 
-__all__ = ["TOLERANCE", "Residual", "count_missing", "difference", "residuals"]
-
 TOLERANCE = 1e-8
 """A difference below this part of the formula's terms is rounding."""
 

@@ -16,11 +16,10 @@ from typing import final
 
 from mecanique.checking.grammar.tree import Node, rate
 from mecanique.derivation.scalars.arcs import function_without_arcs
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.errors import DerivationError, FormulaError, UnknownNameError
-
-__all__ = ["Proof"]
 
 _MOST_PRODUCTS = 30_000
 """Largest number of products of terms for one formula, about 50 ms; longer ones are not proven."""

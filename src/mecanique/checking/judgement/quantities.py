@@ -20,8 +20,6 @@ from mecanique.errors import DerivationError, InputError, UnknownNameError
 from mecanique.model.dimensions import Dimension, read_unit
 from mecanique.model.units import units
 
-__all__ = ["QUESTIONS", "Quantity", "ask_for"]
-
 Kind: TypeAlias = Literal[
     "value",
     "up to a constant",

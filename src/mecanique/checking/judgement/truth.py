@@ -27,8 +27,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.states.random import random_states
 
-__all__ = ["Sample", "Truth", "accelerate"]
-
 STATES = 24
 """Number of states in which a formula is compared."""
 

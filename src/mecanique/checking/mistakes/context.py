@@ -14,8 +14,6 @@ from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.mistakes.units import Units
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Context"]
-
 
 @final
 class Context:

@@ -13,8 +13,6 @@ from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 
-__all__ = ["find_lacking"]
-
 _WORDS = (
     (1.0, "missing", "{} is missing"),
     (2.0, "sign", "the sign of {} is wrong"),

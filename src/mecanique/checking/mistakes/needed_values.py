@@ -7,8 +7,6 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.checking.grammar.tape import Tape, Values
 
-__all__ = ["needed_values"]
-
 
 def needed_values(tape: Tape, values: Values, target: Array) -> list[Array]:
     """Return for each part the value that makes the whole equal a target, all else unchanged.

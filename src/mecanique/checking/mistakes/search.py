@@ -25,8 +25,6 @@ from mecanique.checking.verdict import Cause
 from mecanique.derivation.scalars.series import Series
 from mecanique.model.dimensions import Dimension
 
-__all__ = ["Search"]
-
 NOTHING: Mapping[str, Node] = MappingProxyType({})
 """No definitions of further letters."""
 

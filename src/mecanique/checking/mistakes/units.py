@@ -13,8 +13,6 @@ from mecanique.model.dimensions import PURE, Dimension, read_unit, say_unit
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import per_second, units
 
-__all__ = ["UnitMisfitError", "Units"]
-
 
 @final
 class UnitMisfitError(Exception):

@@ -17,8 +17,6 @@ from mecanique.checking.judgement.truth import Truth
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.model.random_positions import angles
 
-__all__ = ["Factors"]
-
 _PATHS = 5
 _STEPS = 61
 _HALVINGS = 40

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mecanique.textbook.register.row import Row
 
-__all__ = ["as_json", "as_text"]
-
 
 _KINDS = ("equation", "sentence")
 

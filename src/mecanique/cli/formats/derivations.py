@@ -8,8 +8,6 @@ from typing import Literal, TypeAlias
 import mecanique as mq
 from mecanique.cli.printing import inform
 
-__all__ = ["Form", "as_document", "derivation", "derivations", "in_one_coordinate", "reduction"]
-
 Form: TypeAlias = Literal["text", "latex", "mathml"]
 
 

@@ -17,16 +17,6 @@ if TYPE_CHECKING:
     from mecanique.motion.linear.speeds import SpeedMatrices, SpeedRange
     from mecanique.motion.linear.steady import SteadyLinearization
 
-__all__ = [
-    "exponents",
-    "figures",
-    "inertial_figures",
-    "matrix_figures",
-    "response_table",
-    "small_motions",
-    "speed_figures",
-]
-
 
 def small_motions(linearization: Linearization) -> str:
     """Return a linearization as text: equations in letters, matrices and modes in numbers."""

@@ -13,8 +13,6 @@ from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["Chart", "Motions", "efforts_in_joints"]
-
 
 @final
 @dataclass(frozen=True)

@@ -9,8 +9,6 @@ import numpy as np
 
 from mecanique.model.states import States
 
-__all__ = ["BatchDynamics"]
-
 
 class BatchDynamics(ABC):
     """The terms of M a + bias = forces in numbers; with loops, those of the tree.

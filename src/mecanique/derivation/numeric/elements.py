@@ -26,8 +26,6 @@ from mecanique.model.guides.guide import Guide
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import characteristic_length
 
-__all__ = ["Along", "Sizes", "find_unexplained", "size", "unit_needs"]
-
 _RANK = 1e-9
 """Singular values below this part of the largest count as zero."""
 

@@ -15,8 +15,6 @@ from mecanique.derivation.numeric.chart import Motions
 from mecanique.derivation.tree.links import Link
 from mecanique.derivation.tree.poses import Arithmetic, local, stack
 
-__all__ = ["Frame", "cross", "frames"]
-
 
 @final
 @dataclass(frozen=True, eq=False)

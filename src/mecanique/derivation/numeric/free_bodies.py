@@ -19,8 +19,6 @@ from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["FreeBodies", "FreeBody", "Snapshot", "spread", "times", "total_momentum"]
-
 
 @final
 @dataclass(frozen=True, eq=False)

@@ -33,8 +33,6 @@ from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, WrenchOnBo
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["Definition"]
-
 _LARGE = 2.0**40
 """Size of the accelerations that give M; large, so that prescribed motions are lost in rounding."""
 

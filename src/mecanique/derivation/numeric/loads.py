@@ -21,8 +21,6 @@ from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["Loads"]
-
 _HATS = np.stack([hat((0.0, 0.0, 0.0), axis) for axis in np.eye(3).tolist()])
 
 

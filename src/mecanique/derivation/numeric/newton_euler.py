@@ -34,8 +34,6 @@ from mecanique.model.guides.guide import Guide, idle_coordinates
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["Balances", "Reaction", "kinetic_and_potential"]
-
 
 class Reaction(NamedTuple):
     """The wrench that a parent exerts on its child through their joint.

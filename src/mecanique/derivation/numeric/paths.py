@@ -15,8 +15,6 @@ from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate, symbols_in
 from mecanique.model.states import States
 
-__all__ = ["JETS", "coordinate_paths", "delay", "driven_paths", "joint_paths", "stack_jets"]
-
 JETS = Arithmetic(function)
 """The arithmetic that computes poses with jets as scalars."""
 

@@ -23,8 +23,6 @@ from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["Recursion", "solve"]
-
 
 class _Form(NamedTuple):
     """The tree of a mechanism: its links, their motions S and their first velocity columns."""

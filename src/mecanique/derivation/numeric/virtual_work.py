@@ -29,8 +29,6 @@ from mecanique.derivation.numeric.recursion import solve
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["Works"]
-
 _ROUNDING = 1e-12
 """Rows of constraints shorter than this part of the longest count as rounding."""
 

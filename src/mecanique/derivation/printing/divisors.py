@@ -8,8 +8,6 @@ from fractions import Fraction
 from mecanique.derivation.printing.expressions import size
 from mecanique.derivation.printing.formulas import MOVING, Product, Sum, multiply, number
 
-__all__ = ["draw_divisor"]
-
 
 def draw_divisor(terms: Sequence[Product]) -> list[Product]:
     """Merge the first two terms into one product, if both are divided by the same sum.

@@ -40,11 +40,10 @@ from mecanique.derivation.printing.trigforms import (
     shortest,
 )
 from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import exponents, power
-from mecanique.derivation.scalars.series import Basis, Kind, Series
+from mecanique.derivation.scalars.series import Basis, Series
 from mecanique.errors import DerivationError
-
-__all__ = ["distribute", "equations", "expression", "half_square", "join", "root", "shorter"]
 
 _MEASURED = 10_000
 """Numbers with a larger denominator are taken as measured."""

@@ -32,11 +32,9 @@ from mecanique.derivation.printing.trigforms import (
     rescale,
     shortest,
 )
-from mecanique.derivation.scalars.generators import Atom
+from mecanique.derivation.scalars.generators import Atom, Kind
 from mecanique.derivation.scalars.monomials import Polynomial, exponents, power
-from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
-
-__all__ = ["collect_terms", "factor_out", "letters", "size", "to_formula", "to_power"]
+from mecanique.derivation.scalars.series import Basis, Series, canonical
 
 _LARGEST = 40  # polynomials with more terms are not factored
 _WILD = 10_000  # coefficients that are larger multiples of their common measure stay decimals

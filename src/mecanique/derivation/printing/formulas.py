@@ -8,22 +8,6 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, TypeAlias, final
 
-__all__ = [
-    "FUNCTIONS",
-    "MOVING",
-    "SUMS",
-    "Base",
-    "Call",
-    "Letter",
-    "Product",
-    "Sum",
-    "add",
-    "multiply",
-    "names_in",
-    "number",
-    "open_sum",
-]
-
 SUMS, FUNCTIONS, MOVING = 10, 30, 32
 """Order within a product: parameters, then sums and lengths, then functions, then motions."""
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import exponents, power
 from mecanique.derivation.scalars.polynomials import Parts
-from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
-
-__all__ = ["Group", "accelerates", "group"]
+from mecanique.derivation.scalars.series import Basis, Series, canonical
 
 _RANKED = (
     Kind.ACCELERATION,

@@ -9,8 +9,6 @@ from typing import final
 from mecanique.derivation.printing.formulas import FUNCTIONS, Base, Call, Letter, Product, Sum
 from mecanique.derivation.printing.writers import Writer
 
-__all__ = ["write"]
-
 _LARGE = 10**7  # numbers with more digits are written as decimals
 _DECIMAL = 100  # a terminating number with a larger numerator, e.g. 981/100, becomes a decimal
 _DIGITS = 13

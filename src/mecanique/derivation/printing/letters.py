@@ -6,8 +6,6 @@ import re
 from dataclasses import dataclass
 from typing import final
 
-__all__ = ["GREEK", "Letter", "is_varied"]
-
 _SPELLED = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma "
     "tau upsilon phi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"

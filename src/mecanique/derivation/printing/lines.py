@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-__all__ = ["PAGE", "align", "display"]
-
 PAGE = 335.0
 """Text width that formulas are fitted to, in points at a font size of 10 points."""
 

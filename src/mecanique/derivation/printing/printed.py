@@ -12,8 +12,6 @@ from mecanique.derivation.printing.layout import write
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.series import Series
 
-__all__ = ["Equation", "Expression"]
-
 
 class _Printed(ABC):
     """An object that can be written as text, LaTeX and MathML, and displayed in a notebook."""

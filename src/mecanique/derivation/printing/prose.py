@@ -9,8 +9,6 @@ from typing import NamedTuple, final
 from mecanique.derivation.printing.letters import GREEK
 from mecanique.derivation.printing.writers import Latex
 
-__all__ = ["escape", "find_points", "to_latex"]
-
 _NAMES = {sign: name for name, sign in GREEK.items()}
 _TOKEN = re.compile(
     r"(?P<text>\[[^\]]*\]|(?:[a-z]\.){2,}|[^\W\d_]+(?:'[^\W\d_]+)+)"

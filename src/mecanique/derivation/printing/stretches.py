@@ -9,11 +9,10 @@ from typing import final
 from mecanique.derivation.printing.expressions import letters
 from mecanique.derivation.printing.formulas import Product, add, multiply, number
 from mecanique.derivation.printing.trigforms import cost, shortest
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import exponent, exponents, power
 from mecanique.derivation.scalars.polynomials import Parts
-from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
-
-__all__ = ["Stretch", "draw_stretches"]
+from mecanique.derivation.scalars.series import Basis, Series, canonical
 
 _SIGNS = 5
 """Number of symbols in (1 − a/ρ), with brackets."""

@@ -8,8 +8,6 @@ from typing import Any
 from mecanique.derivation.printing.expressions import to_formula
 from mecanique.derivation.scalars.series import Series
 
-__all__ = ["to_matrix", "to_sympy"]
-
 
 def to_sympy(series: Series) -> Any:
     """Return a series as a sympy expression, factored and with the fewest symbols.

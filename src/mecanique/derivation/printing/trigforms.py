@@ -15,24 +15,9 @@ from itertools import chain
 from itertools import product as cartesian
 from typing import TypeAlias
 
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import exponents, largest_exponent, power
-from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
-
-__all__ = [
-    "Form",
-    "Trig",
-    "common_measure",
-    "common_monomial",
-    "common_number",
-    "content",
-    "cost",
-    "has_double_angles",
-    "monomial_series",
-    "monomials_in",
-    "rescale",
-    "scale",
-    "shortest",
-]
+from mecanique.derivation.scalars.series import Basis, Series, canonical
 
 Trig: TypeAlias = "tuple[tuple[int, int, int], ...]"
 """A product of sines and cosines, each as (packed angle, 1 for sin or 0 for cos, power)."""

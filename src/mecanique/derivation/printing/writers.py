@@ -11,8 +11,6 @@ from typing import final
 
 from mecanique.derivation.printing.letters import GREEK, Letter, is_varied
 
-__all__ = ["Latex", "MathML", "Text", "Writer"]
-
 _TIMES = "<mo>&#x2062;</mo>"
 _CALL = re.compile(r"\\(arc)?(sin|cos|tan|exp|log|operatorname)")
 _NUMBERED = re.compile(r"([^\W\d_]+?)(\d+)")

@@ -11,8 +11,6 @@ from mecanique.derivation.scalars.generators import Atom
 from mecanique.derivation.scalars.monomials import power
 from mecanique.derivation.scalars.series import Series
 
-__all__ = ["function_without_arcs"]
-
 
 def function_without_arcs(name: str) -> Callable[..., Any]:
     """Return a function for series; its sine and cosine expand arcs, as in sin(asin u + q)."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import Polynomial, exponent, power
-from mecanique.derivation.scalars.series import Kind, Series, canonical
-
-__all__ = ["by_velocity", "tidy", "without_common_divisor"]
+from mecanique.derivation.scalars.series import Series, canonical
 
 
 def tidy(series: Series) -> Series:

@@ -9,8 +9,6 @@ from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.monomials import exponent, exponents
 from mecanique.derivation.scalars.series import Series, canonical
 
-__all__ = ["over_length", "root_of_square"]
-
 _STEPS = 200
 
 

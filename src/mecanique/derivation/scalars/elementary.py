@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import exponent, exponents, power
-from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
+from mecanique.derivation.scalars.series import Basis, Series, canonical
 from mecanique.errors import DerivationError
-
-__all__ = ["cos", "of_series", "sin", "sqrt"]
 
 
 def of_series(name: str, *arguments: Any) -> Series:

@@ -8,11 +8,10 @@ from typing import Any, final
 
 import numpy as np
 
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import exponents
-from mecanique.derivation.scalars.series import Basis, Kind, Series
+from mecanique.derivation.scalars.series import Basis, Series
 from mecanique.errors import UnknownNameError
-
-__all__ = ["Evaluation", "evaluate", "relative_rest"]
 
 _CONSTANTS = {"pi": math.pi, "E": math.e}
 

@@ -16,8 +16,6 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model.expression import FUNCTIONS, numpy_function
 
-__all__ = ["function"]
-
 
 def function(name: str) -> Callable[..., Any]:
     """Return a mathematical function that accepts any scalar.

@@ -8,8 +8,6 @@ from enum import Enum
 from fractions import Fraction
 from typing import Any, Generic, TypeVar, final
 
-__all__ = ["Angle", "Atom", "Generator", "Kind"]
-
 E = TypeVar("E")
 """The elements of the ring, its series."""
 

@@ -13,8 +13,6 @@ from typing import Any, final
 
 import numpy as np
 
-__all__ = ["Jet"]
-
 
 @final
 class Jet:

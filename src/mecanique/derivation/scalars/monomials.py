@@ -16,18 +16,6 @@ from typing import TypeAlias
 
 from mecanique.errors import DerivationError
 
-__all__ = [
-    "REACH",
-    "Polynomial",
-    "exact",
-    "exponent",
-    "exponents",
-    "generators_in",
-    "largest_exponent",
-    "multiply",
-    "power",
-]
-
 Polynomial: TypeAlias = "dict[int, int]"
 
 _BITS = 12

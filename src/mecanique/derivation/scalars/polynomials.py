@@ -10,22 +10,6 @@ from typing import TypeAlias
 from mecanique.derivation.scalars.monomials import Polynomial, exponent, exponents, multiply, power
 from mecanique.errors import DerivationError
 
-__all__ = [
-    "Parts",
-    "accumulate",
-    "check_size",
-    "differentiate_angles",
-    "differentiate_powers",
-    "largest",
-    "lower_powers",
-    "lowest_terms",
-    "negative",
-    "product",
-    "shift",
-    "size",
-    "split_powers",
-]
-
 Parts: TypeAlias = "dict[int, Polynomial]"
 """Polynomials by trigonometric function: key 2 K for cos(K·φ), 2 K + 1 for sin(K·φ), 0 for 1.
 

@@ -31,8 +31,6 @@ from mecanique.derivation.scalars.polynomials import (
 )
 from mecanique.errors import DerivationError
 
-__all__ = ["Basis", "Generator", "Kind", "Series", "canonical"]
-
 
 class Basis(ABC):
     """The interface that the arithmetic of series needs of its ring; `Ring` implements it.

@@ -12,8 +12,6 @@ from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.monomials import exponents, power
 from mecanique.derivation.scalars.series import Series
 
-__all__ = ["Substitution"]
-
 
 @final
 class Substitution:

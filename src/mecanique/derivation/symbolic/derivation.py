@@ -16,18 +16,6 @@ from mecanique.derivation.symbolic.lines_of_action import Assumption
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.ties.tie import Tie
 
-__all__ = [
-    "Derivation",
-    "Left",
-    "Matrix",
-    "Result",
-    "Stage",
-    "Stages",
-    "SymbolicMethod",
-    "along_displacement",
-    "mass_and_bias",
-]
-
 _MATH = (
     '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block" style="margin: 0.6em 0">'
     "{}</math>"

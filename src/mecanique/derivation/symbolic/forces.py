@@ -14,8 +14,6 @@ from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector
 from mecanique.model.force_base import AnyForce, BodyLoad, LineLoad, WrenchOnBody
 
-__all__ = ["Work", "works_of"]
-
 
 @final
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any, final
 
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector, lift, zero
 from mecanique.derivation.tree.links import links, place_of
@@ -26,8 +27,6 @@ from mecanique.derivation.tree.poses import (
 )
 from mecanique.errors import DerivationError
 from mecanique.model.expression import Scalar
-
-__all__ = ["ORIGIN", "Kinematics"]
 
 ORIGIN = (0, 0, 0)
 """The origin of a body's frame."""

@@ -29,8 +29,6 @@ from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Lagrange"]
-
 
 @final
 class Lagrange:

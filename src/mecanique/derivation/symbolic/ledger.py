@@ -7,7 +7,8 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple, final
 
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left, Result
 from mecanique.derivation.symbolic.free_bodies.balances import FreeBodies
 from mecanique.derivation.symbolic.free_bodies.bodies import Cut
@@ -15,8 +16,6 @@ from mecanique.derivation.symbolic.free_bodies.distribution import distribution_
 from mecanique.derivation.symbolic.steps.operator import coordinate_of
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector, along, cross, total
-
-__all__ = ["Displacements", "Ledger", "couple_of_inertia", "join_words"]
 
 
 class _Letters(NamedTuple):

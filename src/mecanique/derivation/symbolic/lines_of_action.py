@@ -12,14 +12,13 @@ from typing import Any, final
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.evaluation import evaluate
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector, dot, zero
 from mecanique.model.force_base import LineLoad
-
-__all__ = ["Assumption", "Span", "Travel", "length_names"]
 
 
 @final

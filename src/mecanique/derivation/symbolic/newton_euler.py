@@ -34,8 +34,6 @@ from mecanique.derivation.symbolic.vectors import (
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["NewtonEuler"]
-
 
 @final
 class NewtonEuler:

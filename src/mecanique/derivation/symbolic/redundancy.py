@@ -7,8 +7,6 @@ from mecanique.derivation.symbolic.derivation import Stage
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["redundancy_stages"]
-
 
 def redundancy_stages(mechanism: Mechanism, *, of_work: bool = False) -> list[Stage]:
     """Return the step that names redundant constraints, or no step if there are none.

@@ -20,8 +20,6 @@ from mecanique.model.expression import Scalar, evaluate, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["MOST_TERMS", "Algebra"]
-
 MOST_TERMS = 5_000
 """The longest series: enough for a robot with six hinges; longer ones are refused in seconds."""
 

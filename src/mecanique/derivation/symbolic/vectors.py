@@ -10,8 +10,6 @@ from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Basis, Series
 from mecanique.derivation.tree.poses import combination
 
-__all__ = ["Vector", "Wrench", "along", "component", "cross", "dot", "lift", "total", "zero"]
-
 
 @final
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ from typing import final
 
 from mecanique.derivation.printing.equations import distribute
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
 from mecanique.derivation.symbolic.free_bodies.balances import FreeBodies
 from mecanique.derivation.symbolic.free_bodies.bodies import Cut
@@ -35,8 +36,6 @@ from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, along, cross, total
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
-
-__all__ = ["VirtualWork"]
 
 _QUASI = (
     "The coefficient of each independent displacement, with the sign changed, is the left side of "

@@ -17,11 +17,9 @@ from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.expression import Scalar
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.element_laws import Bevel, bevel_of
-
-__all__ = ["Ground", "UnitForce", "unit_forces"]
 
 _HERE = (0.0, 0.0, 0.0)
 

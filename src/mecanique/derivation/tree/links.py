@@ -13,11 +13,9 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 
 from mecanique.model.expression import Scalar
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
-
-__all__ = ["Kind", "Link", "hat", "links", "motions", "moving", "place_of"]
 
 Kind: TypeAlias = Literal["fixed", "turn", "slide", "ball", "free"]
 

@@ -20,22 +20,6 @@ from mecanique.model.expression import Scalar, evaluate, plain
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 
-__all__ = [
-    "Arithmetic",
-    "Matrix",
-    "combination",
-    "joint_values",
-    "local",
-    "moments",
-    "origin",
-    "placement_matrix",
-    "poses",
-    "product",
-    "stack",
-    "times_point",
-    "transpose",
-]
-
 Matrix: TypeAlias = "list[list[Any]]"
 """Rows of scalars."""
 

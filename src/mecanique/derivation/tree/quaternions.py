@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-__all__ = ["quaternion_product", "quaternion_rotation"]
-
 
 def quaternion_product(p: Sequence[Any], r: Sequence[Any]) -> list[Any]:
     """Return the product p ⊗ r, four scalars (Goldstein, Classical Mechanics, 1980, sect. 4-5).

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words
 
-__all__ = ["clear_letters", "frame", "measure_lines_under", "overlap"]
-
 FARTHEST = 36.0
 """The farthest that a letter may move [pt]."""
 

@@ -10,19 +10,6 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "STYLES",
-    "Anchor",
-    "Circle",
-    "Mark",
-    "Point",
-    "Stroke",
-    "Style",
-    "Words",
-    "bounds",
-    "rich",
-]
-
 Point: TypeAlias = NDArray[np.float64]
 """Shape (2,), to the right and downwards [pt]."""
 

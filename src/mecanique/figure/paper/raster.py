@@ -8,8 +8,6 @@ from io import BytesIO
 from mecanique.errors import InputError
 from mecanique.figure.paper.marks import STYLES, Circle, Mark, Stroke, Words, bounds
 
-__all__ = ["raster"]
-
 MARGIN = 12
 DPI = 192
 

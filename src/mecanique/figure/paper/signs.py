@@ -9,20 +9,6 @@ import numpy as np
 
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words, rich
 
-__all__ = [
-    "across",
-    "arc",
-    "arrow",
-    "dashpot",
-    "dimension",
-    "hatch",
-    "label",
-    "pin",
-    "spiral",
-    "spring",
-    "unit",
-]
-
 
 def unit(vector: Point) -> Point:
     """Return a vector's direction; to the right if it has no length.

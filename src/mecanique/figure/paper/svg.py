@@ -7,8 +7,6 @@ from html import escape
 
 from mecanique.figure.paper.marks import STYLES, Circle, Mark, Stroke, Style, Words, bounds
 
-__all__ = ["svg"]
-
 MARGIN = 12
 FONT = "'STIX Two Text','Libertinus Serif','Latin Modern Roman','Times New Roman',Times,serif"
 

@@ -7,8 +7,6 @@ from typing import final
 
 from mecanique.generation.mechanics.vectors import Triple, scale
 
-__all__ = ["NOTHING", "Action"]
-
 NOTHING: Triple = [0.0, 0.0, 0.0]
 
 

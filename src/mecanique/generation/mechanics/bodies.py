@@ -15,8 +15,6 @@ from mecanique.generation.mechanics.vectors import (
     scale,
 )
 
-__all__ = ["Inertia", "Seat", "Wrench"]
-
 
 @final
 @dataclass(frozen=True)

@@ -14,8 +14,6 @@ from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import Traced, trace, value_of
 from mecanique.model.expression import symbols_in
 
-__all__ = ["Chart", "along", "chart_of"]
-
 
 @final
 @dataclass(frozen=True)

@@ -14,8 +14,6 @@ from mecanique.generation.mechanics.vectors import Rows
 from mecanique.generation.program.lowering import Lowering
 from mecanique.generation.program.traced import trace, value_of
 
-__all__ = ["MOST_VELOCITIES", "ClosedForm"]
-
 MOST_VELOCITIES = 8
 """With more velocities, closed forms are too long to be faster than a recursion."""
 

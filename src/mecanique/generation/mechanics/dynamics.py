@@ -24,8 +24,6 @@ from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.tape import Value
 from mecanique.generation.program.traced import values_of
 
-__all__ = ["Dynamics", "dynamics_of"]
-
 _READABLE = 4
 """Closed forms with more velocities are not tried: they take long to derive, and gain little."""
 

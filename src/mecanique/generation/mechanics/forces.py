@@ -22,9 +22,7 @@ from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, dot
 from mecanique.generation.program.sweeps import pull_back
 from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.force_base import BodyLoad, End, JointLoad, LineLoad
-from mecanique.model.joints import Single
-
-__all__ = ["Forces", "on_velocities"]
+from mecanique.model.joint_base import Single
 
 
 @final

@@ -26,8 +26,6 @@ from mecanique.model.constraints.elements import force_names
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.placement import Placement
 
-__all__ = ["Actions"]
-
 
 @final
 class Actions:

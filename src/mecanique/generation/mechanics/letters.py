@@ -12,8 +12,6 @@ from mecanique.generation.program.tape import Tape
 from mecanique.generation.program.traced import arithmetic_on, trace, value_of
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Letters"]
-
 
 @final
 class Letters:

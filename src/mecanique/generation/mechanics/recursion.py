@@ -33,8 +33,6 @@ from mecanique.generation.mechanics.vectors import (
     scale,
 )
 
-__all__ = ["Moving", "Recursion"]
-
 _AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
 _STILL: Triple = [0.0, 0.0, 0.0]
 

@@ -12,8 +12,6 @@ from mecanique.generation.program.traced import value_of
 from mecanique.model.states import States
 from mecanique.verification.states.random import random_states
 
-__all__ = ["inputs_at", "sample"]
-
 _STATES = 16
 
 

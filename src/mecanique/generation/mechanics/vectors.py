@@ -5,19 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
-__all__ = [
-    "Rows",
-    "Triple",
-    "add",
-    "apply",
-    "apply_transpose",
-    "cross",
-    "dot",
-    "products",
-    "scale",
-    "transpose",
-]
-
 Triple: TypeAlias = "list[Any]"
 """Three scalars."""
 

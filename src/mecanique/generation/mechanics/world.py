@@ -19,8 +19,6 @@ from mecanique.generation.mechanics.vectors import (
     transpose,
 )
 
-__all__ = ["World"]
-
 _STILL: Triple = [0.0, 0.0, 0.0]
 
 

@@ -8,8 +8,6 @@ from typing import final
 
 from mecanique.generation.program.tape import Tape, Value
 
-__all__ = ["Counts", "count"]
-
 
 @final
 @dataclass(frozen=True)

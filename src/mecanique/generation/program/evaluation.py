@@ -10,8 +10,6 @@ import numpy as np
 from mecanique.generation.program.tape import Tape, Value
 from mecanique.model.expression import numpy_function
 
-__all__ = ["evaluate"]
-
 _ARITHMETIC = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide}
 
 

@@ -11,8 +11,6 @@ from typing import NamedTuple, final
 
 from mecanique.generation.program.tape import Operation, Tape, Value
 
-__all__ = ["by_tangents"]
-
 _BOTH = frozenset({"sin", "cos"})
 
 

@@ -9,8 +9,6 @@ from typing import final
 from mecanique.errors import DerivationError
 from mecanique.generation.program.tape import Tape, Value
 
-__all__ = ["Listing", "Notation", "list_program"]
-
 _LONGEST = 72
 """Expressions longer than this get a name of their own."""
 

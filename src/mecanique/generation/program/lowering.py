@@ -11,13 +11,12 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, final
 
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import exponents
 from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Series
 from mecanique.errors import DerivationError
 from mecanique.generation.program.tape import Tape, Value
-
-__all__ = ["Lowering"]
 
 _CONSTANTS = {"pi": 3.141592653589793, "E": 2.718281828459045}
 

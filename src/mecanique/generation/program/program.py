@@ -10,8 +10,6 @@ from mecanique.generation.program.tape import Tape, Value
 from mecanique.generation.quantities import Quantity
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Answer", "Landing", "Letter", "Program"]
-
 
 @final
 @dataclass(frozen=True)

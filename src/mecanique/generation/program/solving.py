@@ -9,8 +9,6 @@ from typing import Any, final
 from mecanique.generation.program.tape import Tape, Value
 from mecanique.generation.program.traced import trace, values_of
 
-__all__ = ["Factors", "factorize"]
-
 
 @final
 @dataclass(frozen=True)

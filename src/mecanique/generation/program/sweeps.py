@@ -11,8 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from mecanique.errors import DerivationError
 from mecanique.generation.program.tape import Tape, Value
 
-__all__ = ["pull_back", "push_forward"]
-
 
 def push_forward(tape: Tape, outputs: Sequence[Value], along: Mapping[int, Value]) -> list[Value]:
     """Return the rate of each output when the inputs change at given rates.

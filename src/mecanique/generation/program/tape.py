@@ -13,8 +13,6 @@ from typing import TypeAlias, final
 
 from mecanique.errors import DerivationError
 
-__all__ = ["Operation", "Tape", "Value"]
-
 Value: TypeAlias = "float | int"
 """A float is a number; an int is the index of an operation on the tape."""
 

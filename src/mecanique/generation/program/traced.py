@@ -8,8 +8,6 @@ from typing import Any, final
 from mecanique.derivation.tree.poses import Arithmetic
 from mecanique.generation.program.tape import Tape, Value
 
-__all__ = ["Traced", "arithmetic_on", "trace", "value_of", "values_of"]
-
 
 @final
 class Traced:

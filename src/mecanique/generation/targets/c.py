@@ -16,8 +16,6 @@ from mecanique.generation.program.listing import Notation
 from mecanique.generation.program.program import Answer, Program
 from mecanique.generation.targets.target import Cases, describe, list_answer
 
-__all__ = ["LONG", "NOTATION", "SIGN", "C", "compiler", "limit_optimization"]
-
 _FUNCTIONS = {
     **{name: f"{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log")},
     **{name: f"{name}({{}})" for name in ("asin", "acos", "atan", "atan2", "tanh", "pow")},

@@ -14,8 +14,6 @@ from mecanique.generation.program.program import Answer, Program
 from mecanique.generation.targets.python import quote, require, write_test
 from mecanique.generation.targets.target import Cases, describe, list_answer
 
-__all__ = ["CasADi"]
-
 _FUNCTIONS = {
     **{name: f"ca.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh")},
     **{name: f"ca.{name}({{}})" for name in ("asin", "acos", "atan", "atan2", "sign")},

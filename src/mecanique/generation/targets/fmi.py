@@ -16,8 +16,6 @@ from mecanique.model.dimensions import read_unit
 from mecanique.model.units import per_second
 from mecanique.urdf.xml.markup import quote
 
-__all__ = ["TOLERANCE", "Variable", "describe_model", "results_of", "token_of", "variables_of"]
-
 TOLERANCE = 1e-8
 """Default relative tolerance of a simulation."""
 

@@ -29,8 +29,6 @@ from mecanique.generation.targets.python import require, write_test
 from mecanique.generation.targets.steps import Moving, list_numbers, write_function, write_steps
 from mecanique.generation.targets.target import Cases
 
-__all__ = ["FMU", "platform_of"]
-
 _OPTIONS = ("-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-fno-math-errno")
 
 _MADE = (1980, 1, 1, 0, 0, 0)

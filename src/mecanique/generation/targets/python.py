@@ -17,8 +17,6 @@ from mecanique.generation.program.listing import Notation
 from mecanique.generation.program.program import Answer, Program
 from mecanique.generation.targets.target import Cases, describe, list_answer
 
-__all__ = ["Python", "quote", "require", "write_test"]
-
 _FUNCTIONS = {
     **{name: f"np.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh")},
     "asin": "np.arcsin({})",

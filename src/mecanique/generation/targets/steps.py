@@ -15,8 +15,6 @@ from mecanique.generation.targets.c import NOTATION, SIGN
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import velocity_scales
 
-__all__ = ["Moving", "list_numbers", "write_function", "write_steps"]
-
 
 @final
 @dataclass(frozen=True)

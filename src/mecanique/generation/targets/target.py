@@ -13,8 +13,6 @@ from mecanique.generation.identifiers import identifiers
 from mecanique.generation.program.listing import Listing, Notation, list_program
 from mecanique.generation.program.program import Answer, Letter, Program
 
-__all__ = ["Cases", "Read", "Target", "describe", "list_answer", "symbols_of"]
-
 
 @final
 @dataclass(frozen=True)

@@ -10,8 +10,6 @@ from mecanique.errors import DerivationError, InputError
 from mecanique.model.states import States
 from mecanique.reference import Reference
 
-__all__ = ["ROUNDED", "answer_of", "unit_of"]
-
 ROUNDED = {
     "rhs": "acceleration",
     "mass_matrix": "mass matrix",

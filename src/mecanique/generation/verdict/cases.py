@@ -25,8 +25,6 @@ from mecanique.verification.rounding.conditioning import UNIT, rounding
 from mecanique.verification.rows import moving_mass
 from mecanique.verification.states.random import random_states
 
-__all__ = ["TOLERANCE", "cases_of", "count_varied"]
-
 TOLERANCE = 1e-13
 """Largest relative difference that counts as agreement, unless rounding allows more."""
 

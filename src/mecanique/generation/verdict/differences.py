@@ -13,8 +13,6 @@ from mecanique.generation.verdict.answers import answer_of
 from mecanique.model.states import States
 from mecanique.reference import Reference
 
-__all__ = ["TOLERANCE", "differences"]
-
 TOLERANCE = 1e-6
 """Largest relative difference that counts as agreement, given the error of this method."""
 

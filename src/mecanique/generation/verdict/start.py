@@ -6,8 +6,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.reference import assemble
 
-__all__ = ["start_of"]
-
 
 def start_of(mechanism: Mechanism, q: Given, v: Given) -> tuple[float, ...]:
     """Return initial coordinates with closed loops, and velocities.

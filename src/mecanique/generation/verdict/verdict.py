@@ -17,8 +17,6 @@ from mecanique.generation.targets.target import Cases, Target
 from mecanique.generation.verdict.cases import TOLERANCE, count_varied
 from mecanique.verification.verdict import NOT_INSTALLED, versions
 
-__all__ = ["CodeVerdict", "judge"]
-
 
 @final
 @dataclass(frozen=True)

@@ -23,8 +23,6 @@ from mecanique.derivation.printing.formulas import (
     number,
 )
 
-__all__ = ["Line", "read_formula", "tidy"]
-
 _TOKEN = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?|δ?[^\W\d]\w*'*|[-+*/()]")
 _HALF = Fraction(1, 2)
 

@@ -11,15 +11,6 @@ from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
 
-__all__ = [
-    "explain_force",
-    "explain_letters",
-    "explain_results",
-    "name_functions",
-    "name_results",
-    "spell",
-]
-
 _MEANINGS = {
     "w": "angular velocity of {} [rad/s]",
     "alpha": "angular acceleration of {} [rad/s²]",

@@ -35,8 +35,6 @@ from mecanique.generation.writing.names import (
 from mecanique.generation.writing.written import Part, Written
 from mecanique.model.expression import symbols_in
 
-__all__ = ["write_recursion"]
-
 _CALLS = ("sin", "cos", "tan", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh", "sign")
 _NOTATION = Notation(
     {name: f"{name}({{}})" for name in _CALLS} | {"Abs": "abs({})"}, "{} = {}", lambda x: f"{x!r}"

@@ -15,8 +15,6 @@ from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
 from mecanique.generation.writing.formulas import Line
 
-__all__ = ["Part", "Written"]
-
 _WIDTH = 100
 _LABEL = 120.0  # [pt], the widest symbols with their meaning beside them, not below
 _FRAGMENT = "% part of a document with \\usepackage{amsmath}"

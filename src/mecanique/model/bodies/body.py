@@ -14,8 +14,6 @@ from mecanique.model.bodies.visuals import Visual
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.placement import vector
 
-__all__ = ["Body"]
-
 
 @final
 class Body:

@@ -11,8 +11,6 @@ from mecanique.model.bodies.visuals import Rgba, Visual
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Matrix3, Placement, rotate, vector
 
-__all__ = ["Inertia", "Shape", "combine"]
-
 Inertia: TypeAlias = "tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]"
 """ixx, iyy, izz, ixy, ixz, iyz: entries of the tensor, as in URDF (ixy is no product)."""
 

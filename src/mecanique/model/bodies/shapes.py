@@ -16,22 +16,6 @@ from mecanique.model.bodies.visuals import Box, Cylinder, Rgba, Sphere, Visual
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector
 
-__all__ = [
-    "ball",
-    "bar",
-    "box",
-    "cloud",
-    "cone",
-    "cylinder",
-    "disk",
-    "massless",
-    "particle",
-    "plate",
-    "ring",
-    "rod",
-    "shell",
-]
-
 _BLUE: Rgba = (0.0, 0.447, 0.698, 1.0)
 _ORANGE: Rgba = (0.902, 0.624, 0.0, 1.0)
 

@@ -8,8 +8,6 @@ import numpy as np
 
 from mecanique.arrays import Array
 
-__all__ = ["entries_of", "tensor_of"]
-
 _ROWS, _COLUMNS = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
 
 

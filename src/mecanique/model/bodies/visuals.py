@@ -9,8 +9,6 @@ from typing import TypeAlias, final
 from mecanique.model.expression import Scalar, plain
 from mecanique.model.placement import Placement, rotate, vector
 
-__all__ = ["Box", "Cylinder", "Geometry", "Mesh", "Rgba", "Sphere", "Visual"]
-
 Rgba: TypeAlias = "tuple[float, float, float, float]"
 
 

@@ -16,8 +16,6 @@ from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector
 
-__all__ = ["Blade", "Contact", "Direction", "Rolling", "row_names"]
-
 Direction: TypeAlias = "tuple[float, float, float]"
 """A direction in a body's frame, of unit length."""
 

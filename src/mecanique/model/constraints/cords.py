@@ -9,8 +9,6 @@ from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import vector
 
-__all__ = ["Belt", "Cord", "Pulley", "Stop"]
-
 
 @final
 @dataclass(frozen=True)

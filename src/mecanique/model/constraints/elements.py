@@ -14,8 +14,6 @@ from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import Scalar
 
-__all__ = ["Element", "Preload", "force_names", "preloads"]
-
 Element: TypeAlias = Cord | Belt | Gear | Rack | Loop
 
 

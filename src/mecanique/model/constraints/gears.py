@@ -10,8 +10,6 @@ from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import vector
 
-__all__ = ["Gear", "Rack"]
-
 
 @dataclass(frozen=True)
 class _Teeth:

@@ -10,8 +10,6 @@ from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector
 
-__all__ = ["CLOSED", "Kind", "Loop", "explain_lock"]
-
 Kind: TypeAlias = Literal["ball", "hinge", "weld", "distance", "pin", "plate"]
 
 CLOSED: dict[str, tuple[str, ...]] = {

@@ -16,8 +16,6 @@ import numpy as np
 
 from mecanique.model.expression import Scalar, evaluate, plain
 
-__all__ = ["VelocityConstraint", "is_integrable"]
-
 _POINTS = 4
 """Number of random positions at which the condition is checked."""
 

@@ -11,21 +11,6 @@ from typing import Any
 
 from mecanique.model.expression.scalars import Scalar, plain
 
-__all__ = [
-    "acos",
-    "asin",
-    "atan",
-    "atan2",
-    "cos",
-    "exp",
-    "log",
-    "sign",
-    "sin",
-    "sqrt",
-    "tan",
-    "tanh",
-]
-
 
 def sin(x: Scalar) -> Any:
     """Return the sine, for use in expressions.

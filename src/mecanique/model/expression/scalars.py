@@ -12,22 +12,6 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 
-__all__ = [
-    "FUNCTIONS",
-    "Scalar",
-    "Vector",
-    "accept_arrays",
-    "compile_scalars",
-    "coordinate",
-    "evaluate",
-    "finite",
-    "numpy_function",
-    "plain",
-    "symbols_in",
-    "time",
-    "velocity",
-]
-
 Scalar: TypeAlias = Any
 """A float, a `Parameter`, an `Input` or a sympy expression in their symbols."""
 

@@ -10,8 +10,6 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.model.quaternions import multiply
 
-__all__ = ["ORDERS", "from_euler", "from_quaternion", "to_euler", "to_quaternion"]
-
 ORDERS = ("xyzw", "wxyz")
 """Orders in which quaternions are written."""
 

@@ -21,8 +21,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.quaternions import conjugate, multiply, turn
 from mecanique.model.values import Given
 
-__all__ = ["FloatingState", "floating", "floating_state"]
-
 Rows: TypeAlias = "Sequence[float] | Sequence[Sequence[float]] | np.ndarray"
 """Shape (k,) of one state, or (n, k) of many."""
 

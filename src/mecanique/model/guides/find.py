@@ -21,8 +21,6 @@ from mecanique.model.expression import evaluate, plain, symbols_in
 from mecanique.model.guides.guide import Guide
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["guides_of"]
-
 _NONE = 1e-9
 """Shares of a coordinate in a guide below this count as none."""
 

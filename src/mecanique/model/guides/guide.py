@@ -8,8 +8,6 @@ from typing import final
 
 from mecanique.model.joints import Joint
 
-__all__ = ["Guide", "explain_joint", "idle_coordinates"]
-
 
 @final
 @dataclass(frozen=True)

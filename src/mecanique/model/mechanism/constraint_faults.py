@@ -12,8 +12,6 @@ from mecanique.model.expression import evaluate, symbols_in
 from mecanique.model.joints import Prismatic, Revolute
 from mecanique.model.mechanism.description import Description
 
-__all__ = ["find_constraint_faults", "find_radius_faults"]
-
 
 def find_constraint_faults(m: Description) -> Iterator[str]:
     """Yield what is wrong with the constraints of a mechanism before any value is known.

@@ -23,8 +23,6 @@ from mecanique.model.mechanism.origin import Origin
 from mecanique.model.parameters import Input, Parameter
 from mecanique.model.placement import Placement
 
-__all__ = ["Description"]
-
 
 @dataclass(frozen=True)
 class Description:

@@ -18,10 +18,9 @@ from mecanique.model.constraints.cords import Belt, Cord, Stop
 from mecanique.model.constraints.elements import Element
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
-from mecanique.model.joints import Joint, Prismatic, Revolute, Single
+from mecanique.model.joint_base import Single
+from mecanique.model.joints import Joint, Prismatic, Revolute
 from mecanique.model.mechanism.description import Description
-
-__all__ = ["Bevel", "bevel_of", "laws_of_elements"]
 
 _NEAR = 1e-9
 

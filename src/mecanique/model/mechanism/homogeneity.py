@@ -23,11 +23,9 @@ from mecanique.model.dimensions import (
 )
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.force_base import JointLoad
-from mecanique.model.joints import UNITS, Single
+from mecanique.model.joint_base import UNITS, Single
 from mecanique.model.mechanism.description import Description
 from mecanique.model.placement import Placement
-
-__all__ = ["dimensions_of", "find_mismatches"]
 
 
 @final

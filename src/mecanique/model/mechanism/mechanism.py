@@ -17,8 +17,6 @@ from mecanique.model.placement import vector
 from mecanique.notebook import draw
 from mecanique.wording import say_count
 
-__all__ = ["Mechanism"]
-
 
 @final
 @dataclass(frozen=True)

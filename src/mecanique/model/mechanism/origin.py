@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, final
 
-__all__ = ["Finding", "Origin", "Severity"]
-
 Severity: TypeAlias = Literal["error", "warning", "info"]
 
 

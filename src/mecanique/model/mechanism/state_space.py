@@ -14,8 +14,6 @@ from mecanique.model.expression import coordinate, symbols_in
 from mecanique.model.mechanism.description import Description
 from mecanique.model.values import Given, numbers_of
 
-__all__ = ["StateSpace", "by_leaders"]
-
 _SHORTEST, _LONGEST = 1e-9, 1e9
 """Lengths between which four numbers count as a quaternion to be normalized."""
 

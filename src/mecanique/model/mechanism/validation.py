@@ -11,15 +11,14 @@ import numpy as np
 from mecanique.errors import MecaniqueError
 from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
 from mecanique.model.force_base import JointLoad
-from mecanique.model.joints import Planar, Single
+from mecanique.model.joint_base import Single
+from mecanique.model.joints import Planar
 from mecanique.model.mechanism.constraint_faults import (
     find_constraint_faults,
     find_radius_faults,
 )
 from mecanique.model.mechanism.description import Description
 from mecanique.model.mechanism.homogeneity import find_mismatches
-
-__all__ = ["faults", "inertia_fault"]
 
 
 def faults(mechanism: Description) -> list[str]:

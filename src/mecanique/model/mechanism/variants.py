@@ -13,12 +13,11 @@ from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, Vector, symbols_in
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import JointDamper
-from mecanique.model.joints import Joint, Limits, Planar, Single
+from mecanique.model.joint_base import Limits, Single
+from mecanique.model.joints import Joint, Planar
 from mecanique.model.mechanism.description import Description
 from mecanique.model.parameters import Parameter
 from mecanique.model.placement import Placement, vector
-
-__all__ = ["Variants"]
 
 _Variant = TypeVar("_Variant", bound="Variants")
 

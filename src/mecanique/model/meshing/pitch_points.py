@@ -13,8 +13,6 @@ from mecanique.model.joints import Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.element_laws import bevel_of
 
-__all__ = ["PitchPoint", "find_pitch_point"]
-
 
 @final
 class PitchPoint(NamedTuple):

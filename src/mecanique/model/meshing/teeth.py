@@ -23,8 +23,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.meshing.pitch_points import PitchPoint, find_pitch_point
 from mecanique.model.placement import Placement, angles_of
 
-__all__ = ["RackTeeth", "Toothed", "WheelTeeth", "teeth_of", "visuals_of"]
-
 _FEWEST, _MOST = 15, 40
 """Teeth of the smallest wheel, from … to."""
 

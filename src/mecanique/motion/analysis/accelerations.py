@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from mecanique.motion.compile.program import Program
     from mecanique.reference import Reference
 
-__all__ = ["AccelerationLaw"]
 
 _AGREEMENT = 1e-9
 """Relative difference from the reference that is only rounding."""

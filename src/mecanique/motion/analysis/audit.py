@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from mecanique.motion.analysis.trust import Trust
     from mecanique.motion.record.motion import Motion
 
-__all__ = ["Audit", "AuditRow", "FrictionNeed", "audit"]
 
 _SLACK = 1e-9
 """A cord that would have to push by this part of its largest tension is slack."""

@@ -20,7 +20,6 @@ from mecanique.model.mechanism import Mechanism
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["TOGETHER", "Action", "Actions", "Kind"]
 
 TOGETHER = "reactions and guides"
 """What acts on a body in joints that something not described guides: only its sum is known."""

@@ -15,8 +15,6 @@ from mecanique.motion.analysis.turning_earth import EARTH_RATE, on_turning_earth
 from mecanique.motion.record.motion import Motion
 from mecanique.motion.simulation.simulate import simulate
 
-__all__ = ["InertialCheck", "InertialRow", "inertial_check"]
-
 RTOL = 1e-12
 """Relative tolerance of both motions, tight because their difference is small."""
 

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
     from mecanique.reference.engine.answers import Momentum
 
-__all__ = ["Balance", "momenta_along", "momentum_balances"]
 
 _NEGLIGIBLE = 1e-14
 """What changes a momentum by this part of it during the whole motion is rounding."""

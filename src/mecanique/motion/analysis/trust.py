@@ -12,7 +12,6 @@ from mecanique.motion.simulation.integrators.methods import EquationsError, Task
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
 
-__all__ = ["Trust", "trust"]
 
 SMALLER = 100.0
 """How many times smaller the tolerance of the second integration is."""

@@ -25,8 +25,6 @@ from mecanique.model.forces import Force
 from mecanique.model.joints import Fixed, Revolute
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["EARTH_RATE", "on_turning_earth"]
-
 EARTH_RATE = 7.292115e-5
 """Rate of the earth's rotation [rad/s] (WGS 84, NIMA TR8350.2, 2000, table 3.1)."""
 

@@ -15,13 +15,13 @@ from mecanique.motion.compile.program import SAMPLES, Program
 from mecanique.motion.compile.python import overwriting, owning
 from mecanique.motion.record.steps import RightHandSide
 from mecanique.verification.rounding.conditioning import rounding
-from mecanique.verification.rows import TOLERANCE, rows_of
+from mecanique.verification.rows import rows_of
 from mecanique.verification.states.random import random_states
+from mecanique.verification.verdict import TOLERANCE
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["Admitted", "admit", "require_agreement"]
 
 _FEW = 4
 """Loops of mechanisms with more velocities are closed from random positions one by one for longer

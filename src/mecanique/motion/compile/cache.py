@@ -19,7 +19,6 @@ from mecanique.motion.record.steps import RightHandSide
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["Compiled", "compile_once"]
 
 OPTIMIZED = 50_000
 """After so many steps of Taylor series, optimizing their code pays for any mechanism."""

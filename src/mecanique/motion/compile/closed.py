@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from mecanique.generation.program.program import Landing
     from mecanique.reference import Reference
 
-__all__ = ["ClosedProgram"]
 
 _NEAR = 0.6
 """Distance from a singular position, in characteristic lengths or radians, that counts as near.

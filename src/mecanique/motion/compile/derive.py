@@ -25,8 +25,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.motion.compile.program import Program
 
-__all__ = ["program_of"]
-
 MOST = 100_000
 """Operations of a closed mechanism's program; a longer one is no faster than the reference."""
 

@@ -17,7 +17,6 @@ from mecanique.motion.compile.program import Program
 if TYPE_CHECKING:
     from mecanique.generation.program.tape import Value
 
-__all__ = ["build_seconds", "building", "integrator", "is_installed", "lanes", "system"]
 
 _FUNCTIONS = {"sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh"}
 

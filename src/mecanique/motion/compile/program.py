@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from mecanique.generation.program.program import Landing
     from mecanique.generation.program.tape import Tape, Value
 
-__all__ = ["SAMPLES", "Program"]
 
 SAMPLES = 10
 """Number of random states at which a program is compared before it is used."""

@@ -15,7 +15,6 @@ from mecanique.motion.record.steps import RightHandSide
 if TYPE_CHECKING:
     from mecanique.generation.program.tape import Tape, Value
 
-__all__ = ["Batched", "list_values", "overwriting", "owning", "scalar", "vectorize"]
 
 Batched: TypeAlias = Callable[[float | np.ndarray, np.ndarray, np.ndarray], None]
 """f(t, Y, out): rates of many states at once, shape (nq + nv, n) both, at one time or one each."""

@@ -14,17 +14,6 @@ from mecanique.arrays import Array
 from mecanique.errors import DerivationError, InputError
 from mecanique.motion.compile.program import Program
 
-__all__ = [
-    "ENDED",
-    "NEAR",
-    "March",
-    "Stepper",
-    "Tolerances",
-    "can_compile",
-    "has_compiler",
-    "refuse_signals",
-]
-
 ENDED = ("end", "room", "near", "small", "many", "stiff", "off")
 """Why a motion stops, by the number that says so: it came to its end; there is no more room for
 steps; it came near a singular position; its steps are too small, or too many, or the equations are

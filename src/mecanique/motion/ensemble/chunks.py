@@ -26,8 +26,6 @@ from mecanique.motion.record.loops import ClosedLoops, begin_on_loops
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.arguments import kinks, longest_step
 
-__all__ = ["Chunk", "Part", "run_part", "threads_here"]
-
 FEWEST = 500
 """Fewest runs for which a thread pays."""
 

@@ -15,8 +15,6 @@ import numpy as np
 
 from mecanique.motion.compile.python import Batched
 
-__all__ = ["Block", "integrate"]
-
 _DAMPING = 0.04
 _EXPONENT = 1 / 8 - 0.2 * _DAMPING
 _PIECE = 10_000

@@ -23,7 +23,6 @@ from mecanique.wording import say_count
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
 
-__all__ = ["Runs", "Store", "identity"]
 
 FORMAT = "mecanique runs 1"
 

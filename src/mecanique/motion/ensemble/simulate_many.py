@@ -37,8 +37,6 @@ from mecanique.motion.simulation.arguments import refuse_still, sample_times, sp
 from mecanique.verification.states.random import random_states
 from mecanique.wording import say_count
 
-__all__ = ["simulate_many"]
-
 Given: TypeAlias = (
     "Sequence[float] | np.ndarray | Mapping[str, float | Sequence[float] | np.ndarray] | None"
 )

@@ -12,8 +12,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.state_space import by_leaders
 from mecanique.model.values import column_of, numbers_of
 
-__all__ = ["sweep"]
-
 
 def sweep(
     mechanism: Mechanism, q: Any, v: Any, parameters: Any

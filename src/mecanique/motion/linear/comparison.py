@@ -21,7 +21,6 @@ from mecanique.motion.simulation.simulate import simulate
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["Comparison", "compare"]
 
 RTOL = 1e-11
 """Relative tolerance of the exact motions."""

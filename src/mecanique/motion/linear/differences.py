@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from mecanique.reference import Reference
     from mecanique.reference.loops.freedom.independent import Independent
 
-__all__ = ["drop_disturbances", "linearize_about", "refuse_rolling"]
 
 STEPS = (0.02, 0.004, 0.0008, 0.00016)
 """Steps of the differences, in the unit of each coordinate, tried until one is accurate."""

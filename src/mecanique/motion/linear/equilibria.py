@@ -23,7 +23,6 @@ from mecanique.threads import one_thread_for_loops
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["Equilibrium", "Found", "equilibria", "random_starts"]
 
 _REACH = 1.0
 """Lengths of random starts lie within this of zero [m]."""

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from mecanique.reference.loops.closed import Closed
     from mecanique.reference.loops.freedom.independent import Independent
 
-__all__ = ["effort", "equilibrium_near"]
 
 STEPS = 100
 """Most Newton steps from a start."""

@@ -12,7 +12,6 @@ from mecanique.errors import MecaniqueError
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["find_family", "say_family"]
 
 STEPS = (-1.7, -0.4, 0.6, 2.1)
 """By how much a coordinate is changed [rad or m]."""

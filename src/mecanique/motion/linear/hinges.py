@@ -25,8 +25,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement, angles_of
 from mecanique.model.quaternions import to_matrices
 
-__all__ = ["Hinged", "put_hinges"]
-
 _KINDS = ("precession", "nutation", "spin")
 """What a hinge's angle is called, by its place."""
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from mecanique.motion.linear.response import Response
     from mecanique.motion.record.motion import Motion
 
-__all__ = ["Linearization"]
 
 UNDAMPED = 1e-10
 """C and the skew part of K below this fraction of their scale count as zero."""

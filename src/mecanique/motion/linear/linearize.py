@@ -20,7 +20,6 @@ from mecanique.threads import one_thread_for_loops
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["linearize"]
 
 STARTS = 20
 """Number of random starts of the search if no equilibrium is near the neutral position."""

@@ -15,8 +15,6 @@ from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.statistics import Statistics
 from mecanique.motion.simulation.arguments import sample_times
 
-__all__ = ["chosen_mode", "linear_solution", "mode_motion", "slowest", "usual_amplitude"]
-
 NODES = 32
 """Points per period between which the linear motion is interpolated."""
 

@@ -12,8 +12,6 @@ from mecanique.model.units import add_unit
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.simulation.arguments import Values
 
-__all__ = ["Response", "frequency_response", "response"]
-
 SAMPLES = 400
 """Number of frequencies where none are given."""
 

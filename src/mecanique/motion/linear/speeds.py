@@ -10,13 +10,12 @@ import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import Given
+from mecanique.model.values import Given
 from mecanique.motion.linear.steady import STABLE, SteadyLinearization, linearize_steady, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["SpeedMatrices", "SpeedRange", "expand_in_speed", "sweep_speeds"]
 
 _SAMPLED = (0.5, 1.0, 2.0)
 """Speeds at which the matrices are computed, for the polynomials through them."""

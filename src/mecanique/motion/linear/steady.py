@@ -19,7 +19,7 @@ import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import Given
+from mecanique.model.values import Given
 from mecanique.motion.linear.differences import slopes
 from mecanique.motion.linear.hinges import put_hinges
 from mecanique.motion.record.loops import begin_on_loops
@@ -28,7 +28,6 @@ from mecanique.threads import one_thread_for_loops
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["STABLE", "SteadyLinearization", "linearize_steady", "plain"]
 
 _NONE = 1e-8
 """Entries of A below this part of the largest count as zero."""

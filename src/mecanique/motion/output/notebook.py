@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
 
-__all__ = ["html", "shown_by"]
 
 _makers: list[Callable[[Motion], str]] = []
 

@@ -11,8 +11,6 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.units import add_unit, units
 from mecanique.motion.record.motion import Motion
 
-__all__ = ["plot"]
-
 
 def plot(motion: Motion, what: str = "coordinates", joint: str | None = None) -> Any:
     """Plot a motion; return the matplotlib Figure, which no window shows yet.

@@ -8,8 +8,6 @@ from typing import Any
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["provenance", "recover"]
-
 MAX_TRIALS = 1000
 """Most combinations of whole-number options to try."""
 

@@ -25,8 +25,6 @@ from mecanique.motion.record.motion import Motion
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.statistics import Statistics
 
-__all__ = ["load", "save", "to_csv", "to_frame", "to_parquet"]
-
 FORMAT = "mecanique motion 1"
 """First line of every file's description."""
 

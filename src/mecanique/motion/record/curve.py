@@ -22,8 +22,6 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.motion.record.rates import Rates
 
-__all__ = ["Curve", "State", "Times"]
-
 Times: TypeAlias = "float | Sequence[float] | np.ndarray"
 """A time, or shape (n,) [s]."""
 

@@ -19,7 +19,6 @@ from mecanique.motion.record.upheld import uphold
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["Energies", "energies", "is_rheonomic"]
 
 TIME_STEP = 0.02
 """Step of the differences for ∂L/∂t of prescribed motions, in steps of the integrator."""

@@ -15,8 +15,6 @@ from mecanique.model.expression import Scalar, compile_scalars, finite, plain
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.rates import Rates
 
-__all__ = ["Event", "Occurrence", "Quantity", "break_names"]
-
 Quantity: TypeAlias = Callable[[float, np.ndarray, np.ndarray], float]
 """A function of t, q and v."""
 

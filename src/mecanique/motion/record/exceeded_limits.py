@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
 
-__all__ = ["Exceeded", "find_exceeded"]
 
 _ROUNDING = 1e-9
 """A limit that is passed by less [rad or m] is only touched."""

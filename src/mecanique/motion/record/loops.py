@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from mecanique.reference import Reference
     from mecanique.reference.loops.closed import Closed
 
-__all__ = ["Beginning", "ClosedLoops", "begin_on_loops"]
 
 _LEFT = 1e-3
 """A state that this part of the tolerance, or more, brings back onto the loops has left them."""

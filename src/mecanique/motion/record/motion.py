@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from mecanique.reference import Reference
     from mecanique.reference.engine.answers import PointMotion, Twist, Wrench
 
-__all__ = ["Motion"]
 
 _MARKS = ("", "'", "''")
 """What a coordinate's name is followed by for itself, its rate and its second rate."""

@@ -9,8 +9,6 @@ from numpy.polynomial import legendre
 
 from mecanique.motion.record.curve import Curve
 
-__all__ = ["POINTS", "Integrand", "integral"]
-
 POINTS = 6
 """Gauss points per part: exact to degree 11 at the part's end, to degree 5 inside."""
 

@@ -16,8 +16,6 @@ import numpy as np
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.quaternions import conjugate, multiply, pure, turn
 
-__all__ = ["Rates"]
-
 _Columns: TypeAlias = tuple[EllipsisType, slice]
 """Some columns of an array of states."""
 

@@ -11,7 +11,6 @@ from mecanique.wording import say_count
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
 
-__all__ = ["summary"]
 
 MAX_LISTED = 12
 """Most coordinates that are listed."""

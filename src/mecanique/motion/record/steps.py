@@ -12,8 +12,6 @@ import numpy as np
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.rates import Rates
 
-__all__ = ["RightHandSide", "Steps"]
-
 RightHandSide: TypeAlias = Callable[[float, np.ndarray], np.ndarray]
 """ẏ = f(t, y) for y = (q, v)."""
 

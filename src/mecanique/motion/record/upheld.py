@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-__all__ = ["ASKED", "is_upheld", "spread", "uphold"]
-
 ASKED = 24
 """At so many states the reference is asked as well."""
 

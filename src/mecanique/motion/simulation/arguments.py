@@ -13,8 +13,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Record
 from mecanique.motion.record.events import Event
 
-__all__ = ["Values", "kinks", "longest_step", "refuse_still", "sample_times", "span_and_tolerances"]
-
 Values: TypeAlias = Sequence[float] | np.ndarray | Mapping[str, float]
 """Numbers in order, or by name."""
 

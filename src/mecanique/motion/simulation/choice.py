@@ -15,15 +15,6 @@ from mecanique.motion.simulation.integrators.methods import METHODS
 from mecanique.motion.simulation.integrators.refinement import step_accuracy
 from mecanique.motion.simulation.problem import Integration, Problem
 
-__all__ = [
-    "COMPILED",
-    "Choice",
-    "first_choice",
-    "may_change",
-    "next_choice",
-    "worth_reconsidering",
-]
-
 COMPILED = {
     "closed_form": "dop853 on the closed form, compiled in Python",
     "taylor": "Taylor series of the closed form, compiled by heyoka",

@@ -6,12 +6,11 @@ import numpy as np
 
 from mecanique.errors import IntegrationError
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import Given, explain_defaults
+from mecanique.model.states import explain_defaults
+from mecanique.model.values import Given
 from mecanique.motion.record.motion import Motion
 from mecanique.motion.simulation.problem import Integration, Problem
 from mecanique.wording import say_count
-
-__all__ = ["failure"]
 
 MAX_LISTED = 8
 """At most this many values of a state are listed in a message."""

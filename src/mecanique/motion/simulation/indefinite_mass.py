@@ -8,8 +8,6 @@ from mecanique.arrays import Array
 from mecanique.errors import IntegrationError
 from mecanique.reference import Reference
 
-__all__ = ["refuse_indefinite"]
-
 _ROUNDING = 1e-13
 """Eigenvalues of the scaled mass matrix above minus this are zero to rounding."""
 

@@ -31,8 +31,6 @@ from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
 from mecanique.motion.simulation.watching.watcher import Interruption, Watcher
 
-__all__ = ["integrate"]
-
 
 def integrate(problem: Problem, choice: Choice) -> Integration:
     """Integrate a problem once, as far as it goes.

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, final
 
-__all__ = ["Kind", "Outcome"]
-
 Kind: TypeAlias = Literal[
     "end",
     "event",

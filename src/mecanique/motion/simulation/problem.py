@@ -18,8 +18,6 @@ from mecanique.motion.simulation.outcome import Outcome
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["Course", "Integration", "Problem"]
-
 
 @final
 @dataclass(frozen=True)

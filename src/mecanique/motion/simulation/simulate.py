@@ -47,8 +47,6 @@ from mecanique.threads import one_thread_for_loops
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["simulate"]
-
 
 @one_thread_for_loops
 def simulate(

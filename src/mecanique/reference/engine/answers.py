@@ -13,20 +13,6 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.placement import vector
 
-__all__ = [
-    "AppliedForce",
-    "BodyMotions",
-    "Energy",
-    "Momentum",
-    "Number",
-    "Places",
-    "PointMotion",
-    "Resultant",
-    "Twist",
-    "Wrench",
-    "local_point",
-]
-
 _NO_SHARE = 1e-9
 """A component below this part of a vector counts as zero."""
 

@@ -21,8 +21,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.load import Engine, Seat
 from mecanique.reference.engine.quaternions import quaternion_rate, turn
 
-__all__ = ["Chart"]
-
 
 class _Places(NamedTuple):
     """The index of each coordinate in q and of each velocity in v."""

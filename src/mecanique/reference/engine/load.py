@@ -11,14 +11,12 @@ import numpy as np
 from mecanique.errors import EngineError
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.package import engine_package
 from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
 from mecanique.urdf.write import write_urdf
 from mecanique.urdf.writing.chains import SimpleJoint, chains
-
-__all__ = ["Engine", "Holder", "Seat", "load"]
 
 _WIDTHS = {
     "continuous": (2, 1),

@@ -17,8 +17,6 @@ from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.sites import Site
 from mecanique.reference.engine.tree import Tree
 
-__all__ = ["center_speeds", "energies", "momenta", "resultants"]
-
 
 @final
 @dataclass

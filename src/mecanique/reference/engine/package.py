@@ -8,8 +8,6 @@ from typing import Any
 
 from mecanique.lazy import keep_garbage
 
-__all__ = ["MISSING", "STAND_IN", "engine_name", "engine_package", "has_pinocchio"]
-
 STAND_IN = "stand-in"
 """The name of the stand-in."""
 

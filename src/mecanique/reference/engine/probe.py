@@ -12,8 +12,6 @@ from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
 
-__all__ = ["backward_error", "massless_mode", "random_states", "reach_of", "refuse_massless"]
-
 _SINGULAR = 1e-13
 """A pivot of the mass matrix below this share of its own scale is rounding noise."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-__all__ = ["quaternion_rate", "turn"]
-
 
 def quaternion_rate(
     quaternion: Sequence[Any], spin: Sequence[Any], half: Any = 0.5

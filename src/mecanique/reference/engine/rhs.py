@@ -15,8 +15,6 @@ from mecanique.reference.engine.forces.loads import Loads
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.package import engine_package
 
-__all__ = ["Rhs", "fast_rhs"]
-
 Rhs: TypeAlias = Callable[[float, Array], Array]
 """f(t, y) = y', shape (nq + nv,) both."""
 

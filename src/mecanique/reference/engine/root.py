@@ -15,8 +15,6 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.reference.engine.load import Engine
 
-__all__ = ["MassRoot"]
-
 
 @final
 class MassRoot:

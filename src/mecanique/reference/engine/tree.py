@@ -31,8 +31,6 @@ from mecanique.reference.engine.probe import (
 )
 from mecanique.reference.engine.rhs import Rhs, fast_rhs
 
-__all__ = ["Tree"]
-
 _ILL_CONDITIONED = 1e6
 """The recursion is used only if G has a smaller condition number than this."""
 

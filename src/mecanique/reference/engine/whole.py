@@ -10,8 +10,6 @@ from mecanique.arrays import Array
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.tree import Tree
 
-__all__ = ["Whole"]
-
 
 @final
 class Whole:

@@ -25,8 +25,6 @@ from mecanique.reference.loops.metric import Metric, measure
 from mecanique.reference.loops.nullspace import ConstrainedMotion, solve, split
 from mecanique.reference.loops.tolerances import LEAST, LOOSE, OPEN, TINY
 
-__all__ = ["COMPONENTS", "Closed", "Forces"]
-
 COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in "xyz")
 """The components of a wrench, world axes."""
 

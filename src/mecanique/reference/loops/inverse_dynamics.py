@@ -18,8 +18,6 @@ from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.freedom.independent import Independent
 from mecanique.reference.loops.tolerances import DEPENDENT, OPEN
 
-__all__ = ["driving_forces", "free_motions"]
-
 _LEFT = 1e-8
 """Largest unbalanced part of the forces, relative to these."""
 

@@ -11,8 +11,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closed import Closed
 
-__all__ = ["Loaded", "load_loops", "load_once"]
-
 MOST = 32
 """Number of mechanisms that stay loaded in a thread, those used last."""
 

@@ -18,8 +18,6 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.reference.loops.tolerances import LEAST, TINY
 
-__all__ = ["Metric", "Units", "measure"]
-
 _MASSLESS = 1e-13
 """Principal inertias below this are rounding, for a mass matrix with unit diagonal."""
 

@@ -18,8 +18,6 @@ from mecanique.errors import ClosureError
 from mecanique.reference.loops.metric import Metric
 from mecanique.reference.loops.tolerances import DETERMINED, MASSLESS, RANK, TINY
 
-__all__ = ["ConstrainedMotion", "Split", "solve", "split"]
-
 
 @final
 @dataclass(frozen=True)

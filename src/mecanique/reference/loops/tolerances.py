@@ -1,24 +1,5 @@
 """Tolerances of loops: gaps in characteristic lengths or radians, Jacobians in the same units."""
 
-__all__ = [
-    "ASSEMBLED",
-    "DEPENDENT",
-    "DETERMINED",
-    "EPSILON",
-    "EXACT",
-    "INDEPENDENT_ROW",
-    "LEAST",
-    "LOOSE",
-    "MASSLESS",
-    "OPEN",
-    "PIVOT",
-    "RANK",
-    "RANK_ASSEMBLED",
-    "ROUNDING",
-    "TINY",
-    "WEAK",
-]
-
 OPEN = 1e-6
 """Gap beyond which loops are open, and the equations of motion without meaning."""
 

@@ -10,8 +10,6 @@ import numpy as np
 from mecanique.errors import EngineError
 from mecanique.reference.originals.original import ByJoint, Original, columns
 
-__all__ = ["read"]
-
 _MESHES = re.compile(
     rb"<(visual|collision)\b[^>]*(?<!/)>(?:(?!</\1>).)*?<mesh\b.*?</\1>", re.DOTALL
 )

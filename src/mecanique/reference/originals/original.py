@@ -10,8 +10,6 @@ import numpy as np
 
 from mecanique.arrays import Array
 
-__all__ = ["ByJoint", "Original", "columns"]
-
 ByJoint: TypeAlias = Mapping[str, Sequence[float]]
 """A number in each of n states, by name of the joint."""
 

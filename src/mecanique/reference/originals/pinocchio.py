@@ -14,8 +14,6 @@ import numpy as np
 from mecanique.errors import EngineError
 from mecanique.reference.originals.original import ByJoint, Original, columns
 
-__all__ = ["read"]
-
 _COMPLAINT = re.compile(r"^(?:Error|Warning):\s+(.*?)\s*$", re.MULTILINE)
 
 

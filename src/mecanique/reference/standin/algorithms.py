@@ -11,19 +11,6 @@ from mecanique.reference.standin.model import Data, Joint, Model
 from mecanique.reference.standin.spatial import Force, Inertia
 from mecanique.reference.vectors import cross
 
-__all__ = [
-    "aba",
-    "computeFrameJacobian",
-    "computeGeneralizedGravity",
-    "computeJointJacobiansTimeVariation",
-    "computePotentialEnergy",
-    "crba",
-    "forwardKinematics",
-    "framesForwardKinematics",
-    "nonLinearEffects",
-    "rnea",
-]
-
 
 def forwardKinematics(
     model: Model, data: Data, q: Array, v: Array | None = None, a: Array | None = None

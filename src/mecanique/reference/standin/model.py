@@ -12,18 +12,6 @@ from mecanique.arrays import Array
 from mecanique.reference.standin.spatial import SE3, Force, Inertia, Motion
 from mecanique.reference.vectors import hat
 
-__all__ = [
-    "BODY",
-    "Data",
-    "Frame",
-    "Joint",
-    "JointModelRevoluteUnaligned",
-    "Kind",
-    "Model",
-    "ReferenceFrame",
-    "StdVec_Force",
-]
-
 BODY = "body"
 """The type of a body's frame."""
 

@@ -12,8 +12,6 @@ from mecanique.arrays import Array
 from mecanique.reference.standin.model import Frame, Joint, Kind, Model
 from mecanique.reference.standin.spatial import SE3, Inertia
 
-__all__ = ["buildModelFromXML"]
-
 
 def buildModelFromXML(text: str) -> Model:
     """Return the tree of a URDF text.

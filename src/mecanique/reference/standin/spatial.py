@@ -10,8 +10,6 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.reference.vectors import cross, hat
 
-__all__ = ["SE3", "Force", "Inertia", "Motion", "log3"]
-
 
 class _Pair:
     """Two vectors in one array, shape (6,)."""

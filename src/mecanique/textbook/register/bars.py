@@ -11,8 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeAlias, final
 
-__all__ = ["Bars"]
-
 Acting: TypeAlias = tuple[Any, Any]
 """A point, and the force or momentum there."""
 

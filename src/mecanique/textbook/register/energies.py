@@ -17,8 +17,6 @@ from mecanique.model.states import States
 from mecanique.textbook import load
 from mecanique.textbook.register.row import Row, agreement, identity
 
-__all__ = ["rows"]
-
 _OPERATOR = (
     "the operator applied to T and V of {}, against Newton and Euler's equations of the same system"
 )

@@ -14,8 +14,6 @@ from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.textbook import load
 from mecanique.textbook.register.row import Row, identity
 
-__all__ = ["rows"]
-
 
 def rows() -> Iterator[Row]:
     """Yield the rows of the example, in the letters of the chapter; x points away from the wall."""

@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from mecanique.textbook.register.bars import Bars
 from mecanique.textbook.register.row import Row, agreement, identity, misprint
 
-__all__ = ["rows"]
-
 _BY_POSITIONS = "positions of the straight bars, differentiated"
 _BY_BALANCES = "the balances of all bars, solved"
 

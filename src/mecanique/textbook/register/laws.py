@@ -16,8 +16,6 @@ from mecanique.reference import Reference
 from mecanique.textbook import load
 from mecanique.textbook.register.row import Row, agreement, identity
 
-__all__ = ["rows"]
-
 _G = (0.0, 0.0, -9.81)
 _PUSH, _AT, _COUPLE = (3.0, -2.0, 5.0), (0.4, 0.1, -0.3), (0.7, 0.2, -1.1)
 _CLOUD = (

@@ -14,8 +14,6 @@ from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.textbook import load
 from mecanique.textbook.register.row import Row, agreement, identity, misprint
 
-__all__ = ["rows"]
-
 _BY = "the derivation of the pendulum in the catalogue, term by term"
 
 

@@ -7,8 +7,6 @@ from typing import Any, final
 
 import numpy as np
 
-__all__ = ["Row", "agreement", "decision", "identity", "misprint", "misread", "open_point"]
-
 TOLERANCE = 1e-9
 """Largest relative residual of a numeric statement that holds."""
 

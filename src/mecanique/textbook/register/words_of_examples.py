@@ -10,8 +10,6 @@ from mecanique.textbook import load
 from mecanique.textbook.register.bars import Bars
 from mecanique.textbook.register.row import Row, decision, identity, misprint
 
-__all__ = ["rows"]
-
 
 def rows() -> Iterator[Row]:
     """Yield the rows of the examples."""

@@ -16,8 +16,6 @@ from mecanique.model.mechanism.homogeneity import dimensions_of
 from mecanique.textbook import load
 from mecanique.textbook.register.row import Row, agreement, decision, identity, misprint
 
-__all__ = ["rows"]
-
 
 def rows() -> Iterator[Row]:
     """Yield the rows of the sections."""

@@ -6,14 +6,13 @@ from collections.abc import Iterable, Iterator
 
 from mecanique.derivation.agreement import derivations
 from mecanique.derivation.scalars.elementary import sin
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.vectors import along
 from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.textbook import load
 from mecanique.textbook.register.row import Row, decision, identity, misprint
-
-__all__ = ["rows"]
 
 _LEDGER = "the ledger of virtual work of the pendulum in the catalogue"
 

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 
 from mecanique.textbook.register.row import Row, misread, open_point
 
-__all__ = ["rows"]
-
 
 def rows() -> Iterator[Row]:
     """Yield the rows."""

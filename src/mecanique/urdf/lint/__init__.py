@@ -1,6 +1,6 @@
 """What is wrong in a URDF text, and what different programs read differently."""
 
-from mecanique.urdf.findings import Finding
+from mecanique.model.mechanism.origin import Finding
 from mecanique.urdf.lint.check import lint
 from mecanique.urdf.lint.homogeneous import compare_inertias
 from mecanique.urdf.lint.output import as_json, as_text

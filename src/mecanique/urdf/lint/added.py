@@ -12,8 +12,6 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import Document
 from mecanique.urdf.rules import Rule
 
-__all__ = ["AddedRule", "check"]
-
 Fault: TypeAlias = tuple[Element, str, str]
 """The element at fault, where it is (e.g. "link 'arm'"), and what is wrong."""
 

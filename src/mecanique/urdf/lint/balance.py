@@ -20,8 +20,6 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.fields import number
 from mecanique.urdf.reading.links import ENTRIES
 
-__all__ = ["Balance", "balances", "nearest_inertia"]
-
 _FACES = np.array([[1.0, 1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, 1.0, 1.0]])
 """Each product with the moments is at least zero."""
 

@@ -18,8 +18,6 @@ from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import Document
 
-__all__ = ["Blank", "blanks", "check", "raw_attribute", "start_tag"]
-
 _VECTORS = {("origin", "xyz"), ("origin", "rpy"), ("axis", "xyz")}
 _NUMBERS = {
     "mass": ("value",),

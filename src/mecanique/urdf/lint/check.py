@@ -6,13 +6,11 @@ import os
 from collections.abc import Mapping
 
 from mecanique.errors import InputError
-from mecanique.urdf.findings import Finding
+from mecanique.model.mechanism.origin import Finding
 from mecanique.urdf.lint import added, blanks, engines, homogeneous, masses, sides, spelling, units
 from mecanique.urdf.read import mechanism_of
 from mecanique.urdf.reading.document import Source, read_document
 from mecanique.urdf.reading.meshes import PackagePath
-
-__all__ = ["lint"]
 
 
 def lint(

@@ -11,8 +11,6 @@ from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
 from mecanique.urdf.reading.document import Document
 from mecanique.urdf.reading.joints import SINGLE, JointText
 
-__all__ = ["check"]
-
 _VELOCITIES = {**dict.fromkeys(SINGLE, 1), "planar": 3, "universal": 2, "ball": 3, "floating": 6}
 
 

@@ -23,8 +23,6 @@ from mecanique.urdf.reading.document import read_document
 from mecanique.urdf.reading.links import ENTRIES, Link
 from mecanique.urdf.reading.meshes import PackagePath
 
-__all__ = ["Inertias", "LinkInertia", "check", "compare_inertias"]
-
 _OUTSIDE = 0.02
 """How far outside of its shape a center of mass may lie, relative to the shape's diagonal."""
 

@@ -9,8 +9,6 @@ from mecanique.urdf.reading.document import Document
 from mecanique.urdf.reading.joints import JointText
 from mecanique.urdf.reading.links import Link
 
-__all__ = ["check"]
-
 _TINY = 2.2e-16
 
 

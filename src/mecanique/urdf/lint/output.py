@@ -7,9 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from mecanique.urdf.findings import Finding
-
-__all__ = ["as_json", "as_text"]
+from mecanique.model.mechanism.origin import Finding
 
 
 def as_text(findings: Sequence[Finding]) -> str:

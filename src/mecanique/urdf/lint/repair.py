@@ -19,8 +19,6 @@ from mecanique.urdf.reading.links import ENTRIES
 from mecanique.urdf.xml.markup import quote
 from mecanique.urdf.xml.parse import parse
 
-__all__ = ["find_balances", "mend"]
-
 _PARSED = "an element that was parsed has a start tag"
 
 

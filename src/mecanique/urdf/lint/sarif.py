@@ -12,10 +12,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from mecanique.urdf.findings import Finding
+from mecanique.model.mechanism.origin import Finding
 from mecanique.urdf.rules import RULES, Rule
-
-__all__ = ["as_sarif"]
 
 _LEVELS = {"error": "error", "warning": "warning", "info": "note"}
 

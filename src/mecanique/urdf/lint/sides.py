@@ -16,8 +16,6 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import Document
 from mecanique.urdf.reading.links import Link
 
-__all__ = ["check", "mirror_name"]
-
 _MASS, _MOMENT = 0.01, 0.05
 """Relative differences of masses and moments of inertia that drawings of two sides may have."""
 

@@ -17,8 +17,6 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 
-__all__ = ["Solid", "solid_of"]
-
 
 @final
 @dataclass(frozen=True, eq=False)

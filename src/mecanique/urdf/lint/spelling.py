@@ -26,8 +26,6 @@ from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import Document
 
-__all__ = ["check"]
-
 _JOINT = (
     {"name", "type"},
     {

@@ -11,8 +11,6 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import Document
 from mecanique.urdf.reading.links import Link
 
-__all__ = ["check"]
-
 _FAR = 20.0
 """A distance within a robot that is likely in millimeters [m]."""
 

@@ -17,8 +17,6 @@ import numpy as np
 from mecanique.model.placement import Placement
 from mecanique.urdf.reading.joints import JointText
 
-__all__ = ["BushingFaultError", "Frame", "InJoint", "in_joint"]
-
 _CLOSE = 1e-9
 
 

@@ -25,8 +25,6 @@ from mecanique.urdf.reading.xacro import expand
 from mecanique.urdf.reading.xacro_values import Letters, Values
 from mecanique.urdf.xml.parse import MOST_BYTES, parse
 
-__all__ = ["Document", "Source", "read_document"]
-
 Source = str | os.PathLike[str]
 """A URDF text, or the path of a file: a string with "<" in it is a text."""
 

@@ -41,8 +41,6 @@ from mecanique.urdf.reading.constraints.velocities import Between, read_velocity
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement_of, single
 from mecanique.urdf.reading.joints import MOVING, SINGLE, JointText
 
-__all__ = ["Extensions", "read_extensions", "with_rotors"]
-
 _NOT_MODELED = ("drake:tendon_constraint", "loop_joint")
 
 _OWN = (LOOP, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT, ROLLING, BLADE)

@@ -9,8 +9,6 @@ from mecanique.model.placement import Placement
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 
-__all__ = ["LARGEST", "name_of", "number", "numbers", "placement", "placement_of", "single"]
-
 LARGEST = 1e50
 """Largest length, mass or inertia that is read: products of a few still are finite."""
 

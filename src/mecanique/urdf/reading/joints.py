@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import final
 
+from mecanique.model.joint_base import Limits
 from mecanique.model.joints import (
     Fixed,
     Floating,
     Helical,
     Joint,
-    Limits,
     Planar,
     Prismatic,
     Revolute,
@@ -23,8 +23,6 @@ from mecanique.urdf.dialect import DRAKE_JOINT, SCREW, UNBOUNDED
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement, single
-
-__all__ = ["CUSTOM", "MOVING", "SINGLE", "JointText", "Mimic", "read_joints"]
 
 SINGLE = ("revolute", "continuous", "prismatic")
 """Types with one coordinate."""

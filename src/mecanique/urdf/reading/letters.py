@@ -9,12 +9,10 @@ from typing import final
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.expression import Scalar, Vector
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Parameter
 from mecanique.urdf.names import Names
-
-__all__ = ["KINDS", "with_armature", "with_letters"]
 
 KINDS = ("masses", "lengths", "inertias")
 """Kinds of numbers that get letters together."""

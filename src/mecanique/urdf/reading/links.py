@@ -17,8 +17,6 @@ from mecanique.urdf.reading.fields import name_of, number, placement, single
 from mecanique.urdf.reading.joints import JointText
 from mecanique.urdf.reading.pictures import Pictures
 
-__all__ = ["ENTRIES", "Link", "implied_world", "read_links"]
-
 ENTRIES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 """Attributes of <inertia>, in the order of the model."""
 

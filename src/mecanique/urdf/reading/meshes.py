@@ -8,8 +8,6 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TypeAlias, final
 
-__all__ = ["MeshSearch", "OutsideError", "PackagePath"]
-
 PackagePath: TypeAlias = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 """Folders that hold packages: a path, several joined by the system's separator, or a sequence."""
 

@@ -10,8 +10,6 @@ from typing import final
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.joints import SINGLE, JointText
 
-__all__ = ["Follower", "followers"]
-
 
 @final
 @dataclass(frozen=True)

@@ -11,8 +11,6 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.fields import number, numbers, placement, single
 from mecanique.urdf.reading.meshes import MeshSearch, OutsideError
 
-__all__ = ["Pictures"]
-
 _SHAPES = ("box", "cylinder", "sphere", "mesh")
 
 

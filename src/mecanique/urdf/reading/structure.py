@@ -6,8 +6,6 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.joints import JointText
 from mecanique.urdf.reading.links import Link
 
-__all__ = ["root_of"]
-
 
 def root_of(
     links: list[Link], joints: list[JointText], report: Report, complete: bool

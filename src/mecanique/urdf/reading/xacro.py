@@ -16,8 +16,6 @@ from mecanique.urdf.reading.meshes import MeshSearch
 from mecanique.urdf.reading.xacro_places import Places
 from mecanique.urdf.reading.xacro_values import Values
 
-__all__ = ["expand"]
-
 
 def expand(
     file: Path, values: Values, search: MeshSearch, report: Report

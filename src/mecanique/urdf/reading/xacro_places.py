@@ -15,8 +15,6 @@ from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.xml.parse import parse
 
-__all__ = ["Places"]
-
 _MARK = "mecanique_place"
 
 

@@ -12,8 +12,6 @@ from typing import Any, final
 
 from mecanique.errors import InputError, UnknownNameError
 
-__all__ = ["Letters", "Values"]
-
 Letters = Mapping[str, float]
 """Values of arguments and properties instead of those written, by name."""
 

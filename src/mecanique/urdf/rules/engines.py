@@ -5,8 +5,6 @@ from __future__ import annotations
 from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
 from mecanique.urdf.rules.rule import Rule
 
-__all__ = ["RULES"]
-
 RULES = (
     Rule(
         "M701",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from mecanique.urdf.rules.rule import Rule
 
-__all__ = ["RULES"]
-
 RULES = (
     Rule(
         "M001",

@@ -7,8 +7,6 @@ from typing import final
 
 from mecanique.model.mechanism.origin import Severity
 
-__all__ = ["Rule"]
-
 
 @final
 @dataclass(frozen=True)

@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, final
 
 from mecanique.errors import InputError
-from mecanique.model.joints import Joint, Limits, Single
+from mecanique.model.joint_base import Limits, Single
+from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
-
-__all__ = ["Kind", "SimpleJoint", "chains", "free_name"]
 
 Kind: TypeAlias = Literal["fixed", "continuous", "revolute", "prismatic", "floating", "ball"]
 

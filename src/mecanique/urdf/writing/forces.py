@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, loads_in
 from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring, Spring
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Matrix3, rotate, rotation
 from mecanique.urdf.dialect import BUSHING, SPRING_DAMPER, Extension
@@ -17,8 +17,6 @@ from mecanique.urdf.reading.constraints.elements import element_nodes
 from mecanique.urdf.reading.constraints.loops import loop_nodes
 from mecanique.urdf.reading.constraints.velocities import constraint_node
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
-
-__all__ = ["dynamics", "ends_of_tags", "forces_and_loops", "format_scalars", "load_lines"]
 
 
 def ends_of_tags(mechanism: Mechanism) -> set[str]:

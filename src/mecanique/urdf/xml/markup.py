@@ -9,8 +9,6 @@ from typing import TypeAlias, final
 
 from mecanique.errors import UrdfError
 
-__all__ = ["Comment", "Node", "Tag", "number", "numbers", "quote", "text"]
-
 
 @final
 @dataclass(frozen=True)

@@ -10,8 +10,6 @@ from mecanique.safe_xml import Reader, XmlRefusedError
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 
-__all__ = ["MOST_BYTES", "parse"]
-
 _LATE = re.compile(
     rb"""\s+(<\?xml\s+version\s*=\s*["']1\.0["'](?:\s+encoding\s*=\s*["']utf-8["'])?\s*\?>)""",
     re.IGNORECASE,

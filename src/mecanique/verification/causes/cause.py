@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, final
 
-__all__ = ["REMOVED", "Cause"]
-
 REMOVED = 1e-8
 """A relative difference below this counts as removed."""
 

@@ -13,8 +13,6 @@ from mecanique.arrays import Array
 from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.fitted import Amount
 
-__all__ = ["Change", "Guess", "fit", "promising"]
-
 _MOST = 4000
 """Experiments evaluated at once."""
 

@@ -16,12 +16,10 @@ from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import MecaniqueError
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import symbols_in
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.verification.causes.change import Change, promising
 from mecanique.verification.causes.evidence import Evidence
-
-__all__ = ["map_changes", "state_changes"]
 
 _DEGREE = np.pi / 180
 

@@ -12,8 +12,6 @@ import numpy as np
 
 from mecanique.arrays import Array
 
-__all__ = ["Residuals", "descend"]
-
 Residuals: TypeAlias = "Callable[[list[tuple[int, Array]]], Array]"
 """Residuals, shape (trials, N), of trials: a problem's number and its unknowns."""
 

@@ -22,8 +22,6 @@ from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["Evidence", "Inputs"]
-
 
 @final
 @dataclass(frozen=True, eq=False)

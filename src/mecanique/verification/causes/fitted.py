@@ -10,8 +10,6 @@ import numpy as np
 
 from mecanique.arrays import Array
 
-__all__ = ["Amount", "deviations", "give", "give_all", "say_turn", "turn_about"]
-
 _ROUND, _ANY = 4, 6
 """Numbers of more digits than the first are any numbers, which are shown with the second."""
 

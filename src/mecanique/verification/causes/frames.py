@@ -17,8 +17,6 @@ from mecanique.verification.causes.change import Change, promising
 from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.fitted import turn_about
 
-__all__ = ["Frames", "answers_of", "frame_changes", "with_axis"]
-
 _DEGREE = np.pi / 180
 
 

@@ -22,8 +22,6 @@ from mecanique.verification.causes.fitted import (
 )
 from mecanique.verification.causes.moments import moments_of, parts_of
 
-__all__ = ["LinkEffect", "fit_inertias"]
-
 _UPPER = np.triu_indices(4)
 _POINT = np.diag([0.0, 0.0, 0.0, 1.0])
 """Mass moments of a unit mass at the origin."""

@@ -9,12 +9,10 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.model.force_base import loads_in
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.verification.causes.change import Change, fit
 from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.fitted import Amount, deviations, give
-
-__all__ = ["gravity_changes", "joint_changes"]
 
 _UNITS = {
     ("armature", True): "kg·m²",

@@ -13,8 +13,6 @@ from mecanique.verification.causes.change import Change
 from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.moments import moments_of, parts_of
 
-__all__ = ["link_changes"]
-
 _FACTORS = ((1e3, "times 1000"), (1e-3, "divided by 1000"))
 _INERTIA_FACTORS = (
     (1e3, "mass unit", "times 1000 (grams for kilograms)"),

@@ -6,8 +6,6 @@ import numpy as np
 
 from mecanique.arrays import Array
 
-__all__ = ["moments_of", "parts_of"]
-
 
 def parts_of(J: Array) -> tuple[float, Array, Array]:
     """Return mass, center of mass and inertia about it."""

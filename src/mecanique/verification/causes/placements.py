@@ -16,8 +16,6 @@ from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.fitted import Amount, give_all, say_turn, turn_about
 from mecanique.verification.causes.frames import Frames, answers_of, with_axis
 
-__all__ = ["placement_changes"]
-
 _CLOSER = 3
 """Joints that get a closer look, of each way to change one."""
 

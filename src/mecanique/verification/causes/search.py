@@ -20,8 +20,6 @@ from mecanique.verification.causes.joints import gravity_changes, joint_changes
 from mecanique.verification.causes.links import link_changes
 from mecanique.verification.causes.placements import placement_changes
 
-__all__ = ["causes_of"]
-
 _SAME = 1.2
 """Changes whose differences are within this factor of the least one explain equally well."""
 

@@ -8,8 +8,6 @@ from typing import Any, final
 
 from mecanique.wording import say_count
 
-__all__ = ["Change", "Difference"]
-
 _MOST_LISTED = 40
 """As many changes stand in the text; JSON has all of them."""
 

@@ -14,7 +14,8 @@ from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.errors import MecaniqueError
 from mecanique.model.bodies import Body
-from mecanique.model.joints import Fixed, Joint, Limits, Planar, Single
+from mecanique.model.joint_base import Limits, Single
+from mecanique.model.joints import Fixed, Joint, Planar
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.urdf.read import read_urdf
@@ -30,8 +31,6 @@ from mecanique.verification.descriptions.slips import (
 )
 from mecanique.verification.difference import relative_difference, scale
 from mecanique.verification.states.random import random_states
-
-__all__ = ["diff"]
 
 _SAME = 1e-9
 """Numbers that differ by less, relative to their size, are the same, written another way."""

@@ -14,8 +14,6 @@ from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.joints import Fixed, Joint
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Pairs", "numbers_of", "pair"]
-
 _EQUAL = 1e-9
 """Relative difference of numbers that were written and read again."""
 

@@ -10,8 +10,6 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.model.placement import Placement
 
-__all__ = ["axis_slip", "inertia_slip", "mass_slip", "place_slip", "turn_slip", "vector_slip"]
-
 _CLOSE = 1e-4
 """Relative difference that digits left out in print make."""
 

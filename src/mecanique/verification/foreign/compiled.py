@@ -15,8 +15,6 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import InputError
 
-__all__ = ["TAKES", "CFunction", "address_of"]
-
 TAKES: dict[str, tuple[str, ...]] = {
     "acceleration": ("t", "q", "v", "tau", "p"),
     "mass_matrix": ("t", "q", "p"),

@@ -16,8 +16,6 @@ from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["run_fmu"]
-
 _ENERGIES = ("kinetic energy", "potential energy")
 
 

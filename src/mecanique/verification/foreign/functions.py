@@ -18,8 +18,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.foreign.compiled import TAKES, CFunction, address_of
 
-__all__ = ["Functions", "read_samples"]
-
 
 @final
 @dataclass(frozen=True)

@@ -11,8 +11,6 @@ from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.verification.foreign.compiled import TAKES, CFunction
 
-__all__ = ["LIBRARIES", "load_library"]
-
 LIBRARIES = (".so", ".dylib", ".dll")
 """Endings of shared libraries."""
 

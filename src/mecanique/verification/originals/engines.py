@@ -17,7 +17,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError, UnknownNameError
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding, Origin
 from mecanique.plugins import list_plugins, load_plugin
@@ -29,8 +29,6 @@ from mecanique.urdf.lint import lint
 from mecanique.urdf.read import read_urdf
 from mecanique.verification.difference import relative_difference, scale
 from mecanique.verification.originals.reading import TOLERANCE, EngineReading
-
-__all__ = ["ENGINES", "Engine", "engine_of", "read_by"]
 
 
 @final

@@ -8,8 +8,6 @@ from typing import Any, final
 
 from mecanique.wording import say_count
 
-__all__ = ["TOLERANCE", "EngineReading"]
-
 TOLERANCE = 1e-6
 """A larger relative difference is one of what was read, not of how it is computed."""
 

@@ -45,8 +45,6 @@ from mecanique.model.states import States
 from mecanique.verification.difference import scales
 from mecanique.verification.rows import moving_mass
 
-__all__ = ["UNIT", "rounding"]
-
 UNIT = 8 * float(np.finfo(float).eps)
 """Relative rounding error of the entries of M, bias and forces of one velocity."""
 

@@ -38,8 +38,6 @@ from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["ENTRY", "entry_rounding"]
-
 ENTRY = 64 * float(np.finfo(float).eps)
 """u, four times the largest measured over all textbook systems and robots of example-robot-data."""
 

@@ -17,8 +17,6 @@ from mecanique.arrays import Array
 from mecanique.errors import ClosureError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["ClosedStates", "closed_states", "refuse_locked", "wander"]
-
 _RANK = 1e-9
 _REGULAR = 0.03
 """Part of the typical smallest singular value below which a position is next to a singular one."""

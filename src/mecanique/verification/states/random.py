@@ -18,8 +18,6 @@ from mecanique.model.values import whole
 from mecanique.verification.states.loops import closed_states, refuse_locked, wander
 from mecanique.verification.states.validity import is_possible
 
-__all__ = ["random_states", "usual_samples"]
-
 _LENGTH = 0.4
 """Coordinates that are lengths lie within this many characteristic lengths of zero."""
 

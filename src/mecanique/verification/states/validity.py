@@ -26,8 +26,6 @@ from mecanique.model.force_base import LineLoad
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["is_possible"]
-
 Flags = npt.NDArray[np.bool_]
 _NEAR = 1e-2
 """Lengths below this part of the typical length count as zero."""

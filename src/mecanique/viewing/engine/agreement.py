@@ -10,8 +10,6 @@ from mecanique.errors import DerivationError
 from mecanique.model.quaternions import to_matrices
 from mecanique.viewing.scene.scene import Floats, Scene
 
-__all__ = ["TOLERANCE", "find_unknown"]
-
 TOLERANCE = 1e-7
 """Largest difference, relative to the largest number of its kind, that counts as agreement."""
 

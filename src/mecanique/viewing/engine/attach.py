@@ -26,8 +26,6 @@ from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import quantities_of_inputs
 
-__all__ = ["SAMPLES", "add_row", "computed_scene", "equip", "judge_page"]
-
 SAMPLES = 100
 """Number of states at which a page's program is compared with Pinocchio."""
 

@@ -13,8 +13,6 @@ from mecanique.motion.record.motion import Motion
 from mecanique.motion.simulation.watching.limits import MARGIN
 from mecanique.viewing.scene.engine import Bound
 
-__all__ = ["bounds_of", "gradients_of", "is_cut_short", "options_of"]
-
 
 def bounds_of(motion: Motion, letters: Letters) -> list[tuple[Bound, tuple[Any, Any]]]:
     """Return what ends a motion, with its distance and how near counts as reached, on the tape.

@@ -20,8 +20,6 @@ from mecanique.viewing.scene.naming import group_work, name_arrows
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.spots import Spot, spans_of, tips_of
 
-__all__ = ["WORK", "Columns", "sizes_of"]
-
 WORK = "work done"
 """Name on the tape of the work that has been done, which comes after the state."""
 

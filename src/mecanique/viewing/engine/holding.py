@@ -11,8 +11,6 @@ from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.motion.record.events import break_names
 
-__all__ = ["margins_of"]
-
 
 def margins_of(dynamics: Dynamics, actions: Actions) -> Iterator[tuple[str, tuple[Any, Any, Any]]]:
     """Yield what holds until a margin a − √(b² + c²) passes zero: its name, and a, b, c [N].

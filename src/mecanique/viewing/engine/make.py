@@ -33,8 +33,6 @@ from mecanique.viewing.scene.engine import Engine, Resized
 from mecanique.viewing.scene.naming import name_arrows
 from mecanique.viewing.scene.scene import Floats, Scene
 
-__all__ = ["MOST_LETTERS", "Maker"]
-
 MOST_LETTERS = 400_000
 """Longest program that a page takes along [characters]; compressed it is a fifth of that."""
 

@@ -14,8 +14,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.viewing.scene.document import Derivation, Document, VerdictTable
 from mecanique.viewing.scene.texts import derivation_of, fits_page, table_of
 
-__all__ = ["MOST_DERIVED", "Checking", "Found", "pending"]
-
 MOST_DERIVED = 8
 """Above this number of velocities the equations are compared, but not written out."""
 

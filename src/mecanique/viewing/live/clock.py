@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, final
 if TYPE_CHECKING:
     from mecanique.viewing.live.commands import Controls
 
-__all__ = ["FRAME", "PacedClock"]
 
 FRAME = 1 / 60
 """The time between two pictures [s]."""

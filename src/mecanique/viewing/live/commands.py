@@ -7,8 +7,6 @@ import math
 import threading
 from typing import Any, final
 
-__all__ = ["LONGEST", "Controls", "read"]
-
 LONGEST = 512
 """Longest message taken from a page [characters]."""
 

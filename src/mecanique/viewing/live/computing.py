@@ -22,8 +22,6 @@ from mecanique.viewing.scene.from_motion import actions_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import document_of
 
-__all__ = ["Computing", "begin"]
-
 SHOWN = 10.0
 """Length of a motion without end that the page computes at first [s], at the speed of nature."""
 

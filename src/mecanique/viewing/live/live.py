@@ -21,8 +21,6 @@ from mecanique.viewing.page.window import RecorderWindow
 from mecanique.viewing.scene.document import Derivation, VerdictTable
 from mecanique.viewing.scene.scene import Frame, Scene
 
-__all__ = ["Changes", "Frames", "LiveView"]
-
 Changes: TypeAlias = Mapping[tuple[str, str], float]
 """New values by ("parameter" or "initial", name), as set on the page so far."""
 

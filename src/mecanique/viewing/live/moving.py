@@ -27,8 +27,6 @@ from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Frame, Scene
 from mecanique.viewing.scene.texts import document_of
 
-__all__ = ["Moving", "Recorded"]
-
 MOST_AHEAD = 8
 """Above this number of velocities a live view starts with a short stretch, to start at once."""
 

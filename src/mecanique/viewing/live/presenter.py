@@ -11,8 +11,6 @@ from mecanique.viewing.live.live import LiveView
 from mecanique.viewing.live.stretches import fit, names_of
 from mecanique.viewing.scene.scene import Scene
 
-__all__ = ["Presenter"]
-
 
 @final
 class Presenter:

@@ -26,8 +26,6 @@ from mecanique.viewing.page.page import Stream, page
 from mecanique.viewing.page.window import Latest, RecorderWindow
 from mecanique.viewing.scene.scene import Scene
 
-__all__ = ["Server"]
-
 ADDRESS = "127.0.0.1"
 IN_FLIGHT = 2
 """Frames sent to a page before it has shown one; a slow page skips those in between."""

@@ -18,18 +18,6 @@ from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import ledger_of
 
-__all__ = [
-    "FIRST",
-    "FOR_PROGRAMS",
-    "STRETCH",
-    "Stretches",
-    "compute",
-    "compute_first",
-    "density",
-    "fit",
-    "names_of",
-]
-
 STRETCH = 0.5
 """Length of a stretch at the speed at which it is shown [s of wall time]."""
 

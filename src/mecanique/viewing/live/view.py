@@ -11,8 +11,6 @@ from mecanique.viewing.live.computing import Computing, begin
 from mecanique.viewing.live.live import LiveView
 from mecanique.viewing.live.moving import Moving, Recorded
 
-__all__ = ["view"]
-
 
 def view(
     shown: Motion | Mechanism,

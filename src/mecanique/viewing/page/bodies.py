@@ -14,8 +14,6 @@ import numpy as np
 from mecanique.viewing.page.window import RecorderWindow
 from mecanique.viewing.scene.scene import GREY, Floats, Rgba, SceneBody, Shape
 
-__all__ = ["draw_bodies", "solids_of"]
-
 # cylinders of three.js point along y, those of a mechanism along z
 _UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 

@@ -9,8 +9,6 @@ from html import escape
 from mecanique.viewing.page.sanitize import safe
 from mecanique.viewing.scene.document import Block, Derivation, Document
 
-__all__ = ["write_equations"]
-
 
 def write_equations(document: Document) -> str:
     """Return the panel: equations of motion, figure, symbols, then the derivations.

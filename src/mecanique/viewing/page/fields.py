@@ -10,8 +10,6 @@ from mecanique.viewing.scene.document import Quantity
 from mecanique.viewing.scene.engine import Engine
 from mecanique.viewing.scene.scene import Scene
 
-__all__ = ["write_parameters"]
-
 
 def write_parameters(scene: Scene, live: bool) -> str:
     """Return the panel: fields where the page or a server computes, numbers elsewhere.

@@ -9,8 +9,6 @@ from math import degrees
 from mecanique.viewing.scene.inspection import Inspection, Note, Slider
 from mecanique.wording import say_count
 
-__all__ = ["write_findings", "write_joints"]
-
 _NOTHING = "<p>Nothing was found to be wrong with it.</p>"
 _OPEN = '<p class="note">Sliders move the tree of joints; what closes loops is opened by them.</p>'
 

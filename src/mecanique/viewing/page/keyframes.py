@@ -19,8 +19,6 @@ from mecanique.arrays import spread
 from mecanique.model.quaternions import conjugate, turn
 from mecanique.viewing.scene.scene import Floats, Scene
 
-__all__ = ["FRAME_RATE", "MOST_FRAMES", "Packed", "pack", "resample", "varints"]
-
 FRAME_RATE = 60.0
 SHORT, LEAST_FRAMES = 0.5, 241
 """A motion of at most this length [s] has so many frames, as far as there are samples."""

@@ -23,8 +23,6 @@ from mecanique.viewing.page.window import RecorderWindow, viewer_directory
 from mecanique.viewing.scene.inspection import Inspection
 from mecanique.viewing.scene.scene import Scene
 
-__all__ = ["MODULES", "Stream", "join_scripts", "page", "policy"]
-
 MODULES = (
     "data/unpack",
     "panels/tabs",

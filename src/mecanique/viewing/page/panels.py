@@ -12,9 +12,6 @@ from mecanique.viewing.page.sanitize import safe
 from mecanique.viewing.scene.document import VerdictTable
 from mecanique.viewing.scene.scene import Scene
 
-__all__ = ["badge", "late", "panels"]
-
-
 _OF_MOTION = ("plots", "parameters", "forces")
 """Panels without a tab where nothing moves."""
 

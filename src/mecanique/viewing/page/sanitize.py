@@ -8,8 +8,6 @@ from xml.etree.ElementTree import Element
 
 from mecanique.safe_xml import XmlRefusedError, tree_of
 
-__all__ = ["safe"]
-
 _ELEMENT_NAMES = (
     "math mrow mi mn mo mtext mspace ms mfrac msqrt mroot mstyle mpadded mphantom mfenced "
     "menclose msub msup msubsup munder mover munderover mmultiscripts mprescripts none mtable "

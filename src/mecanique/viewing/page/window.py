@@ -11,8 +11,6 @@ import numpy as np
 
 from mecanique.errors import EngineError, InputError
 
-__all__ = ["Latest", "RecorderWindow", "viewer_directory"]
-
 
 class Command(Protocol):
     """What meshcat sends: an object that turns itself into plain data."""

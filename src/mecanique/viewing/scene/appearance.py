@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
-from mecanique.model.joints import Planar, Single
+from mecanique.model.joint_base import Single
+from mecanique.model.joints import Planar
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.meshing.teeth import visuals_of
 from mecanique.viewing.scene.scene import GREY, JointMark, SceneBody, Shape
-
-__all__ = ["bodies_of", "marks_of"]
 
 
 def bodies_of(mechanism: Mechanism) -> tuple[SceneBody, ...]:

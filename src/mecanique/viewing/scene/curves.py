@@ -11,8 +11,6 @@ from mecanique.motion.record.motion import Motion
 from mecanique.viewing.scene.scene import Series
 from mecanique.viewing.scene.texts import letter
 
-__all__ = ["curves_of"]
-
 FEW_COORDINATES = 4
 """Up to this many are plotted when the page opens; of more, the energies are."""
 

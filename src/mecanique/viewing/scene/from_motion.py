@@ -19,8 +19,6 @@ from mecanique.viewing.scene.naming import name_arrows
 from mecanique.viewing.scene.scene import Arrow, Break, Floats, Line, Scene, Trace
 from mecanique.viewing.scene.spots import Spot, spans_of, tips_of
 
-__all__ = ["actions_of", "scene_of"]
-
 MOST_ARROWS = 120
 """More forces than this are not drawn: the page would be neither legible nor light."""
 

@@ -18,8 +18,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding
 from mecanique.model.quaternions import turn as turn_vectors
 
-__all__ = ["Inspection", "Link", "Move", "Note", "Path", "Slider", "inspection_of"]
-
 REACH = {"rad": math.pi, "m": 1.0}
 """How far a joint without limits is moved each way."""
 

@@ -8,8 +8,6 @@ from typing import Protocol, TypeVar
 from mecanique.model.mechanism import Mechanism
 from mecanique.viewing.scene.scene import ArrowUnit
 
-__all__ = ["AnyAction", "group_work", "name_arrows"]
-
 
 class Named(Protocol):
     """The name of a force, and the body it acts on."""

@@ -14,24 +14,6 @@ from mecanique.viewing.scene.document import Document
 from mecanique.viewing.scene.engine import Engine
 from mecanique.viewing.scene.inspection import Inspection
 
-__all__ = [
-    "Arrow",
-    "ArrowKind",
-    "Break",
-    "Floats",
-    "Frame",
-    "JointMark",
-    "Line",
-    "LineKind",
-    "Rgba",
-    "Scene",
-    "SceneBody",
-    "Series",
-    "Shape",
-    "ShapeKind",
-    "Trace",
-]
-
 Floats: TypeAlias = NDArray[np.float64]
 Rgba: TypeAlias = tuple[float, float, float, float]
 ShapeKind: TypeAlias = Literal["box", "cylinder", "sphere", "mesh"]

@@ -16,8 +16,6 @@ from mecanique.model.joints import Prismatic
 from mecanique.model.mechanism import Mechanism
 from mecanique.viewing.scene.scene import LineKind
 
-__all__ = ["Span", "Spot", "spans_of", "tips_of"]
-
 _SLENDER = 4
 """Cylinders longer than so many radii trace their end, others their center."""
 

@@ -31,16 +31,6 @@ from mecanique.viewing.scene.document import (
 from mecanique.viewing.scene.naming import group_work
 from mecanique.wording import say_count
 
-__all__ = [
-    "derivation_of",
-    "document_of",
-    "fits_page",
-    "ledger_of",
-    "letter",
-    "quantities_of_inputs",
-    "table_of",
-]
-
 MOST_WRITTEN_OUT = 1_500
 """Terms of equations whose steps a page writes out: those of a robot with six hinges are 1.5 MB."""
 

@@ -9,8 +9,6 @@ import numpy as np
 
 from mecanique.checking.mistakes.repairs.repair import ALIKE, SIMPLE, Part, Repair
 
-__all__ = ["repair_circular", "repair_letter", "repair_number", "repair_power", "repair_sum"]
-
 
 def repair_number(part: Part) -> Iterator[Repair]:
     """Yield repairs of a number."""

@@ -24,8 +24,6 @@ from mecanique.checking.mistakes.repairs.factors import (
 from mecanique.checking.mistakes.repairs.repair import Part, Repair
 from mecanique.checking.mistakes.repairs.terms import repair_term
 
-__all__ = ["repairs"]
-
 _FEWEST = 6
 """Least number of states in which a part must have a value."""
 

@@ -13,8 +13,6 @@ from mecanique.checking.grammar.tape import Tape, Values
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.mistakes.context import Context
 
-__all__ = ["ALIKE", "SIMPLE", "Part", "Repair"]
-
 ALIKE = 1e-6
 """Two values in a state are equal if they differ by less than this part."""
 

@@ -9,8 +9,6 @@ import numpy as np
 
 from mecanique.checking.mistakes.repairs.repair import ALIKE, SIMPLE, Part, Repair
 
-__all__ = ["repair_term"]
-
 _INERTIAS = {Fraction(4), Fraction(1, 4), Fraction(3), Fraction(1, 3), Fraction(12)}
 
 

@@ -11,8 +11,6 @@ from mecanique.arrays import Array
 from mecanique.checking.mistakes.slips.hypothesis import Hypothesis, RightEquations
 from mecanique.derivation.scalars.series import Series
 
-__all__ = ["mistake_constraints"]
-
 _MOST_CHOICES = 60
 """Largest number of choices of the eliminated velocities."""
 

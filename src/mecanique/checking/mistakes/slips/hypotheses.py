@@ -20,8 +20,6 @@ from mecanique.checking.mistakes.slips.parts import mistake_parts
 from mecanique.checking.mistakes.slips.readings import linearize, mistake_angles, mistake_readings
 from mecanique.checking.mistakes.slips.terms import mistake_letters, mistake_terms
 
-__all__ = ["Hypotheses"]
-
 _SINGULAR = 1e-12
 
 

@@ -19,8 +19,6 @@ from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Hypothesis", "RightEquations", "group_by_velocities"]
-
 
 @final
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,6 @@ from mecanique.checking.mistakes.slips.hypothesis import (
 )
 from mecanique.derivation.scalars.series import Series
 
-__all__ = ["mistake_operator"]
-
 
 def mistake_operator(right: RightEquations) -> Iterator[Hypothesis]:
     """Yield equations without parts of Lagrange's operator: d/dt of the inertia, or ∂T/∂q."""

@@ -14,8 +14,6 @@ from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import JointSpring, Spring
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["mistake_parts"]
-
 _SINGULAR = 1e-12
 _MOST_BODIES = 7
 """With more bodies in loops, deriving each change again would take seconds."""

@@ -13,8 +13,6 @@ from mecanique.checking.mistakes.slips.hypothesis import Hypothesis, RightEquati
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.ring import Ring
 
-__all__ = ["linearize", "mistake_angles", "mistake_readings"]
-
 
 def mistake_readings(right: RightEquations) -> Iterator[Hypothesis]:
     """Yield equations with parameters of the same unit exchanged throughout."""

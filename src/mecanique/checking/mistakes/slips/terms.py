@@ -13,10 +13,9 @@ from mecanique.checking.mistakes.slips.hypothesis import (
     RightEquations,
     group_by_velocities,
 )
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import exponents
-from mecanique.derivation.scalars.series import Kind, Series
-
-__all__ = ["list_parts", "mistake_letters", "mistake_terms"]
+from mecanique.derivation.scalars.series import Series
 
 _MOST_SINGLE = 60
 """Longer quantities are not searched term by term."""

@@ -24,8 +24,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length
 
-__all__ = ["Touch", "VelocityLaws"]
-
 
 class Touch(NamedTuple):
     """The place of a contact and the directions in which it prevents motion.

@@ -39,8 +39,6 @@ from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["Reduced"]
-
 _SWEEPS = 40
 """Largest number of Newton's iterations."""
 

@@ -31,8 +31,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length, velocity_scales
 
-__all__ = ["Closure", "Constraints", "constraints_of", "is_locked"]
-
 _RANK = 1e-9
 """Singular values of J below this part of the largest count as zero."""
 

@@ -29,8 +29,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import velocity_scales
 
-__all__ = ["Constrained", "ConstrainedMotion", "Held", "HeldMotion", "constraints", "solve_held"]
-
 _RANK = 1e-9
 """Singular values below this part of the largest count as zero."""
 

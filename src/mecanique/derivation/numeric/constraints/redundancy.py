@@ -13,8 +13,6 @@ from mecanique.model.random_positions import draw_positions
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length, velocity_scales
 
-__all__ = ["Redundancy", "find_redundancy"]
-
 _POSITIONS, _STEPS = 8, 50
 """Number of random positions to start from, and Newton iterations from each."""
 

@@ -13,8 +13,6 @@ from mecanique.derivation.tree.poses import Arithmetic, local, placement_matrix,
 from mecanique.model.joints import Revolute
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Axes", "Direction", "axes_of", "find_swing", "normal_of"]
-
 _UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 

@@ -7,7 +7,8 @@ from typing import Any, final
 
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left, Result
 from mecanique.derivation.symbolic.free_bodies.bodies import Cut, Cuts
 from mecanique.derivation.symbolic.free_bodies.elements import Guiding
@@ -35,8 +36,6 @@ from mecanique.derivation.tree.poses import combination
 from mecanique.model.guides.find import guides_of
 from mecanique.model.guides.guide import explain_joint
 from mecanique.model.mechanism import Mechanism
-
-__all__ = ["FreeBodies", "needs"]
 
 _LETTERS = {"force": "R", "moment": "M"}
 """Letters of the reactions."""

@@ -21,8 +21,6 @@ from mecanique.model.expression import Scalar
 from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.joints import Joint
 
-__all__ = ["Applied", "Cut", "Cuts"]
-
 
 @final
 @dataclass(frozen=True)

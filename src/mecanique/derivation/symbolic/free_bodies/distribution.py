@@ -9,14 +9,13 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.free_bodies.bodies import Cut, Cuts
 from mecanique.derivation.symbolic.vectors import Vector, along, lift
 from mecanique.derivation.tree.poses import combination
 from mecanique.model.bodies.shape import Shape
 from mecanique.model.bodies.visuals import Cylinder
-
-__all__ = ["Distribution", "distribution_of"]
 
 _NAMES = ("s", "xi", "sigma", "eta")
 

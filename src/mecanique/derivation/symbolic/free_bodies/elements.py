@@ -8,7 +8,8 @@ from itertools import combinations
 from typing import final
 
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.free_bodies.bodies import Cut, Cuts
 from mecanique.derivation.symbolic.free_bodies.elimination import JointRate, demands
 from mecanique.derivation.symbolic.vectors import Wrench, cross, dot, lift, total, zero
@@ -18,8 +19,6 @@ from mecanique.model.constraints.elements import preloads
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
-
-__all__ = ["Guiding"]
 
 _MOST = 3
 """Systems with more unknown forces than this are solved in numbers only."""

@@ -18,8 +18,6 @@ from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, dot, li
 from mecanique.derivation.tree.links import Link
 from mecanique.derivation.tree.poses import combination
 
-__all__ = ["JointRate", "demands", "joint_rates", "project"]
-
 
 @final
 @dataclass(frozen=True)

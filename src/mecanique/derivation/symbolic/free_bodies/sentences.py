@@ -8,14 +8,6 @@ from mecanique.derivation.symbolic.free_bodies.axes import Direction
 from mecanique.derivation.symbolic.free_bodies.bodies import Cut
 from mecanique.model.guides.guide import Guide
 
-__all__ = [
-    "describe_reaction",
-    "enumerate_words",
-    "explain_guides",
-    "state_moment_balance",
-    "state_momentum_balance",
-]
-
 
 def state_momentum_balance(cut: Cut, moving: bool) -> str:
     """Return the sentence that introduces the balance of forces of a body.

@@ -18,7 +18,8 @@ from mecanique.derivation.printing.expressions import to_formula, to_power
 from mecanique.derivation.printing.formulas import Product, add, multiply, number
 from mecanique.derivation.printing.printed import Equation, Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.steps.energies import energy_integral, energy_stages
@@ -27,8 +28,6 @@ from mecanique.derivation.symbolic.steps.operator import coordinate_of
 from mecanique.derivation.symbolic.ties.multipliers import is_constant
 from mecanique.errors import DerivationError
 from mecanique.model.units import units
-
-__all__ = ["Ignored", "Routh", "reduce_by_momenta"]
 
 _LETTERS = ("p", "P", "pi")
 """Letters for a momentum, before the name of its coordinate."""

@@ -19,7 +19,8 @@ from mecanique.derivation.printing.expressions import to_formula, to_power
 from mecanique.derivation.printing.formulas import multiply
 from mecanique.derivation.printing.printed import Equation, Expression
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
     Left,
@@ -34,8 +35,6 @@ from mecanique.derivation.symbolic.ties.multipliers import solve_multipliers
 from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model.units import units
-
-__all__ = ["Coefficient", "Single", "reduce_to_one"]
 
 _FOLLOW = (
     "The loops make every other coordinate a function of {0}: its velocity is K {0}', with the "

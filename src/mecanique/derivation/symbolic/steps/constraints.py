@@ -11,9 +11,6 @@ from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.ties.multipliers import solve_multipliers
 from mecanique.derivation.symbolic.ties.tie import Tie
 
-__all__ = ["loop_stages", "multiplier_stages"]
-
-
 _LONGEST_RATE = 40
 """Constraints of loops on velocities or accelerations with more terms are too long to be read."""
 

@@ -9,13 +9,12 @@ from math import prod
 from mecanique.derivation.printing.equations import expression, half_square, join, shorter
 from mecanique.derivation.printing.printed import Expression
 from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import exponents
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left, Result, Stage
 from mecanique.derivation.symbolic.forces import Work
 from mecanique.derivation.symbolic.ties.tie import Tie
-
-__all__ = ["energy_integral", "energy_stages"]
 
 
 def energy_stages(

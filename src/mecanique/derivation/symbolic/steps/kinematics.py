@@ -7,9 +7,6 @@ from mecanique.derivation.symbolic.derivation import Left, Result, Stage
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.symbols import Algebra
 
-__all__ = ["geometry_stages", "quaternion_stages"]
-
-
 _MOST_LISTED = 600
 """Positions and velocities are listed if they have at most this many terms in total."""
 

@@ -10,8 +10,6 @@ from mecanique.derivation.symbolic.derivation import Left, Result, Stage
 from mecanique.derivation.symbolic.forces import Work
 from mecanique.derivation.symbolic.symbols import Algebra
 
-__all__ = ["coordinate_of", "coordinate_stages", "work_stages"]
-
 
 def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stage]:
     """Return the steps that treat dampers, drives and loads."""

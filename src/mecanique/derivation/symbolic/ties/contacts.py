@@ -14,7 +14,8 @@ from typing import final
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.cosines import over_length, root_of_square
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.lines_of_action import Assumption
 from mecanique.derivation.symbolic.ties.tie import Tie
@@ -22,8 +23,6 @@ from mecanique.derivation.symbolic.vectors import Vector, cross, dot, lift, tota
 from mecanique.derivation.tree.poses import combination, origin, product, transpose
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.contacts import Blade, Contact, Rolling
-
-__all__ = ["Touch", "contact_ties", "touches"]
 
 
 @final

@@ -14,15 +14,14 @@ from dataclasses import dataclass
 from typing import final
 
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, dot, lift, total, zero
 from mecanique.derivation.tree.poses import Matrix, origin, product, transpose
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.placement import Placement
-
-__all__ = ["Closing", "closings", "loop_ties"]
 
 _TURNS: dict[str, dict[str, tuple[tuple[int, int, int], ...]]] = {
     "plate": {"rz": ((1, 1, 0),)},

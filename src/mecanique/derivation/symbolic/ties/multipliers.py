@@ -13,10 +13,9 @@ from typing import final
 
 from mecanique.derivation.printing.trigforms import common_monomial, common_number, monomial_series
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.ties.tie import Tie
-
-__all__ = ["Solved", "divide_common", "is_constant", "solve_multipliers"]
 
 _LONGEST = 60
 """Balances with more terms are too long to be read."""

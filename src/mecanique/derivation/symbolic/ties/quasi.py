@@ -18,8 +18,6 @@ from mecanique.derivation.scalars.series import Basis, Series
 from mecanique.derivation.symbolic.ties.multipliers import divide_common, is_constant
 from mecanique.errors import DerivationError
 
-__all__ = ["independent_displacements"]
-
 Column = list[Series]
 
 _LONGEST, _MOST_ROWS = 60, 4

@@ -9,8 +9,6 @@ from typing import final
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Series
 
-__all__ = ["Tie"]
-
 
 @final
 @dataclass(frozen=True)

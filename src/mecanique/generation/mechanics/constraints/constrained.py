@@ -21,8 +21,6 @@ from mecanique.generation.program.solving import factorize
 from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.states import States
 
-__all__ = ["Constrained", "Solution"]
-
 _RANK = 1e-8
 """Rows whose part orthogonal to the others is smaller than this are redundant."""
 

@@ -30,8 +30,6 @@ from mecanique.generation.mechanics.world import World
 from mecanique.model.constraints.contacts import Blade, Contact, Rolling
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 
-__all__ = ["Demand", "demands_of"]
-
 
 @final
 @dataclass(frozen=True)

@@ -23,8 +23,6 @@ from mecanique.generation.program.solving import factorize
 from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.expression import Scalar
 
-__all__ = ["Guides"]
-
 Transmit: TypeAlias = Callable[[Sequence[Action]], Mapping[str, Action]]
 """Returns the actions of joints on their children under forces on the bodies."""
 

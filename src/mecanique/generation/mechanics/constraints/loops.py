@@ -15,8 +15,6 @@ from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Rows, apply_transpose, dot
 from mecanique.model.constraints.loops import CLOSED, Loop
 
-__all__ = ["Loops", "loops_of"]
-
 
 @final
 @dataclass(frozen=True)

@@ -11,8 +11,6 @@ from mecanique.generation.program.program import Landing
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import value_of, values_of
 
-__all__ = ["landing_of"]
-
 
 def landing_of(letters: Letters, loops: Loops, constrained: Constrained) -> Landing:
     """Return the changes of q and v that close the loops and their rates.

@@ -27,8 +27,6 @@ from mecanique.motion.simulation.integrators.stalling import Headway
 from mecanique.motion.simulation.outcome import Kind, Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
 
-__all__ = ["Watched", "integrate_in_c"]
-
 _KINDS: dict[str, Kind] = {
     "end": "end",
     "small": "step too small",

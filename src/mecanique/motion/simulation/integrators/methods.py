@@ -15,17 +15,6 @@ from mecanique.motion.simulation.integrators.scipy_ode import import_ode
 from mecanique.motion.simulation.integrators.stalling import Stability
 from mecanique.motion.simulation.outcome import Kind, Outcome
 
-__all__ = [
-    "METHODS",
-    "EquationsError",
-    "Method",
-    "Reached",
-    "StalledError",
-    "Task",
-    "advance",
-    "advance_within",
-]
-
 MIN_RTOL = 2.3e-14
 """The least relative tolerance that SciPy's classes take."""
 

@@ -17,8 +17,6 @@ from mecanique.motion.simulation.integrators.methods import (
 )
 from mecanique.motion.simulation.problem import Problem
 
-__all__ = ["refine", "step_accuracy"]
-
 MIN_LENGTH = 1e-6
 """Intervals below this fraction of the median are not halved: no step resolves the kink in them."""
 

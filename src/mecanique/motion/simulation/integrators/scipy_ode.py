@@ -9,8 +9,6 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
-__all__ = ["import_ode"]
-
 
 @cache
 def import_ode() -> Any:

@@ -9,8 +9,6 @@ import numpy as np
 from mecanique.motion.record.steps import RightHandSide
 from mecanique.motion.simulation.problem import Problem
 
-__all__ = ["Headway", "Stability"]
-
 STABILITY_LIMIT = 6.1
 """Step length times rate of decay at which dop853 becomes unstable (DOP853, Hairer et al.)."""
 

@@ -12,8 +12,6 @@ from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
 
-__all__ = ["integrate_series"]
-
 AT_ONCE = 20_000
 """Steps between reports of progress and looks for an interruption."""
 

@@ -9,12 +9,10 @@ from typing import cast, final
 import numpy as np
 
 from mecanique.errors import InputError, IntegrationError
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.motion import Motion
-
-__all__ = ["joint_events", "limit_events", "refuse_limit", "report_end"]
 
 MARGIN = 1e-3
 """A coordinate this near to its limit has reached it, relative to the limits' distance or 1.

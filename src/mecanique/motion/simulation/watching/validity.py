@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
     from mecanique.reference import Reference
 
-__all__ = ["Pressing", "add_breaks", "contact_events", "margins_along", "pressings"]
-
 
 @final
 @dataclass(frozen=True)

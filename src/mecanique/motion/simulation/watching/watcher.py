@@ -16,8 +16,6 @@ from mecanique.motion.simulation.integrators.stalling import Headway
 from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Problem
 
-__all__ = ["Interruption", "Watcher"]
-
 PLACES = (0.25, 0.5, 0.75, 1.0)
 """Fractions of a step at which events are checked."""
 

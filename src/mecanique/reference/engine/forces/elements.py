@@ -25,14 +25,12 @@ from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.guides.find import guides_of
 from mecanique.model.guides.guide import Guide
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import characteristic_length
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.sites import Action, Site, Triple
 from mecanique.reference.engine.load import Engine
-
-__all__ = ["Columns", "Elements", "Unit"]
 
 _RANK = 1e-9
 """Singular values below this part of the largest count as zero."""

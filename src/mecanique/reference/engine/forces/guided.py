@@ -13,8 +13,6 @@ from mecanique.model.guides.guide import Guide, explain_joint, idle_coordinates
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Guided"]
-
 _WHOLE = 1 - 1e-9
 """A unit vector whose projection on the idle directions is longer than this lies within them."""
 

@@ -10,8 +10,6 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.reference.engine.forces.elements import Columns, Unit
 
-__all__ = ["Held", "hold"]
-
 _RANK = 1e-9
 _LOOSE = 1e-8
 """Components below this of self-balancing sets of unit forces count as zero."""

@@ -15,8 +15,6 @@ from mecanique.model.expression import Scalar
 from mecanique.model.force_base import JointLoad, LineLoad
 from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring, Spring
 
-__all__ = ["Law", "law_of"]
-
 
 @final
 @dataclass(frozen=True)

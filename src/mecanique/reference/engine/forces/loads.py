@@ -13,14 +13,12 @@ from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.expression import Scalar, Vector, compile_scalars
 from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
-from mecanique.model.joints import Single
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
 from mecanique.reference.engine.forces.laws import law_of
 from mecanique.reference.engine.forces.sites import Action, Axes, External, Site, Triple
 from mecanique.reference.engine.load import Engine
-
-__all__ = ["Loads"]
 
 _ZERO: Triple = (0.0, 0.0, 0.0)
 

@@ -20,8 +20,6 @@ from mecanique.reference.engine.forces.sites import Action
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.package import engine_package
 
-__all__ = ["Reactions"]
-
 
 @final
 class Reactions:

@@ -9,8 +9,6 @@ from typing import Any, NamedTuple, TypeAlias, final
 from mecanique.arrays import Array
 from mecanique.reference.engine.package import engine_package
 
-__all__ = ["Action", "Axes", "External", "Site", "Triple"]
-
 Triple: TypeAlias = "tuple[float, float, float]"
 """Components along x, y, z."""
 

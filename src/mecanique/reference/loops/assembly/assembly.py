@@ -25,16 +25,6 @@ from mecanique.reference.loops.tolerances import (
     WEAK,
 )
 
-__all__ = [
-    "assemble",
-    "assembly_branches",
-    "close_velocity",
-    "free_columns",
-    "held_columns",
-    "position_near",
-    "project",
-]
-
 _WITHIN = 0.1
 """Largest correction of a drifted state, as a part of the distance to a singular position.
 

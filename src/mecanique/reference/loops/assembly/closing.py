@@ -20,8 +20,6 @@ from mecanique.reference.loops.assembly.newton import displace
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.tolerances import ASSEMBLED, EXACT, LEAST, RANK_ASSEMBLED, TINY
 
-__all__ = ["close_position", "is_open", "refuse_open", "settle"]
-
 _NEAR = 1e-4
 """Gap, in characteristic lengths or radians, below which steps are not damped."""
 

@@ -16,8 +16,6 @@ from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.metric import Metric
 from mecanique.reference.loops.tolerances import EPSILON, EXACT
 
-__all__ = ["Landing", "Tangent", "displace", "newton"]
-
 Least: TypeAlias = Callable[[Array, Array], Array]
 """Returns the least-squares solution of J x = gaps, for a scaled Jacobian and scaled gaps."""
 

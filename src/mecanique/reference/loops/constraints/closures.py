@@ -29,8 +29,6 @@ from mecanique.reference.loops.metric import Units
 from mecanique.reference.loops.tolerances import ROUNDING
 from mecanique.reference.vectors import cross, hat
 
-__all__ = ["Closure", "Closures", "ScaledClosure"]
-
 _AT = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}
 
 

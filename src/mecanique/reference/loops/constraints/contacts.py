@@ -25,8 +25,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.vectors import cross, hat
 
-__all__ = ["ContactRows", "Rows", "VelocityRows"]
-
 
 class Rows(NamedTuple):
     """Constraint rows in one state, with the rate J v + b and its derivative J a + γ.

@@ -14,8 +14,6 @@ from mecanique.arrays import Array
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import characteristic_length
 
-__all__ = ["Parts"]
-
 
 @final
 class Parts:

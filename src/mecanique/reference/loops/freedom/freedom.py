@@ -28,8 +28,6 @@ from mecanique.reference.loops.nullspace import Split, split
 from mecanique.reference.loops.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
 from mecanique.wording import say_count, write_table
 
-__all__ = ["Freedom", "degrees_of_freedom", "freedom_of", "generic_rank", "refuse_locked"]
-
 _AROUND = 8
 """Number of nearby positions that are examined."""
 

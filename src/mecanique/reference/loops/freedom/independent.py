@@ -17,8 +17,6 @@ from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.nullspace import split
 from mecanique.reference.loops.tolerances import DEPENDENT
 
-__all__ = ["Independent"]
-
 _PREFERENCE = 1e3
 """Factor by which a preferred velocity counts more in the choice of independent ones."""
 

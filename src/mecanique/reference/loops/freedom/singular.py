@@ -25,8 +25,6 @@ from mecanique.reference.loops.metric import Metric
 from mecanique.reference.loops.nullspace import split
 from mecanique.reference.loops.tolerances import WEAK
 
-__all__ = ["branch_acceleration", "closed_rhs", "is_crossing", "plain_rhs"]
-
 _BENT = 1e-5
 """Largest residual of J a + γ = 0 for the acceleration of a branch, relative to γ."""
 

@@ -29,8 +29,6 @@ from mecanique.urdf.xml.markup import Tag
 from mecanique.urdf.xml.markup import number as write_number
 from mecanique.urdf.xml.markup import numbers as write_numbers
 
-__all__ = ["contact_tag", "read_contact"]
-
 _NONE = (0.0, 0.0, 0.0)
 _ONES = (1.0, 1.0, 1.0)
 

@@ -43,8 +43,6 @@ from mecanique.urdf.xml.markup import Comment, Node, Tag
 from mecanique.urdf.xml.markup import number as written
 from mecanique.urdf.xml.markup import numbers as all_written
 
-__all__ = ["element_nodes", "read_belt", "read_cord", "read_teeth"]
-
 _END, _PULLEY = CORD_STOPS
 _SENSES = {"1": 1, "-1": -1}
 _GRIPS = {"true": True, "false": False}

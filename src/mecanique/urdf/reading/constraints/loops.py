@@ -32,8 +32,6 @@ from mecanique.urdf.reading.fields import name_of, placement_of, single
 from mecanique.urdf.reading.fields import number as read_number
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
 
-__all__ = ["has_own_loops", "is_redundant", "loop_nodes", "read_loop"]
-
 _IN_DRAKE = ("ball", "distance")
 _OWN = ("hinge", "weld", "pin", "plate")
 

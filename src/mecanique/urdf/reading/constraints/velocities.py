@@ -19,7 +19,8 @@ from typing import Any, final
 
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.expression import FUNCTIONS, Scalar, coordinate, plain, symbols_in, time
-from mecanique.model.joints import Joint, Single
+from mecanique.model.joint_base import Single
+from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.urdf.dialect import TERM, VELOCITY_CONSTRAINT
 from mecanique.urdf.element import Element
@@ -27,8 +28,6 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.fields import name_of
 from mecanique.urdf.xml.markup import Comment, Node, Tag
-
-__all__ = ["Between", "constraint_node", "read_velocity_constraint"]
 
 _LONGEST = 2000
 """Characters of an expression; longer ones are refused."""

@@ -19,8 +19,6 @@ from mecanique.safe_xml import XmlRefusedError, tree_of
 from mecanique.viewing.page.meshes.surface import Surface, fan
 from mecanique.viewing.scene.scene import Floats, Rgba
 
-__all__ = ["read_collada"]
-
 Number = TypeVar("Number", np.int64, np.float64)
 
 _WHITE: Rgba = (1.0, 1.0, 1.0, 1.0)

@@ -21,8 +21,6 @@ from mecanique.viewing.page.keyframes import varints
 from mecanique.viewing.page.meshes.surface import Surface
 from mecanique.viewing.scene.scene import Floats, Rgba
 
-__all__ = ["PackedSurface", "pack_surfaces"]
-
 STEPS = 2**13
 _BITS = 20  # of a coordinate on the grid, where three are one key
 

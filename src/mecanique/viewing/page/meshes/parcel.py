@@ -14,8 +14,6 @@ from mecanique.viewing.page.meshes.packing import PackedSurface, pack_surfaces
 from mecanique.viewing.page.meshes.reading import read_mesh
 from mecanique.viewing.scene.scene import GREY, SceneBody, Shape
 
-__all__ = ["mesh_parcel"]
-
 
 def mesh_parcel(
     bodies: Sequence[SceneBody], *, quick: bool = False

@@ -12,8 +12,6 @@ from mecanique.viewing.page.meshes.stl import read_stl
 from mecanique.viewing.page.meshes.surface import Surface, by_color
 from mecanique.viewing.page.meshes.wavefront import read_obj
 
-__all__ = ["read_mesh"]
-
 
 def read_mesh(path: Path) -> tuple[Surface, ...]:
     """Read the surfaces of a mesh file, one for each color.

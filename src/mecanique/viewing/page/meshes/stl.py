@@ -7,8 +7,6 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.viewing.page.meshes.surface import Surface
 
-__all__ = ["read_stl"]
-
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 _HEAD = 84
 

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from mecanique.viewing.scene.scene import Floats, Rgba
 
-__all__ = ["Surface", "by_color", "fan"]
-
 
 @final
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,6 @@ from mecanique.errors import InputError
 from mecanique.viewing.page.meshes.surface import Surface, fan
 from mecanique.viewing.scene.scene import Rgba
 
-__all__ = ["read_obj"]
-
 
 def read_obj(text: str, folder: Path) -> tuple[Surface, ...]:
     """Read the faces of an OBJ file, material by material.
