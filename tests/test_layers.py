@@ -45,7 +45,7 @@ ORDER: dict[str, list[str]] = {
         "dynamics random_positions",
     ],
     "model.constraints": ["contacts cords gears loops velocity_constraints", "elements"],
-    "model.guides": ["guide", "find"],
+    "model.guides": ["guide fit", "find"],
     "model.meshing": ["pitch_points", "teeth"],
     "model.expression": ["scalars", "functions"],
     "model.free_body": ["attitude", "state"],

@@ -137,3 +137,27 @@ def test_a_driven_pendulum_conserves_jacobis_integral_not_its_energy() -> None:
     assert "the total energy changes" in " ".join(text.split())
     assert "\n     h = m R^2 theta'^2/2 - m R^2 W^2 sin(theta)^2/2 - m g R cos(theta)\n" in text
     assert "\n     E = " not in text
+
+
+@pytest.mark.parametrize(
+    "name", ["four_bar_linkage", "slider_crank", "rolling_disk", "chaplygin_sleigh"]
+)
+def test_constraints_that_do_no_work_conserve_the_energy(name: str) -> None:
+    titles = [stage.title for stage in derive_system(name).derivation.stages]
+    assert "Energy integral" in titles
+
+
+@pytest.mark.parametrize(("rate", "conserved"), [(0.0, True), (0.5, False)])
+def test_a_constraint_that_drives_does_work(rate: float, *, conserved: bool) -> None:
+    """z' - y x' = b takes a force that moves the block upward even at x' = y' = 0 unless b is 0."""
+    names = ("ground", "beam", "trolley", "block")
+    slides = tuple(
+        mq.Prismatic(f"along {q}", names[k], names[k + 1], axis=axis, coordinate=q)
+        for k, (q, axis) in enumerate((("x", (1, 0, 0)), ("y", (0, 1, 0)), ("z", (0, 0, 1))))
+    )
+    drive = mq.VelocityConstraint("drive", {"z": 1.0, "x": -mq.coordinate("y")}, rate)
+    block = mq.Body("block", mq.box(1.0, (0.1, 0.1, 0.1)))
+    bodies = (*map(mq.Body, names[:3]), block)
+    cart = mq.Mechanism("pulled", bodies, slides, velocity_constraints=(drive,))
+    titles = [stage.title for stage in mq.derive(cart).derivation.stages]
+    assert ("Energy integral" in titles) is conserved

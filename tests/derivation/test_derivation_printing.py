@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping
+from fractions import Fraction
 from typing import Any
 from xml.etree import ElementTree
 
@@ -17,8 +18,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.derivation.printing.equations import equations, expression
+from mecanique.derivation.printing.expressions import to_formula, to_power
+from mecanique.derivation.printing.formulas import Product, multiply, number
 from mecanique.derivation.printing.letters import Letter
-from mecanique.derivation.printing.printed import Equation
+from mecanique.derivation.printing.printed import Equation, Expression
 from mecanique.derivation.printing.sympy_forms import to_sympy
 from mecanique.derivation.printing.writers import Latex, MathML, Text
 from mecanique.derivation.scalars.elementary import sqrt as named_sqrt
@@ -626,3 +629,18 @@ def test_deriving_does_not_import_sympy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["2*q''", "+", "sin(1*(q))", "False"]
+
+
+def test_a_root_keeps_the_number_under_it() -> None:
+    ring = Ring()
+    x, y = to_formula(ring.coordinate("x")), to_formula(ring.coordinate("y"))
+    half = Fraction(1, 2)
+
+    def write(inner: Product) -> str:
+        return Expression((to_power(inner, half),)).text()
+
+    assert write(x) == "sqrt(x)"
+    assert write(multiply(number(2), x)) == "sqrt(2 x)"
+    assert write(multiply(number(-1), x)) == "sqrt(-x)"
+    assert write(multiply(x, y)) == "sqrt(x y)"
+    assert Expression((to_power(multiply(number(3), x), Fraction(2)),)).text() == "9 x^2"

@@ -8,7 +8,7 @@ from typing import final
 
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.dynamics import BatchDynamics
-from mecanique.derivation.numeric.newton_euler import Balances
+from mecanique.derivation.numeric.newton_euler import Balances, refuse_misfits
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.numeric.virtual_work import Works
 from mecanique.derivation.symbolic.derivation import SymbolicMethod
@@ -60,7 +60,7 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
 
     Raises:
         UnknownNameError: if there is no such method.
-        DerivationError: if the method cannot treat the mechanism.
+        DerivationError: if an element, a cord or a gear, does not fit the coordinate map.
 
     Example:
         >>> print(mq.derive(mq.textbook.load('rigid_bar_pendulum')))
@@ -69,6 +69,7 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
     if method not in METHODS:
         raise UnknownNameError("method", method, METHODS)
     chosen = METHODS[method]
+    refuse_misfits(mechanism)
     return Equations(
         mechanism=mechanism,
         method=method,

@@ -20,9 +20,13 @@ from mecanique.derivation.numeric.free_bodies import Snapshot
 from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
+from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.constraints.elements import force_names, preloads
+from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar
+from mecanique.model.guides.fit import cord_fault, mesh_fault, work_fault
 from mecanique.model.guides.guide import Guide
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import characteristic_length
 
@@ -73,15 +77,60 @@ def unit_needs(mechanism: Mechanism, at: Snapshot, *, pressed: bool = False) -> 
         mechanism: the mechanism with the elements.
         at: its bodies, cut free.
         pressed: whether to return instead the wrenches that grow with the forces' magnitudes.
+
+    Raises:
+        DerivationError: if a cord has no straight run, or wheels do not mesh.
     """
+    ground = _ground(mechanism, at)
+    if not pressed:
+        _refuse_misfits(mechanism, ground)
     n, place = len(at.springs), {body.name: k for k, body in enumerate(at.bodies)}
     needs = [np.zeros((n, 6, len(force_names(mechanism.elements)))) for _ in at.bodies]
-    for unit in unit_forces(mechanism, _ground(mechanism, at)):
+    for unit in unit_forces(mechanism, ground):
         if unit.body in place and unit.pressed == pressed:
             force, moment = _shift_to(unit, at.bodies[place[unit.body]].center)
             needs[place[unit.body]][:, :3, unit.index] -= force
             needs[place[unit.body]][:, 3:, unit.index] -= moment
     return needs
+
+
+def _refuse_misfits(mechanism: Mechanism, ground: Ground) -> None:
+    """Raise an error if a cord has no straight run, or wheels do not mesh."""
+    for element in mechanism.elements:
+        fault = ""
+        if isinstance(element, (Cord, Belt)):
+            stops = [_vectors(ground.point(stop.body, stop.center)) for stop in element.stops]
+            n = np.array(element.normal)
+            if element.axes != "world":
+                n = _vectors([combination(n, row) for row in ground.turn(element.axes)])
+            fault = cord_fault(mechanism, element, np.stack(stops, axis=-2), n)
+        elif isinstance(element, (Gear, Rack)):
+            a, b = (mechanism.joint(name) for name in element.joints)
+            assert isinstance(a, Single)
+            assert isinstance(b, Single)
+            # wheels that mesh in one state do so in all
+            n, line = (
+                _vectors([combination(joint.axis, row) for row in ground.turn(joint.child)])[0]
+                for joint in (a, b)
+            )
+            other = element.point if isinstance(element, Rack) else (0.0, 0.0, 0.0)
+            start = _vectors(ground.point(a.child, (0.0, 0.0, 0.0)))[0]
+            end = _vectors(ground.point(b.child, other))[0]
+            fault = mesh_fault(mechanism, element, (n, line), (start, end))
+        if fault:
+            raise DerivationError(fault)
+
+
+def refuse_work(mechanism: Mechanism, along: Along) -> None:
+    """Raise an error if an element does work in a motion of the coordinate map."""
+    fault = work_fault(mechanism, np.swapaxes(along.rates, 1, 2) @ along.forces)
+    if fault:
+        raise DerivationError(fault)
+
+
+def _vectors(components: Sequence[np.ndarray]) -> np.ndarray:
+    """Three components as vectors, shape (n, 3)."""
+    return np.stack(np.broadcast_arrays(*components), axis=-1)
 
 
 def _shift_to(unit: UnitForce, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -153,14 +202,7 @@ def size(mechanism: Mechanism, guides: Sequence[Guide], along: Along, demand: np
     Raises:
         DerivationError: if an element does work in a motion of the coordinate map.
     """
-    work = np.abs(np.swapaxes(along.rates, 1, 2) @ along.forces)
-    if work.size and work.max() > 1e-8:
-        worst = int(work.max(axis=(0, 1)).argmax())
-        raise DerivationError(
-            f"mechanism {mechanism.name!r}: {force_names(mechanism.elements)[worst]} does work "
-            f"in the motions of the coordinate map, {work.max():.3g} per unit; correct the "
-            "points, radii or senses of its element, or the map"
-        )
+    refuse_work(mechanism, along)
     count, scale = along.forces.shape[2], _scale(mechanism, along)
     stated = preloads(mechanism.elements)
     totals = np.array(mechanism.evaluate_all(one.total for one in stated))

@@ -24,10 +24,17 @@ import numpy as np
 
 from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.derivation.numeric.dynamics import BatchDynamics
-from mecanique.derivation.numeric.elements import Along, find_unexplained, size, unit_needs
+from mecanique.derivation.numeric.elements import (
+    Along,
+    find_unexplained,
+    refuse_work,
+    size,
+    unit_needs,
+)
 from mecanique.derivation.numeric.frames import cross
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.recursion import solve
+from mecanique.errors import DerivationError
 from mecanique.model.constraints.elements import force_names
 from mecanique.model.guides.find import guides_of
 from mecanique.model.guides.guide import Guide, idle_coordinates
@@ -112,19 +119,28 @@ class Balances(BatchDynamics):
 
     @cached_property
     def guides(self) -> tuple[Guide, ...]:
-        """The guides that no element describes."""
+        """The guides that no element describes.
+
+        Raises:
+            DerivationError: if an element does not fit the coordinate map or the position.
+        """
         m = self._mechanism
         found = guides_of(m)
-        if not (found and m.elements):
+        if not m.elements:
             return found
         away = np.random.default_rng(1784).uniform(0.2, 1.0, m.nq)
+        fault = None
         for near in (0.1, 0.03, 0.01, 0.003, 0.0):
             at = self._bodies.at(States.of(m, m.normalize(m.neutral() + near * away)))
-            with np.errstate(invalid="ignore"):
+            try:
                 along = self._push(at)[1]
-            if np.isfinite(along.forces).all():
-                break
-        return find_unexplained(m, found, along)
+                refuse_work(m, along)
+            except DerivationError as error:
+                fault = error
+            else:
+                return find_unexplained(m, found, along)
+        assert fault is not None
+        raise fault
 
     def _push(self, at: Snapshot) -> tuple[list[np.ndarray], Along]:
         """Return the wrenches across the joints that balance the elements' unit forces.
@@ -384,3 +400,9 @@ def _shift(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
     force, couple = wrench[:, :3], wrench[:, 3:]
     moment = couple + cross(arm[:, :, None], force)
     return np.concatenate([force, moment], axis=1)
+
+
+def refuse_misfits(mechanism: Mechanism) -> None:
+    """Raise a DerivationError if an element that guides does not fit the coordinate map."""
+    if mechanism.elements:
+        _ = Balances(mechanism).guides

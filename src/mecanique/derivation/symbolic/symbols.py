@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any, final
 
+from mecanique.derivation.numeric.newton_euler import refuse_misfits
 from mecanique.derivation.scalars.arcs import function_without_arcs
 from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.evaluation import evaluate as value_of
@@ -37,10 +38,11 @@ class Algebra:
     accelerations are their rates.
 
     Raises:
-        DerivationError: if the coordinate map has no closed form.
+        DerivationError: if the coordinate map has no closed form, or an element does not fit it.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
+        refuse_misfits(mechanism)
         self.mechanism = mechanism
         self.ring = ring = Ring(most_terms=MOST_TERMS)
         self.arithmetic = Arithmetic(function_without_arcs, self.number)

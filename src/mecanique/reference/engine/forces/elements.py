@@ -24,6 +24,7 @@ from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.guides.find import guides_of
+from mecanique.model.guides.fit import cord_fault, mesh_fault, work_fault
 from mecanique.model.guides.guide import Guide
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
@@ -35,14 +36,11 @@ from mecanique.reference.engine.load import Engine
 _RANK = 1e-9
 """Singular values below this part of the largest count as zero."""
 
-_WORK = 1e-8
-"""An element whose unit force does more work than this in a motion of the map does not fit it."""
-
 _EXPLAINED = 1e-6
 """Elements describe a guide if they leave no more than this part of its unit forces."""
 
-_FIT = 1e-9
-"""Tolerance of the distance between wheels' axes, relative to 1 m plus the radius."""
+_ALONG = 1e-9
+"""Axes whose angle has a smaller sine are parallel."""
 
 _ZERO: Triple = (0.0, 0.0, 0.0)
 
@@ -136,7 +134,7 @@ class Elements:
             EngineError: if an element does work in a motion of the coordinate map.
         """
         G, scale = self._chart.G, self._scale
-        self._refuse_work(G.T @ forces)
+        self._refuse(work_fault(self._mechanism, G.T @ forces))
         known = self._known(forces)
         bases = [scale[:, None] * self._tie_forces(guide) for guide in self.open if guide.crossed]
         matrix = np.concatenate([known, *bases], axis=1)
@@ -156,7 +154,7 @@ class Elements:
         Raises:
             EngineError: if an element does work in a motion of the coordinate map.
         """
-        self._refuse_work(self._chart.G.T @ forces)
+        self._refuse(work_fault(self._mechanism, self._chart.G.T @ forces))
         known = self._known(forces)
         onto = known @ np.linalg.pinv(known, rcond=_RANK)
         left = []
@@ -190,30 +188,9 @@ class Elements:
         out[rows] = left[:, rank:]
         return out
 
-    def _refuse_work(self, work: Array) -> None:
-        if not work.size:
-            return
-        worst = np.unravel_index(int(np.abs(work).argmax()), work.shape)
-        if abs(work[worst]) > _WORK:
-            name = self._mechanism.velocities[worst[0]]
-            element = self._element_of(int(worst[1]))
-            law = ""
-            if isinstance(element, Cord):
-                joint = name.removesuffix("'")
-                law = (
-                    ". A cord with a stretch that turns adds no law to the map: state it, "
-                    f"Coordinates(…, {{{joint!r}: …}})"
-                )
-            raise EngineError(
-                f"mechanism {self._mechanism.name!r}: {type(element).__name__.lower()} "
-                f"{element.name!r} does not fit the coordinate map, in which "
-                f"{self.names[worst[1]]} does the work {work[worst]:.3g} per unit of {name} "
-                "but must do none; correct its bodies, points, radii or senses, or the map" + law
-            )
-
-    def _element_of(self, force: int) -> Any:
-        owners = [element for element in self._mechanism.elements for _ in element.forces]
-        return owners[force]
+    def _refuse(self, fault: str) -> None:
+        if fault:
+            raise EngineError(fault)
 
     def _of_cord(self, cord: Cord | Belt) -> Iterator[Unit]:
         stops, n = cord.stops, np.array(cord.normal)
@@ -221,24 +198,10 @@ class Elements:
             n = self._turn(cord.axes) @ n
         places = [self._place(stop.body, stop.center) for stop in stops]
         reach = [self._mechanism.evaluate(stop.radius) * stop.sense for stop in stops]
+        self._refuse(cord_fault(self._mechanism, cord, np.array(places), n))
         for k, part in enumerate(cord.parts):
             d, h = places[k + 1] - places[k], reach[k + 1] - reach[k]
-            square, level = float(d @ d), abs(float(d @ n))
-            if level > 1e-9 * (1 + np.sqrt(square)) or not square > h * h:
-                what = "leaves its plane" if square > h * h else "has no straight run"
-                raise EngineError(
-                    f"mechanism {self._mechanism.name!r}: {type(cord).__name__.lower()} "
-                    f"{cord.name!r} {what} from "
-                    f"{stops[k].body!r} to {stops[k + 1].body!r}, {np.sqrt(square):.6g} m apart; "
-                    "correct its points, radii, senses or normal, or the position"
-                )
-            if isinstance(cord, Belt) and square < (abs(reach[k]) + abs(reach[k + 1])) ** 2:
-                raise EngineError(
-                    f"mechanism {self._mechanism.name!r}: belt {cord.name!r}: the pulleys on "
-                    f"{stops[k].body!r} and {stops[k + 1].body!r} overlap; they are "
-                    f"{np.sqrt(square):.6g} m apart with radii {abs(reach[k]):.6g} and "
-                    f"{abs(reach[k + 1]):.6g} m; correct the radii, or the pulleys' positions"
-                )
+            square = float(d @ d)
             e = (np.sqrt(square - h * h) * d + h * np.cross(d, n)) / square
             side = np.cross(e, n)
             for at, other, sign in ((k, k + 1, 1.0), (k + 1, k, -1.0)):
@@ -251,36 +214,20 @@ class Elements:
         assert isinstance(a, Single)
         assert isinstance(b, Single)
         n, line = self._turn(a.child) @ a.axis, self._turn(b.child) @ b.axis
-        if isinstance(mesh, Gear) and float(np.linalg.norm(np.cross(n, line))) > _FIT:
-            yield from self._of_bevel(mesh, a, b, (n, line))
+        start = self._place(a.child, _ZERO)
+        end = self._place(b.child, _ZERO if isinstance(mesh, Gear) else mesh.point)
+        self._refuse(mesh_fault(self._mechanism, mesh, (n, line), (start, end)))
+        if isinstance(mesh, Gear) and float(np.linalg.norm(np.cross(n, line))) > _ALONG:
+            yield from self._of_bevel(mesh, a.child, b.child, (n, line), (start, end))
             return
         radius, angle = (self._mechanism.evaluate(x) for x in (mesh.radius, mesh.pressure_angle))
-        center = self._place(a.child, (0.0, 0.0, 0.0))
-        if isinstance(mesh, Gear):
-            d = self._place(b.child, (0.0, 0.0, 0.0)) - center
-            wanted = self._mechanism.evaluate(mesh.distance)
-            askew = float(np.linalg.norm(np.cross(n, line)))
-            apart = -1.0 if mesh.internal else 1.0
-        else:
-            d = self._place(b.child, mesh.point) - center
+        d = end - start
+        if isinstance(mesh, Rack):
             d = d - (d @ line) * line
-            wanted, askew, apart = radius, abs(float(n @ line)), 1.0
         d = d - (d @ n) * n
-        found = float(np.linalg.norm(d))
-        if askew > _FIT or abs(found - wanted) > _FIT * (1 + radius):
-            what = type(mesh).__name__.lower()
-            where = f"mechanism {self._mechanism.name!r}: {what} {mesh.name!r}"
-            if askew > _FIT:
-                raise EngineError(
-                    f"{where}: the axes of {a.name!r} and {b.name!r} do not suit; expected "
-                    f"{'parallel hinges' if what == 'gear' else 'a slide normal to the hinge'}"
-                )
-            raise EngineError(
-                f"{where} does not fit its axes: they are {found:.6g} m apart, its radii need "
-                f"{wanted:.6g} m; correct the radii, or the origins of {a.name!r} and {b.name!r}"
-            )
-        u = d / found
-        touch = center + radius * u
+        u = d / np.linalg.norm(d)
+        apart = -1.0 if isinstance(mesh, Gear) and mesh.internal else 1.0
+        touch = start + radius * u
         pushes = (
             (np.cos(angle) * np.cross(n, u), False),
             (apart * np.sin(angle) * u, True),
@@ -291,46 +238,34 @@ class Elements:
                 yield Unit(0, body, other, action, pressed)
 
     def _of_bevel(
-        self, gear: Gear, a: Single, b: Single, axes: tuple[Array, Array]
+        self,
+        gear: Gear,
+        a: str,
+        b: str,
+        axes: tuple[Array, Array],
+        centers: tuple[Array, Array],
     ) -> Iterator[Unit]:
         """Yield the actions of bevel wheels; pitch circles touch in the plane of the axes."""
-        n, line = axes
+        (n, line), (start, end) = axes, centers
         r, R, angle = (
             self._mechanism.evaluate(x)
             for x in (gear.radius, gear.other_radius, gear.pressure_angle)
         )
-        start, end = (self._place(joint.child, (0.0, 0.0, 0.0)) for joint in (a, b))
         across = np.cross(n, line)
-        sine = float(np.linalg.norm(across))
-        across = across / sine
-        passing = abs(float((end - start) @ across))
-        where = f"mechanism {self._mechanism.name!r}: gear {gear.name!r}"
-        if passing > _FIT * (1 + r):
-            raise EngineError(
-                f"{where}: the axes of {a.name!r} and {b.name!r} do not suit; expected parallel or "
-                f"intersecting axes, but they pass each other at a distance of {passing:.6g} m"
-            )
+        across = across / np.linalg.norm(across)
         # from the apex to the centers, along the axes
-        way, far = np.linalg.lstsq(np.array([-n, line]).T, end - start, rcond=None)[0]
+        way, _ = np.linalg.lstsq(np.array([-n, line]).T, end - start, rcond=None)[0]
         apex = start - way * n
         u, U = np.cross(across, n), np.cross(across, line)
         rims = [(start + i * r * u, end + k * R * U) for i in (1, -1) for k in (1, -1)]
-        touch, other = min(rims, key=lambda pair: float(np.linalg.norm(pair[0] - pair[1])))
-        gap = float(np.linalg.norm(touch - other))
-        if gap > _FIT * (1 + r):
-            raise EngineError(
-                f"{where} does not fit its axes: its pitch cones do not share an apex. The wheels "
-                f"are {abs(way):.6g} and {abs(far):.6g} m from where the axes meet, and their "
-                f"pitch circles {gap:.6g} m apart; correct the radii, or the origins of "
-                f"{a.name!r} and {b.name!r}"
-            )
+        touch, _ = min(rims, key=lambda pair: float(np.linalg.norm(pair[0] - pair[1])))
         ray = (touch - apex) / np.linalg.norm(touch - apex)
         aside = end - apex
         away = aside - (aside @ ray) * ray
         away = away / np.linalg.norm(away)
         tangent = np.cross(n, touch - start) / r
         pushes = ((np.cos(angle) * tangent, False), (np.sin(angle) * away, True))
-        for body, opposite, sign in ((b.child, a.child, 1.0), (a.child, b.child, -1.0)):
+        for body, opposite, sign in ((b, a, 1.0), (a, b, -1.0)):
             for push, pressed in pushes:
                 action = self._action(body, touch, sign * push, np.zeros(3))
                 yield Unit(0, body, opposite, action, pressed)
