@@ -96,26 +96,29 @@ def unit_needs(mechanism: Mechanism, at: Snapshot, *, pressed: bool = False) -> 
 
 def _refuse_misfits(mechanism: Mechanism, ground: Ground) -> None:
     """Raise an error if a cord has no straight run, or wheels do not mesh."""
+
+    def turn(body: str, axis: Sequence[float]) -> np.ndarray:
+        return _vectors([combination(axis, row) for row in ground.turn(body)])
+
     for element in mechanism.elements:
         fault = ""
         if isinstance(element, (Cord, Belt)):
             stops = [_vectors(ground.point(stop.body, stop.center)) for stop in element.stops]
             n = np.array(element.normal)
             if element.axes != "world":
-                n = _vectors([combination(n, row) for row in ground.turn(element.axes)])
+                n = turn(element.axes, element.normal)
             fault = cord_fault(mechanism, element, np.stack(stops, axis=-2), n)
         elif isinstance(element, (Gear, Rack)):
             a, b = (mechanism.joint(name) for name in element.joints)
             assert isinstance(a, Single)
             assert isinstance(b, Single)
+            seat = element.point if isinstance(element, Rack) else (0.0, 0.0, 0.0)
+            axes = turn(a.child, a.axis), turn(b.child, b.axis)
+            places = ground.point(a.child, (0.0, 0.0, 0.0)), ground.point(b.child, seat)
             # wheels that mesh in one state do so in all
-            n, line = (
-                _vectors([combination(joint.axis, row) for row in ground.turn(joint.child)])[0]
-                for joint in (a, b)
+            (n, line), (start, end) = (
+                [x[0] for x in pair] for pair in (axes, map(_vectors, places))
             )
-            other = element.point if isinstance(element, Rack) else (0.0, 0.0, 0.0)
-            start = _vectors(ground.point(a.child, (0.0, 0.0, 0.0)))[0]
-            end = _vectors(ground.point(b.child, other))[0]
             fault = mesh_fault(mechanism, element, (n, line), (start, end))
         if fault:
             raise DerivationError(fault)
