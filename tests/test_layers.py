@@ -53,7 +53,7 @@ ORDER: dict[str, list[str]] = {
     "model.mechanism": [
         "origin",
         "description",
-        "element_laws homogeneity state_space variants",
+        "element_laws homogeneity state_space variants rules",
         "constraint_faults",
         "validation",
         "mechanism",
@@ -258,7 +258,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "figure.paper": ["marks", "lettering raster signs svg"],
     "viewing": ["scene", "engine page", "live", "inspect show", "gallery"],
-    "viewing.engine": ["holding", "agreement bounds columns", "make", "attach"],
+    "viewing.engine": ["holding", "agreement bounds columns conditions", "make", "attach"],
     "viewing.page": [
         "keyframes sanitize window",
         "bodies equations fields inspecting meshes",

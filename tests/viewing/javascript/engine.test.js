@@ -10,6 +10,7 @@ const { Bench, readFragment, writeFragment, writePython } = await load("bench");
 const { Grip } = await load("grip");
 const { Loops } = await load("loops");
 const { Computed, quaternionOf } = await load("computed");
+const { general } = await load("../data/numbers");
 
 function oscillator(t, y, out) {
   out[0] = y[1];
@@ -170,9 +171,10 @@ test("what is set moves, can be undone and reset, and the energy stays", () => {
 test("what makes no sense is refused, and nothing changes", () => {
   const set = bench();
   set.set([["parameter", "k", 9]]);
-  assert.throws(() => set.set([["parameter", "k", NaN]]), /A number is expected for k/);
-  assert.throws(() => set.set([["duration", "", 0]]), /longer than 0 s/);
-  assert.throws(() => set.set([["rtol", "", 1]]), /between/);
+  assert.throws(() => set.set([["parameter", "k", NaN]]), /finite number for parameter k, got nan/);
+  assert.throws(() => set.set([["initial", "x", ""]]), /finite number for coordinate x, got ''/);
+  assert.throws(() => set.set([["duration", "", 0]]), /positive duration \[s\], got 0/);
+  assert.throws(() => set.set([["rtol", "", 1]]), /rtol in 1e-14…0\.1, got 1/);
   assert.throws(() => set.set([["parameter", "m", 0]]), /no motion/);
   assert.deepEqual([set.get("parameter", "k"), set.get("parameter", "m")], [9, 1]);
 });
@@ -189,6 +191,21 @@ test("an address keeps what was changed and nothing else", () => {
   const { changes, extra } = readFragment(`#${text}&p.unknown=3&embed=`, engine);
   assert.deepEqual(changes, set.changes());
   assert.deepEqual(extra, { "p.unknown": "3", embed: "" });
+});
+
+test("what an address leaves empty or writes otherwise is no number", () => {
+  for (const text of ["", " ", "0x10", "Infinity", "1e", "true"]) {
+    const { changes } = readFragment(`#p.k=${encodeURIComponent(text)}`, engine);
+    assert.throws(() => bench().set(changes), {
+      message: `expected a finite number for parameter k, got '${text}'`,
+    });
+  }
+});
+
+test("numbers are written as by Python's format g", () => {
+  const told = [-1, 0.00001, 0.0001, 123456, 1234567, 1e-14, -2.5e20, NaN, Infinity].map(general);
+  const expected = ["-1", "1e-05", "0.0001", "123456", "1.23457e+06", "1e-14", "-2.5e+20"];
+  assert.deepEqual(told, [...expected, "nan", "inf"]);
 });
 
 test("the Python repeats the motion", () => {

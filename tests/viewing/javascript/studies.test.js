@@ -129,7 +129,7 @@ test("a second motion starts beside the first, and a link keeps it", () => {
   const text = writeFragment(own.changes());
   assert.equal(text, "b.x=0.01");
   assert.deepEqual(readFragment(`#${text}`, BLOCK.engine).changes, [["beside", "x", 0.01]]);
-  assert.throws(() => own.set([["beside", "x", NaN]]), /number is expected/);
+  assert.throws(() => own.set([["beside", "x", NaN]]), /finite number for the difference in x, got nan/);
   assert.equal(own.neighbor.by, 0.01);
   assert.equal(own.set([["beside", "x", 0]]).other, null);
 });

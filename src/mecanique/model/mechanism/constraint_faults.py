@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 
-from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.velocity_constraints import is_integrable
-from mecanique.model.expression import evaluate, symbols_in
+from mecanique.model.expression import symbols_in
 from mecanique.model.joints import Prismatic, Revolute
 from mecanique.model.mechanism.description import Description
 
@@ -90,41 +88,4 @@ def _velocity_constraints(m: Description) -> Iterator[str]:
             f"velocity constraint {names} is the rate of a constraint on positions; "
             "state that one instead, by the coordinate map or a loop, and the number of "
             "coordinates falls"
-        )
-
-
-def find_radius_faults(m: Description) -> Iterator[str]:
-    """Yield what is wrong with the sizes of what rolls.
-
-    Args:
-        m: the mechanism, whose symbols are all known.
-    """
-    for contact in m.contacts:
-        if not isinstance(contact, Rolling):
-            continue
-        radius, crown = (float(evaluate(s, m.values)) for s in (contact.radius, contact.crown))
-        if not 0 < radius < math.inf:
-            yield f"contact {contact.name!r}: expected a radius above 0, got {radius:g}"
-        elif not 0 <= crown <= radius:
-            yield (
-                f"contact {contact.name!r}: expected a crown radius from 0, a sharp edge, to the "
-                f"radius {radius:g}, a ball, got {crown:g}"
-            )
-        yield from _surface(m, contact, radius)
-
-
-def _surface(m: Description, contact: Rolling, radius: float) -> Iterator[str]:
-    """What an ellipsoid's stretch, a bowl's radius and a coefficient of friction must be."""
-    where = f"contact {contact.name!r}"
-    if contact.friction is not None and not float(evaluate(contact.friction, m.values)) >= 0:
-        friction = float(evaluate(contact.friction, m.values))
-        yield f"{where}: expected a coefficient of friction of at least 0, got {friction:g}"
-    for factor in (float(evaluate(s, m.values)) for s in contact.stretch):
-        if not 0 < factor < math.inf:
-            yield f"{where}: expected a stretch above 0, got {factor:g}"
-    bowl = float(evaluate(contact.bowl, m.values))
-    if contact.curved and not (bowl < 0 or bowl > radius):
-        yield (
-            f"{where}: expected a bowl's radius above the ball's {radius:g}, or minus that of a "
-            f"dome, got {bowl:g}"
         )

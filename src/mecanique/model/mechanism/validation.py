@@ -15,10 +15,10 @@ from mecanique.model.joint_base import Single
 from mecanique.model.joints import Planar
 from mecanique.model.mechanism.constraint_faults import (
     find_constraint_faults,
-    find_radius_faults,
 )
 from mecanique.model.mechanism.description import Description
 from mecanique.model.mechanism.homogeneity import find_mismatches
+from mecanique.model.mechanism.rules import MASS, MOMENT, TRIANGLE, find_broken, rules_of
 
 
 def faults(mechanism: Description) -> list[str]:
@@ -34,9 +34,7 @@ def faults(mechanism: Description) -> list[str]:
     return found or [
         *find_mismatches(mechanism),
         *_bodies(mechanism),
-        *_gravity(mechanism),
-        *_constants(mechanism),
-        *_finite(mechanism),
+        *find_broken(rules_of(mechanism), mechanism.values),
     ]
 
 
@@ -52,20 +50,16 @@ def inertia_fault(mass: float, inertia: Iterable[float], *, real: bool = True) -
     if not all(map(math.isfinite, (mass, ixx, iyy, izz, ixy, ixz, iyz))):
         return "its mass or inertia is not finite"
     if mass < 0:
-        return f"its mass is negative ({mass:g} kg)"
+        return MASS.format(f"{mass:g}")
     if not real:
         return None
     principal = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
     # relative rounding, and moments of a body a ten-millionth of a meter wide
     slack = 1e-9 * max(abs(principal)) + 1e-14 * mass
     if principal[0] < -slack:
-        return f"its inertia has a negative principal moment ({principal[0]:g} kg·m²)"
+        return MOMENT.format(f"{principal[0]:g}")
     if principal[0] + principal[1] < principal[2] - slack:
-        return (
-            "its principal moments break the triangle inequality "
-            f"({principal[0]:g} + {principal[1]:g} < {principal[2]:g} kg·m²): "
-            "no mass is spread like that"
-        )
+        return TRIANGLE.format(*(f"{moment:g}" for moment in principal))
     return None
 
 
@@ -255,74 +249,3 @@ def _bodies(m: Description) -> Iterator[str]:
             yield f"body {body.name!r}: {fault}"
         if not all(map(math.isfinite, center)):
             yield f"body {body.name!r}: its center of mass is not finite"
-    for joint in m.joints:
-        for scalar in (*joint.origin.xyz, *joint.origin.rpy):
-            if not math.isfinite(float(evaluate(scalar, m.values))):
-                yield f"joint {joint.name!r}: its origin is not finite"
-        if isinstance(joint, Single) and not float(evaluate(joint.armature, m.values)) >= 0:
-            yield f"joint {joint.name!r}: its armature is negative"
-
-
-def _gravity(m: Description) -> Iterator[str]:
-    for component in m.gravity:
-        if not math.isfinite(float(evaluate(component, m.values))):
-            yield "gravity is not finite"
-
-
-def _finite(m: Description) -> Iterator[str]:
-    """What is known before any motion must be finite: it would only come back as NaN."""
-    stated: list[tuple[str, Scalar]] = [
-        (f"the map of {name!r}", s) for name, s in m.coordinates.driven.items()
-    ]
-    for loop in m.loops:
-        frames = (loop.frame_a, loop.frame_b)
-        stated += [
-            (f"loop {loop.name!r}: its frame", s)
-            for frame in frames
-            for s in (*frame.xyz, *frame.rpy)
-        ]
-    for contact in m.contacts:
-        stated += [(f"contact {contact.name!r}: its geometry", s) for s in contact.scalars]
-    for force in m.forces:
-        stated += [
-            (f"force {force.name!r}: its {one.name}", scalar)
-            for one in force.stated
-            if not one.positive
-            for scalar in one.scalars
-        ]
-    for where in dict.fromkeys(
-        where for where, scalar in stated if not _is_finite(scalar, m.values)
-    ):
-        yield f"{where} is not finite"
-
-
-def _is_finite(scalar: Scalar, values: dict[str, float]) -> bool:
-    if not symbols_in(scalar) <= values.keys():
-        return True
-    try:
-        with np.errstate(all="ignore"):
-            return math.isfinite(float(evaluate(scalar, values)))
-    except (ArithmeticError, TypeError):
-        return False
-
-
-def _constants(m: Description) -> Iterator[str]:
-    """Springs and dampers that would feed energy in are refused: write a Force for those."""
-    for name, limits in m.coordinates.intervals.items():
-        lower, upper = (float(evaluate(bound, m.values)) for bound in limits)
-        if not lower < upper:
-            yield f"coordinate {name!r}: its lower limit {lower:g} is not below its upper {upper:g}"
-    for loop in m.loops:
-        length = float(evaluate(loop.length, m.values))
-        if loop.kind == "distance" and not (math.isfinite(length) and length > 0):
-            yield f"loop {loop.name!r}: expected a length above 0, got {length:g}"
-    yield from find_radius_faults(m)
-    for force in m.forces:
-        for stated in force.stated:
-            values = [float(evaluate(s, m.values)) for s in stated.scalars if stated.positive]
-            for value in values:
-                if not (math.isfinite(value) and value >= 0):
-                    yield (
-                        f"force {force.name!r}: expected a {stated.name} of at least 0, "
-                        f"got {value:g}"
-                    )

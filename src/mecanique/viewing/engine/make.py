@@ -29,6 +29,7 @@ from mecanique.verification.states.random import random_states
 from mecanique.viewing.engine.agreement import TOLERANCE, find_unknown
 from mecanique.viewing.engine.bounds import bounds_of, gradients_of, is_cut_short, options_of
 from mecanique.viewing.engine.columns import WORK, Columns, sizes_of
+from mecanique.viewing.engine.conditions import conditions_of
 from mecanique.viewing.scene.engine import Engine, Resized
 from mecanique.viewing.scene.naming import name_arrows
 from mecanique.viewing.scene.scene import Floats, Scene
@@ -119,6 +120,9 @@ class Maker:
         bounds = bounds_of(motion, self._dynamics.letters)
         if bounds:
             answers.append(self._answer("bounds", [x for _, pair in bounds for x in pair]))
+        conditions = conditions_of(self._dynamics.letters)
+        if conditions:
+            answers.append(self._answer("rules", [x for _, each in conditions for x in each]))
         gradients = gradients_of(motion, self._dynamics.letters)
         if gradients:
             answers.append(self._answer("gradients", gradients))
@@ -146,6 +150,7 @@ class Maker:
             unknown=unknown,
             resized=tuple(shape for shape, _ in resized),
             bounds=tuple(bound for bound, _ in bounds),
+            conditions=tuple(condition for condition, _ in conditions),
             holding=tuple(margins),
             python=python,
             options=tuple(options_of(motion)),

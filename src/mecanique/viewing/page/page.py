@@ -63,6 +63,7 @@ MODULES = (
     "engine/machine",
     "engine/computed",
     "studies/holding",
+    "engine/rules",
     "engine/bench",
     "engine/grip",
     "engine/pull",

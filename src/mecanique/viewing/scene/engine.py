@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import Literal, final
 
 
 @final
@@ -42,6 +42,28 @@ class Bound:
 
 @final
 @dataclass(frozen=True)
+class Condition:
+    """What numbers that depend on the parameters must be, see `mechanism.rules.Rule`.
+
+    Args:
+        kind: of numbers that are finite, of a gap that is their last, or of a mass and an inertia.
+        where: what they belong to.
+        words: the fault if they are not so, with a {} for each number; two of an inertia.
+        count: how many numbers there are.
+        strict: whether a gap must be above 0.
+        follows: whether it means something only if the condition before it is kept.
+    """
+
+    kind: Literal["finite", "gap", "inertia"]
+    where: str
+    words: tuple[str, ...]
+    count: int
+    strict: bool = False
+    follows: bool = False
+
+
+@final
+@dataclass(frozen=True)
 class Engine:
     """A mechanism's program in JavaScript, and the start of its motion.
 
@@ -50,7 +72,8 @@ class Engine:
     in place of a quaternion; `shapes`, sizes and places of what follows the parameters; with loops
     `closure`, what they miss, its rate and the rows of its Jacobian; with bounds `bounds`, the
     number that passes zero and how near counts as reached, for each, and `gradients`, for each
-    impact, its slopes over time and coordinates; where contacts or cords may cease to hold
+    impact, its slopes over time and coordinates; with conditions
+    `rules`, the numbers of each; where contacts or cords may cease to hold
     `margins`, three forces a, b, c for each: what it has left is a − √(b² + c²).
 
     Args:
@@ -69,6 +92,7 @@ class Engine:
         unknown: columns of the scene's table that the program does not know.
         resized: shapes that follow the parameters.
         bounds: what ends a motion or sends it back.
+        conditions: what the numbers of a sound mechanism keep to.
         holding: what would happen where each of the margins passes zero, e.g. "rim would pull".
         endless: whether the motion continues beyond its end.
         python: text of the Python that makes the mechanism, e.g. 'mq.textbook.load("crane")'.
@@ -90,6 +114,7 @@ class Engine:
     unknown: tuple[int, ...] = ()
     resized: tuple[Resized, ...] = ()
     bounds: tuple[Bound, ...] = ()
+    conditions: tuple[Condition, ...] = ()
     holding: tuple[str, ...] = ()
     endless: bool = False
     python: str = ""

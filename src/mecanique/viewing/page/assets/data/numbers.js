@@ -11,3 +11,19 @@ export function measure(x, digits = 4) {
     .replaceAll("-", "−")
     .replace(/e\+?(.*)/, (_, exponent) => `·${powerOfTen(exponent.replace("−", "-"))}`);
 }
+
+// A number as Python's format "g" has it.
+export function general(x) {
+  if (Number.isNaN(x)) return "nan";
+  if (!Number.isFinite(x)) return x < 0 ? "-inf" : "inf";
+  if (!x) return "0";
+  const [digits, power] = x.toExponential(5).split("e");
+  const short = digits.includes(".") ? digits.replace(/\.?0+$/, "") : digits;
+  if (power < -4 || power >= 6) return `${short}e${power[0]}${power.slice(1).padStart(2, "0")}`;
+  return String(Number(x.toPrecision(6)));
+}
+
+// The number that a text states in decimals; the text itself if it states none.
+export function numberOf(text) {
+  return /^\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*$/i.test(text) ? Number(text) : text;
+}

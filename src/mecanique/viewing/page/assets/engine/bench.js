@@ -1,7 +1,9 @@
 // What has been set on the page: parameters, start, length and tolerance of the motion, with a way
 // back; and the motion that follows.
 
+import { numberOf } from "../data/numbers.js";
 import { Computed } from "./computed.js";
+import { findFaults, requireFinite, requireSpan } from "./rules.js";
 
 const UNDONE = 200; // settings kept to go back to
 const MOST_LONGER = 6; // how many times longer a motion is made; then its next part is shown
@@ -35,9 +37,9 @@ export class Bench {
     const held = changes.filter(([kind]) => kind === "initial").map(([, name]) => name);
     try {
       for (const change of changes) this.put(next, change);
-      if (!(next.duration > 0)) throw new Error("The motion must last longer than 0 s.");
-      if (!(next.rtol >= 1e-14 && next.rtol <= 1e-1))
-        throw new Error("The tolerance lies between 1e-14 and 0.1.");
+      requireSpan(next);
+      const faults = findFaults(this.machine, next);
+      if (faults.length) throw new Error(faults.join("; "));
       return this.adopt(next, { keep, held });
     } catch (error) {
       this.neighbor = before;
@@ -47,7 +49,7 @@ export class Bench {
 
   put(setting, [kind, name, value]) {
     const { engine, names } = this.machine;
-    if (!Number.isFinite(value)) throw new Error(`A number is expected for ${name || kind}.`);
+    requireFinite([kind, name, value], engine.coordinates);
     if (kind === "parameter") setting.p[engine.parameters.indexOf(name)] = value;
     else if (kind === "initial") setting.start[names.indexOf(name)] = value;
     else if (kind === "beside") this.neighbor = value ? { name, by: value } : null;
@@ -163,12 +165,12 @@ export function readFragment(text, { parameters, coordinates, velocities }) {
   for (const [key, value] of new URLSearchParams(text.replace(/^#/, ""))) {
     const name = key.slice(2);
     if (key.startsWith(PREFIXES.parameter) && parameters.includes(name))
-      changes.push(["parameter", name, Number(value)]);
+      changes.push(["parameter", name, numberOf(value)]);
     else if (key.startsWith(PREFIXES.initial) && states.includes(name))
-      changes.push(["initial", name, Number(value)]);
+      changes.push(["initial", name, numberOf(value)]);
     else if (key.startsWith(PREFIXES.beside) && states.includes(name))
-      changes.push(["beside", name, Number(value)]);
-    else if (key === "duration" || key === "rtol") changes.push([key, "", Number(value)]);
+      changes.push(["beside", name, numberOf(value)]);
+    else if (key === "duration" || key === "rtol") changes.push([key, "", numberOf(value)]);
     else extra[key] = value;
   }
   return { changes, extra };

@@ -3,7 +3,7 @@
 import { readFragment, writeFragment, writePython } from "../engine/bench.js";
 import { describeBreaks, findBreaks } from "../studies/holding.js";
 import { describeSwing } from "../engine/section.js";
-import { measure } from "../data/numbers.js";
+import { measure, numberOf } from "../data/numbers.js";
 import { copyText } from "../equations/copies.js";
 import { round } from "./sliders.js";
 
@@ -54,11 +54,10 @@ export class Setup {
       field.onchange = () => (this.sliding = false);
     }
     field.oninput = () => {
-      if (field.value === "" && !dragged) return;
       // all of one drag is one step to go back
       const keep = !(dragged && this.sliding);
       this.sliding = dragged;
-      this.change([[kind, name, Number(field.value)]], keep, field);
+      this.change([[kind, name, numberOf(field.value)]], keep, field);
     };
   }
 
