@@ -113,12 +113,10 @@ def _refuse_misfits(mechanism: Mechanism, ground: Ground) -> None:
             assert isinstance(a, Single)
             assert isinstance(b, Single)
             seat = element.point if isinstance(element, Rack) else (0.0, 0.0, 0.0)
-            axes = turn(a.child, a.axis), turn(b.child, b.axis)
-            places = ground.point(a.child, (0.0, 0.0, 0.0)), ground.point(b.child, seat)
-            # wheels that mesh in one state do so in all
-            (n, line), (start, end) = (
-                [x[0] for x in pair] for pair in (axes, map(_vectors, places))
-            )
+            n, line = turn(a.child, a.axis)[0], turn(b.child, b.axis)[0]
+            start = _vectors(ground.point(a.child, (0.0, 0.0, 0.0)))[0]
+            end = _vectors(ground.point(b.child, seat))[0]
+            # the first state serves for all: wheels that mesh in one do so in any
             fault = mesh_fault(mechanism, element, (n, line), (start, end))
         if fault:
             raise DerivationError(fault)
