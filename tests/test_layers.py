@@ -198,7 +198,7 @@ ORDER: dict[str, list[str]] = {
         "reader",
     ],
     "checking.judgement": ["truth", "motion proof quantities equilibrium", "formula"],
-    "teaching": ["sheet", "exercise marks"],
+    "teaching": ["answers", "sheet", "exercise marks"],
     "serving": ["tools", "agents"],
     "generation": [
         "identifiers quantities",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -139,3 +140,103 @@ def test_a_folder_without_answers_is_refused(course: Path) -> None:
     (course / "empty").mkdir()
     with pytest.raises(mq.InputError, match="for each student"):
         grade(course / "sheet.toml", course / "empty")
+
+
+PENDULUM = """
+[[question]]
+id = "1a"
+system = "rigid_bar_pendulum"
+"""
+RIGHT = "2*l*q'' + 3*g*sin(q) = 0"
+
+
+def hand_in(folder: Path, student: str, text: str = RIGHT) -> Path:
+    place = folder / student
+    place.mkdir()
+    (place / "1a.txt").write_text(text, encoding="utf-8")
+    return place
+
+
+def test_no_answer_stops_those_of_the_others(tmp_path: Path) -> None:
+    answers = tmp_path / "answers"
+    answers.mkdir()
+    (tmp_path / "sheet.toml").write_text(PENDULUM, encoding="utf-8")
+    hand_in(answers, "anna")
+    (answers / "broken.toml").write_text("1a = 'x", encoding="utf-8")
+    (answers / "deep.json").write_text("[" * 100_000, encoding="utf-8")
+    (answers / "deep2.toml").write_text("a = " + "[" * 100_000, encoding="utf-8")
+    (answers / "twice.json").write_text('{"1a": "q", "1a": "p"}', encoding="utf-8")
+    (answers / "half.json").write_text('{"1a": "\\ud800"}', encoding="utf-8")
+    (answers / "listed.json").write_text('{"1a": ["q"]}', encoding="utf-8")
+    (answers / "latin.toml").write_bytes(b"1a = '\xe9'")
+    (answers / "folder").mkdir()
+    (answers / "folder" / "1a.txt").mkdir()
+    os.mkfifo(answers / "pipe.toml")
+    (answers / "inside").mkdir()
+    os.mkfifo(answers / "inside" / "1a.txt")
+    (answers / "zero").mkdir()
+    (answers / "zero" / "1a.txt").symlink_to("/dev/zero")
+    (answers / "linked.toml").symlink_to("/dev/zero")
+    (answers / "shortcut").symlink_to(answers / "anna")
+    hand_in(answers, "both")
+    (answers / "both.json").write_text("{}", encoding="utf-8")
+    (hand_in(answers, "two") / "1a.tex").write_text(RIGHT, encoding="utf-8")
+    (answers / "long").mkdir()
+    (answers / "long" / "1a.txt").write_text("q" * 100_000, encoding="utf-8")
+    hand_in(answers, "null", "q\0'' = 0")
+    hand_in(answers, "utf8bom", "\ufeff" + RIGHT)
+    hand_in(answers, "\r=1+1")
+    hand_in(answers, "＝1+1")
+    os.mkdir(os.fsencode(answers) + b"/j\xfcrg")
+
+    grades = grade(tmp_path / "sheet.toml", answers)
+
+    reasons = {mark.student: mark.reason for mark in grades.marks}
+    expected = {
+        "broken": "broken.toml cannot be read: ",
+        "deep": "deep.json cannot be read: it is nested too deeply",
+        "deep2": "deep2.toml cannot be read: it is nested too deeply",
+        "twice": "twice.json cannot be read: '1a' stands twice",
+        "listed": "expected a text in listed.json, got a list",
+        "latin": "latin.toml cannot be read: it is not UTF-8",
+        "folder": "1a.txt is a folder, not a file",
+        "pipe": "pipe.toml is no regular file",
+        "inside": "1a.txt is no regular file",
+        "zero": "1a.txt is a link; links are not followed",
+        "linked": "linked.toml is a link; links are not followed",
+        "shortcut": "shortcut is a link; links are not followed",
+        "both": "expected one of both, both.json, got them all",
+        "two": "expected one of 1a.tex, 1a.txt, got them all",
+        "long": "1a.txt is longer than 80,000 bytes",
+        r"j\xfcrg": "no answer",
+    }
+    for student, reason in expected.items():
+        assert reasons[student].startswith(reason), (student, reasons[student])
+    right = {student for student, points in grades.totals.items() if points}
+    assert right == {"anna", "utf8bom", "＝1+1", r"\x0d=1+1"}
+    outcomes = {mark.student: mark.outcome for mark in grades.marks}
+    assert {outcomes[student] for student in expected} == {"unreadable", "missing"}
+    assert {outcomes["null"], outcomes["half"]} == {"unreadable"}
+
+    table = grades.to_csv().encode().decode()
+    assert not any(c in table for c in "\0\r")
+    rows = list(csv.reader(io.StringIO(table)))
+    assert len(rows) == 1 + len(reasons)
+    assert "'＝1+1" in {row[0] for row in rows}
+    str(grades).encode()
+
+
+@pytest.mark.parametrize("cell", ["=1", "+1", "-1", "@x", " =1", "\t1", "＝1", "＋1", "－1", "＠x"])
+def test_what_a_spreadsheet_would_compute_is_disarmed(cell: str, tmp_path: Path) -> None:
+    answers = tmp_path / "answers"
+    (tmp_path / "sheet.toml").write_text(PENDULUM, encoding="utf-8")
+    (answers / cell).mkdir(parents=True)
+    table = grade(tmp_path / "sheet.toml", answers).to_csv()
+    assert f"\n'{cell}," in table
+
+
+def test_no_file_stops_the_sheet_itself_in_silence(tmp_path: Path) -> None:
+    (tmp_path / "answers").mkdir()
+    os.mkfifo(tmp_path / "sheet.toml")
+    with pytest.raises(mq.InputError, match=r"sheet\.toml is no regular file"):
+        grade(tmp_path / "sheet.toml", tmp_path / "answers")

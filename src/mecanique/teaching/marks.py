@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -13,12 +13,10 @@ from mecanique.checking.check import Checker
 from mecanique.checking.verdict import Check
 from mecanique.errors import FormulaError, InputError
 from mecanique.model.mechanism import Mechanism
-from mecanique.teaching.sheet import Question, Sheet, read_sheet, read_table
+from mecanique.teaching.answers import Submission, collect, write_visibly
+from mecanique.teaching.sheet import Question, Sheet, read_sheet
 from mecanique.textbook.catalogue import load
 from mecanique.wording import say_count
-
-_ENDINGS = (".txt", ".tex", ".mml", ".md")
-_MOST_CHARACTERS = 20_000
 
 
 @final
@@ -96,14 +94,15 @@ def grade(
         sheet: a TOML or JSON file, see `mecanique.teaching.sheet`.
         answers: a folder with a folder for each student, whose files are called after the
             questions, e.g. anna/1a.txt; or with a table for each student, e.g. anna.toml with
-            1a = "…".
+            1a = "…". What of them cannot be read is a mark with its reason: files that are
+            broken, too long, not UTF-8, pipes or links, and answers that are there twice.
         progress: is told the part that is done, from 0 to 1.
 
     Raises:
         InputError: if the sheet cannot be read, or there are no answers.
     """
     questions = read_sheet(Path(sheet))
-    students = dict(_collect(Path(answers), questions))
+    students = collect(Path(answers), [question.name for question in questions.questions])
     if not students:
         raise InputError(
             f"expected a folder or a .toml for each student in {str(answers)!r}, found none"
@@ -112,36 +111,32 @@ def grade(
     for question in questions.questions:
         checkers[question.name] = Checker(_mechanism(question))
     marks = []
-    for number, (student, texts) in enumerate(students.items(), 1):
+    for number, submission in enumerate(students, 1):
         for question in questions.questions:
-            text = texts.get(question.name, "")
-            marks.append(grade_answer(question, checkers[question.name], student, text))
+            marks.append(_grade(question, checkers[question.name], submission))
         if progress is not None:
             progress(number / len(students))
     return Grades(questions, tuple(marks))
 
 
-def grade_answer(question: Question, checker: Checker, student: str, text: str) -> Mark:
-    """Return the mark of one answer; what cannot be read gets none and says why.
-
-    Args:
-        question: the question.
-        checker: of its mechanism.
-        student: whose answer.
-        text: the answer.
-    """
+def _grade(question: Question, checker: Checker, submission: Submission) -> Mark:
+    """Return the mark of one answer; what cannot be read gets none and says why."""
 
     def mark(part: float, outcome: str, reason: str) -> Mark:
         points = round(part * question.points, 4)
         return Mark(
-            student=student,
+            student=submission.student,
             question=question.name,
             points=points,
             possible=question.points,
             outcome=outcome,
-            reason=reason,
+            reason=write_visibly(reason),
         )
 
+    fault = submission.fault or submission.faults.get(question.name)
+    text = submission.texts.get(question.name, "")
+    if fault:
+        return mark(0.0, "unreadable", fault)
     if not text.strip():
         return mark(0.0, "missing", "no answer")
     try:
@@ -183,28 +178,8 @@ def _mechanism(question: Question) -> Mechanism:
     return load(question.system, **question.parameters)
 
 
-def _collect(folder: Path, sheet: Sheet) -> Iterator[tuple[str, Mapping[str, str]]]:
-    """Yield each student's name and answers."""
-    if not folder.is_dir():
-        raise InputError(f"expected a folder of answers, got {str(folder)!r}")
-    known = {question.name for question in sheet.questions}
-    for path in sorted(folder.iterdir()):
-        if path.is_dir():
-            yield path.name, _read_folder(path, known)
-        elif path.suffix in (".toml", ".json"):
-            table = read_table(path)
-            yield path.stem, {name: str(text) for name, text in table.items() if name in known}
-
-
-def _read_folder(folder: Path, known: set[str]) -> dict[str, str]:
-    found = {}
-    for path in sorted(folder.iterdir()):
-        if path.suffix in _ENDINGS and path.stem in known and not path.is_symlink():
-            with path.open(encoding="utf-8", errors="replace") as file:
-                found[path.stem] = file.read(_MOST_CHARACTERS + 1)
-    return found
-
-
 def _disarm(cell: str) -> str:
     """Return a cell that no spreadsheet takes for a formula of its own."""
-    return f"'{cell}" if cell[:1] in ("=", "+", "-", "@", "\t") else cell
+    # full-width signs open a formula, too, and blanks before a sign do not hide it
+    armed = cell.lstrip()[:1] in tuple("=+-@＝＋－＠") or cell[:1] == "\t"
+    return f"'{cell}" if armed else cell

@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, final
 
 from mecanique.errors import InputError
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
+from mecanique.teaching.answers import read_table
 
 _FIELDS = {"id", "system", "ask", "points", "form", "let", "parameters"}
 
@@ -61,22 +54,6 @@ class Sheet:
     def points(self) -> float:
         """All points."""
         return sum(question.points for question in self.questions)
-
-
-def read_table(path: Path) -> dict[str, Any]:
-    """Return what a TOML or JSON file holds.
-
-    Raises:
-        InputError: if it cannot be read.
-    """
-    try:
-        text = path.read_text(encoding="utf-8")
-        found = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
-    except (ValueError, UnicodeDecodeError) as error:
-        raise InputError(f"{path.name} cannot be read: {error}") from None
-    if not isinstance(found, dict):
-        raise InputError(f"expected a table in {path.name}, got a {type(found).__name__}")
-    return found
 
 
 def read_sheet(path: Path) -> Sheet:
