@@ -21,6 +21,7 @@ from mecanique import (
 from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.errors import DerivationError, EngineError
 from mecanique.reference.loops.closed import Closed
+from mecanique.verification.closed_form import ClosedForm
 from mecanique.verification.states.random import random_states
 
 ALL = [
@@ -140,3 +141,16 @@ def test_a_velocity_constraint_has_a_multiplier_but_no_place_for_its_force() -> 
 def test_a_wheel_off_its_plane_is_refused() -> None:
     with pytest.raises(EngineError, match="a wheel is off its plane"):
         Reference(coin()).acceleration({"z": 0.7})
+
+
+def test_a_closed_form_that_holds_nowhere_at_a_state_is_no_number_there() -> None:
+    """A crowned wheel that lies flat, z = crown, touches along a circle: J and γ divide by zero."""
+    mechanism = wheel(crown=0.1)
+    form = ClosedForm(mechanism, derive(mechanism).derivation)
+    flat, leaning = (
+        [0.1, 0.2, 0.1, 0.5**0.5, 0, 0, 0.5**0.5],
+        [0.1, 0.2, 0.45, 0.3, 0, 0, 0.91**0.5],
+    )
+    found = form.acceleration(np.array([flat, leaning]), np.full((2, 6), 0.1))
+    assert np.isnan(found[0]).all()
+    assert np.isfinite(found[1]).all()

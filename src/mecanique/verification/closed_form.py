@@ -95,10 +95,12 @@ class ClosedForm:
         if self._derivation.quasi:
             return self._reduce(mass, rest, J, gamma, units, q, t)
         rows = RowUnits(np.ones(len(ties)), np.arange(len(ties)))
-        motions = [
-            solve_held(*state, units, rows) for state in zip(mass, rest, J, gamma, strict=True)
-        ]
-        return np.array([motion.acceleration for motion in motions])
+        found = np.full(rest.shape, np.nan)
+        known = np.isfinite(J).all(axis=(1, 2)) & np.isfinite(gamma).all(axis=1)
+        for k in np.flatnonzero(known):
+            motion = solve_held(mass[k], rest[k], J[k], gamma[k], units, rows)
+            found[k] = motion.acceleration
+        return found
 
     def _reduce(
         self,

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
 
 from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import Polynomial, exponent, power
 from mecanique.derivation.scalars.series import Series, canonical
+
+_ROUNDING = Fraction(1, 10**14)
+"""Coefficients below this part of what was summed in them are rounding: 45 ε. A tilt's matrix times
+its transpose is off by at most 2 ε."""
 
 
 def tidy(series: Series) -> Series:
@@ -32,6 +37,21 @@ def tidy(series: Series) -> Series:
         other = cleared * root ** (-steps * degree)
         series = other if len(other) <= len(series) else series
     return series
+
+
+def without_rounding(series: Series, summed: Iterable[Series]) -> Series:
+    """Drop terms of a sum whose coefficients are rounding of what was summed.
+
+    Numbers given as floats are exact here, but a tilt's matrix is orthogonal up to rounding only.
+    """
+    top = max((abs(c) for term in summed for _, _, c in term.terms()), default=Fraction(0))
+    least = top * _ROUNDING * series.denominator
+    parts = {
+        trig: kept
+        for trig, polynomial in series.parts.items()
+        if (kept := {m: c for m, c in polynomial.items() if abs(c) > least})
+    }
+    return canonical(series.ring, parts, series.denominator, series.reach)
 
 
 def by_velocity(series: Series, velocities: Sequence[str]) -> Series:

@@ -10,21 +10,16 @@ from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.program.evaluation import evaluate
 from mecanique.generation.program.traced import value_of
 from mecanique.model.states import States
-from mecanique.verification.states.random import random_states
-
-_STATES = 16
 
 
-def sample(letters: Letters, tables: list[Any], states: States | None = None) -> list[np.ndarray]:
+def sample(letters: Letters, tables: list[Any], states: States) -> list[np.ndarray]:
     """Return tables of scalars at a few states, each shape (states, rows, columns).
 
     Args:
         letters: the inputs.
         tables: rows of scalars.
-        states: the states; random ones by default.
+        states: the states.
     """
-    if states is None:
-        states = random_states(letters.mechanism, _STATES, 0)
     inputs = inputs_at(letters, states)
     found = []
     for table in tables:

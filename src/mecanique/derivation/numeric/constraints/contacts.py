@@ -12,7 +12,13 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from mecanique.derivation.numeric.constraints.loops import Constraints, RowUnits
+from mecanique.derivation.numeric.constraints.loops import (
+    Constraints,
+    RowUnits,
+    drop_rounding,
+    shift_sizes,
+    turn_sizes,
+)
 from mecanique.derivation.numeric.paths import coordinate_paths
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
@@ -156,6 +162,9 @@ def _no_slip(A: Jet, B: Jet, place: Jet, direction: Jet) -> tuple[np.ndarray, np
     )
     n, turning = direction.c[0, 0, :, :, 0], direction.c[1, 0, :, :, 0]
     jacobian = np.einsum("ni,kni->nk", n, shifts)
+    far = np.linalg.norm(place.value[:, :, 0], axis=-1)[:, None]
+    terms = sum(shift_sizes(H) + far * turn_sizes(H) for H in (A, B))
+    jacobian = drop_rounding(jacobian, np.asarray(terms))
     gamma = np.einsum("ni,ni->n", n, rate) + np.einsum("ni,ni->n", turning, velocity)
     return jacobian, gamma
 

@@ -15,7 +15,7 @@ sect. 2, 3).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 from typing import NamedTuple, final
@@ -33,6 +33,10 @@ from mecanique.model.units import characteristic_length, velocity_scales
 
 _RANK = 1e-9
 """Singular values of J below this part of the largest count as zero."""
+
+_ROUNDING = 1e-14
+"""Entries of J below this part of the terms that are summed in them are rounding: 45 ε, where
+the largest of 200 linkages of any tilt, offset and size, closed by every kind of loop, is 0.6 ε."""
 
 _DEFINITE = 1e-6
 """Least eigenvalue of a definite form, as a part of the largest second derivative."""
@@ -57,14 +61,23 @@ class Constraints:
     gamma: np.ndarray
 
 
-def constraints_of(rows: list[Jet]) -> Constraints:
-    """Return the constraints from their jets along a path without acceleration.
+def drop_rounding(jacobian: np.ndarray, terms: np.ndarray) -> np.ndarray:
+    """Return J with zeros where its entries are no more than the rounding of their terms.
 
-    Args:
-        rows: one jet per scalar equation, each of trailing shape (n,).
+    Rows that joints satisfy by themselves, such as those across a planar linkage's plane, would
+    otherwise count as constraints once they are scaled to one.
     """
-    c = np.stack([row.c for row in rows], axis=-1)
-    return Constraints(c[0, 0], np.moveaxis(c[0, 1:], 0, -1), 2 * c[2, 0])
+    return np.where(np.abs(jacobian) > _ROUNDING * terms, jacobian, 0.0)
+
+
+def shift_sizes(pose: Jet) -> np.ndarray:
+    """Return by how much variations displace a pose's origin, shape (n, nv)."""
+    return np.asarray(np.linalg.norm(pose.c[0, 1:, :, :3, 3], axis=-1).T)
+
+
+def turn_sizes(pose: Jet) -> np.ndarray:
+    """Return by how much variations turn a pose, shape (n, nv)."""
+    return np.asarray(np.linalg.norm(pose.c[0, 1:, :, :3, :3], axis=(-2, -1)).T)
 
 
 class RowUnits(NamedTuple):
@@ -116,13 +129,36 @@ class Closure:
             poses: pose of every link, in the order of the tree, each of trailing shape (n, 4, 4).
         """
         found: list[Jet] = []
-        for loop, ends, length in zip(self._loops, self._ends, self._lengths, strict=True):
-            A, B = (_carry(poses, place, X) for place, X in ends)
+        for loop, (A, B), length in zip(
+            self._loops, self._frames(poses), self._lengths, strict=True
+        ):
             turn = A[:, :3, :3].T
             p = turn @ (B[:, :3, 3:] - A[:, :3, 3:])
             R = turn @ B[:, :3, :3]
             found += _rows(loop, p, R, length)
         return found
+
+    def at(self, poses: list[Jet]) -> Constraints:
+        """Return Φ, J and γ of the poses along a path without acceleration."""
+        c = np.stack([row.c for row in self.rows(poses)], axis=-1)
+        jacobian = drop_rounding(np.moveaxis(c[0, 1:], 0, -1), self._terms(poses))
+        return Constraints(c[0, 0], jacobian, 2 * c[2, 0])
+
+    def _frames(self, poses: list[Jet]) -> Iterator[tuple[Jet, Jet]]:
+        for (place_a, X_a), (place_b, X_b) in self._ends:
+            yield _carry(poses, place_a, X_a), _carry(poses, place_b, X_b)
+
+    def _terms(self, poses: list[Jet]) -> np.ndarray:
+        """Return the size of what is summed in each entry of J, shape (n, m, nv)."""
+        terms = []
+        for loop, (A, B) in zip(self._loops, self._frames(poses), strict=True):
+            turn = turn_sizes(A)
+            # p = Rᵀ (p_B − p_A) turns with frame a, and p_B − p_A is as certain as its two terms
+            far = sum(np.linalg.norm(X.value[:, :3, 3], axis=-1) for X in (A, B))
+            shift = shift_sizes(A) + shift_sizes(B) + turn * np.reshape(far, (-1, 1))
+            turn = turn + turn_sizes(B)
+            terms += [turn if row[0] == "r" else shift for row in CLOSED[loop.kind]]
+        return np.stack(terms, axis=1)
 
 
 def _rows(loop: Loop, p: Jet, R: Jet, length: float) -> list[Jet]:

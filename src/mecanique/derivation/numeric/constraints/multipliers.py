@@ -18,7 +18,6 @@ from mecanique.derivation.numeric.constraints.loops import (
     Closure,
     Constraints,
     RowUnits,
-    constraints_of,
     is_locked,
 )
 from mecanique.derivation.numeric.dynamics import BatchDynamics
@@ -87,7 +86,7 @@ class Held:
     def at(self, states: States) -> Constraints:
         """Return Φ, J and γ."""
         _, poses = self._definition.motion(states, np.zeros_like(states.v))
-        parts = [constraints_of(self._loops.rows(poses))] if self._mechanism.loops else []
+        parts = [self._loops.at(poses)] if self._mechanism.loops else []
         if self._laws.names:
             parts.append(self._laws.at(states, poses))
         return Constraints(

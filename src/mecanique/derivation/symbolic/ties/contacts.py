@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
-from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.cancel import tidy, without_rounding
 from mecanique.derivation.scalars.cosines import over_length, root_of_square
 from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.series import Series
@@ -101,13 +101,12 @@ def _roll(kinematics: Kinematics, contact: Rolling) -> Touch:
         up = Vector(*over_length([*across], length))
         rho = (rho - up * (algebra.series(contact.radius) - crown)).tidy()
     place = (hub + rho).tidy()
-    gap = tidy(dot(n, place - start))
-    slip = _velocity(kinematics, contact.body, place) - _velocity(kinematics, contact.on, place)
-    rows = (
-        ("normal", n, gap, False),
-        ("x", x, tidy(dot(x, slip)), True),
-        ("y", y, tidy(dot(y, slip)), True),
+    gap = without_rounding(tidy(dot(n, place - start)), [*place, *start])
+    moved = [_velocity(kinematics, body, place) for body in (contact.body, contact.on)]
+    along_x, along_y = (
+        without_rounding(tidy(dot(e, moved[0] - moved[1])), [*moved[0], *moved[1]]) for e in (x, y)
     )
+    rows = (("normal", n, gap, False), ("x", x, along_x, True), ("y", y, along_y, True))
     of = f"of {contact.on} on {contact.body} at {contact.name}"
     ties = []
     for row, _, demand, of_velocities in rows:

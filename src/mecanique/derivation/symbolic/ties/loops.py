@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
-from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.cancel import tidy, without_rounding
 from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
@@ -79,6 +79,11 @@ class _Row:
     direction: Vector
     turn: Vector
 
+    @property
+    def shifts(self) -> bool:
+        """Whether it keeps points together, not axes parallel."""
+        return not self.name.startswith("r")
+
 
 def loop_ties(kinematics: Kinematics) -> tuple[Tie, ...]:
     """Return the equations of all loops of a mechanism, except those that hold identically."""
@@ -100,8 +105,9 @@ def _cut(kinematics: Kinematics, loop: Loop) -> Closing:
     own = loop.kind in ("pin", "plate") and within is None
     rows = [*_along(kinematics, loop, a, on_b - on_a, within), *_about(loop, a, b)]
     ties, directions, turns = [], list[Vector](), list[Vector]()
+    one = ring.number(1)
     for row in rows:
-        demand = tidy(row.demand)
+        demand = without_rounding(tidy(row.demand), [*on_a, *on_b] if row.shifts else [one])
         if demand.vanishes():
             continue
         name = f"{loop.name}_{row.name}"

@@ -13,6 +13,7 @@ from typing import Any, final
 
 import numpy as np
 
+from mecanique.derivation.numeric.constraints.multipliers import constraints
 from mecanique.generation.mechanics.constraints.loops import Loops
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.sampling import sample
@@ -20,6 +21,10 @@ from mecanique.generation.mechanics.vectors import Rows, apply, dot, products, s
 from mecanique.generation.program.solving import factorize
 from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.states import States
+from mecanique.verification.states.random import random_states
+
+_STATES = 16
+"""Number of states in which redundant equations are found."""
 
 _RANK = 1e-8
 """Rows whose part orthogonal to the others is smaller than this are redundant."""
@@ -53,11 +58,15 @@ class Constrained:
     def __init__(
         self, letters: Letters, M: Rows, loops: Loops, states: States | None = None
     ) -> None:
-        masses, jacobians = sample(letters, [M, loops.jacobian], states)
+        if states is None:
+            states = random_states(letters.mechanism, _STATES, 0)
+        (masses,) = sample(letters, [M], states)
+        # not those of the program: rows of nothing but rounding are zero here
+        jacobians = constraints(letters.mechanism, states).jacobian
         self._tape = letters.tape
         self._loops = loops
         self._M = M
-        self._kept = _independent(masses, jacobians)
+        self._kept = _independent(jacobians)
         self._J = [loops.jacobian[k] for k in self._kept]
         self._gamma = [loops.gamma[k] for k in self._kept]
         self._reduced = _reduce(self._J, self._gamma)
@@ -199,7 +208,7 @@ def _is_zero(entry: Any) -> bool:
     return isinstance(entry, float) and entry == 0.0
 
 
-def _independent(masses: np.ndarray, jacobians: np.ndarray) -> list[int]:
+def _independent(jacobians: np.ndarray) -> list[int]:
     """Return the rows that in some state do not follow from those before them."""
     kept: list[int] = []
     for row in range(jacobians.shape[1]):
