@@ -46,11 +46,11 @@ def without_rounding(series: Series, summed: Iterable[Series]) -> Series:
     """
     top = max((abs(c) for term in summed for _, _, c in term.terms()), default=Fraction(0))
     least = top * _ROUNDING * series.denominator
-    parts = {
-        trig: kept
-        for trig, polynomial in series.parts.items()
-        if (kept := {m: c for m, c in polynomial.items() if abs(c) > least})
-    }
+    parts: dict[int, Polynomial] = {}
+    for trig, polynomial in series.parts.items():
+        kept = {monomial: c for monomial, c in polynomial.items() if abs(c) > least}
+        if kept:
+            parts[trig] = kept
     return canonical(series.ring, parts, series.denominator, series.reach)
 
 
