@@ -49,6 +49,14 @@ def test_one_motion_is_told_in_words() -> None:
     assert "cyclic                  x, y" in text
 
 
+def test_no_matrix_shows_the_rounding_of_another_entry() -> None:
+    """The bicycle's M had -6.5e-15 beside 80.8, its C 8e-11 beside 169."""
+    text = run("whipple_bicycle", "-v", "x=5")
+    for block in text.split("\n\n")[2:]:
+        entries = [abs(float(x)) for x in block.split()[1:]]
+        assert all(x == 0 or x > 1e-12 * max(entries) for x in entries), block
+
+
 def test_matrices_are_written_as_functions_of_the_speed() -> None:
     """C1 of the benchmark bicycle (Meijaard et al., Proc. R. Soc. A 463 (2007) 1955)."""
     words = "whipple_bicycle", "--at", "z=0.3", "-v", "x=1", "--expand", "roll", "--expand", "steer"

@@ -140,14 +140,20 @@ def _modes(linearization: Linearization) -> Iterator[str]:
         linearization.frequencies, linearization.damping, linearization.modes.T, strict=True
     )
     for number, (omega, zeta, mode) in enumerate(values, 1):
-        shape = ", ".join(f"{x.real:+.4f}" if abs(x.imag) < 1e-9 else f"{x:+.4f}" for x in mode)
-        ratio = "none" if np.isnan(zeta) else f"{zeta:.6g}"
+        shape = ", ".join(map(_write_entry, mode))
+        ratio = "none" if np.isnan(zeta) else f"{round(zeta, 12) + 0.0:.6g}"
         figures = (
             f"{omega:12.9g}  {omega / (2 * np.pi):12.9g}"
             if omega > 0
             else f"{'no oscillation':>26}"
         )
         yield f"{number:>4}  {figures}  {ratio:>9}  ({shape})"
+
+
+def _write_entry(x: complex) -> str:
+    # adding zero turns the -0 that rounding leaves into 0
+    real, imaginary = round(x.real, 4) + 0.0, round(x.imag, 4) + 0.0
+    return f"{real:+.4f}" if abs(x.imag) < 1e-9 else f"{complex(real, imaginary):+.4f}"
 
 
 def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
@@ -177,7 +183,7 @@ def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
     lines += ["", "exponents [1/s]", *(f"  {_write(x)}" for x in steady.exponents)]
     for name, matrix in (("M", steady.M), ("C", steady.C), ("K", steady.K)):
         lines += ["", f"{name}"]
-        lines += ["  " + "  ".join(map("{:>12.6g}".format, row)) for row in matrix]
+        lines += [_matrix_row(row) for row in _clean(matrix)]
     return "\n".join(lines)
 
 
