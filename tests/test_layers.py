@@ -22,6 +22,7 @@ ORDER: dict[str, list[str]] = {
         "arrays errors files safe_xml",
         "plugins",
         "model",
+        "program",
         "textbook threads urdf derivation",
         "reference",
         "verification",
@@ -79,6 +80,7 @@ ORDER: dict[str, list[str]] = {
         "document",
     ],
     "urdf.reading.constraints": ["contacts loops velocities", "elements"],
+    "program": ["tape", "evaluation half_angles listing sweeps traced", "solving"],
     "derivation": [
         "laws tree",
         "scalars",
@@ -210,12 +212,6 @@ ORDER: dict[str, list[str]] = {
         "languages writing",
     ],
     "generation.writing": ["formulas names", "written", "recursion"],
-    "generation.program": [
-        "tape",
-        "counts evaluation half_angles listing lowering sweeps traced",
-        "solving",
-        "program",
-    ],
     "generation.mechanics": [
         "letters vectors",
         "bodies",

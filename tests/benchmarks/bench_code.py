@@ -27,7 +27,7 @@ import pinocchio as pin
 import mecanique as mq
 from mecanique.generation.build import build_program
 from mecanique.generation.compiled import OPTIONS, Compiled, compile_program
-from mecanique.generation.program.program import Program
+from mecanique.generation.program import Program
 from mecanique.generation.targets.c import C
 from mecanique.generation.targets.casadi import CasADi
 from mecanique.verification.states.random import random_states

@@ -8,9 +8,9 @@ from systems import derive_system
 
 import mecanique as mq
 from mecanique.generation.build import build_program
-from mecanique.generation.program.evaluation import evaluate
-from mecanique.generation.program.sweeps import pull_back, push_forward
-from mecanique.generation.program.tape import Tape, Value
+from mecanique.program.evaluation import evaluate
+from mecanique.program.sweeps import pull_back, push_forward
+from mecanique.program.tape import Tape, Value
 
 pytestmark = pytest.mark.usefixtures("in_process")
 

@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mecanique as mq
-from mecanique.generation.program.half_angles import by_tangents
-from mecanique.generation.program.tape import Tape
 from mecanique.motion.compile.derive import program_of
 from mecanique.motion.compile.program import Program
 from mecanique.motion.compile.python import scalar, vectorize
+from mecanique.program.half_angles import by_tangents
+from mecanique.program.tape import Tape
 
 NAMES = ("rigid_bar_pendulum", "double_pendulum", "elastic_pendulum", "cart_pole", "heavy_top")
 

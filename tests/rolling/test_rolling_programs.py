@@ -17,8 +17,8 @@ from mecanique import (
     simulate,
     textbook,
 )
-from mecanique.generation.program.counts import count
 from mecanique.motion.compile.derive import program_of
+from mecanique.program.tape import count
 
 SAMPLES = {
     "crowned_wheel_on_a_slope": wheel(0.1, Placement((0, 0, 0.1), (0.2, 0.3, 0.1))),

@@ -10,12 +10,12 @@ from mecanique.errors import UnknownNameError
 from mecanique.generation.identifiers import file_stem
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
 from mecanique.generation.mechanics.free_body_forces import Actions
-from mecanique.generation.program.program import Answer, Letter, Program
-from mecanique.generation.program.tape import Value
-from mecanique.generation.program.traced import values_of
+from mecanique.generation.program import Answer, Letter, Program
 from mecanique.generation.quantities import QUANTITIES, Quantity, choose
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import per_second, units
+from mecanique.program.tape import Value
+from mecanique.program.traced import values_of
 
 
 def build_program(

@@ -11,9 +11,9 @@ from typing import final
 from mecanique.errors import InputError
 from mecanique.files import as_bytes, write_whole
 from mecanique.generation.compiled import OPTIONS, Compiled, compile_program
-from mecanique.generation.program.counts import Counts
-from mecanique.generation.program.program import Program
+from mecanique.generation.program import Program
 from mecanique.generation.verdict.verdict import CodeVerdict
+from mecanique.program.tape import Counts
 
 
 @final

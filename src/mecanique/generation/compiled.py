@@ -14,7 +14,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.generation.program.program import Answer, Program
+from mecanique.generation.program import Answer, Program
 from mecanique.generation.targets.c import compiler, limit_optimization
 
 OPTIONS = ("-O1", "-march=native")

@@ -9,7 +9,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.generation.build import build_program
 from mecanique.generation.code import Code
-from mecanique.generation.program.program import Program
+from mecanique.generation.program import Program
 from mecanique.generation.targets.c import C
 from mecanique.generation.targets.casadi import CasADi
 from mecanique.generation.targets.fmu import FMU

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from mecanique.errors import EngineError
-from mecanique.generation.program.program import Program
+from mecanique.generation.program import Program
 from mecanique.generation.targets.python import Python
 from mecanique.generation.targets.target import Cases
 from mecanique.model import Body, Mechanism, Parameter, Prismatic, box

@@ -10,9 +10,9 @@ from mecanique.derivation.tree.links import Link
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.vectors import Rows, dot, products, transpose
-from mecanique.generation.program.sweeps import push_forward
-from mecanique.generation.program.traced import Traced, trace, value_of
 from mecanique.model.expression import symbols_in
+from mecanique.program.sweeps import push_forward
+from mecanique.program.traced import Traced, trace, value_of
 
 
 @final

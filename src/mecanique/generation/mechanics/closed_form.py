@@ -2,17 +2,169 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from fractions import Fraction
 from functools import cached_property
 from typing import Any, final
 
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.scalars.generators import Kind
+from mecanique.derivation.scalars.monomials import exponents
+from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.vectors import Rows
-from mecanique.generation.program.lowering import Lowering
-from mecanique.generation.program.traced import trace, value_of
+from mecanique.program.tape import Tape, Value
+from mecanique.program.traced import trace, value_of
+
+_CONSTANTS = {"pi": 3.141592653589793, "E": 2.718281828459045}
+
+_ROUNDING = 1e-14
+"""Quotients of coefficients this close to a simple fraction, or to zero, are rounded to it."""
+
+
+@final
+class Lowering:
+    """Writes series of a ring on a tape.
+
+    Args:
+        ring: the ring.
+        tape: the tape to write on.
+        values: value of each generator that the series depend on, by name; atoms are computed.
+    """
+
+    def __init__(self, ring: Ring, tape: Tape, values: Mapping[str, Value]) -> None:
+        self._ring = ring
+        self._tape = tape
+        self._values = values
+        self._generators: dict[int, Value] = {}
+        self._circular: dict[int, Value] = {0: 1.0}
+        self._angles: dict[int, Value] = {}
+        self._velocities = {g.index for g in ring.generators if g.kind is Kind.VELOCITY}
+
+    def __call__(self, series: Series) -> Value:
+        """Write a series.
+
+        Raises:
+            DerivationError: if a generator it depends on has no value.
+        """
+        tape, terms = self._tape, []
+        for trig, polynomial in sorted(series.parts.items()):
+            groups: dict[tuple[bool, Value], dict[tuple[int, ...], Value]] = {}
+            for monomial, c in polynomial.items():
+                rest, coefficient, speeds = self._factors(monomial, Fraction(c, series.denominator))
+                group = groups.setdefault(
+                    (isinstance(rest, int), rest), {}
+                )  # an int is an index, a float a number
+                group[speeds] = tape.add(group.get(speeds, 0.0), coefficient)
+            inner = tape.sum(
+                tape.multiply(rest, self._in_velocities(group))
+                for (_, rest), group in groups.items()
+            )
+            terms.append(tape.multiply(inner, self._sine_or_cosine(trig)))
+        return tape.sum(terms)
+
+    def _factors(self, monomial: int, c: Fraction) -> tuple[Value, Value, tuple[int, ...]]:
+        """Split a term: powers of coordinates, number and parameters, and velocities (repeated)."""
+        tape = self._tape
+        rest: Value = 1.0
+        coefficient: Value = c.numerator / c.denominator
+        speeds: list[int] = []
+        for index, e in exponents(monomial):
+            if index in self._velocities and e > 0:
+                speeds += [index] * e
+                continue
+            power = tape.power(self._generator(index), e)
+            if isinstance(power, float) or self._ring.generators[index].kind is Kind.PARAMETER:
+                coefficient = tape.multiply(coefficient, power)
+            else:
+                rest = tape.multiply(rest, power)
+        return rest, coefficient, tuple(speeds)
+
+    def _in_velocities(self, terms: dict[tuple[int, ...], Value]) -> Value:
+        """Write a polynomial in the velocities."""
+        tape, total = self._tape, []
+        square: dict[tuple[int, ...], float] = {
+            speeds: c for speeds, c in terms.items() if len(speeds) == 2 and isinstance(c, float)
+        }
+        if len(square) > 1:
+            total.append(self._squares(square))
+        for speeds, c in terms.items():
+            if len(square) > 1 and speeds in square:
+                continue
+            product: Value = c
+            for index in speeds:
+                product = tape.multiply(product, self._generator(index))
+            total.append(product)
+        return tape.sum(total)
+
+    def _squares(self, form: dict[tuple[int, ...], float]) -> Value:
+        """Write a quadratic form as a sum of squares of linear forms, as far as possible."""
+        tape, total = self._tape, []
+        form = dict(form)
+        while form:
+            lead = next((key for key in sorted(form) if key[0] == key[1]), None)
+            if lead is None:
+                for (i, j), c in sorted(form.items()):
+                    product = tape.multiply(self._generator(i), self._generator(j))
+                    total.append(tape.multiply(c, product))
+                break
+            i, c = lead[0], form[lead]
+            linear = {
+                j if k == i else k: _simple(x / c / 2)
+                for (j, k), x in form.items()
+                if i in (j, k) and j != k
+            }
+            linear[i] = 1.0
+            names = sorted(linear)
+            before = tape.sum(tape.multiply(linear[j], self._generator(j)) for j in names)
+            total.append(tape.multiply(c, tape.multiply(before, before)))
+            for a, j in enumerate(names):
+                for k in names[a:]:
+                    taken = c * linear[j] * linear[k] * (1.0 if j == k else 2.0)
+                    left = form.get((j, k), 0.0) - taken
+                    if abs(left) > _ROUNDING * max(abs(taken), abs(form.get((j, k), 0.0))):
+                        form[j, k] = left
+                    else:
+                        form.pop((j, k), None)
+        return tape.sum(total)
+
+    def _generator(self, index: int) -> Value:
+        if index not in self._generators:
+            generator = self._ring.generators[index]
+            if generator.name in self._values:
+                self._generators[index] = self._values[generator.name]
+            elif index in self._ring.atoms:
+                atom = self._ring.atoms[index]
+                inner = self(atom.argument)
+                self._generators[index] = (
+                    inner if atom.function == "1" else self._tape.call(atom.function, inner)
+                )
+            elif generator.kind is Kind.CONSTANT and generator.name in _CONSTANTS:
+                self._generators[index] = _CONSTANTS[generator.name]
+            else:
+                raise DerivationError(f"no value is known for {generator.name!r}")
+        return self._generators[index]
+
+    def _sine_or_cosine(self, trig: int) -> Value:
+        if trig not in self._circular:
+            tape = self._tape
+            parts = []
+            for j, k in exponents(trig >> 1):
+                if j not in self._angles:
+                    self._angles[j] = self(self._ring.angles[j].argument)
+                parts.append(tape.multiply(float(k), self._angles[j]))
+            self._circular[trig] = tape.call("sin" if trig & 1 else "cos", tape.sum(parts))
+        return self._circular[trig]
+
+
+def _simple(quotient: float) -> float:
+    """Remove rounding from a quotient of two coefficients that is a simple fraction."""
+    near: Any = Fraction(quotient).limit_denominator(64)
+    return float(near) if abs(float(near) - quotient) <= _ROUNDING * abs(quotient) else quotient
+
 
 MOST_VELOCITIES = 8
 """With more velocities, closed forms are too long to be faster than a recursion."""

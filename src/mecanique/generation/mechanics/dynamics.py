@@ -17,12 +17,11 @@ from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Rows, apply
 from mecanique.generation.mechanics.world import World
-from mecanique.generation.program.counts import count
-from mecanique.generation.program.program import Landing
-from mecanique.generation.program.solving import factorize
-from mecanique.generation.program.sweeps import push_forward
-from mecanique.generation.program.tape import Value
-from mecanique.generation.program.traced import values_of
+from mecanique.generation.program import Landing
+from mecanique.program.solving import factorize
+from mecanique.program.sweeps import push_forward
+from mecanique.program.tape import Value, count
+from mecanique.program.traced import values_of
 
 _READABLE = 4
 """Closed forms with more velocities are not tried: they take long to derive, and gain little."""

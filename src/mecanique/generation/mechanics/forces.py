@@ -19,10 +19,10 @@ from mecanique.generation.mechanics.chart import along
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, dot, scale
-from mecanique.generation.program.sweeps import pull_back
-from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.force_base import BodyLoad, End, JointLoad, LineLoad
 from mecanique.model.joint_base import Single
+from mecanique.program.sweeps import pull_back
+from mecanique.program.traced import trace, value_of
 
 
 @final

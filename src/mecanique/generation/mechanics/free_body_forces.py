@@ -18,13 +18,13 @@ from mecanique.generation.mechanics.constraints.guides import Guides
 from mecanique.generation.mechanics.dynamics import Dynamics
 from mecanique.generation.mechanics.forces import on_velocities
 from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, cross, scale, transpose
-from mecanique.generation.program.sweeps import push_forward
-from mecanique.generation.program.traced import trace, value_of, values_of
 from mecanique.model.bodies import Body
 from mecanique.model.constraints.contacts import Contact
 from mecanique.model.constraints.elements import force_names
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.placement import Placement
+from mecanique.program.sweeps import push_forward
+from mecanique.program.traced import trace, value_of, values_of
 
 
 @final

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from functools import cached_property
 from math import inf
 from typing import Any, final
 
+from mecanique.derivation.tree.poses import Arithmetic
 from mecanique.derivation.tree.quaternions import quaternion_rotation
-from mecanique.generation.program.tape import Tape
-from mecanique.generation.program.traced import arithmetic_on, trace, value_of
 from mecanique.model.mechanism import Mechanism
+from mecanique.program.tape import Tape
+from mecanique.program.traced import trace, value_of
 
 
 @final
@@ -92,3 +93,12 @@ class Letters:
 
     def _input(self, name: str) -> Any:
         return trace(self.tape, self.tape.input(name))
+
+
+def arithmetic_on(tape: Tape) -> Arithmetic:
+    """Return the arithmetic of poses and expressions on a tape."""
+
+    def function(name: str) -> Callable[..., Any]:
+        return lambda *a: trace(tape, tape.call(name, *map(value_of, a)))
+
+    return Arithmetic(function)

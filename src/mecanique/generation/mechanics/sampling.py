@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.program.evaluation import evaluate
-from mecanique.generation.program.traced import value_of
 from mecanique.model.states import States
+from mecanique.program.evaluation import evaluate
+from mecanique.program.traced import value_of
 
 
 def sample(letters: Letters, tables: list[Any], states: States) -> list[np.ndarray]:

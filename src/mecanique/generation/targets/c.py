@@ -12,9 +12,9 @@ from typing import final
 import numpy as np
 
 from mecanique.errors import InputError
-from mecanique.generation.program.listing import Notation
-from mecanique.generation.program.program import Answer, Program
+from mecanique.generation.program import Answer, Program
 from mecanique.generation.targets.target import Cases, describe, list_answer
+from mecanique.program.listing import Notation
 
 _FUNCTIONS = {
     **{name: f"{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log")},

@@ -9,10 +9,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import final
 
-from mecanique.generation.program.listing import Notation
-from mecanique.generation.program.program import Answer, Program
+from mecanique.generation.program import Answer, Program
 from mecanique.generation.targets.python import quote, require, write_test
 from mecanique.generation.targets.target import Cases, describe, list_answer
+from mecanique.program.listing import Notation
 
 _FUNCTIONS = {
     **{name: f"ca.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh")},

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import final
 
 from mecanique.errors import DerivationError
-from mecanique.generation.program.program import Answer, Program
+from mecanique.generation.program import Answer, Program
 from mecanique.model.dimensions import read_unit
 from mecanique.model.units import per_second
 from mecanique.urdf.xml.markup import quote

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import final
 
 from mecanique.errors import DerivationError, InputError
-from mecanique.generation.program.program import Program
+from mecanique.generation.program import Program
 from mecanique.generation.targets.c import compiler, limit_optimization
 from mecanique.generation.targets.fmi import (
     describe_model,

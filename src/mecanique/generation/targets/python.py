@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import final
 
 from mecanique.errors import InputError
-from mecanique.generation.program.listing import Notation
-from mecanique.generation.program.program import Answer, Program
+from mecanique.generation.program import Answer, Program
 from mecanique.generation.targets.target import Cases, describe, list_answer
+from mecanique.program.listing import Notation
 
 _FUNCTIONS = {
     **{name: f"np.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh")},

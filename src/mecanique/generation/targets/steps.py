@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any, final
 
 from mecanique.arrays import Array
-from mecanique.generation.program.listing import list_program
-from mecanique.generation.program.program import Landing
-from mecanique.generation.program.tape import Tape, Value
+from mecanique.generation.program import Landing
 from mecanique.generation.targets.c import NOTATION, SIGN
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import velocity_scales
+from mecanique.program.listing import list_program
+from mecanique.program.tape import Tape, Value
 
 
 @final

@@ -10,8 +10,8 @@ from typing import NamedTuple, Protocol, final, runtime_checkable
 import numpy as np
 
 from mecanique.generation.identifiers import identifiers
-from mecanique.generation.program.listing import Listing, Notation, list_program
-from mecanique.generation.program.program import Answer, Letter, Program
+from mecanique.generation.program import Answer, Letter, Program
+from mecanique.program.listing import Listing, Notation, list_program
 
 
 @final

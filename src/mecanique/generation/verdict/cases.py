@@ -12,7 +12,7 @@ from functools import reduce
 import numpy as np
 
 from mecanique.errors import MecaniqueError
-from mecanique.generation.program.program import Program
+from mecanique.generation.program import Program
 from mecanique.generation.targets.target import Cases
 from mecanique.generation.verdict.answers import ROUNDED, answer_of, unit_of
 from mecanique.generation.verdict.differences import TOLERANCE as DIFFERENCES

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mecanique.generation.program.program import Program
+from mecanique.generation.program import Program
 from mecanique.generation.quantities import Quantity
 from mecanique.generation.verdict.answers import answer_of
 from mecanique.model.states import States

@@ -12,7 +12,7 @@ import numpy as np
 
 from mecanique.errors import DerivationError
 from mecanique.files import as_bytes
-from mecanique.generation.program.program import Program
+from mecanique.generation.program import Program
 from mecanique.generation.targets.target import Cases, Target
 from mecanique.generation.verdict.cases import TOLERANCE, count_varied
 from mecanique.verification.verdict import NOT_INSTALLED, versions

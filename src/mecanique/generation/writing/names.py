@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 from mecanique.generation.mechanics.recursion import Recursion
-from mecanique.generation.program.tape import Tape
-from mecanique.generation.program.traced import Traced, value_of
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
+from mecanique.program.tape import Tape
+from mecanique.program.traced import Traced, value_of
 
 _MEANINGS = {
     "w": "angular velocity of {} [rad/s]",

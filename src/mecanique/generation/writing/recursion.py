@@ -21,8 +21,6 @@ from mecanique.generation.mechanics.dynamics import Dynamics, Tree
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import add, apply_transpose, cross, scale
-from mecanique.generation.program.listing import Notation, list_program
-from mecanique.generation.program.traced import trace, values_of
 from mecanique.generation.writing.formulas import Line, tidy
 from mecanique.generation.writing.names import (
     explain_force,
@@ -34,6 +32,8 @@ from mecanique.generation.writing.names import (
 )
 from mecanique.generation.writing.written import Part, Written
 from mecanique.model.expression import symbols_in
+from mecanique.program.listing import Notation, list_program
+from mecanique.program.traced import trace, values_of
 
 _CALLS = ("sin", "cos", "tan", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh", "sign")
 _NOTATION = Notation(

@@ -13,7 +13,7 @@ from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.steps import RightHandSide
 
 if TYPE_CHECKING:
-    from mecanique.generation.program.program import Landing
+    from mecanique.generation.program import Landing
     from mecanique.reference import Reference
 
 

@@ -17,13 +17,13 @@ from mecanique.generation.mechanics.constraints.loops import loops_of
 from mecanique.generation.mechanics.constraints.projection import landing_of
 from mecanique.generation.mechanics.dynamics import Tree
 from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.program.program import Landing
-from mecanique.generation.program.solving import factorize
-from mecanique.generation.program.tape import Value
-from mecanique.generation.program.traced import values_of
+from mecanique.generation.program import Landing
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.motion.compile.program import Program
+from mecanique.program.solving import factorize
+from mecanique.program.tape import Value
+from mecanique.program.traced import values_of
 
 MOST = 100_000
 """Operations of a closed mechanism's program; a longer one is no faster than the reference."""

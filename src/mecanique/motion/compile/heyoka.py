@@ -15,7 +15,7 @@ from mecanique.errors import DerivationError, InputError
 from mecanique.motion.compile.program import Program
 
 if TYPE_CHECKING:
-    from mecanique.generation.program.tape import Value
+    from mecanique.program.tape import Value
 
 
 _FUNCTIONS = {"sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh"}

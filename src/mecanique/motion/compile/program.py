@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, final
 from mecanique.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
-    from mecanique.generation.program.program import Landing
-    from mecanique.generation.program.tape import Tape, Value
+    from mecanique.generation.program import Landing
+    from mecanique.program.tape import Tape, Value
 
 
 SAMPLES = 10

@@ -13,7 +13,7 @@ from mecanique.motion.compile.program import Program
 from mecanique.motion.record.steps import RightHandSide
 
 if TYPE_CHECKING:
-    from mecanique.generation.program.tape import Tape, Value
+    from mecanique.program.tape import Tape, Value
 
 
 Batched: TypeAlias = Callable[[float | np.ndarray, np.ndarray, np.ndarray], None]
@@ -100,7 +100,7 @@ def vectorize(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
         program: the program.
         values: value of each open parameter, shape () or (n,).
     """
-    from mecanique.generation.program.half_angles import by_tangents
+    from mecanique.program.half_angles import by_tangents
 
     lines, rates = _write(*by_tangents(program.tape, program.rates), program)
     fixed, moving = _split(program, lines)

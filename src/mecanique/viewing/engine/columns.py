@@ -8,13 +8,13 @@ from typing import Any, final
 from mecanique.derivation.tree.poses import times_point
 from mecanique.generation.mechanics.dynamics import Dynamics
 from mecanique.generation.mechanics.free_body_forces import Actions
-from mecanique.generation.program.sweeps import push_forward
-from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.expression import Scalar
 from mecanique.model.placement import Placement
 from mecanique.motion.record.energies import is_rheonomic
+from mecanique.program.sweeps import push_forward
+from mecanique.program.traced import trace, value_of
 from mecanique.viewing.engine.holding import margins_of
 from mecanique.viewing.scene.naming import group_work, name_arrows
 from mecanique.viewing.scene.scene import Scene

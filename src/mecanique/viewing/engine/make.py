@@ -15,9 +15,7 @@ from mecanique.errors import DerivationError
 from mecanique.generation.build import assemble
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
 from mecanique.generation.mechanics.sampling import inputs_at
-from mecanique.generation.program.evaluation import evaluate
-from mecanique.generation.program.program import Answer, Letter, Program
-from mecanique.generation.program.traced import value_of, values_of
+from mecanique.generation.program import Answer, Letter, Program
 from mecanique.generation.quantities import QUANTITIES, Quantity
 from mecanique.generation.targets.javascript import functions
 from mecanique.model.mechanism import Mechanism
@@ -25,6 +23,8 @@ from mecanique.model.meshing.teeth import visuals_of
 from mecanique.model.states import States
 from mecanique.motion.record.motion import Motion
 from mecanique.motion.simulation.watching.validity import margins_along
+from mecanique.program.evaluation import evaluate
+from mecanique.program.traced import value_of, values_of
 from mecanique.verification.states.random import random_states
 from mecanique.viewing.engine.agreement import TOLERANCE, find_unknown
 from mecanique.viewing.engine.bounds import bounds_of, gradients_of, is_cut_short, options_of

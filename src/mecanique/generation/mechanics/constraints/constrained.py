@@ -18,9 +18,9 @@ from mecanique.generation.mechanics.constraints.loops import Loops
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.sampling import sample
 from mecanique.generation.mechanics.vectors import Rows, apply, dot, products, scale, transpose
-from mecanique.generation.program.solving import factorize
-from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.states import States
+from mecanique.program.solving import factorize
+from mecanique.program.traced import trace, value_of
 from mecanique.verification.states.random import random_states
 
 _STATES = 16

@@ -19,9 +19,9 @@ from mecanique.generation.mechanics.action import Action
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Triple, add, apply, dot, products, scale
-from mecanique.generation.program.solving import factorize
 from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.expression import Scalar
+from mecanique.program.solving import factorize
 
 Transmit: TypeAlias = Callable[[Sequence[Action]], Mapping[str, Action]]
 """Returns the actions of joints on their children under forces on the bodies."""

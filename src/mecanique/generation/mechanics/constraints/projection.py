@@ -7,9 +7,9 @@ from typing import Any
 from mecanique.generation.mechanics.constraints.constrained import Constrained
 from mecanique.generation.mechanics.constraints.loops import Loops
 from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.program.program import Landing
-from mecanique.generation.program.sweeps import push_forward
-from mecanique.generation.program.traced import value_of, values_of
+from mecanique.generation.program import Landing
+from mecanique.program.sweeps import push_forward
+from mecanique.program.traced import value_of, values_of
 
 
 def landing_of(letters: Letters, loops: Loops, constrained: Constrained) -> Landing:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from mecanique.generation.program.counts import Counts, count
-from mecanique.generation.program.tape import Tape, Value
 from mecanique.generation.quantities import Quantity
 from mecanique.model.mechanism import Mechanism
+from mecanique.program.tape import Counts, Tape, Value, count
 
 
 @final

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mecanique.generation.program.tape import Tape, Value
 from mecanique.model.expression import numpy_function
+from mecanique.program.tape import Tape, Value
 
 _ARITHMETIC = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide}
 

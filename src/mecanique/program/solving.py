@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
-from mecanique.generation.program.tape import Tape, Value
-from mecanique.generation.program.traced import trace, values_of
+from mecanique.program.tape import Tape, Value
+from mecanique.program.traced import trace, values_of
 
 
 @final

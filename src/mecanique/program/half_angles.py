@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple, final
 
-from mecanique.generation.program.tape import Operation, Tape, Value
+from mecanique.program.tape import Operation, Tape, Value
 
 _BOTH = frozenset({"sin", "cos"})
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from mecanique.errors import DerivationError
-from mecanique.generation.program.tape import Tape, Value
+from mecanique.program.tape import Tape, Value
 
 
 def push_forward(tape: Tape, outputs: Sequence[Value], along: Mapping[int, Value]) -> list[Value]:

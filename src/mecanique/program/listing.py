@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import final
 
 from mecanique.errors import DerivationError
-from mecanique.generation.program.tape import Tape, Value
+from mecanique.program.tape import Tape, Value
 
 _LONGEST = 72
 """Expressions longer than this get a name of their own."""

@@ -1,12 +1,11 @@
-"""Scalars that record their arithmetic on a tape, to turn expressions and poses into programs."""
+"""Scalars that record their arithmetic on a tape, which turns formulas into programs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any, final
 
-from mecanique.derivation.tree.poses import Arithmetic
-from mecanique.generation.program.tape import Tape, Value
+from mecanique.program.tape import Tape, Value
 
 
 @final
@@ -80,12 +79,3 @@ def values_of(scalars: Iterable[Any]) -> list[Value]:
         scalars: traced ones, or numbers.
     """
     return [value_of(scalar) for scalar in scalars]
-
-
-def arithmetic_on(tape: Tape) -> Arithmetic:
-    """Return the arithmetic of poses and expressions on a tape."""
-
-    def function(name: str) -> Callable[..., Any]:
-        return lambda *a: trace(tape, tape.call(name, *map(value_of, a)))
-
-    return Arithmetic(function)

@@ -1,0 +1,1 @@
+"""Straight-line programs: recorded, differentiated, evaluated, listed; they know no mechanics."""
