@@ -176,7 +176,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "verification.foreign": ["compiled", "fmu functions library"],
     "verification.rounding": ["conditioning contributions"],
-    "checking": ["grammar", "judgement", "verdict", "mistakes", "check"],
+    "checking": ["budget", "grammar", "judgement", "verdict", "mistakes", "check"],
     "checking.mistakes": [
         "needed_values units vanishing_factors",
         "context",

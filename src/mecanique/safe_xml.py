@@ -135,7 +135,12 @@ def tree_of(data: bytes | str, *, most_depth: int = MOST_DEPTH) -> ElementTree.E
     target = _WithoutNamespaces()
     encoding = "UTF-8" if isinstance(data, str) else None
     reader = Reader(target, encoding=encoding, most_depth=most_depth, separator="}")
-    reader.read(data.encode() if isinstance(data, str) else data)
+    try:
+        raw = data.encode() if isinstance(data, str) else data
+    except UnicodeEncodeError as error:
+        line = str(data)[: error.start].count("\n") + 1
+        raise XmlRefusedError("encoding", line, "half of a pair of signs (a surrogate)") from None
+    reader.read(raw)
     return target.builder.close()
 
 

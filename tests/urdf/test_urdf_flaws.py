@@ -169,6 +169,23 @@ def test_a_robot_without_any_mass_has_no_equations() -> None:
         mq.verify(read_urdf(text), samples=5)
 
 
+def test_a_body_without_inertia_about_its_only_axis_has_mass_all_the_same() -> None:
+    """What is said is true: the mass is there, and resists nothing."""
+    text = re.sub(
+        r"<inertia [^>]*/>", '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>', ARM
+    )
+    text = re.sub(r"(<inertial>\s*)(<origin [^>]*/>)?", r"\1", text)
+    mechanism = read_urdf(text)
+    assert mechanism.body("l").mass == read_urdf(ARM).body("l").mass > 0
+    message = (
+        "its bodies have mass, but none resists a change of .*: centers of mass lie on the axes"
+    )
+    with pytest.raises(mq.EngineError, match=message):
+        mq.verify(mechanism, samples=5)
+    with pytest.raises(mq.DerivationError, match="give what it moves mass or inertia"):
+        mq.derive(mechanism).acceleration([0.1], [0.2])
+
+
 def test_an_inertial_without_inertia_is_a_point() -> None:
     text = re.sub(r"<inertia [^>]*/>", "", ARM)
     mechanism = read_urdf(text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -93,6 +94,8 @@ def test_bad_functions_are_told() -> None:
         mq.verify(mechanism, 3, against={"g": lambda q: [1.0, 2.0]})
     with pytest.raises(InputError, match=r"gravity\(\[.*\]\) raised ZeroDivisionError"):
         mq.verify(mechanism, 3, against={"g": lambda q: 1 / 0})
+    with pytest.raises(InputError, match=r"gravity\(\[.*\]\) raised SystemExit: 0"):
+        mq.verify(mechanism, 3, against={"g": lambda q: sys.exit(0)})
     with pytest.raises(UnknownNameError, match="unknown function 'K'"):
         mq.verify(mechanism, 3, against={"K": lambda q: q})
     with pytest.raises(InputError, match="expected gravity besides coriolis"):
@@ -101,6 +104,38 @@ def test_bad_functions_are_told() -> None:
         InputError, match="expected at least one of the functions mass_matrix, bias"
     ):
         mq.verify(mechanism, 3, against={})
+
+
+@pytest.mark.parametrize("light", ["first", "second"])
+def test_a_slip_that_makes_the_mass_matrix_singular_is_named(light: str) -> None:
+    m, l = mq.Parameter("m", 1.0), mq.Parameter("l", 1.0)
+    arm = mq.Body("arm", mq.rod(m, l, direction=(0, 0, -1)))
+    nothing = mq.Body("arm")
+    whole, empty = (
+        mq.Mechanism(
+            "arm",
+            (mq.Body("ground"), body),
+            (mq.Revolute("pin", "ground", "arm", axis=(0, -1, 0), coordinate="q"),),
+            parameters=(m, l),
+        )
+        for body in (arm, nothing)
+    )
+    first, second = (empty, whole) if light == "first" else (whole, empty)
+    verdict = mq.verify(first, 5, against=second)
+    assert not verdict.agrees
+    assert "acceleration" not in {row.quantity for row in verdict.rows}
+    assert "left out: accelerations, as a mass matrix of 'arm' is singular" in verdict.notes
+    assert verdict.difference is not None
+    assert "link 'arm': mass" in str(verdict)
+    assert mq.verify(empty, 5, against=empty).agrees
+
+
+@pytest.mark.parametrize("code", ["raise SystemExit(0)", "def M(q):\n    raise SystemExit(0)"])
+def test_a_file_that_exits_does_not_pass_for_agreement(code: str) -> None:
+    Path("exits.py").write_text(code, encoding="utf-8")
+    result = CliRunner().invoke(app, ["verify", PENDULUM, "--against", "exits.py"])
+    assert result.exit_code == 2
+    assert "raised SystemExit: 0" in result.output
 
 
 def test_samples_of_a_free_motion_agree() -> None:

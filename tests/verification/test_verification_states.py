@@ -171,6 +171,7 @@ def test_states_outside_the_coordinate_map_are_not_drawn() -> None:
     ("samples", "seed", "message"),
     [
         (0, 0, "expected a whole number of at least 1 for samples, got 0"),
+        (10**9, 0, "expected at most 333,333 samples of a mechanism with 1 velocity, got"),
         (True, 0, "expected a whole number of at least 1 for samples, got True"),
         (2.5, 0, "expected a whole number of at least 1 for samples, got 2.5"),
         (3, -1, "expected a whole number of at least 0 for seed, got -1"),

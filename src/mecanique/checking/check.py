@@ -8,6 +8,7 @@ from typing import final
 
 import numpy as np
 
+from mecanique.checking.budget import bound_work
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.reader import Statement, define, read
 from mecanique.checking.judgement.formula import Judged, judge_formula
@@ -19,8 +20,10 @@ from mecanique.checking.mistakes.search import Search
 from mecanique.checking.mistakes.vanishing_factors import Factors
 from mecanique.checking.verdict import Cause, Check, Line, Outcome
 from mecanique.derivation.symbolic.derivation import Derivation
-from mecanique.errors import InputError
+from mecanique.errors import FormulaError, InputError
 from mecanique.model.mechanism import Mechanism
+
+_MOTION = ("equation of motion", "equations of motion")
 
 
 def check(
@@ -51,7 +54,8 @@ def check(
         Whether it is right, and if not, the likely causes.
 
     Raises:
-        FormulaError: if the text cannot be read; the message shows where.
+        FormulaError: if the text cannot be read, or not judged within 5 s; the message shows
+            where.
         UnknownNameError: if there is no such question.
         InputError: if a definition is invalid.
 
@@ -97,13 +101,22 @@ class Checker:
             ask: the quantity in question.
             let: definitions of further letters.
         """
-        if ask in ("equation of motion", "equations of motion"):
-            letters = self._letters(let, self.truth.further_letters)
-            return self._motion(read(text, letters), text, letters)
-        quantity = self._ask(ask)
-        own = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
-        letters = self._letters(let, [name for name in quantity.letters if name not in own])
-        return self._formula(read(text, letters), quantity, ask, text)
+        quantity = None if ask in _MOTION else self._ask(ask)
+        # what is right does not depend on the text: it is derived before the clock starts
+        self.truth.prepare()
+        try:
+            with bound_work():
+                if quantity is None:
+                    letters = self._letters(let, self.truth.further_letters)
+                    return self._motion(read(text, letters), text, letters)
+                own = {*self.mechanism.values, *self.mechanism.coordinates}
+                own |= {*self.mechanism.velocities}
+                letters = self._letters(let, [name for name in quantity.letters if name not in own])
+                return self._formula(read(text, letters), quantity, ask, text)
+        except FormulaError as error:
+            if error.text or not text.strip():
+                raise
+            raise FormulaError(str(error), text) from None
 
     def _ask(self, question: str) -> Quantity:
         if question not in self._asked:

@@ -110,7 +110,8 @@ def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Pa
         raise mq.InputError(f"expected a Python file, but there is no file {word!r}")
     try:
         defined = runpy.run_path(word)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
+        # an exit of the file would end this program as if all agreed
         raise mq.InputError(f"{word} raised {type(error).__name__}: {error}") from error
     known = (
         "M",

@@ -11,7 +11,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.derivation import derive
-from mecanique.errors import InputError
+from mecanique.errors import DerivationError, InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.causes.search import causes_of
@@ -131,10 +131,7 @@ def _ask_mechanism(mechanism: Mechanism, other: Mechanism, states: States) -> _S
 def _judge(mechanism: Mechanism, source: _Source, seed: int, tolerance: float) -> Verdict:
     """Return the verdict on a source, with the likely causes where it differs."""
     states, theirs = source.states, source.values
-    equations = derive(mechanism)
-    ours = evaluate(equations, states, light="acceleration" not in theirs)
-    if "mass matrix" not in ours:
-        ours["mass matrix"] = equations.mass_matrix(states.q, states.t)
+    ours, undetermined = _evaluate(mechanism, states, light="acceleration" not in theirs)
     shared = {
         quantity: ours[quantity]
         for quantity in QUANTITIES
@@ -150,8 +147,9 @@ def _judge(mechanism: Mechanism, source: _Source, seed: int, tolerance: float) -
         rounding=rounding(mechanism, states, ours),
         tolerance=tolerance,
     )
+    notes = tuple(dict.fromkeys((*source.notes, *undetermined)))
     verdict = replace(
-        conclude(mechanism, rows, len(states), seed, tolerance, notes=source.notes),
+        conclude(mechanism, rows, len(states), seed, tolerance, notes=notes),
         given=source.given,
         difference=source.difference,
     )
@@ -224,14 +222,27 @@ def _of_mechanism(
     elif ours != theirs:
         notes = ("the coordinates have different names and are matched in their order",)
     moved = States.of(other, states.q[:, at_q], states.v[:, at_v], states.t, states.a[:, at_v])
-    values = evaluate(derive(other), moved, light=bool(mechanism.loops or other.loops))
-    if "mass matrix" not in values:
-        values["mass matrix"] = derive(other).mass_matrix(moved.q, moved.t)
+    values, undetermined = _evaluate(other, moved, light=bool(mechanism.loops or other.loops))
     back = np.argsort(at_v)
     for quantity in values.keys() & set(_BY_VELOCITY):
         values[quantity] = values[quantity][:, back]
     values["mass matrix"] = values["mass matrix"][:, :, back]
-    return values, notes
+    return values, (*notes, *undetermined)
+
+
+def _evaluate(
+    mechanism: Mechanism, states: States, *, light: bool
+) -> tuple[dict[str, Array], tuple[str, ...]]:
+    """Return the values of the equations, without accelerations that nothing determines; a note."""
+    equations, notes = derive(mechanism), list[str]()
+    try:
+        values = evaluate(equations, states, light=light)
+    except DerivationError:
+        values = evaluate(equations, states, accelerations=False)
+        notes.append(f"left out: accelerations, as a mass matrix of {mechanism.name!r} is singular")
+    if "mass matrix" not in values:
+        values["mass matrix"] = equations.mass_matrix(states.q, states.t)
+    return values, tuple(notes)
 
 
 def _is_urdf(path: str | os.PathLike[str]) -> bool:

@@ -160,13 +160,20 @@ def ask(
 def _idle(engine: Reference, states: States) -> list[str]:
     """Return the velocities that take part in motions without mass; refuse if all motions are."""
     mass = np.mean(engine.mass_matrix(states.q, states.t), axis=0)
+    mechanism, velocities = engine.mechanism, engine.mechanism.velocities
     if not mass.any():
+        moving = (body for body in mechanism.bodies if body.name != mechanism.ground)
+        if any(mechanism.evaluate(body.mass) for body in moving):
+            raise EngineError(
+                f"mechanism {mechanism.name!r}: its bodies have mass, but none resists a change of "
+                f"{', '.join(velocities)}: centers of mass lie on the axes, about which the "
+                "moments of inertia are zero; give them inertia"
+            )
         raise EngineError(
-            f"mechanism {engine.mechanism.name!r}: nothing that moves has mass, so it has geometry "
-            "but no equations of motion; give its bodies mass and inertia"
+            f"mechanism {mechanism.name!r}: nothing that moves has mass, so it has geometry but no "
+            "equations of motion; give its bodies mass and inertia"
         )
     size = scales(mass[None])[0]
     values, vectors = np.linalg.eigh(mass / np.outer(size, size))
     parts = np.abs(vectors[:, np.abs(values) < _IDLE]).max(axis=1, initial=0.0)
-    velocities = engine.mechanism.velocities
     return [name for name, part in zip(velocities, parts, strict=True) if part > _PART]

@@ -7,8 +7,8 @@ from fractions import Fraction
 from typing import Any, final
 
 from lark import Token as LarkToken
-from lark import Transformer
 from lark.exceptions import VisitError
+from lark.visitors import Transformer_NonRecursive
 
 from mecanique.checking.grammar import tree
 from mecanique.checking.grammar.letters import Letters
@@ -41,7 +41,7 @@ def build_tree(parsed: Any, letters: Letters, text: str) -> list[list[Node]]:
 
 
 @final
-class _Builder(Transformer[Any, Any]):
+class _Builder(Transformer_NonRecursive[Any, Any]):
     """Builds the tree of a formula from its tokens."""
 
     def __init__(self, letters: Letters, text: str) -> None:
@@ -58,12 +58,16 @@ class _Builder(Transformer[Any, Any]):
     def number(self, parts: list[LarkToken]) -> Node:
         (token,) = parts
         mantissa, _, exponent = token.lower().partition("e")
-        if len(mantissa) > _MOST_DIGITS or (exponent and abs(int(exponent)) > _MOST_EXPONENT):
-            raise FormulaError(
-                f"expected a number of at most {_MOST_DIGITS} digits",
-                self._text,
-                token.start_pos or 0,
+        place = token.start_pos or 0
+        if len(mantissa) > _MOST_DIGITS:
+            what = f"expected a number of at most {_MOST_DIGITS} digits"
+            raise FormulaError(what, self._text, place)
+        # a long exponent is not read as a number at all: that takes the square of its length
+        if len(exponent) > _MOST_DIGITS or abs(int(exponent or 0)) > _MOST_EXPONENT:
+            what = (
+                f"expected a number of at most 1e{_MOST_EXPONENT}, and at least 1e-{_MOST_EXPONENT}"
             )
+            raise FormulaError(what, self._text, place)
         return tree.number(Fraction(token)).at(token.start_pos or 0, token.end_pos or 0)
 
     def negative_number(self, parts: list[LarkToken]) -> Node:

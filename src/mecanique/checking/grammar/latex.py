@@ -18,7 +18,7 @@ _FRACTION = re.compile(
 )
 _DOT = re.compile(
     r"\\(?P<dots>d{1,3})ot\s*"
-    r"(?:\{\s*(?P<inner>[^{}]*(?:\{[^{}]*\}[^{}]*)?)\}|(?P<word>\\[A-Za-z]+|[A-Za-z]))"
+    r"(?:\{\s*(?P<inner>[^{}]{0,80}(?:\{[^{}]{0,80}\}[^{}]{0,80})?)\}|(?P<word>\\[A-Za-z]+|[A-Za-z]))"
     r"(?P<subscript>\s*_\s*(?:\{[^{}]{1,20}\}|\w))?"
 )
 _SUBSCRIPT = re.compile(
@@ -28,7 +28,7 @@ _ENVIRONMENT = re.compile(r"\\(?P<which>begin|end)\s*\{\s*(?P<name>[a-z]+)\*?\s*
 _TABLES = {"matrix", "pmatrix", "bmatrix", "vmatrix", "smallmatrix", "Bmatrix"}
 _IGNORED = re.compile(
     r"\\(?:left|right|[bB]igg?[lrm]?|displaystyle|textstyle|nonumber|notag|limits|quad|qquad"
-    r"|,|;|:|!| |>|\(|\)|\[|\]|hspace\{[^{}]*\}|label\{[^{}]*\}|tag\*?\{[^{}]*\})(?![A-Za-z])\s*\.?"
+    r"|,|;|:|!| |>|\(|\)|\[|\]|(?:hspace|label|tag\*?)\{[^{}]{0,80}\})(?![A-Za-z])\s*\.?"
 )
 _CASES = re.compile(r"\\left\s*\\\{(?=\s*\\begin)")
 _SPACING = re.compile(r"\\(?:,|;|:|!| |>|\(|\)|\[|\])")
@@ -149,9 +149,9 @@ class Latex:
         order = int(found["order"] or 1)
         if found["word"]:
             if not self._tokens.is_moving(found["word"]):
-                self._tokens.put("FRACTION", "frac", found.start(), found.start() + 5)
-                at = self._tokens.plain.index("{", found.start())
-                return self._read_braces(self._tokens.plain.index("{", self._read_braces(at)))
+                command = _COMMAND.match(self._tokens.plain, found.start())
+                assert command is not None
+                return self._plain_command(command)
             return self._tokens.put_derivative(found["word"], order, found)
         for _ in range(order):
             self._tokens.put("RATE", "d/dt", found.start(), found.end())
@@ -181,7 +181,6 @@ class Latex:
                 self._arrays.pop()
         if table:
             tokens.tables += 1 if opens else -1
-            tokens.depth += 1 if opens else -1
             kind = "LSQB" if opens else "RSQB"
             return tokens.put(kind, "[" if opens else "]", found.start(), found.end())
         return found.end()

@@ -174,9 +174,15 @@ def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
 def _statements(sides: list[list[Node]], text: str) -> Iterator[Statement]:
     for parts in sides:
         start, end = min(p.start for p in parts), max(p.end for p in parts)
-        if len(parts) == 1 and parts[0].kind == "call" and parts[0].name == "Eq":
+        if len(parts) == 1 and _is_equation(parts[0]):
             parts = list(parts[0].parts)
+        if any(_is_equation(node) for part in parts for node in part.walk()):
+            raise FormulaError("Eq(…, …) is an equation, and stands alone in its line", text, start)
         yield Statement(tuple(parts), " ".join(text[start:end].split()), start)
+
+
+def _is_equation(node: Node) -> bool:
+    return node.kind == "call" and node.name == "Eq"
 
 
 @final

@@ -73,9 +73,9 @@ def normalize(text: str) -> tuple[str, list[int]]:
             continue
         raised = False
         if original in _LOWERED:
-            # the dots of a letter come after its subscript
+            # the dots of a letter, three at most, come after its subscript
             dots = len(signs)
-            while dots and signs[dots - 1] == "'":
+            while dots and len(signs) - dots < 3 and signs[dots - 1] == "'":
                 dots -= 1
             signs.insert(dots, _LOWERED[original])
             places.insert(dots, place)
@@ -86,7 +86,24 @@ def normalize(text: str) -> tuple[str, list[int]]:
         else:
             for sign in unicodedata.normalize("NFD", original):
                 put(_DOTS.get(sign, sign), place)
+    signs, places = _drop_spaces(signs, places)
     return _drop_fonts(_drop_numbers(_open_boxes("".join(signs))), places)
+
+
+def _drop_spaces(signs: list[str], places: list[int]) -> tuple[list[str], list[int]]:
+    """Keep one sign of each run of spaces, a line end if there is one.
+
+    Patterns with several optional spaces would otherwise try every way to share a run among them.
+    """
+    kept: list[str] = []
+    where: list[int] = []
+    for sign, place in zip(signs, places, strict=True):
+        if not (sign.isspace() and kept and kept[-1].isspace()):
+            kept.append(sign)
+            where.append(place)
+        elif sign == "\n":
+            kept[-1] = sign
+    return kept, where
 
 
 def _drop_numbers(plain: str) -> str:
@@ -103,14 +120,15 @@ def _drop_numbers(plain: str) -> str:
 def _open_boxes(plain: str) -> str:
     """Replace the braces of LaTeX's boxes by spaces."""
     signs = list(plain)
+    boxes = {found.end() - 1 for found in _BOX.finditer(plain)}
     for found in _BOX.finditer(plain):
-        depth, at = 1, found.end()
-        while at < len(plain) and depth:
-            depth += (plain[at] == "{") - (plain[at] == "}")
-            at += 1
         signs[found.start() : found.end()] = " " * len(found[0])
-        if not depth:
-            signs[at - 1] = " "
+    opened: list[int] = []
+    for at, sign in enumerate(plain):
+        if sign == "{":
+            opened.append(at)
+        elif sign == "}" and opened and opened.pop() in boxes:
+            signs[at] = " "
     return "".join(signs)
 
 

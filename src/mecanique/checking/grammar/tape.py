@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import reduce
 from operator import mul
@@ -11,7 +11,9 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.checking.budget import spend
 from mecanique.checking.grammar.tree import Node
+from mecanique.errors import FormulaError
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": np.sin,
@@ -49,6 +51,10 @@ _SLOPES: dict[str, Callable[[Any], Any]] = {
 }
 
 
+_MOST_NUMBERS = 2_000_000
+"""Largest number of values of parts that are kept at once, in 16 MB."""
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class Values:
@@ -79,12 +85,16 @@ class Tape:
 
     Args:
         root: the formula.
+
+    Raises:
+        FormulaError: if there is a matrix in it, or it has too many parts.
     """
 
     def __init__(self, root: Node) -> None:
         self.nodes: list[Node] = []
         self.parts: list[tuple[int, ...]] = []
         self.parents: list[int] = []
+        spend(root.size)
         self._append(root)
         self.parents = [-1] * len(self.nodes)
         for k, parts in enumerate(self.parts):
@@ -92,6 +102,8 @@ class Tape:
                 self.parents[part] = k
 
     def _append(self, node: Node) -> int:
+        if node.kind == "table":
+            raise FormulaError("expected a formula, got a matrix")
         places = tuple([self._append(part) for part in node.parts])
         self.nodes.append(node)
         self.parts.append(places)
@@ -104,6 +116,7 @@ class Tape:
             letters: value of each letter, shape (n,) or ().
             count: number of states n.
         """
+        spend()
         found: list[Array] = []
         sizes: list[Array] = []
         with np.errstate(all="ignore"):
@@ -114,6 +127,12 @@ class Tape:
                 found.append(np.broadcast_to(value, (count,)))
                 sizes.append(np.broadcast_to(size, (count,)))
         return Values(found, sizes)
+
+    def blocks(self, count: int) -> Iterator[slice]:
+        """Yield slices of the states in which all parts can be evaluated without much memory."""
+        step = max(1, _MOST_NUMBERS // len(self.nodes))
+        for start in range(0, count, step):
+            yield slice(start, start + step)
 
     def slopes(self, values: Values) -> list[Array]:
         """Return the derivative of the whole with respect to each part, each shape (n,)."""

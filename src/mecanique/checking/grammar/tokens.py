@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import final
 
+from mecanique.checking.budget import spend
 from mecanique.checking.grammar.letters import SPELLINGS, Letters
 from mecanique.checking.grammar.signs import normalize
 from mecanique.checking.grammar.tree import FUNCTIONS
@@ -18,6 +19,10 @@ LETTER = r"\\?[^\W\d_]+(?:_?\{?[^\W_]*\}?)?"
 MOST_BRACKETS = 40
 """Deepest nesting of brackets."""
 
+MOST_IN_WORD = 200
+"""Longest word, also of letters written without spaces."""
+
+_LONG = re.compile(rf"(?<!\d)[^\W\d]\w{{{MOST_IN_WORD}}}")
 _PRIMES = re.compile(r"\s?'+|\^\{?(?:\s*\\prime)+\s*\}?")
 _OF_TIME = re.compile(
     r"\s*(?P<brace>\{)?\s*(?:\\left)?\s*\(\s*t\s*(?:\\right)?\s*\)(?(brace)\s*\})"
@@ -77,23 +82,27 @@ class Tokens:
 
     def __init__(self, text: str, letters: Letters) -> None:
         self.letters = letters
-        self.plain, self._places = normalize(text)
         self.found: list[Token] = []
         self.unknown: dict[str, int] = {}
         self.tables = 0
         self.depth = 0
         self._text = text
+        self.plain, self._places = normalize(text)
+        if long := _LONG.search(self.plain):
+            raise self.explain(
+                f"a word of more than {MOST_IN_WORD} signs; write spaces between the letters",
+                long.start(),
+            )
 
     def put_sign(self, sign: str, at: int) -> int:
         """Add a sign that is a token by itself; return the position after it."""
-        kind = SINGLE[sign]
-        self.depth += (kind in OPEN) - (kind in CLOSE)
-        if self.depth > MOST_BRACKETS:
-            raise self.explain(f"brackets are nested more than {MOST_BRACKETS} deep", at)
-        return self.put(kind, sign, at, at + 1)
+        return self.put(SINGLE[sign], sign, at, at + 1)
 
     def put(self, kind: str, value: str, start: int, end: int) -> int:
         """Add a token; return the position after it."""
+        self.depth += (kind in OPEN) - (kind in CLOSE)
+        if self.depth > MOST_BRACKETS:
+            raise self.explain(f"brackets are nested more than {MOST_BRACKETS} deep", start)
         self.found.append(Token(kind, value, self._places[start], self.place_after(end)))
         return end
 
@@ -152,6 +161,7 @@ class Tokens:
         whole = word.replace("_", "")
         best: list[list[tuple[str, int, int]] | None] = [None] * len(whole) + [[]]
         for first in range(len(whole) - 1, -1, -1):
+            spend()
             for last in range(min(len(whole), first + self.letters.longest), first, -1):
                 rest = best[last]
                 if rest is None:

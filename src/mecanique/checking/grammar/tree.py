@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal, TypeAlias, final
 
+from mecanique.checking.budget import MOST_PARTS, TOO_LONG, spend
 from mecanique.errors import FormulaError
 
 Kind: TypeAlias = Literal[
@@ -38,7 +39,7 @@ MOST_DEPTH = 120
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Node:
     """A part of a formula.
 
@@ -51,6 +52,7 @@ class Node:
         start: its first position in the text.
         end: the position after it in the text.
         depth: depth of its nesting.
+        size: number of its parts, itself included; shared ones count as often as they occur.
         columns: number of columns of a table.
     """
 
@@ -61,6 +63,7 @@ class Node:
     start: int = 0
     end: int = 0
     depth: int = 1
+    size: int = 1
     columns: int = 0
 
     def at(self, start: int, end: int) -> Node:
@@ -69,6 +72,7 @@ class Node:
 
     def put_at(self, place: int) -> Node:
         """Return the same part with all positions set to one, as it is not written in the text."""
+        spend(1)
         parts = tuple(part.put_at(place) for part in self.parts)
         return replace(self, parts=parts, start=place, end=place)
 
@@ -103,13 +107,17 @@ def compound(kind: Kind, *parts: Node, name: str = "", columns: int = 0) -> Node
     """Return a part made of others, at their position.
 
     Raises:
-        FormulaError: if it is nested too deeply.
+        FormulaError: if it is nested too deeply, or has too many parts.
     """
+    spend(1)
     depth = 1 + max(part.depth for part in parts)
     if depth > MOST_DEPTH:
         raise FormulaError(f"the formula is nested more than {MOST_DEPTH} deep; write it as a sum")
+    size = 1 + sum(part.size for part in parts)
+    if size > MOST_PARTS:
+        raise FormulaError(TOO_LONG)
     start, end = min(part.start for part in parts), max(part.end for part in parts)
-    return Node(kind, parts, name, start=start, end=end, depth=depth, columns=columns)
+    return Node(kind, parts, name, start=start, end=end, depth=depth, size=size, columns=columns)
 
 
 def _flatten(kind: Kind, parts: tuple[Node, ...]) -> Iterator[Node]:
@@ -159,19 +167,6 @@ def raise_to(base: Node, exponent: Node) -> Node:
 def call(name: str, *arguments: Node) -> Node:
     """Return a function of its arguments."""
     return compound("call", *arguments, name=name)
-
-
-def substitute(node: Node, letters: Mapping[str, Node]) -> Node:
-    """Replace letters by formulas, which take the positions of the letters."""
-    if node.kind == "letter":
-        found = letters.get(node.name)
-        return node if found is None else found.at(node.start, node.end)
-    if not node.parts:
-        return node
-    parts = tuple(substitute(part, letters) for part in node.parts)
-    if parts == node.parts:
-        return node
-    return replace(node, parts=parts, depth=1 + max(part.depth for part in parts))
 
 
 _SLOPES: dict[str, Callable[[Node], Node]] = {

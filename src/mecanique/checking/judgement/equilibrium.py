@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, final
 
 import numpy as np
@@ -133,7 +133,9 @@ class Positions:
         self._values[name] = found
 
     def _evaluate(self, tape: Tape, name: str, states: npt.NDArray[Any], values: Array) -> Array:
-        letters: Mapping[str, Array] = {
-            other: value[states] for other, value in self._values.items()
-        }
-        return tape.evaluate({**letters, name: values}, len(values)).whole
+        found = np.empty(len(values))
+        for some in tape.blocks(len(values)):
+            letters = {other: value[states[some]] for other, value in self._values.items()}
+            letters[name] = values[some]
+            found[some] = tape.evaluate(letters, len(letters[name])).whole
+        return found

@@ -24,6 +24,9 @@ from mecanique.errors import DerivationError, FormulaError, UnknownNameError
 _MOST_PRODUCTS = 30_000
 """Largest number of products of terms for one formula, about 50 ms; longer ones are not proven."""
 
+_LARGEST = 10**1000
+"""Largest integer in a proof: powers of powers of a number near 1 would fill the memory."""
+
 _MOST_UNKNOWNS = 3
 """Up to this many accelerations are eliminated by Cramer's rule; else single rows are compared."""
 
@@ -193,7 +196,11 @@ class Proof:
         self._left -= len(a) * len(b)
         if self._left < 0:
             raise DerivationError("the formula has too many terms to prove it")
-        return a * b
+        product = a * b
+        numbers = [c for part in product.parts.values() for c in part.values()]
+        if max([product.denominator, *map(abs, numbers)]) > _LARGEST:
+            raise DerivationError("the formula has too long numbers to prove it")
+        return product
 
     def _read(self, node: Node, letters: Mapping[str, Series]) -> _Fraction:
         """Read a formula as a fraction.
@@ -245,7 +252,7 @@ class Proof:
         above = below = self._one
         for factor in factors:
             if factor.below.is_unit:
-                above = self._multiply(above, factor.above * factor.below**-1)
+                above = self._multiply(above, self._multiply(factor.above, factor.below**-1))
                 continue
             above = self._multiply(above, factor.above)
             below = self._multiply(below, factor.below)

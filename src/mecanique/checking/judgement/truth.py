@@ -114,6 +114,10 @@ class Truth:
         """States, with random parameters if the equations have a closed form."""
         return self.with_numbers(self._variable)
 
+    def prepare(self) -> None:
+        """Derive the equations and evaluate them in the states, if that is still to be done."""
+        assert self.sample.count
+
     @cached_property
     def _variable(self) -> frozenset[str]:
         """The parameters that may vary; with loops only those that do not affect their closure."""

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from mecanique.checking.budget import spend
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.mistakes.repairs.repair import ALIKE, Repair
 from mecanique.checking.mistakes.slips.terms import list_parts
@@ -41,6 +42,7 @@ def find_lacking(one: Residual, series: Mapping[str, Series]) -> Iterator[Repair
     truth = series[named[0]]
     evaluated = Evaluation(truth.ring, one.sample.values)
     for part in list_parts(truth, one.truth.velocities):
+        spend()
         own = np.broadcast_to(evaluated(part), lacks.shape)
         for factor, kind, words in _WORDS:
             scale = np.abs(factor * own) + np.abs(lacks)

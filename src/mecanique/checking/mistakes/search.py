@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
@@ -11,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
+from mecanique.checking.budget import SECONDS, OutOfTimeError, stop_clock
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.motion import Residual
@@ -120,12 +122,12 @@ class Search:
         found = repairs(one.tape, one.values, zero, self.context, text)
         weighed = [
             (repair.weight, Cause(repair.kind, repair.text, repair.part, number))
-            for repair in _list_once(found)
-            if repair.part
+            for repair in _list_in_time(found)
+            if repair.part or repair is _ENDED
         ]
         weighed += [
             (repair.weight, Cause(repair.kind, repair.text, "", number))
-            for repair in _list_once(find_lacking(one, series))
+            for repair in _list_in_time(find_lacking(one, series))
         ]
         return _rank(_misfits(units, one, number, text), weighed)
 
@@ -138,7 +140,7 @@ class Search:
         if one.sample is not self._truth.sample:
             return []
         zero = np.zeros(one.sample.count)
-        mended = _list_once(repairs(one.tape, one.values, zero, self.context, text))
+        mended = _list_in_time(repairs(one.tape, one.values, zero, self.context, text))
         return [
             (found.weight, Cause(found.kind, found.text, found.part, number)) for found in mended
         ]
@@ -154,7 +156,11 @@ class Search:
     def _hold(self, found: Sequence[Residual]) -> npt.NDArray[np.bool_]:
         """Return whether each equation holds for the accelerations of each hypothesis."""
         known = all(one.sample is self._truth.sample for one in found)
-        if not known or all(one.holds for one in found) or not self._hypotheses.listed:
+        if not known or all(one.holds for one in found):
+            return np.zeros((0, len(found)), dtype=bool)
+        with stop_clock():
+            listed = self._hypotheses.listed
+        if not listed:
             return np.zeros((0, len(found)), dtype=bool)
         step = self._hypotheses.motions - self._truth.sample.motion
         columns = []
@@ -203,8 +209,18 @@ def _misfits(
     return []
 
 
-def _list_once(found: Iterable[Repair]) -> list[Repair]:
-    return list(dict.fromkeys(found))
+_ENDED = Repair("time", f"the search for causes ended after {SECONDS:g} s", "", math.inf)
+
+
+def _list_in_time(found: Iterable[Repair]) -> list[Repair]:
+    """Return repairs, each once; those found until the time was over, and that it was."""
+    listed: dict[Repair, None] = {}
+    try:
+        for repair in found:
+            listed[repair] = None
+    except OutOfTimeError:
+        listed[_ENDED] = None
+    return list(listed)
 
 
 def _rank(first: list[Cause], weighed: list[tuple[float, Cause]]) -> tuple[Cause, ...]:

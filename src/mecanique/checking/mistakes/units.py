@@ -118,7 +118,9 @@ class Units:
         if its is None or exponent.kind not in ("number", "negative", "quotient"):
             return None
         value = _number(exponent)
-        return None if value is None else tuple(x * value for x in its)
+        if value is None or max(abs(value.numerator), value.denominator) > _SIMPLE**2:
+            return None
+        return tuple(x * value for x in its)
 
     def _of_call(self, node: Node, text: str) -> Dimension | None:
         inner = [self.check(part, text) for part in node.parts]

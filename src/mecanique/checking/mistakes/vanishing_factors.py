@@ -103,8 +103,12 @@ class Factors:
         assert derivation is not None
         letters = self._locate(paths, along)
         n, nv = len(paths), len(derivation.M)
-        slopes = tape.slopes(tape.evaluate(letters, n))
-        by = np.stack([tape.along(slopes, name) for name in self._truth.accelerations], axis=-1)
+        by = np.empty((n, nv))
+        for some in tape.blocks(n):
+            values = tape.evaluate({k: x[some] for k, x in letters.items()}, len(paths[some]))
+            slopes = tape.slopes(values)
+            for column, name in enumerate(self._truth.accelerations):
+                by[some, column] = tape.along(slopes, name)
         evaluated = Evaluation(derivation.algebra.ring, letters)
         M = np.empty((n, nv, nv))
         with np.errstate(all="ignore"):

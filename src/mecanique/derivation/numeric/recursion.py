@@ -377,6 +377,6 @@ def solve(mechanism: Mechanism, M: np.ndarray, rest: np.ndarray) -> np.ndarray:
         return np.linalg.solve(M, rest[..., None])[..., 0]
     except np.linalg.LinAlgError:
         raise DerivationError(
-            f"mechanism {mechanism.name!r}: its mass matrix is singular, as a motion of massless "
-            "bodies has no inertia; give them mass, or leave that coordinate out"
+            f"mechanism {mechanism.name!r}: its mass matrix is singular, as some motion has no "
+            "inertia; give what it moves mass or inertia, or leave that coordinate out"
         ) from None

@@ -240,8 +240,9 @@ class _Caller:
             return function(row, int(np.prod(shapes[0]))).reshape(shapes[0])
         try:
             value = np.asarray(function(*row.values()), dtype=float)
-        except Exception as error:
-            # any error of a user's own function is reported together with the state
+        except (Exception, SystemExit) as error:
+            # any error of a user's own function is reported together with the state; its exit
+            # would end this program as if all agreed
             raise InputError(f"{name}({listed}) raised {type(error).__name__}: {error}") from error
         if value.shape not in shapes and value.size == int(np.prod(shapes[0])):
             value = value.reshape(shapes[0])

@@ -17,6 +17,7 @@ from mecanique.model.units import characteristic_length
 from mecanique.model.values import whole
 from mecanique.verification.states.loops import closed_states, refuse_locked, wander
 from mecanique.verification.states.validity import is_possible
+from mecanique.wording import say_count
 
 _LENGTH = 0.4
 """Coordinates that are lengths lie within this many characteristic lengths of zero."""
@@ -38,6 +39,9 @@ _ROUNDS = 50
 
 _USUAL, _LONG, _FEWEST = 100, 60, 5
 """So many states, of mechanisms up to so many velocities; of longer ones fewer, but so many."""
+
+_MOST_NUMBERS = 1_000_000
+"""So many entries of mass matrices are compared at most: about a gigabyte, in all forms."""
 
 _STRIDES = 2
 """How many steps of half a radian lead from one state of a walk to the next."""
@@ -77,10 +81,18 @@ def random_states(
             third of the time where there are many loops.
 
     Raises:
-        InputError: if `samples` or `seed` is not a whole number in its range, no possible state is
-            found, or the mechanism is locked in a singular position.
+        InputError: if `samples` or `seed` is not a whole number in its range, so many states would
+            fill the memory, no possible state is found, or the mechanism is locked in a singular
+            position.
     """
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
+    most = max(usual_samples(mechanism), _MOST_NUMBERS // (2 + mechanism.nv**2))
+    if samples > most:
+        size = say_count(mechanism.nv, "velocity", "velocities")
+        raise InputError(
+            f"expected at most {most:,} samples of a mechanism with {size}, got {samples:,}: all "
+            "states are kept at once"
+        )
     random = np.random.default_rng(seed)
     lot, found, rank, near = max(samples, lot), list[States](), 0, False
     count = min(lot, max(_USUAL_CLOSED, 2 * samples)) if mechanism.constrained else lot

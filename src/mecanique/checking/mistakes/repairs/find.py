@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.checking.budget import spend
 from mecanique.checking.grammar.tape import Tape, Values
 from mecanique.checking.mistakes.context import Context
 from mecanique.checking.mistakes.needed_values import needed_values
@@ -44,6 +45,7 @@ def repairs(
     finite = np.isfinite(values.whole)
     explained: set[int] = set()
     for k in range(len(tape.nodes) - 1, -1, -1):
+        spend()
         parent = tape.parents[k]
         if parent in explained and tape.nodes[parent].kind in ("product", "quotient", "negative"):
             # its factors would need the same change

@@ -1,0 +1,101 @@
+"""Bound the time and the size of one judgement, whatever text it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from time import thread_time
+from typing import final
+
+from mecanique.errors import FormulaError
+
+SECONDS = 5.0
+"""Longest processor time to read and judge one text; deriving the right answer is not counted."""
+
+MOST_PARTS = 100_000
+"""Largest number of parts of all formulas of a text together, about 250 MB with their values."""
+
+TOO_LONG = (
+    f"the formulas have more than {MOST_PARTS:,} parts with their definitions and derivatives "
+    "written out; write them shorter"
+)
+
+_LOOK = 64
+"""The clock is read once in this many parts, as reading it takes as long as making a part."""
+
+
+@final
+class OutOfTimeError(FormulaError):
+    """A judgement takes too long."""
+
+
+@final
+class _Budget:
+    """What is left for one judgement."""
+
+    def __init__(self) -> None:
+        self.left = MOST_PARTS
+        self.end = thread_time() + SECONDS
+
+    def spend(self, parts: int) -> None:
+        """Take parts from what is left.
+
+        Raises:
+            FormulaError: if there are too many.
+            OutOfTimeError: if the time is over.
+        """
+        before, self.left = self.left, self.left - parts
+        if self.left < 0:
+            raise FormulaError(TOO_LONG)
+        if before // _LOOK != self.left // _LOOK or not parts:
+            self.look()
+
+    def look(self) -> None:
+        """Read the clock."""
+        if thread_time() > self.end:
+            raise OutOfTimeError(
+                f"the formulas are not judged within {SECONDS:g} s; write them shorter"
+            )
+
+
+_CURRENT: ContextVar[_Budget | None] = ContextVar("budget", default=None)
+
+
+@contextmanager
+def bound_work() -> Iterator[None]:
+    """Bound what is done in the context; within another bound, by that."""
+    if _CURRENT.get() is not None:
+        yield
+        return
+    token = _CURRENT.set(_Budget())
+    try:
+        yield
+    finally:
+        _CURRENT.reset(token)
+
+
+@contextmanager
+def stop_clock() -> Iterator[None]:
+    """Stop the clock in the context: what is done does not depend on the text."""
+    budget = _CURRENT.get()
+    start = thread_time()
+    token = _CURRENT.set(None)
+    try:
+        yield
+    finally:
+        _CURRENT.reset(token)
+        if budget is not None:
+            budget.end += thread_time() - start
+
+
+def spend(parts: int = 0) -> None:
+    """Count parts of formulas that are made or evaluated, and read the clock.
+
+    Raises:
+        FormulaError: if there are too many parts.
+        OutOfTimeError: if the time is over.
+    """
+    budget = _CURRENT.get()
+    if budget is not None:
+        budget.spend(parts)

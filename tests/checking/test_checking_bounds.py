@@ -1,0 +1,96 @@
+"""What strangers send is judged within bounds: a clear word, no other error, little time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import pytest
+
+import mecanique as mq
+from mecanique.checking import budget
+from mecanique.checking.mistakes import search
+from mecanique.checking.mistakes.repairs.repair import Repair
+
+PENDULUM = mq.textbook.load("simple_pendulum")
+DOUBLING = ["a0 = q + l", *(f"a{k} = a{k - 1}*a{k - 1} + a{k - 1}" for k in range(1, 17))]
+
+
+@pytest.mark.parametrize(
+    ("text", "ask", "let", "message"),
+    [
+        ("d/dt " * 14 + "(sin(t) cos(t) exp(t)) = 0", "equation of motion", (), "100,000 parts"),
+        ("a16 = 0", "equation of motion", DOUBLING, "100,000 parts"),
+        ("q" + " " * 3000 + "(t", "equation of motion", (), r"a bracket \( is not closed"),
+        ("q" + "\n" * 3000 + "(t", "equation of motion", (), r"a bracket \( is not closed"),
+        ("d" * 19999, "equation of motion", (), "more than 200 signs"),
+        ("q" * 19999, "equation of motion", (), "more than 200 signs"),
+        (r"\frac" * 3000, "equation of motion", (), "nested more than 40 deep"),
+        (r"q\frac{d\frac{d}{dt}) q''", "equation of motion", (), "unknown letter 'd'"),
+        (r"\boxed{" * 2800, "equation of motion", (), "an empty text"),
+        ("q" + "'" * 9000 + "₀" * 9000, "equation of motion", (), "has no meaning here"),
+        ("1e" + "9" * 4400 + " q = 0", "equation of motion", (), "a number of at most 1e64"),
+        ("-Eq(q, 0)", "equation of motion", (), "stands alone in its line"),
+        ("Eq(q, 0) + 1 = 0", "equation of motion", (), "stands alone in its line"),
+        ("[[q, q'], [g, l]] = 0", "conserved quantity", (), "expected a formula, got a matrix"),
+        ("sin([q, q]) = 0", "kinetic energy", (), "expected a formula, got a matrix"),
+        ("[[q, q], [q, q]]", "frequency", (), "expected a formula, got a matrix"),
+        ("[[q, q], [q, q]]", "equilibrium", (), "expected a formula, got a matrix"),
+        ("<math><mi>\ud800</mi></math>", "equation of motion", (), "a surrogate"),
+    ],
+)
+def test_hostile_texts_are_refused_at_once(
+    text: str, ask: str, let: list[str], message: str
+) -> None:
+    mq.check(PENDULUM, "q'' = 0")
+    start = time.thread_time()
+    with pytest.raises(mq.FormulaError, match=message):
+        mq.check(PENDULUM, text, ask, let)
+    assert time.thread_time() - start < budget.SECONDS
+
+
+@pytest.mark.parametrize("terms", [600, 1900])
+def test_a_sum_of_many_terms_is_judged(terms: int) -> None:
+    assert mq.check(PENDULUM, "+".join(["q"] * terms) + "=0").outcome == "wrong"
+    many = "+".join(["q''", *["g/l sin(q)"] * (terms // 6)])
+    assert mq.check(PENDULUM, f"{many} - {terms // 6 - 1} g/l sin(q) = 0").outcome == "right"
+
+
+def test_powers_of_powers_are_not_proven_digit_by_digit() -> None:
+    power = "(((1.0000000001^64)^64)^64)^64"
+    start = time.thread_time()
+    answer = mq.check(PENDULUM, f"{power} (q'' + g/l sin q) = 0")
+    assert (answer.outcome, answer.exact) == ("right", False)
+    assert time.thread_time() - start < budget.SECONDS
+
+
+def test_what_takes_too_long_is_refused_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    mq.check(PENDULUM, "q'' = 0")
+    monkeypatch.setattr(budget, "SECONDS", 0.0)
+    with pytest.raises(mq.FormulaError, match=r"not judged within 0 s; write them shorter\n  q"):
+        mq.check(PENDULUM, "q'' + g/l sin q = 0")
+
+
+@pytest.mark.parametrize(
+    ("ask", "text"), [("equation of motion", "q'' - g/l q = 0"), ("frequency", "2 sqrt(g/l)")]
+)
+def test_the_search_for_causes_ends_in_time_and_says_so(
+    monkeypatch: pytest.MonkeyPatch, ask: str, text: str
+) -> None:
+    """The verdict stands; only the causes are fewer."""
+
+    def late(*_: object) -> Iterator[Repair]:
+        yield Repair("sign", "the sign is wrong", "q", 1.0)
+        raise budget.OutOfTimeError("late")
+
+    monkeypatch.setattr(search, "repairs", late)
+    answer = mq.check(PENDULUM, text, ask)
+    assert answer.outcome == "wrong"
+    assert str(answer.causes[0]) == "the sign is wrong"
+    assert str(answer.causes[-1]) == "the search for causes ended after 5 s"
+
+
+def test_deriving_the_right_equations_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(budget, "SECONDS", 0.5)
+    mechanism = mq.textbook.load("double_pendulum", l1=1.3)
+    assert mq.check(mechanism, "q1'' = 0").outcome == "wrong"
