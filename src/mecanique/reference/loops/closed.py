@@ -176,7 +176,8 @@ class Closed:
         tree = self._tree
         count = len(self.mechanism.joints) + len(self.carriers)
         zero = np.zeros(self.mechanism.nv)
-        left = split(self.closures.scale(q, zero, t).jacobian, least=LEAST).loose
+        here = self.closures.scale(q, zero, t)
+        left = split(here.jacobian, least=LEAST, rounding=here.rounding).loose
         loose = np.zeros((count, 6), dtype=bool)
         for combination in left.T:
             tree.move(q, zero, t, zero)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+import numpy.typing as npt
 
 from mecanique.errors import ClosureError
 from mecanique.reference.loops.metric import Metric
@@ -68,6 +69,7 @@ def split(
     least: float = 0.0,
     most: int | None = None,
     fixed: int | None = None,
+    rounding: np.ndarray | float = 0.0,
 ) -> Split:
     """Split the directions of motion by a Jacobian.
 
@@ -77,11 +79,19 @@ def split(
         least: singular values below this count as zero.
         most: upper bound of the rank, for redundant rows that agree only up to rounding.
         fixed: the rank, if it is known.
+        rounding: shape (m,), what rounding may make of each row.
     """
     left, singular, right = np.linalg.svd(jacobian)
-    rank = int((singular > max(tolerance * singular[0], least, TINY)).sum()) if singular.size else 0
+    count = len(singular)
+    strong = are_certain(
+        left[:, :count], singular, max(tolerance * singular.max(initial=0), least), rounding
+    )
+    # a short but certain direction comes before a longer one of mere rounding
+    order = np.argsort(~strong, kind="stable")
+    left[:, :count], singular, right[:count] = left[:, order], singular[order], right[order]
+    rank = int(strong.sum())
     rank = rank if most is None else min(rank, most)
-    rank = rank if fixed is None else min(fixed, len(singular))
+    rank = rank if fixed is None else min(fixed, count)
     loose = np.abs(left[:, rank:]).max(axis=1, initial=0.0)
     return Split(
         rank,
@@ -92,6 +102,19 @@ def split(
         loose < DETERMINED,
         left[:, rank:],
     )
+
+
+def are_certain(
+    left: np.ndarray, singular: np.ndarray, least: float, rounding: np.ndarray | float
+) -> npt.NDArray[np.bool_]:
+    """Return which singular values exceed a least one and the rounding of their rows, shape (k,).
+
+    A combination of rows, shape (m, k), may be large only because the rows' terms are, far from
+    the origin: it must not count as a constraint.
+    """
+    noise = np.linalg.norm(np.reshape(rounding, (-1, 1)) * left, axis=0)
+    certain: npt.NDArray[np.bool_] = singular > np.maximum(noise, max(least, TINY))
+    return certain
 
 
 def solve(
@@ -122,7 +145,8 @@ def solve(
     """
     fixed = most if weak else None
     J = metric.scale(jacobian)
-    parts = split(J, most=most, fixed=fixed)
+    noise = 0.0 if fixed is not None else metric.rounding(jacobian)
+    parts = split(J, most=most, fixed=fixed, rounding=noise)
     held = parts.singular > weak if fixed is not None else np.ones(parts.rank, dtype=bool)
     gain = np.divide(1.0, parts.singular, out=np.zeros(parts.rank), where=held)
     masses, directions = np.linalg.eigh((parts.null.T * metric.mass) @ parts.null)

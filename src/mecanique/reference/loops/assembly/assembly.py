@@ -16,6 +16,7 @@ from mecanique.reference.loops.assembly.closing import close_position, is_open, 
 from mecanique.reference.loops.assembly.newton import displace, newton
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.loading import load_loops
+from mecanique.reference.loops.nullspace import are_certain
 from mecanique.reference.loops.tolerances import (
     ASSEMBLED,
     DEPENDENT,
@@ -191,15 +192,15 @@ def close_velocity(
         t: time [s].
         held: shape (nv,), which velocities to keep; if that is impossible, all are changed.
     """
-    _, jacobian, rates = closed.closures.scale(q, v, t)
+    _, jacobian, rates, rounding = closed.closures.scale(q, v, t)
     enough = ASSEMBLED * max(1.0, float(np.abs(v).max(initial=0)))
     if held is not None:
         free = np.where(held, 0.0, 1.0)
         J = jacobian * free
-        step = free * -_find_least_step(J, rates)
+        step = free * -_find_least_step(J, rates, rounding)
         if np.abs(J @ step + rates).max(initial=0.0) <= enough:
             return np.asarray(v + closed.closures.columns * step)
-    step = -_find_least_step(jacobian, rates)
+    step = -_find_least_step(jacobian, rates, rounding)
     return np.asarray(v + closed.closures.columns * step)
 
 
@@ -216,16 +217,24 @@ def project(
         drifted: whether the state has only drifted along a motion. Near a singular position,
             directions that the constraints hardly restrain are then not corrected.
     """
-    metric = closed.measure(closed.closures.at(q, v, t).jacobian)
+    jacobian = closed.closures.at(q, v, t).jacobian
+    metric = closed.measure(jacobian)
+    rounding = metric.rounding(jacobian)
     least = partial(_find_least_step, most=closed.most, drifted=drifted)
-    landing = newton(closed, q, v, t, metric, least, stagnant=0.5, sweeps=_SWEEPS)
+    positional = partial(least, rounding=rounding[closed.closures.positional])
+    landing = newton(closed, q, v, t, metric, positional, stagnant=0.5, sweeps=_SWEEPS)
     speed = 1 + float(np.abs(v / metric.units.columns).max(initial=0.0))
-    turn = least(landing.jacobian, landing.rates / speed)
+    turn = least(landing.jacobian, landing.rates / speed, rounding)
     return landing.q, v - metric.columns @ (speed * turn)
 
 
 def _find_least_step(
-    J: Array, gaps: Array, most: int | None = None, *, drifted: bool = False
+    J: Array,
+    gaps: Array,
+    rounding: Array,
+    most: int | None = None,
+    *,
+    drifted: bool = False,
 ) -> Array:
     """Return the least x with J x = gaps, in the least-squares sense.
 
@@ -234,7 +243,9 @@ def _find_least_step(
     left, singular, right = np.linalg.svd(J, full_matrices=False)
     parts = left.T @ gaps
     hold = singular / max(float(singular.max(initial=0.0)), TINY)
-    strong = (hold > (WEAK if drifted else DEPENDENT)) & (singular > LEAST)
+    strong = are_certain(left, singular, LEAST, rounding) & (
+        hold > (WEAK if drifted else DEPENDENT)
+    )
     if most is not None:
         strong[most:] = False
     parts[~strong] = 0.0
@@ -255,11 +266,12 @@ def free_columns(closed: Closed, q: Array, t: float) -> Array:
     """
     from scipy.linalg import qr
 
-    J = closed.closures.scale(q, np.zeros(closed.mechanism.nv), t).jacobian
-    J = J[closed.closures.positional]
-    _, R, order = qr(J, mode="economic", pivoting=True)
+    here = closed.closures.scale(q, np.zeros(closed.mechanism.nv), t)
+    positional = closed.closures.positional
+    _, R, order = qr(here.jacobian[positional], mode="economic", pivoting=True)
     pivots = np.abs(np.diag(R))
-    rank = int((pivots > PIVOT * max(float(pivots.max(initial=0.0)), TINY)).sum())
+    noise = float(np.linalg.norm(here.rounding[positional]))
+    rank = int((pivots > max(PIVOT * pivots.max(initial=0.0), noise, TINY)).sum())
     free: Array = np.ones(closed.mechanism.nv, dtype=bool)
     free[order[:rank]] = False
     return free

@@ -18,6 +18,7 @@ from mecanique.errors import ClosureError
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.reference.loops.assembly.newton import displace
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.nullspace import are_certain
 from mecanique.reference.loops.tolerances import ASSEMBLED, EXACT, LEAST, RANK_ASSEMBLED, TINY
 
 _NEAR = 1e-4
@@ -71,10 +72,11 @@ class _Search:
         own = gaps[self.rows]
         return self.over or self._widest(gaps) <= EXACT or not np.isfinite(own).all()
 
-    def step(self, J: Array, gaps: Array) -> Array:
+    def step(self, J: Array, gaps: Array, rounding: Array) -> Array:
         """Return the next step, scaled."""
         damping = None if self._widest(gaps) < _NEAR else self.damping
-        return _damped_step(J[np.ix_(self.rows, self.at)], gaps[self.rows], damping)
+        J = J[np.ix_(self.rows, self.at)]
+        return _damped_step(J, gaps[self.rows], damping, rounding[self.rows])
 
     def accept(self, gaps: Array, trial: Array) -> bool:
         """Return whether to take a step, and set the damping of the next.
@@ -117,10 +119,11 @@ def settle(closed: Closed, q: Array, t: float, held: Array | None = None) -> tup
         searches = [search for search in searches if not search.is_over(gaps)]
         if not searches:
             break
-        J = closures.scale(q, still, t).jacobian * free
+        here = closures.scale(q, still, t)
+        J = here.jacobian * free
         step = np.zeros(len(still))
         for search in searches:
-            step[search.at] = free[search.at] * search.step(J, gaps)
+            step[search.at] = free[search.at] * search.step(J, gaps, here.rounding)
         moved = displace(closed, q, closures.columns * step)
         trial = _gaps(closed, moved, t)
         back = [search for search in searches if not search.accept(gaps, trial)]
@@ -139,7 +142,9 @@ def is_open(gaps: Array) -> npt.NDArray[np.bool_]:
     return ~(gaps <= ASSEMBLED)
 
 
-def _damped_step(J: Array, gaps: Array, damping: float | None) -> Array:
+def _damped_step(
+    J: Array, gaps: Array, damping: float | None, rounding: Array | float = 0.0
+) -> Array:
     """Return the scaled step of Levenberg and Marquardt, of limited length.
 
     Without damping, near the end, it leaves out directions that the constraints do not restrain.
@@ -150,7 +155,7 @@ def _damped_step(J: Array, gaps: Array, damping: float | None) -> Array:
         (max(RANK_ASSEMBLED * top, LEAST), 0.0) if damping is None else (0.0, damping * top**2)
     )
     gain = np.zeros_like(singular)
-    strong = singular > least
+    strong = are_certain(left, singular, least, rounding if damping is None else 0.0)
     gain[strong] = singular[strong] / (singular[strong] ** 2 + added)
     step: Array = -right.T @ (gain * (left.T @ gaps))
     longest = float(np.abs(step).max(initial=0.0))

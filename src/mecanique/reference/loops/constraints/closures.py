@@ -26,7 +26,7 @@ from mecanique.reference.engine.package import engine_package
 from mecanique.reference.loops.constraints.contacts import ContactRows, VelocityRows
 from mecanique.reference.loops.constraints.parts import Parts
 from mecanique.reference.loops.metric import Units
-from mecanique.reference.loops.tolerances import ROUNDING
+from mecanique.reference.loops.tolerances import ROUNDING, TINY
 from mecanique.reference.vectors import cross, hat
 
 _AT = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}
@@ -77,11 +77,13 @@ class ScaledClosure(NamedTuple):
         gaps: Φ, shape (m,).
         jacobian: J, shape (m, nv).
         rates: J v + b, shape (m,).
+        rounding: what rounding may make of an entry of each row of J, shape (m,).
     """
 
     gaps: Array
     jacobian: Array
     rates: Array
+    rounding: Array
 
 
 @final
@@ -150,12 +152,17 @@ class Closures:
         is_length = np.concatenate(
             [self._component < 3, np.ones(len(self.contacts.names), bool), np.zeros(many, bool)]
         )
+        self._lengthy = np.flatnonzero(is_length)
+        self._blocks = 2 * self.owner
+        self._blocks[: len(self._component)] += self._component >= 3
         self.rows: Array = np.where(is_length, 1 / lengths[self.parts.rows], 1.0)
         """Factors that make the rows dimensionless: 1/length for lengths, 1 for angles."""
         around = np.append(lengths, self.length)  # the last, at −1, for velocities outside loops
         self.columns: Array = velocity_scales(mechanism, around[self.parts.columns])
         """Units of the velocities, shape (nv,): the characteristic length, or one radian."""
         self._u: Array = np.zeros(engine.model.nv)
+        self._places: Array = np.zeros((len(self._loops), 3))
+        self._spans: Array = np.zeros((len(self._loops), 3))
         self._state: tuple[Array, Array, float] = (
             np.zeros(mechanism.nq),
             np.zeros(mechanism.nv),
@@ -169,10 +176,26 @@ class Closures:
 
     @property
     def units(self) -> Units:
-        """Natural units of rows and velocities; a loop's lengths and angles are a block each."""
-        angular = np.zeros(len(self.owner), dtype=int)
-        angular[: len(self._component)] = self._component >= 3
-        return Units(self.rows, self.columns, 2 * self.owner + angular)
+        """Natural units of rows and velocities; a loop's lengths and angles are a block each.
+
+        The rounding is that of the last state.
+        """
+        return Units(self.rows, self.columns, self._blocks, self._rounding_of_rows())
+
+    def _rounding_of_rows(self) -> Array:
+        """Return what rounding may make of a row's entries in the last state, natural units, (m,).
+
+        Velocities are those of points at the world's origin, carried to the place where a loop
+        closes: a difference of terms as long as the way there.
+        """
+        size = np.ones(len(self.owner))
+        distances = np.linalg.norm(np.concatenate([self._places, self.contacts.met]), axis=1)
+        at = self._lengthy
+        size[at] += distances[self.owner[at]] * self.rows[at]
+        for i, k in zip(self._rods, self._owner[self._rods], strict=True):
+            # the rod's direction is the less certain, the shorter it is
+            size[i] *= 1 + 1 / max(self.rows[i] * float(np.linalg.norm(self._spans[k])), TINY)
+        return ROUNDING * size
 
     def rounding(self) -> float:
         """Return the gap that rounding leaves in closed loops in the last state, natural units."""
@@ -187,6 +210,7 @@ class Closures:
             self.rows * closure.residual,
             self.rows[:, None] * closure.jacobian * self.columns,
             self.rows * (closure.jacobian @ v + closure.drift),
+            self._rounding_of_rows(),
         )
 
     def move(self, q: Array, v: Array, t: float) -> tuple[list[float], Array]:
@@ -218,6 +242,7 @@ class Closures:
     def _of_loops(self, residual: bool) -> Closure:
         data, u = self._engine.data, self._u
         turn, here, place = self._frames()
+        self._places, self._spans = place, here[0]
         # with a single velocity the engine returns matrices as vectors
         columns, changes = data.J.reshape(6, -1), data.dJ.reshape(6, -1)
         # twists at the world's origin, of b relative to a and of a, with their rates at constant u

@@ -105,6 +105,8 @@ class ContactRows:
         """Whether each row may depend on each velocity, shape (m, n)."""
         self._shapes = [_numbers(mechanism, contact) for contact in mechanism.contacts]
         self._contacts = mechanism.contacts
+        self.met: Array = np.zeros((len(mechanism.contacts), 3))
+        """Where each contact was in the last call of `now`, shape (contacts, 3)."""
 
     def now(self, u: Array) -> Rows:
         """Return the rows in the engine's present state.
@@ -114,9 +116,10 @@ class ContactRows:
         """
         columns = self._engine.data.J.reshape(6, -1)
         residual, jacobian, gamma = [], [], []
-        for contact, shape in zip(self._contacts, self._shapes, strict=True):
+        for k, (contact, shape) in enumerate(zip(self._contacts, self._shapes, strict=True)):
             a, b = (self._body(name, u) for name in (contact.body, contact.on))
             touch = shape.touch(a, b)
+            self.met[k] = touch.place
             between = self._carries(contact.body) - self._carries(contact.on)
             # column by column, J_l + J_ω × P
             J = (columns[:3] - hat(touch.place) @ columns[3:]) * between

@@ -23,6 +23,7 @@ from mecanique.reference.loops.assembly.assembly import position_near
 from mecanique.reference.loops.assembly.closing import close_position
 from mecanique.reference.loops.assembly.newton import displace
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.constraints.closures import ScaledClosure
 from mecanique.reference.loops.loading import load_loops
 from mecanique.reference.loops.nullspace import Split, split
 from mecanique.reference.loops.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
@@ -176,17 +177,17 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
     rank_here = _split(here).rank
     around = [_scale(closed, other, t) for other in _sample_around(closed, q, here, t, seed)]
     # the highest rank at any position decides; without others nearby, q is the only position
-    best = max([here, *around], key=lambda J: _split(J).rank)
+    best = max([here, *around], key=lambda closure: _split(closure).rank)
     rank = _split(best).rank
     singular = rank_here < rank
     redundant = _name_redundant(best, closed.closures.names)
     if not around and rank_here < mechanism.nv:
         # small motions seem possible, but no finite one is
         rank, singular, redundant = mechanism.nv, True, ()
-    of_positions = _split(best[closed.closures.positional]).rank
+    of_positions = _split(best, closed.closures.positional).rank
     return Freedom(
         coordinates=mechanism.nv,
-        constraints=len(here),
+        constraints=len(here.gaps),
         rank=rank,
         redundant=redundant,
         singular=singular,
@@ -210,7 +211,7 @@ def generic_rank(closed: Closed, q: Array, t: float) -> int:
     """
     here = _scale(closed, q, t)
     rank = _split(here).rank
-    if rank == min(here.shape):
+    if rank == min(here.jacobian.shape):
         return rank
     freedom = freedom_of(closed, q, t)
     if freedom.singular and not freedom.N:
@@ -242,18 +243,22 @@ def _count_heavy(mechanism: Mechanism) -> tuple[int, bool]:
     return len(heavy), particles
 
 
-def _scale(closed: Closed, q: Array, t: float) -> Array:
-    return closed.closures.scale(q, np.zeros(closed.mechanism.nv), t).jacobian
+def _scale(closed: Closed, q: Array, t: float) -> ScaledClosure:
+    return closed.closures.scale(q, np.zeros(closed.mechanism.nv), t)
 
 
-def _split(J: Array) -> Split:
-    return split(J, RANK_ASSEMBLED, RANK_ASSEMBLED)
+def _split(closure: ScaledClosure, rows: Array | slice = slice(None)) -> Split:
+    """Split the directions of motion at a position that was assembled."""
+    J, rounding = closure.jacobian[rows], closure.rounding[rows]
+    return split(J, RANK_ASSEMBLED, RANK_ASSEMBLED, rounding=rounding)
 
 
-def _sample_around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> list[Array]:
+def _sample_around(
+    closed: Closed, q: Array, here: ScaledClosure, t: float, seed: int
+) -> list[Array]:
     """Return assembled positions near q, displaced along its free directions."""
     random = np.random.default_rng(seed)
-    free = _split(J).null
+    free = _split(here).null
     found = []
     for k in range(_AROUND if free.shape[1] else 0):
         direction = free @ random.normal(size=free.shape[1])
@@ -269,16 +274,17 @@ def _sample_around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> l
     return found
 
 
-def _name_redundant(J: Array, names: tuple[str, ...]) -> tuple[str, ...]:
+def _name_redundant(closure: ScaledClosure, names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names of rows that depend on those before them."""
-    found, basis = [], np.zeros((0, J.shape[1]))
+    J = closure.jacobian
+    redundant, basis = [], np.zeros((0, J.shape[1]))
     size = max(float(np.abs(J).max(initial=0.0)), RANK_ASSEMBLED)
-    for row, name in zip(J, names, strict=True):
+    for row, rounding, name in zip(J, closure.rounding, names, strict=True):
         rest = row - basis.T @ (basis @ row)
         rest -= basis.T @ (basis @ rest)
         length = float(np.linalg.norm(rest))
-        if length > INDEPENDENT_ROW * size:
+        if length > max(INDEPENDENT_ROW * size, rounding):
             basis = np.vstack([basis, rest / length])
         else:
-            found.append(name)
-    return tuple(found)
+            redundant.append(name)
+    return tuple(redundant)

@@ -78,7 +78,8 @@ def is_crossing(closed: Closed, q: Array, v: Array, t: float) -> bool:
     if closed.most is None or not closed.mechanism.loops:
         return False
     jacobian = closed.closures.at(q, v, t).jacobian
-    return split(closed.measure(jacobian).scale(jacobian)).rank < closed.most
+    metric = closed.measure(jacobian)
+    return split(metric.scale(jacobian), rounding=metric.rounding(jacobian)).rank < closed.most
 
 
 def branch_acceleration(closed: Closed, q: Array, v: Array, t: float) -> Array:
@@ -224,7 +225,7 @@ def _find_way(closed: Closed, state: _State) -> _Way:
     jacobian = closed.closures.at(q, v, t).jacobian
     metric = closed.measure(jacobian)
     J = metric.scale(jacobian)
-    parts = split(J, fixed=closed.most)
+    parts = split(J, fixed=closed.most, rounding=metric.rounding(jacobian))
     weak = parts.singular < WEAK
     free = np.hstack([parts.range_right[:, weak], parts.null])
     along = free @ (free.T @ (metric.inverse @ v))
