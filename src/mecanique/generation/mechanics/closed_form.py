@@ -8,14 +8,14 @@ from functools import cached_property
 from typing import Any, final
 
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.vectors import Rows
 from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.monomials import exponents
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError
-from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.vectors import Rows
 from mecanique.program.tape import Tape, Value
 from mecanique.program.traced import trace, value_of
 

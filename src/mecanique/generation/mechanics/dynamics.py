@@ -7,16 +7,14 @@ from functools import cached_property
 from typing import Any, Protocol, final
 
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.mechanics.forces import Forces
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.loops import Loops, loops_of
+from mecanique.derivation.mechanics.recursion import Recursion, World
+from mecanique.derivation.mechanics.vectors import Rows, apply
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.closed_form import ClosedForm
-from mecanique.generation.mechanics.constraints.constrained import Constrained, Solution
-from mecanique.generation.mechanics.constraints.loops import Loops, loops_of
-from mecanique.generation.mechanics.constraints.projection import landing_of
-from mecanique.generation.mechanics.forces import Forces
-from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.recursion import Recursion
-from mecanique.generation.mechanics.vectors import Rows, apply
-from mecanique.generation.mechanics.world import World
+from mecanique.generation.mechanics.constrained import Constrained, Solution, landing_of
 from mecanique.generation.program import Landing
 from mecanique.program.solving import factorize
 from mecanique.program.sweeps import push_forward

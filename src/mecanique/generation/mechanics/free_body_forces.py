@@ -11,13 +11,12 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, final
 
+from mecanique.derivation.mechanics.forces import NOTHING, Action, on_velocities
+from mecanique.derivation.mechanics.guides import Guides
+from mecanique.derivation.mechanics.vectors import Rows, Triple, add, apply, cross, scale, transpose
 from mecanique.derivation.tree.poses import Matrix, origin, product, times_point
 from mecanique.errors import DerivationError
-from mecanique.generation.mechanics.action import NOTHING, Action
-from mecanique.generation.mechanics.constraints.guides import Guides
 from mecanique.generation.mechanics.dynamics import Dynamics
-from mecanique.generation.mechanics.forces import on_velocities
-from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, cross, scale, transpose
 from mecanique.model.bodies import Body
 from mecanique.model.constraints.contacts import Contact
 from mecanique.model.constraints.elements import force_names

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from mecanique.generation.mechanics.recursion import Recursion
+from mecanique.derivation.mechanics.recursion import Recursion
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units

@@ -13,14 +13,13 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.mechanics.contacts import demands_of
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.loops import Loops
+from mecanique.derivation.mechanics.recursion import Recursion, Wrench
+from mecanique.derivation.mechanics.vectors import add, apply_transpose, cross, scale
 from mecanique.derivation.printing.formulas import Letter, Product, names_in
-from mecanique.generation.mechanics.bodies import Wrench
-from mecanique.generation.mechanics.constraints.contacts import demands_of
-from mecanique.generation.mechanics.constraints.loops import Loops
 from mecanique.generation.mechanics.dynamics import Dynamics, Tree
-from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.recursion import Recursion
-from mecanique.generation.mechanics.vectors import add, apply_transpose, cross, scale
 from mecanique.generation.writing.formulas import Line, tidy
 from mecanique.generation.writing.names import (
     explain_force,

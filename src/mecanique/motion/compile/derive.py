@@ -11,12 +11,11 @@ from collections.abc import Collection
 from math import inf
 
 from mecanique.derivation import derive
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.loops import loops_of
 from mecanique.generation.mechanics.closed_form import ClosedForm
-from mecanique.generation.mechanics.constraints.constrained import Constrained
-from mecanique.generation.mechanics.constraints.loops import loops_of
-from mecanique.generation.mechanics.constraints.projection import landing_of
+from mecanique.generation.mechanics.constrained import Constrained, landing_of
 from mecanique.generation.mechanics.dynamics import Tree
-from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.program import Landing
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from math import isfinite
 from typing import Any
 
+from mecanique.derivation.mechanics.letters import Letters
 from mecanique.errors import DerivationError
-from mecanique.generation.mechanics.letters import Letters
 from mecanique.model.expression import Scalar
 from mecanique.motion.record.motion import Motion
 from mecanique.motion.simulation.watching.limits import MARGIN

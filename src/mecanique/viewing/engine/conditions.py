@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from mecanique.generation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.letters import Letters
 from mecanique.model.expression import Scalar, evaluate, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.rules import MASS, MOMENT, TRIANGLE, rules_of

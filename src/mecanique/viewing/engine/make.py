@@ -13,8 +13,8 @@ from mecanique.arrays import spread
 from mecanique.derivation.equations import Equations
 from mecanique.errors import DerivationError
 from mecanique.generation.build import assemble
+from mecanique.generation.mechanics.constrained import inputs_at
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
-from mecanique.generation.mechanics.sampling import inputs_at
 from mecanique.generation.program import Answer, Letter, Program
 from mecanique.generation.quantities import QUANTITIES, Quantity
 from mecanique.generation.targets.javascript import functions

@@ -13,12 +13,12 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any, TypeAlias, final
 
+from mecanique.derivation.mechanics.forces import Action
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.recursion import Recursion
+from mecanique.derivation.mechanics.vectors import Triple, add, apply, dot, products, scale
 from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
 from mecanique.derivation.tree.poses import times_point
-from mecanique.generation.mechanics.action import Action
-from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.recursion import Recursion
-from mecanique.generation.mechanics.vectors import Triple, add, apply, dot, products, scale
 from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.expression import Scalar
 from mecanique.program.solving import factorize

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.vectors import Rows, dot, products, transpose
 from mecanique.derivation.tree.links import Link
 from mecanique.errors import DerivationError
-from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.vectors import Rows, dot, products, transpose
 from mecanique.model.expression import symbols_in
 from mecanique.program.sweeps import push_forward
 from mecanique.program.traced import Traced, trace, value_of

@@ -3,7 +3,8 @@
 λ follows from (J M⁻¹ Jᵀ) λ = −γ − J M⁻¹ f. If M is singular, it is replaced by M + Jᵀ W J, and f by
 f − Jᵀ W γ, which changes nothing since J a = −γ (M. Benzi, G. H. Golub & J. Liesen, Acta Numerica
 14 (2005) 1, sect. 5.1). Velocities with a constant factor in a constraint, such as those of a
-wheel's center, are first expressed by the others.
+wheel's center, are first expressed by the others. The same factors project a nearby state on the
+loops.
 """
 
 from __future__ import annotations
@@ -13,15 +14,55 @@ from typing import Any, final
 
 import numpy as np
 
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.loops import Loops
+from mecanique.derivation.mechanics.vectors import Rows, apply, dot, products, scale, transpose
 from mecanique.derivation.numeric.constraints.multipliers import constraints
-from mecanique.generation.mechanics.constraints.loops import Loops
-from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.sampling import sample
-from mecanique.generation.mechanics.vectors import Rows, apply, dot, products, scale, transpose
+from mecanique.generation.program import Landing
 from mecanique.model.states import States
+from mecanique.program.evaluation import evaluate
 from mecanique.program.solving import factorize
-from mecanique.program.traced import trace, value_of
+from mecanique.program.sweeps import push_forward
+from mecanique.program.traced import trace, value_of, values_of
 from mecanique.verification.states.random import random_states
+
+
+def sample(letters: Letters, tables: list[Any], states: States) -> list[np.ndarray]:
+    """Return tables of scalars at a few states, each shape (states, rows, columns).
+
+    Args:
+        letters: the inputs.
+        tables: rows of scalars.
+        states: the states.
+    """
+    inputs = inputs_at(letters, states)
+    found = []
+    for table in tables:
+        values = [value_of(entry) for row in table for entry in row]
+        numbers = evaluate(letters.tape, values, inputs, len(states))
+        found.append(numbers.reshape(len(states), len(table), -1))
+    return found
+
+
+def inputs_at(letters: Letters, states: States) -> dict[str, Any]:
+    """Return the value of every input of a program in some states, by name.
+
+    Args:
+        letters: the inputs.
+        states: coordinates, velocities and times.
+    """
+    values = states.values
+    return {
+        "t": states.t,
+        **{name: values[name] for name in letters.mechanism.coordinates},
+        **{name: values[name] for name in letters.mechanism.velocities},
+        **{symbol: values[symbol] for symbol in letters.open},
+        **{f"tau {name}": 0.0 for name in letters.mechanism.velocities},
+        **{
+            f"a {name}": a for name, a in zip(letters.mechanism.velocities, states.a.T, strict=True)
+        },
+    }
+
 
 _STATES = 16
 """Number of states in which redundant equations are found."""
@@ -229,3 +270,21 @@ def _is_singular(masses: np.ndarray) -> bool:
         if d.min() <= 0 or np.linalg.eigvalsh(M / np.outer(d, d))[0] < _RANK:
             return True
     return False
+
+
+def landing_of(letters: Letters, loops: Loops, constrained: Constrained) -> Landing:
+    """Return the changes of q and v that close the loops and their rates.
+
+    Args:
+        letters: the mechanism's inputs.
+        loops: the equations of its loops.
+        constrained: the same, factorized.
+    """
+    step: list[Any] = constrained.close(loops.residual)
+    turn: list[Any] = constrained.close(loops.rate)
+    # the rates of q are linear in v, so replacing v by the step gives the change of q
+    along = {v.place: value_of(x) for v, x in zip(letters.v, step, strict=True)}
+    moved = push_forward(letters.tape, values_of(letters.rates), along)
+    changes = (*moved, *values_of(turn))
+    gaps = tuple(values_of(loops.residual))
+    return Landing(changes, value_of(constrained.firmness()), gaps)

@@ -1,12 +1,11 @@
-"""Write the equations of motion of a tree on a tape, by recursion in the bodies' own axes.
+"""The equations of motion of a tree, by recursion in the bodies' own axes.
 
-It is the recursion of `mecanique.derivation.numeric.recursion`, τ = Σ tr(∂H/∂q J Ḧᵀ) with the mass
-moments J of each body, written in the body's axes instead of the world's: a point r of the body has
-the acceleration a + U r with U = α̂ + ω̂ ω̂. With mass m, first moments h and second moments E
-about the body's origin, the rate of momentum is m a + U h, and its moment is h × a plus the axial
-vector of U E (J. Y. S. Luh, M. W. Walker & R. P. C. Paul, J. Dynamic Systems, Measurement, and
-Control 102 (1980) 69, in the form of W. Khalil & E. Dombre, Modeling, Identification and Control
-of Robots, 2002, sect. 9.5).
+τ = Σ tr(∂H/∂q J Ḧᵀ) with the poses H and the mass moments J of each body, written in the body's
+axes: a point r of the body has the acceleration a + U r with U = α̂ + ω̂ ω̂. With mass m, first
+moments h and second moments E about the body's origin, the rate of momentum is m a + U h, and its
+moment is h × a plus the axial vector of U E (J. Y. S. Luh, M. W. Walker & R. P. C. Paul, J. Dynamic
+Systems, Measurement, and Control 102 (1980) 69, in the form of W. Khalil & E. Dombre, Modeling,
+Identification and Control of Robots, 2002, sect. 9.5).
 """
 
 from __future__ import annotations
@@ -16,12 +15,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, final
 
-from mecanique.derivation.tree.links import Link, links, place_of
-from mecanique.derivation.tree.poses import IDENTITY, Matrix, local, moments, origin, product
-from mecanique.generation.mechanics.bodies import Inertia, Seat, Wrench
-from mecanique.generation.mechanics.chart import Chart, chart_of
-from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.vectors import (
+from mecanique.derivation.mechanics.chart import Chart, chart_of
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.vectors import (
     Rows,
     Triple,
     add,
@@ -31,7 +27,79 @@ from mecanique.generation.mechanics.vectors import (
     dot,
     products,
     scale,
+    transpose,
 )
+from mecanique.derivation.tree.links import Link, links, place_of
+from mecanique.derivation.tree.poses import IDENTITY, Matrix, local, moments, origin, product
+
+
+@final
+@dataclass(frozen=True)
+class Seat:
+    """A frame fixed in a link of the tree.
+
+    Args:
+        place: index of the moving link, −1 for the ground.
+        pose: pose of the frame in that link.
+    """
+
+    place: int
+    pose: Matrix
+
+
+@final
+@dataclass(frozen=True)
+class Wrench:
+    """A force and a moment on a moving link.
+
+    Args:
+        place: index of the link.
+        force: in the link's axes.
+        moment: about the link's origin, in its axes.
+    """
+
+    place: int
+    force: Triple
+    moment: Triple
+
+
+@final
+@dataclass(frozen=True)
+class Inertia:
+    """Mass m, first moments h and second moments E of a body about its origin."""
+
+    m: Any
+    h: Triple
+    E: Rows
+
+    def __add__(self, other: Inertia) -> Inertia:
+        E = [add(*rows) for rows in zip(self.E, other.E, strict=True)]
+        return Inertia(self.m + other.m, add(self.h, other.h), E)
+
+    def __sub__(self, other: Inertia) -> Inertia:
+        E = [add(x, scale(-1.0, y)) for x, y in zip(self.E, other.E, strict=True)]
+        return Inertia(self.m - other.m, add(self.h, scale(-1.0, other.h)), E)
+
+    @property
+    def is_number(self) -> bool:
+        """Whether it contains numbers only."""
+        entries = [self.m, *self.h, *self.E[0], *self.E[1], *self.E[2]]
+        return all(isinstance(entry, (int, float)) for entry in entries)
+
+    def seen_from(self, pose: Matrix) -> Inertia:
+        """Refer the inertia to the frame in which the body has a pose: its axes and its origin."""
+        p = [row[3] for row in pose]
+        turned = apply(pose, self.h)
+        RE = [apply(self.E, row[:3]) for row in pose]  # E is symmetric
+        E: Rows = [[0.0] * 3 for _ in range(3)]
+        for i in range(3):
+            for k in range(i + 1):
+                turned_E = dot(RE[i], pose[k][:3])
+                E[i][k] = E[k][i] = (
+                    turned_E + turned[i] * p[k] + p[i] * turned[k] + self.m * p[i] * p[k]
+                )
+        return Inertia(self.m, add(turned, scale(self.m, p)), E)
+
 
 _AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
 _STILL: Triple = [0.0, 0.0, 0.0]
@@ -350,3 +418,145 @@ def _whole(entry: Any) -> Any:
             if abs(entry - number) < _ROUNDING:
                 return number
     return entry
+
+
+@final
+@dataclass(frozen=True)
+class _Motion:
+    """A moving link: origin p, ω, v, and α and a without generalized accelerations.
+
+    Args:
+        columns: linear and angular direction of each of its own joint velocities.
+    """
+
+    p: Triple
+    w: Triple
+    v: Triple
+    alpha: Triple
+    a: Triple
+    columns: dict[int, tuple[Triple, Triple]]
+
+
+_GROUND = _Motion(_STILL, _STILL, _STILL, _STILL, _STILL, {})
+
+
+@final
+class World:
+    """Velocities of the bodies of a tree, and their rates without generalized accelerations.
+
+    Args:
+        recursion: the recursion over the bodies.
+    """
+
+    def __init__(self, recursion: Recursion) -> None:
+        self._recursion = recursion
+        self._motions: list[_Motion] = []
+        chart = recursion.chart
+        for link, pose in zip(recursion.links, recursion.poses, strict=True):
+            before, p = self._of(link.parent), [row[3] for row in pose]
+            r = add(p, scale(-1.0, before.p))
+
+            def turn(vector: Triple, pose: Matrix = pose) -> Triple:
+                return apply([row[:3] for row in pose], vector)
+
+            (w, l), (spun, slid) = (
+                tuple(map(turn, link.relative(rates))) for rates in (chart.u, chart.gamma)
+            )
+            swing = cross(before.w, r)
+            self._motions.append(
+                _Motion(
+                    p,
+                    add(before.w, w),
+                    add(before.v, swing, l),
+                    add(before.alpha, spun, cross(before.w, w)),
+                    add(
+                        before.a,
+                        cross(before.alpha, r),
+                        cross(before.w, swing),
+                        slid,
+                        scale(2.0, cross(before.w, l)),
+                        cross(w, l),
+                    ),
+                    {
+                        k: (
+                            turn(link.linear.get(k, _STILL)),
+                            turn(link.angular.get(k, _STILL)),
+                        )
+                        for k in link.columns
+                    },
+                )
+            )
+
+    def pose(self, body: str) -> Matrix:
+        """Return the pose of a body."""
+        return self._recursion.pose(body)
+
+    def moves(self, body: str) -> bool:
+        """Return whether a body is not fixed to the ground."""
+        return self._recursion.seats[body].place >= 0
+
+    def spin(self, body: str) -> Triple:
+        """Return the angular velocity of a body."""
+        return self._of(self._recursion.seats[body].place).w
+
+    def carrier_spin(self, body: str, axis: Sequence[float]) -> Triple:
+        """Return an angular velocity that moves an axis of a body in the same way as the body's.
+
+        For a hinge about the axis it is that of the parent link, as the hinge does not move it.
+
+        Args:
+            body: name of the body.
+            axis: shape (3,), in the body's frame.
+        """
+        seat = self._recursion.seats[body]
+        link = self._recursion.links[seat.place]
+        along = apply([row[:3] for row in seat.pose], list(axis))
+        if not link.linear and list(link.angular.values()) in ([along], [scale(-1.0, along)]):
+            return self._of(link.parent).w
+        return self.spin(body)
+
+    def velocity(self, body: str, place: Triple) -> Triple:
+        """Return the velocity of a body's point at a place."""
+        motion = self._of(self._recursion.seats[body].place)
+        return add(motion.v, cross(motion.w, add(place, scale(-1.0, motion.p))))
+
+    def change(self, body: str, place: Triple, rate: Triple) -> Triple:
+        """Return the rate of that velocity, while the place moves with a given velocity."""
+        motion = self._of(self._recursion.seats[body].place)
+        arm = add(place, scale(-1.0, motion.p))
+        aside = add(rate, scale(-1.0, motion.v))
+        return add(motion.a, cross(motion.alpha, arm), cross(motion.w, aside))
+
+    def columns(self, body: str, place: Triple) -> dict[int, Triple]:
+        """Return the derivatives of that velocity by each joint velocity, by index."""
+        found, at = dict[int, Triple](), self._recursion.seats[body].place
+        while at >= 0:
+            motion = self._motions[at]
+            arm = add(place, scale(-1.0, motion.p))
+            for k, (slide, axis) in motion.columns.items():
+                found[k] = add(slide, cross(axis, arm))
+            at = self._recursion.links[at].parent
+        return found
+
+    def turns(self, body: str) -> dict[int, Triple]:
+        """Return the derivatives of a body's angular velocity by each joint velocity, by index."""
+        found, at = dict[int, Triple](), self._recursion.seats[body].place
+        while at >= 0:
+            found |= {k: axis for k, (_, axis) in self._motions[at].columns.items()}
+            at = self._recursion.links[at].parent
+        return found
+
+    def jacobian(self, body: str) -> Rows:
+        """Return a body's Jacobian: velocity of its origin, then angular, shape (6, nv)."""
+        place = [row[3] for row in self.pose(body)]
+        G, nothing = self._recursion.chart.G, [0.0] * len(self._recursion.letters.v)
+        rows: Rows = []
+        for columns in (self.columns(body, place), self.turns(body)):
+            for axis in range(3):
+                entries = [column[axis] for column in columns.values()]
+                moved = transpose([G[k] for k in columns])
+                rows.append([dot(entries, each) for each in moved] or nothing)
+        return rows
+
+    def _of(self, place: int) -> _Motion:
+        return self._motions[place] if place >= 0 else _GROUND

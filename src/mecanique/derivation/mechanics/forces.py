@@ -1,4 +1,4 @@
-"""Write springs, dampers, drives and loads on a tape, as generalized forces by virtual work.
+"""Springs, dampers, drives and loads: on bodies, and as generalized forces by virtual work.
 
 A force F at a point x(q, t) has the generalized forces F·∂x/∂q: one reverse sweep from all points,
 weighted with the forces on them.
@@ -7,22 +7,54 @@ weighted with the forces on them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, final
 
 from mecanique.derivation.laws import Travel, laws_of
+from mecanique.derivation.mechanics.chart import along
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.recursion import Recursion
+from mecanique.derivation.mechanics.vectors import Rows, Triple, add, apply, dot, scale
 from mecanique.derivation.tree.poses import times_point
 from mecanique.errors import DerivationError
-from mecanique.generation.mechanics.action import NOTHING, Action
-from mecanique.generation.mechanics.chart import along
-from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.recursion import Recursion
-from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, dot, scale
 from mecanique.model.force_base import BodyLoad, End, JointLoad, LineLoad
 from mecanique.model.joint_base import Single
 from mecanique.program.sweeps import pull_back
 from mecanique.program.traced import trace, value_of
+
+NOTHING: Triple = [0.0, 0.0, 0.0]
+
+
+@final
+@dataclass(frozen=True)
+class Action:
+    """A force and a moment on a body, world axes.
+
+    Args:
+        name: name of the force, the joint or loop, or of the body for weight and inertia.
+        kind: "weight", "reaction", "inertia", or the kind of the force.
+        body: the body on which it acts.
+        origin: point of action.
+        force: the force.
+        moment: moment about that point.
+    """
+
+    name: str
+    kind: str
+    body: str
+    origin: Triple
+    force: Triple
+    moment: Triple
+
+    def opposite(self, body: str) -> Action:
+        """Return the opposite action, on the other body.
+
+        Args:
+            body: name of the other body.
+        """
+        force, moment = scale(-1.0, self.force), scale(-1.0, self.moment)
+        return replace(self, body=body, force=force, moment=moment)
 
 
 @final

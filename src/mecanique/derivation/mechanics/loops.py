@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, final
 
+from mecanique.derivation.mechanics.chart import along
+from mecanique.derivation.mechanics.contacts import Demand, demands_of
+from mecanique.derivation.mechanics.forces import on_velocities
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.recursion import Recursion
+from mecanique.derivation.mechanics.vectors import Rows, apply_transpose, dot
 from mecanique.derivation.tree.poses import Matrix, origin, product
 from mecanique.errors import DerivationError
-from mecanique.generation.mechanics.chart import along
-from mecanique.generation.mechanics.constraints.contacts import Demand, demands_of
-from mecanique.generation.mechanics.forces import on_velocities
-from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.recursion import Recursion
-from mecanique.generation.mechanics.vectors import Rows, apply_transpose, dot
 from mecanique.model.constraints.loops import CLOSED, Loop
 
 

@@ -12,11 +12,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
-from mecanique.derivation.tree.poses import Matrix, origin, product
-from mecanique.generation.mechanics.chart import along
-from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.recursion import Recursion
-from mecanique.generation.mechanics.vectors import (
+from mecanique.derivation.mechanics.chart import along
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.recursion import Recursion, World
+from mecanique.derivation.mechanics.vectors import (
     Triple,
     add,
     apply,
@@ -26,7 +25,7 @@ from mecanique.generation.mechanics.vectors import (
     scale,
     transpose,
 )
-from mecanique.generation.mechanics.world import World
+from mecanique.derivation.tree.poses import Matrix, origin, product
 from mecanique.model.constraints.contacts import Blade, Contact, Rolling
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 

@@ -1,0 +1,1 @@
+"""The laws of mechanics, each stated once, on scalars of any kind."""

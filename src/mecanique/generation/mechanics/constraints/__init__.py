@@ -1,1 +1,0 @@
-"""Contacts, loops and guiding elements, and the constrained equations of motion."""
