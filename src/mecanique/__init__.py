@@ -309,8 +309,7 @@ _HOMES = find_homes(
         "mecanique.verification": "Verdict verify",
         "mecanique.verification.descriptions.change": "Difference",
         "mecanique.verification.descriptions.diff": "diff",
-        "mecanique.viewing.inspect": "inspect",
-        "mecanique.viewing.live.view": "view",
+        "mecanique.viewing.live.view": "inspect view",
         "mecanique.viewing.show": "export",
     }
 )

@@ -16,7 +16,7 @@ from viewing_engines import engine_of, needs_node, run
 import mecanique as mq
 from mecanique.motion.record.motion import Motion
 from mecanique.textbook import entry, load
-from mecanique.viewing.live.computing import begin
+from mecanique.viewing.live.view import begin
 from mecanique.viewing.show import scene
 
 Q, SPEED = sympy.Symbol("q"), sympy.Symbol("q'")

@@ -11,7 +11,7 @@ import pytest
 from viewing_browser import Visit
 
 import mecanique as mq
-from mecanique.viewing.inspect import scene_at_rest
+from mecanique.viewing.live.view import scene_at_rest
 from mecanique.viewing.scene.inspection import Inspection, inspection_of
 from mecanique.viewing.scene.scene import Scene
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mecanique.viewing.page.sanitize import safe
+from mecanique.viewing.page.panels import safe
 
 
 def test_equations_pass() -> None:

@@ -15,16 +15,20 @@ from viewing_browser import Visit
 from viewing_scenes import GRAVITY, MASS, about_y, blocks, pendulum, reach, swarm, swing, write_page
 
 from mecanique.viewing.page.page import page
-from mecanique.viewing.scene.document import (
+from mecanique.viewing.scene.scene import (
     Block,
     Derivation,
     Document,
+    JointMark,
     Ledger,
     LedgerRow,
     Quantity,
+    Scene,
+    SceneBody,
+    Series,
+    Shape,
     VerdictTable,
 )
-from mecanique.viewing.scene.scene import JointMark, Scene, SceneBody, Series, Shape
 
 Show = Callable[..., Visit]
 

@@ -12,10 +12,9 @@ from typing import Any
 import pytest
 
 import mecanique as mq
-from mecanique.viewing.engine.attach import write_python
-from mecanique.viewing.engine.make import Maker
-from mecanique.viewing.scene.engine import Engine
+from mecanique.viewing.engine.make import Maker, write_python
 from mecanique.viewing.scene.from_motion import scene_of
+from mecanique.viewing.scene.scene import Engine
 
 SCRIPT = Path(__file__).parent / "javascript" / "run_engines.js"
 ASSETS = Path(mq.__file__).parent / "viewing" / "page" / "assets" / "engine"

@@ -10,25 +10,23 @@ from numpy.typing import NDArray
 from scipy.special import ellipj, ellipk
 
 from mecanique.viewing.page.page import page
-from mecanique.viewing.scene.document import (
+from mecanique.viewing.scene.scene import (
+    Arrow,
     Block,
     Derivation,
     Document,
-    Ledger,
-    LedgerRow,
-    Quantity,
-    VerdictTable,
-)
-from mecanique.viewing.scene.scene import (
-    Arrow,
     Frame,
     JointMark,
+    Ledger,
+    LedgerRow,
     Line,
+    Quantity,
     Scene,
     SceneBody,
     Series,
     Shape,
     Trace,
+    VerdictTable,
 )
 
 Floats = NDArray[np.float64]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import floor, log10
@@ -10,29 +11,110 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.arrays import spread
+from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
-from mecanique.errors import DerivationError
+from mecanique.errors import DerivationError, MecaniqueError
 from mecanique.generation.build import assemble
 from mecanique.generation.mechanics.constrained import inputs_at
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
 from mecanique.generation.program import Answer, Letter, Program
 from mecanique.generation.quantities import QUANTITIES, Quantity
-from mecanique.generation.targets.javascript import functions
+from mecanique.generation.targets.javascript import JavaScript, functions
+from mecanique.generation.targets.python import Python
+from mecanique.generation.verdict.cases import cases_of
+from mecanique.generation.verdict.verdict import CodeVerdict, judge
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.meshing.teeth import visuals_of
+from mecanique.model.quaternions import to_matrices
 from mecanique.model.states import States
+from mecanique.motion.analysis.forces import Action
 from mecanique.motion.record.motion import Motion
 from mecanique.motion.simulation.watching.validity import margins_along
 from mecanique.program.evaluation import evaluate
 from mecanique.program.traced import value_of, values_of
+from mecanique.textbook import load
+from mecanique.textbook.catalogue import is_known
 from mecanique.verification.states.random import random_states
-from mecanique.viewing.engine.agreement import TOLERANCE, find_unknown
-from mecanique.viewing.engine.bounds import bounds_of, gradients_of, is_cut_short, options_of
+from mecanique.viewing.engine.bounds import (
+    bounds_of,
+    conditions_of,
+    gradients_of,
+    is_cut_short,
+    options_of,
+)
 from mecanique.viewing.engine.columns import WORK, Columns, sizes_of
-from mecanique.viewing.engine.conditions import conditions_of
-from mecanique.viewing.scene.engine import Engine, Resized
-from mecanique.viewing.scene.naming import name_arrows
-from mecanique.viewing.scene.scene import Floats, Scene
+from mecanique.viewing.scene.drawn import name_arrows
+from mecanique.viewing.scene.from_motion import scene_of
+from mecanique.viewing.scene.scene import Document, Engine, Floats, Resized, Scene, VerdictTable
+from mecanique.viewing.scene.texts import quantities_of_inputs
+
+TOLERANCE = 1e-7
+"""Largest difference, relative to the largest number of its kind, that counts as agreement."""
+
+
+def find_unknown(
+    scene: Scene, numbers: Floats, chosen: np.ndarray, missing: Sequence[bool]
+) -> tuple[int, ...]:
+    """Return the columns of the scene's table that the program does not give.
+
+    Args:
+        scene: the scene.
+        numbers: what the program gives, with rotation matrices, shape (chosen, columns + 5 nb).
+        chosen: at which instants.
+        missing: whether each number is unknown to the program.
+
+    Raises:
+        DerivationError: if bodies or coordinates are elsewhere.
+    """
+    unknown: list[int] = []
+    at, column = 0, 0
+    for what, group, scale in _groups(scene):
+        width = group.shape[1]
+        ours = numbers[:, at : at + width]
+        pose = what.startswith("turn of ")
+        if any(missing[at : at + width]):
+            unknown += range(column, column + width)
+        else:
+            difference = float(np.abs(ours - group[chosen]).max(initial=0.0))
+            if not difference <= TOLERANCE * scale:
+                if what.startswith(("pose of ", "turn of ", "series of motion", "points of ")):
+                    raise DerivationError(
+                        f"the program gives another {what} than the motion, by {difference:.1e}"
+                    )
+                unknown += range(column, column + width)
+        at += width
+        column += 4 if pose else width
+    return tuple(unknown)
+
+
+def _groups(scene: Scene) -> Iterator[tuple[str, Floats, float]]:
+    """Columns that belong together, and how large such numbers are."""
+    n = len(scene.t)
+    points = [scene.positions, *(line.points for line in scene.lines)]
+    points += [trace.points for trace in scene.traces]
+    extent = max(1e-9, *(float(np.abs(each).max(initial=0.0)) for each in points))
+    for k, body in enumerate(scene.bodies):
+        turn = to_matrices(scene.quaternions[:, k]).reshape(n, 9)
+        yield f"pose of {body.name}", scene.positions[:, k], extent
+        yield f"turn of {body.name}", turn, 1.0
+    force = max((float(np.abs(a.vector).max()) for a in scene.arrows), default=0.0)
+    for arrow in scene.arrows:
+        yield f"arrow {arrow.name}", np.hstack([arrow.origin, arrow.vector]), max(force, extent)
+    for line in scene.lines:
+        yield f"points of {line.name}", line.points.reshape(n, 6), extent
+    for trace in scene.traces:
+        yield f"points of {trace.name}", trace.points, extent
+    sizes: dict[str, float] = {}
+    for each in scene.series:
+        size = float(np.abs(each.values).max())
+        sizes[each.unit] = max(sizes.get(each.unit, 1e-9), size)
+    for each in scene.series:
+        what = "series of motion" if each.group == "Coordinates" else "series"
+        yield f"{what} {each.name}", each.values[:, None], sizes[each.unit]
+    work = max((float(np.abs(row.values).max()) for row in scene.document.ledger.rows), default=0.0)
+    for row in scene.document.ledger.rows:
+        yield f"work of {row.name}", row.values, max(work, 1e-9)
+
 
 MOST_LETTERS = 400_000
 """Longest program that a page takes along [characters]; compressed it is a fifth of that."""
@@ -260,3 +342,105 @@ def _duration(motion: Motion) -> float:
         return length
     digit = 10.0 ** (floor(log10(length)) - 1)
     return float(f"{digit * (floor(length / digit) + 1):.2g}")
+
+
+SAMPLES = 100
+"""Number of states at which a page's program is compared with Pinocchio."""
+
+_SEED = 0
+
+
+def computed_scene(
+    motion: Motion, document: Document, actions: Sequence[Action], equations: Sequence[Equations]
+) -> Scene:
+    """Return the scene of a motion with its engine; without one, the page says why.
+
+    Args:
+        motion: what was simulated.
+        document: the texts of the page.
+        actions: the forces on the moving bodies, as many states as the motion has samples.
+        equations: derived equations, one per method; the first is taken.
+    """
+    try:
+        first = equations[0] if equations else derive(motion.mechanism)
+        scene, maker = equip(motion, document, actions, first)
+        verdict = add_row(document.verdict, judge_page(maker))
+    except MecaniqueError as error:
+        reason = f"This page shows a recorded motion and computes no other: {error}."
+        return scene_of(motion, replace(document, recorded=reason), actions)
+    return replace(scene, document=replace(scene.document, verdict=verdict))
+
+
+def equip(
+    motion: Motion, document: Document, actions: Sequence[Action], equations: Equations
+) -> tuple[Scene, Maker]:
+    """Return the scene of a motion with its engine, and what made it.
+
+    Args:
+        motion: what was simulated.
+        document: the texts of the page.
+        actions: the forces on the moving bodies, as many states as the motion has samples.
+        equations: of motion.
+
+    Raises:
+        MecaniqueError: if a page cannot compute this motion.
+    """
+    mechanism = motion.mechanism
+    maker = Maker(motion, equations)
+    scene = maker.thin(scene_of(motion, document, actions, complete=True))
+    constants = quantities_of_inputs(mechanism)
+    document = replace(document, parameters=(*document.parameters, *constants))
+    engine = maker.make(scene, write_python(mechanism))
+    return replace(scene, engine=engine, document=document), maker
+
+
+def judge_page(maker: Maker) -> CodeVerdict:
+    """Run a page's program under node, or else as text in Python, and compare it with Pinocchio.
+
+    Raises:
+        MecaniqueError: if they disagree, or Pinocchio cannot treat the mechanism.
+    """
+    program = maker.proof()
+    target = JavaScript() if shutil.which("node") else Python()
+    return judge(program, target, cases_of(program, SAMPLES, _SEED), _SEED)
+
+
+def add_row(table: VerdictTable, code: CodeVerdict) -> VerdictTable:
+    """Return the verdict with a row on the page's program.
+
+    Args:
+        table: the verdict on the equations.
+        code: the verdict on the program.
+    """
+    title = {
+        "rhs": "rates of the state",
+        "energy": "energies",
+        "poses": "poses of bodies",
+        "closure": "closure of loops",
+    }
+    own = tuple((title[name], f"{worst:.1e}") for name, worst in code.worst.items())
+    run = code.versions.get("run by", "")
+    note = (
+        f"The program that this page computes with was run by {run} at {code.samples} random "
+        f"states (seed {code.seed}), {code.varied} of them with other parameters."
+    )
+    return replace(table, own=own, own_note=note)
+
+
+def write_python(mechanism: Mechanism) -> str:
+    """Return the Python that makes a mechanism: from the catalogue, or from the URDF of the page.
+
+    Args:
+        mechanism: what moves.
+    """
+    if is_known(mechanism.name):
+        known = load(mechanism.name)
+        if tuple(known.coordinates) == tuple(mechanism.coordinates):
+            values = {
+                symbol: value
+                for symbol, value in mechanism.values.items()
+                if not np.isclose(value, known.values.get(symbol, np.nan), rtol=1e-15, atol=0)
+            }
+            changed = "".join(f", {symbol}={value!r}" for symbol, value in values.items())
+            return f'mq.textbook.load("{mechanism.name}"{changed})'
+    return f'mq.read_urdf("{mechanism.name}.urdf")'

@@ -11,7 +11,7 @@ from typing import final
 from mecanique.derivation.equations import Equations
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
-from mecanique.viewing.scene.document import Derivation, Document, VerdictTable
+from mecanique.viewing.scene.scene import Derivation, Document, VerdictTable
 from mecanique.viewing.scene.texts import derivation_of, fits_page, table_of
 
 MOST_DERIVED = 8

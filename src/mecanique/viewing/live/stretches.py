@@ -13,9 +13,8 @@ import numpy as np
 
 from mecanique.errors import IntegrationError
 from mecanique.motion.record.motion import Motion
-from mecanique.viewing.scene.document import Document
 from mecanique.viewing.scene.from_motion import actions_of, scene_of
-from mecanique.viewing.scene.scene import Scene
+from mecanique.viewing.scene.scene import Document, Scene
 from mecanique.viewing.scene.texts import ledger_of
 
 STRETCH = 0.5

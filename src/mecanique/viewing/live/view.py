@@ -2,14 +2,134 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import final
 
-from mecanique.errors import InputError
+import numpy as np
+
+from mecanique.derivation import derive
+from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.origin import Finding
+from mecanique.model.quaternions import from_matrices
 from mecanique.motion.record.motion import Motion
-from mecanique.viewing.live.computing import Computing, begin
+from mecanique.urdf.lint import lint
+from mecanique.viewing.engine.bounds import is_cut_short
+from mecanique.viewing.engine.make import add_row, equip, judge_page, refuse
+from mecanique.viewing.live.checking import Checking, pending
 from mecanique.viewing.live.live import LiveView
 from mecanique.viewing.live.moving import Moving, Recorded
+from mecanique.viewing.live.stretches import FIRST, compute_first, density
+from mecanique.viewing.scene.drawn import bodies_of, marks_of
+from mecanique.viewing.scene.from_motion import actions_of
+from mecanique.viewing.scene.inspection import Inspection, inspection_of
+from mecanique.viewing.scene.scene import Document, Scene, VerdictTable
+from mecanique.viewing.scene.texts import document_of
+from mecanique.wording import say_count
+
+SHOWN = 10.0
+"""Length of a motion without end that the page computes at first [s], at the speed of nature."""
+
+
+@final
+class Computing:
+    """A motion with the engine of its page; equations and verdict arrive while it moves.
+
+    Args:
+        motion: what the page begins with.
+        end: when the motion ends [s]; infinity for never.
+        rtol: relative tolerance of each step.
+        speed: seconds shown per second at first.
+        remark: why it ends there, for the page.
+
+    Raises:
+        MecaniqueError: if the page cannot compute it.
+    """
+
+    def __init__(
+        self, motion: Motion, end: float, rtol: float, speed: float, remark: str = ""
+    ) -> None:
+        mechanism = motion.mechanism
+        refuse(mechanism)
+        actions = actions_of(motion)
+        document = pending(mechanism, document_of(motion, (), None, actions))
+        scene, self._maker = equip(motion, document, actions, derive(mechanism))
+        assert scene.engine is not None
+        endless = math.isinf(end)
+        duration = SHOWN * min(speed, 1.0) if endless else end - float(motion.t[0])
+        engine = replace(scene.engine, duration=duration, rtol=rtol, endless=endless)
+        whole = end <= float(motion.t[-1])
+        document = replace(scene.document, method=scene.document.method if whole else "")
+        self.scene: Scene = replace(scene, engine=engine, document=document)
+        self._mechanism = mechanism
+        self._remark = remark
+        self._checking: Checking | None = None
+
+    def check(self, live: LiveView) -> None:
+        """Derive and compare what moves, and then the page's program, in the background.
+
+        Args:
+            live: the view that shows what is found.
+        """
+        if self._remark:
+            live.warn(self._remark)
+        self._checking = Checking(self._mechanism, live.annotate, self._prove)
+
+    def close(self) -> None:
+        """Cancel the derivation in progress."""
+        if self._checking:
+            self._checking.finish(2.0)
+
+    def _prove(self, table: VerdictTable) -> VerdictTable:
+        try:
+            return add_row(table, judge_page(self._maker))
+        except MecaniqueError as error:
+            return replace(table, agrees=False, headline=f"the program of this page: {error}")
+
+
+def begin(
+    shown: Motion | Mechanism,
+    q: Mapping[str, float] | Sequence[float] | None,
+    v: Mapping[str, float] | Sequence[float] | None,
+    end: float,
+    rtol: float,
+    speed: float,
+) -> Computing | None:
+    """Return a motion that its page computes, or None where the page cannot.
+
+    Args:
+        shown: a recorded motion, or a mechanism.
+        q: a mechanism's positions at the start.
+        v: its velocities at the start.
+        end: when a mechanism's motion ends [s]; infinity for never.
+        rtol: relative tolerance of each step of a mechanism's motion.
+        speed: seconds shown per second at first.
+
+    Raises:
+        MecaniqueError: if a mechanism's motion cannot start.
+    """
+    remark = ""
+    if isinstance(shown, Motion):
+        motion, end, rtol = shown, float(shown.t[-1]), shown.statistics.rtol
+    else:
+        try:
+            refuse(shown)
+        except MecaniqueError:
+            return None
+        length = min(FIRST * min(speed, 1.0), end)
+        motion, remark = compute_first(
+            mechanism=shown, q=q, v=v, duration=length, rtol=rtol, fps=density(speed)
+        )
+        if is_cut_short(motion):
+            remark = ""  # the page finds that by itself
+        elif remark:
+            end = float(motion.t[-1])
+    try:
+        return Computing(motion, end, rtol, speed, remark)
+    except MecaniqueError:
+        return None
 
 
 def view(
@@ -98,3 +218,76 @@ def _stream(source: Moving | Recorded, port: int, open_browser: bool, speed: flo
             return
         finally:
             source.presenter.close()
+
+
+def inspect(
+    mechanism: Mechanism,
+    findings: Sequence[Finding] | None = None,
+    *,
+    q: Mapping[str, float] | Sequence[float] | None = None,
+    port: int = 0,
+    open_browser: bool = True,
+) -> None:
+    """Show a description at rest in a browser, with its findings beside it, until Ctrl-C.
+
+    Sliders move the joints. Centers of mass, ellipsoids of inertia and the axes of joints are shown
+    on request; links with an error or a warning are tinted. Nothing is simulated or derived.
+
+    Args:
+        mechanism: what `read_urdf` returned, or any mechanism.
+        findings: what `lint` returned; by default the text it was read from is checked.
+        q: where it stands at first: by coordinate name or shape (nq,).
+        port: 0 takes any free port.
+        open_browser: whether to open the page; its address is printed in any case.
+
+    Raises:
+        InputError: if it is no mechanism, or the port is taken.
+
+    Example:
+        >>> mq.inspect(mq.read_urdf(mq.robot("ur5_robot")), open_browser=False)
+    """
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(f"expected a Mechanism, got {type(mechanism).__name__}")
+    if findings is None:
+        findings = _lint(mechanism)
+    start = None if q is None else mechanism.position(q)
+    scene = scene_at_rest(mechanism, inspection_of(mechanism, findings, start))
+    with LiveView(scene, port=port, open_browser=open_browser, at_once=True) as live:
+        try:
+            live.announce()
+            live.stream(lambda changes: (), hold=True)
+        except KeyboardInterrupt:
+            return
+
+
+def _lint(mechanism: Mechanism) -> tuple[Finding, ...]:
+    origin = mechanism.origin
+    if origin is None:
+        return ()
+    return lint(origin.file or origin.text.decode("utf-8-sig", "replace"))
+
+
+def scene_at_rest(mechanism: Mechanism, inspection: Inspection) -> Scene:
+    """Return the scene of a description at rest.
+
+    Args:
+        mechanism: what was described.
+        inspection: its links, joints and findings.
+    """
+    poses = inspection.poses()
+    counted = say_count(len(mechanism.bodies) - 1, "moving link", "moving links")
+    text = mechanism.origin.text.decode("utf-8", "replace") if mechanism.origin else ""
+    return Scene(
+        title=mechanism.name.replace("_", " ").capitalize(),
+        t=np.zeros(1),
+        bodies=bodies_of(mechanism),
+        positions=poses[None, :, :3, 3],
+        quaternions=from_matrices(poses[None, :, :3, :3]),
+        joints=marks_of(mechanism),
+        document=Document(
+            subtitle=f"{counted}, {say_count(mechanism.nv, 'velocity', 'velocities')}, at rest",
+            urdf=text,
+            file_name=mechanism.name,
+        ),
+        inspection=inspection,
+    )

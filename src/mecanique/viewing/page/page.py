@@ -14,12 +14,10 @@ from html import escape
 from importlib.resources import files
 from typing import Any, final
 
-from mecanique.viewing.page.bodies import draw_bodies, solids_of
 from mecanique.viewing.page.keyframes import pack
 from mecanique.viewing.page.meshes.parcel import mesh_parcel
-from mecanique.viewing.page.panels import badge, panels
-from mecanique.viewing.page.sanitize import safe
-from mecanique.viewing.page.window import RecorderWindow, viewer_directory
+from mecanique.viewing.page.panels import badge, panels, safe
+from mecanique.viewing.page.window import RecorderWindow, draw_bodies, solids_of, viewer_directory
 from mecanique.viewing.scene.inspection import Inspection
 from mecanique.viewing.scene.scene import Scene
 

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import base64
+import html
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from html import escape
+from math import degrees
+from xml.etree.ElementTree import Element
 
-from mecanique.viewing.page.equations import write_equations
-from mecanique.viewing.page.fields import write_parameters
-from mecanique.viewing.page.inspecting import write_findings, write_joints
-from mecanique.viewing.page.sanitize import safe
-from mecanique.viewing.scene.document import VerdictTable
-from mecanique.viewing.scene.scene import Scene
+from mecanique.safe_xml import XmlRefusedError, tree_of
+from mecanique.viewing.scene.inspection import Inspection, Note, Slider
+from mecanique.viewing.scene.scene import (
+    Block,
+    Derivation,
+    Document,
+    Engine,
+    Quantity,
+    Scene,
+    VerdictTable,
+)
+from mecanique.wording import say_count
 
 _OF_MOTION = ("plots", "parameters", "forces")
 """Panels without a tab where nothing moves."""
@@ -175,4 +188,340 @@ def _urdf(scene: Scene) -> str:
     return (
         '<div class="bar"><button type="button" id="save-urdf">Save the URDF</button></div>'
         f'<pre id="urdf-text" dir="ltr">{escape(scene.document.urdf)}</pre>'
+    )
+
+
+_ELEMENT_NAMES = (
+    "math mrow mi mn mo mtext mspace ms mfrac msqrt mroot mstyle mpadded mphantom mfenced "
+    "menclose msub msup msubsup munder mover munderover mmultiscripts mprescripts none mtable "
+    "mtr mtd mlabeledtr semantics"
+)
+_ATTRIBUTE_NAMES = (
+    "display displaystyle mathvariant stretchy fence separator form lspace rspace minsize "
+    "maxsize largeop movablelimits accent accentunder linethickness columnalign rowalign "
+    "columnspacing rowspacing columnlines rowlines columnspan rowspan width height depth open "
+    "close separators scriptlevel symmetric dir intent"
+)
+_ELEMENTS = frozenset(_ELEMENT_NAMES.split())
+_ATTRIBUTES = frozenset(_ATTRIBUTE_NAMES.split())
+
+_DEEPEST = 200
+"""Deepest nesting allowed in an equation."""
+
+
+def safe(text: str, *, display: bool = False) -> str:
+    """Return HTML for a text that may be MathML.
+
+    Args:
+        text: MathML (it begins with `<math` or is a run of MathML elements) or plain text, which is
+            escaped.
+        display: whether an equation stands on a line of its own.
+    """
+    stripped = text.strip()
+    if not stripped.startswith("<m"):
+        return html.escape(text)
+    try:
+        tree = tree_of(f"<m>{stripped}</m>", most_depth=_DEEPEST)
+    except (XmlRefusedError, UnicodeEncodeError):
+        return html.escape(text)
+    kept = "".join(_write(child) for child in tree)
+    if len(tree) == 1 and tree[0].tag == "math":
+        kept = "".join(_write(child) for child in tree[0])
+    # what is kept is escaped already, and so are its words
+    words = " ".join(re.sub(r"<[^>]*>", " ", kept).split())
+    alternative = f' alttext="{words}"' if words else ""
+    return f'<math display="{"block" if display else "inline"}"{alternative}>{kept}</math>'
+
+
+def _write(element: Element) -> str:
+    inner = html.escape(element.text or "") + "".join(
+        _write(child) + html.escape((child.tail or "").strip()) for child in element
+    )
+    tag = element.tag
+    if tag == "annotation":
+        return ""
+    if tag not in _ELEMENTS:
+        return f"<mtext>{html.escape(''.join(element.itertext()))}</mtext>"
+    kept = {name: value for name, value in element.attrib.items() if name in _ATTRIBUTES}
+    attributes = "".join(f' {name}="{html.escape(value)}"' for name, value in kept.items())
+    return f"<{tag}{attributes}>{inner}</{tag}>"
+
+
+def write_equations(document: Document) -> str:
+    """Return the panel: equations of motion, figure, symbols, then the derivations.
+
+    Args:
+        document: the texts of the page.
+    """
+    first = next((each for each in document.derivations if each.blocks), None)
+    parts = [_result(first) if first else ""]
+    if document.about:
+        parts.append(f"<p>{escape(document.about)}</p>")
+    parts += [_figure(document), _symbols(document)]
+    parts += [_derivation(each) for each in document.derivations]
+    if document.source and document.source not in document.about:
+        parts.append(f'<p class="note">Source: {escape(document.source)}</p>')
+    return "".join(parts)
+
+
+def _result(derivation: Derivation) -> str:
+    """The equations of motion, to read and to copy, above their derivation."""
+    final = [replace(block, heading="", lead="") for block in derivation.blocks if block.final]
+    if not final:
+        return ""
+    latex = escape(derivation.latex, quote=True)
+    copies = f'<button type="button" data-copy="{latex}">Copy LaTeX</button>' if latex else ""
+    if derivation.listed:
+        shown = f'<p class="note">{_LISTED}</p>'
+    else:
+        shown = "".join(map(_block, final))
+        copies += '<button type="button" data-copy-mathml>Copy MathML</button>'
+    return (
+        '<section class="equations"><h3>Equations of motion</h3>'
+        f'{shown}<div class="bar">{copies}</div></section>'
+    )
+
+
+_LISTED = (
+    "One closed form would be too long to read. Each method below writes them as a list of named "
+    "results, from body to body, with the equations of motion at its end."
+)
+
+
+def _figure(document: Document) -> str:
+    if not document.figure:
+        return ""
+    data = base64.b64encode(document.figure.encode()).decode()
+    return (
+        '<details class="part" open><summary>Figure</summary><img class="figure"'
+        f' alt="Line figure: {escape(document.subtitle)}" src="data:image/svg+xml;base64,{data}">'
+        "</details>"
+    )
+
+
+def _symbols(document: Document) -> str:
+    if not document.symbols:
+        return ""
+    rows = "".join(
+        f'<tr><th scope="row">{safe(symbol)}</th><td class="words">{escape(meaning)}</td></tr>'
+        for symbol, meaning in document.symbols
+    )
+    return (
+        '<details class="part" open><summary>Symbols</summary>'
+        f"<table><tbody>{rows}</tbody></table></details>"
+    )
+
+
+def _derivation(derivation: Derivation) -> str:
+    title = escape(derivation.method)
+    if not derivation.blocks:
+        return f"<h3>{title}</h3>"
+    blocks = "".join(map(_block, derivation.blocks))
+    steps = '<button type="button" data-steps>Step by step</button>'
+    if len(derivation.blocks) < _FEW_STEPS:
+        steps = ""
+    return (
+        f'<details class="part derivation"><summary>{title}</summary>'
+        f'<div class="bar">{steps}</div>{blocks}</details>'
+    )
+
+
+_FEW_STEPS = 3
+"""A derivation of fewer steps is shown at once."""
+
+
+def _block(block: Block) -> str:
+    heading = f"<h4>{escape(block.heading)}</h4>" if block.heading else ""
+    lead, note = (
+        f'<p class="note">{escape(text)}</p>' if text else "" for text in (block.lead, block.note)
+    )
+    kind = "equation result" if block.final else "equation"
+    body = f'<div class="{kind}">{safe(block.body, display=True)}</div>' if block.body else ""
+    return f'<div class="step">{heading}{lead}{body}{note}</div>'
+
+
+def write_parameters(scene: Scene, live: bool) -> str:
+    """Return the panel: fields where the page or a server computes, numbers elsewhere.
+
+    Args:
+        scene: what the page shows.
+        live: whether a server computes the motion; then the scene has no engine.
+    """
+    document = scene.document
+    parts = [_SETUP] if scene.engine else []
+    if document.method:
+        parts.append(f'<p class="note">Recorded: {escape(document.method)}.</p>')
+    if document.recorded:
+        parts.append(f'<p class="note">{escape(document.recorded)}</p>')
+    for title, kind, quantities in (
+        ("Parameters", "parameter", document.parameters),
+        ("Initial values", "initial", document.initial),
+    ):
+        if quantities:
+            parts.append(f"<h3>{title}</h3>{_quantities(scene, kind, quantities, live)}")
+    if scene.engine:
+        parts += [_integration(scene.engine), _BESIDE, _MODES]
+    if document.freedom:
+        parts.append(
+            "<h3>Degrees of freedom</h3>"
+            + "".join(f"<p>{safe(each)}</p>" for each in document.freedom)
+        )
+    return "".join(parts)
+
+
+_SETUP = (
+    '<div class="bar"><button type="button" id="setup-reset">Reset</button>'
+    '<button type="button" id="setup-undo" title="Undo (Ctrl+Z)" disabled>Undo</button>'
+    '<button type="button" id="setup-link">Copy link</button>'
+    '<button type="button" id="setup-python">Copy as Python</button>'
+    '<label class="pick"><input type="checkbox" id="setup-stay"> go on from the state now</label>'
+    '</div><p id="setup-status" class="note" role="status"></p>'
+)
+
+
+_BESIDE = (
+    '<section class="study"><h3>Second motion</h3>'
+    '<p class="note">From a start next to this one; its bodies are drawn transparent.</p>'
+    '<div class="bar"><select id="beside-name" aria-label="What starts otherwise"></select> by '
+    '<input type="number" step="any" id="beside-by" value="0.01" aria-label="By how much">'
+    '<button type="button" id="beside-on">Show beside</button>'
+    '<button type="button" id="beside-off" disabled>Remove</button></div>'
+    '<p id="beside-told" class="note" role="status"></p></section>'
+)
+
+_MODES = (
+    '<section class="study"><h3>Small motions</h3>'
+    '<div class="bar"><button type="button" id="modes-find">Find rest and modes</button></div>'
+    '<p id="modes-told" class="note" role="status"></p>'
+    '<div class="scroll"><table id="modes" hidden></table></div></section>'
+)
+
+
+def _integration(engine: Engine) -> str:
+    """The fields of the integration, and what is known of its accuracy."""
+    rows = "".join(
+        f'<tr><th scope="row">{title}</th><td class="number">{_field(kind, "", value, unit)}</td>'
+        f'<td>{unit}</td><td class="words">{meaning}</td></tr>'
+        for kind, title, value, unit, meaning in (
+            ("duration", "Duration", engine.duration, "s", "of the motion"),
+            ("rtol", "Tolerance", engine.rtol, "", "of each step, relative"),
+        )
+    )
+    facts = "".join(
+        f'<dt>{title}</dt><dd id="setup-{key}">–</dd>'
+        for key, title in (
+            ("balance", "Energy balance, missing"),
+            ("error", "Largest error of a step"),
+            ("steps", "Steps"),
+        )
+    )
+    return f"<h3>Integration</h3><table><tbody>{rows}</tbody></table><dl>{facts}</dl>"
+
+
+def _field(kind: str, name: str, value: float, unit: str) -> str:
+    label = escape(name or {"rtol": "Tolerance"}.get(kind, kind.capitalize()))
+    return (
+        f'<input type="number" step="any" disabled data-kind="{kind}" data-name="{escape(name)}"'
+        f' data-unit="{escape(unit)}" aria-label="{label}" value="{value:.6g}">'
+    )
+
+
+def _quantities(scene: Scene, kind: str, quantities: Iterable[Quantity], live: bool) -> str:
+    rows = []
+    known: tuple[str, ...] = ()
+    if scene.engine:
+        known = (*scene.engine.parameters, *scene.engine.coordinates, *scene.engine.velocities)
+    for each in quantities:
+        own = each.name in known
+        value = f"<output>{each.value:.6g}</output>"
+        if own:
+            value = _field(kind, each.name, each.value, each.unit)
+        if (own or live) and each.low < each.high:
+            value += (
+                f' <input type="range" disabled data-kind="{kind}" data-name="{escape(each.name)}"'
+                f' data-unit="{escape(each.unit)}" aria-label="{escape(each.name)}"'
+                f' min="{each.low!r}" max="{each.high!r}" step="any"'
+                f' value="{each.value!r}">'
+            )
+        cells = (
+            f'<td class="number">{value}</td><td>{escape(each.unit)}</td>'
+            f'<td class="words">{escape(each.meaning)}</td>'
+        )
+        rows.append(f'<tr><th scope="row">{safe(each.symbol)}</th>{cells}</tr>')
+    head = (
+        '<th scope="col">Symbol</th><th scope="col" class="number">Value</th>'
+        '<th scope="col">Unit</th>'
+    )
+    return (
+        f'<div class="scroll"><table><thead><tr>{head}<th scope="col">Meaning</th></tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+_NOTHING = "<p>Nothing was found to be wrong with it.</p>"
+_OPEN = '<p class="note">Sliders move the tree of joints; what closes loops is opened by them.</p>'
+
+
+def write_findings(inspection: Inspection | None) -> str:
+    """Return the panel of findings on a description; empty without an inspection.
+
+    Args:
+        inspection: the description.
+    """
+    if inspection is None:
+        return ""
+    if not inspection.notes:
+        return _NOTHING
+    counts = Counter(note.finding.severity for note in inspection.notes)
+    sums = [say_count(counts[kind], kind) for kind in ("error", "warning") if counts[kind]]
+    sums += [say_count(counts["info"], "remark")] if counts["info"] else []
+    order = ("error", "warning", "info")
+    notes = sorted(inspection.notes, key=lambda note: order.index(note.finding.severity))
+    return (
+        f"<p>{', '.join(sums)}. A finding with a link shows it in the picture.</p>"
+        f'<ul id="findings">{"".join(map(_finding, notes))}</ul>'
+    )
+
+
+def _finding(note: Note) -> str:
+    found = note.finding
+    bodies = " ".join(map(str, note.bodies))
+    button = f"{found.severity} {found.code}, line {found.line}"
+    attributes = f' data-bodies="{bodies}" aria-pressed="false"' if bodies else " disabled"
+    return (
+        f'<li class="finding {found.severity}"><button type="button"{attributes}>{button}</button>'
+        f' {escape(found.sentence)}<p class="note">{escape(found.remedy)}</p></li>'
+    )
+
+
+def write_joints(inspection: Inspection | None) -> str:
+    """Return the panel of sliders; empty without any.
+
+    Args:
+        inspection: the description.
+    """
+    if inspection is None or not inspection.sliders:
+        return ""
+    rows = "".join(_slider(k, each) for k, each in enumerate(inspection.sliders))
+    return (
+        '<div class="bar"><button type="button" id="joints-back">Back to the start</button></div>'
+        f"{_OPEN if inspection.closed else ''}"
+        '<div class="scroll"><table id="joints"><thead><tr><th scope="col">Joint coordinate</th>'
+        '<th scope="col">Position</th><th scope="col" class="number">Value</th>'
+        f'<th scope="col">Limits</th></tr></thead><tbody>{rows}</tbody></table></div>'
+    )
+
+
+def _slider(k: int, slider: Slider) -> str:
+    limits = "none"
+    if slider.limited:
+        if slider.unit == "rad":
+            limits = f"{degrees(slider.low):.4g} … {degrees(slider.high):.4g}°"
+        else:
+            limits = f"{slider.low:.4g} … {slider.high:.4g} m"
+    return (
+        f'<tr><th scope="row" class="words">{escape(slider.name)}</th>'
+        f'<td><input type="range" data-joint="{k}" aria-label="{escape(slider.name)}"'
+        f' min="{slider.low!r}" max="{slider.high!r}" step="any" value="{slider.value!r}"></td>'
+        f'<td class="number"><output></output></td><td>{limits}</td></tr>'
     )

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Protocol, TypeAlias, final
 import numpy as np
 
 from mecanique.errors import EngineError, InputError
+from mecanique.viewing.scene.scene import GREY, Floats, Rgba, SceneBody, Shape
 
 
 class Command(Protocol):
@@ -149,3 +150,95 @@ def viewer_directory() -> Path:
     raise EngineError(
         "meshcat's viewer (viewer/dist/main.min.js) is not installed; try: pip install meshcat"
     )
+
+
+# cylinders of three.js point along y, those of a mechanism along z
+_UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+
+_ROUND = 50
+"""Facets around a cylinder."""
+
+
+def draw_bodies(bodies: tuple[SceneBody, ...], window: RecorderWindow) -> None:
+    """Send all shapes except meshes to a window; body k becomes node `n<k>`."""
+    for k, body in enumerate(bodies):
+        _move(window, f"/meshcat/n{k}", np.eye(4))
+        solids = [shape for shape in body.shapes if shape.kind != "mesh"]
+        for j, shape in enumerate(solids):
+            path = f"/meshcat/n{k}/s{j}"
+            window.put({"type": "set_object", "path": path, "object": _object(shape, f"{k}.{j}")})
+            upright = shape.pose @ _UPRIGHT if shape.kind == "cylinder" else shape.pose
+            _move(window, path, upright)
+
+
+def solids_of(body: SceneBody) -> list[dict[str, Any]] | None:
+    """A body's solids in plain numbers, for the page's first sketch; None where it has a mesh."""
+    if any(shape.kind == "mesh" for shape in body.shapes):
+        return None
+    return [_solid(shape) for shape in body.shapes]
+
+
+def _solid(shape: Shape) -> dict[str, Any]:
+    """A solid: turned by a matrix, row by row, and placed in its body's frame."""
+    material = _material(shape.rgba or GREY)
+    return {
+        "kind": shape.kind,
+        "size": list(map(float, shape.size)),
+        "turn": shape.pose[:3, :3].ravel().tolist(),
+        "place": shape.pose[:3, 3].tolist(),
+        "color": f"#{material['color']:06x}",
+        "opacity": material["opacity"],
+    }
+
+
+def _move(window: RecorderWindow, path: str, pose: Floats) -> None:
+    window.put({"type": "set_transform", "path": path, "matrix": pose.T.ravel()})
+
+
+def _object(shape: Shape, identity: str) -> dict[str, Any]:
+    """A solid as three.js reads it."""
+    geometry, material = f"geometry {identity}", f"material {identity}"
+    return {
+        "metadata": {"version": 4.5, "type": "Object"},
+        "geometries": [{"uuid": geometry, **_geometry(shape)}],
+        "materials": [{"uuid": material, **_material(shape.rgba or GREY)}],
+        "object": {
+            "uuid": f"solid {identity}",
+            "type": "Mesh",
+            "geometry": geometry,
+            "material": material,
+            "matrix": np.eye(4).ravel(),
+        },
+    }
+
+
+def _geometry(shape: Shape) -> dict[str, Any]:
+    size = tuple(map(float, shape.size))
+    match shape.kind:
+        case "box":
+            width, height, depth = size
+            return {"type": "BoxGeometry", "width": width, "height": height, "depth": depth}
+        case "sphere":
+            (radius,) = size  # meshcat's own 20 segments do not look round
+            facets = {"widthSegments": 40, "heightSegments": 28}
+            return {"type": "SphereGeometry", "radius": radius, **facets}
+        case "cylinder":
+            radius, length = size
+            radii = {"radiusTop": radius, "radiusBottom": radius}
+            measures = {**radii, "height": length, "radialSegments": _ROUND}
+            return {"type": "CylinderGeometry", **measures}
+    raise ValueError(f"no geometry of kind {shape.kind!r}")
+
+
+def _material(rgba: Rgba) -> dict[str, Any]:
+    red, green, blue, opacity = (min(max(float(c), 0.0), 1.0) for c in rgba)
+    return {
+        "type": "MeshPhongMaterial",
+        "color": (round(red * 255) << 16) | (round(green * 255) << 8) | round(blue * 255),
+        "specular": 0x222222,
+        "shininess": 18,
+        "reflectivity": 0.5,
+        "opacity": opacity,
+        "transparent": opacity < 1,
+        "side": 2,
+    }

@@ -10,9 +10,285 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mecanique.errors import InputError
-from mecanique.viewing.scene.document import Document
-from mecanique.viewing.scene.engine import Engine
 from mecanique.viewing.scene.inspection import Inspection
+
+
+@final
+@dataclass(frozen=True)
+class Block:
+    """A step of a derivation.
+
+    Args:
+        heading: plain text; may be empty.
+        body: MathML, or plain text.
+        note: a sentence below it; may be empty.
+        final: whether it is the final result.
+        lead: a sentence above it; may be empty.
+    """
+
+    heading: str
+    body: str
+    note: str = ""
+    final: bool = False
+    lead: str = ""
+
+
+@final
+@dataclass(frozen=True)
+class Derivation:
+    """The derivation of the equations of motion by one method.
+
+    Args:
+        method: e.g. "Lagrange".
+        blocks: its steps, in order.
+        latex: the equations of motion in LaTeX, to be copied; empty if there are none.
+        listed: whether they are a list of named results, because a closed form is too long.
+    """
+
+    method: str
+    blocks: tuple[Block, ...]
+    latex: str = ""
+    listed: bool = False
+
+
+@final
+@dataclass(frozen=True)
+class VerdictTable:
+    """The outcome of comparing the derivation with the reference.
+
+    Args:
+        agrees: whether all quantities agree; None if nothing was compared.
+        headline: one sentence.
+        columns: the heads of the table.
+        rows: its cells, as text.
+        notes: sentences below it: likely causes, versions, the seed.
+        own: what the program of the page itself differs by: quantities and numbers.
+        own_note: how it was compared.
+    """
+
+    agrees: bool | None = None
+    headline: str = ""
+    columns: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+    notes: tuple[str, ...] = ()
+    own: tuple[tuple[str, str], ...] = ()
+    own_note: str = ""
+
+
+@final
+@dataclass(frozen=True)
+class Quantity:
+    """A parameter, or an initial value.
+
+    Args:
+        name: unique among its kind.
+        symbol: MathML or plain text.
+        value: in units of `unit`.
+        unit: empty if it has none.
+        meaning: a few words.
+        low: least value a live view offers; equal to `high` if it cannot be changed.
+        high: greatest value.
+    """
+
+    name: str
+    symbol: str
+    value: float
+    unit: str = ""
+    meaning: str = ""
+    low: float = 0.0
+    high: float = 0.0
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class LedgerRow:
+    """A force's virtual work, coordinate by coordinate, over time.
+
+    Args:
+        name: the force.
+        kind: as in `Arrow.kind`.
+        displacement: the virtual displacement it works along: MathML or plain text.
+        values: shape (n, nc), its contribution to the generalized force of each coordinate.
+    """
+
+    name: str
+    kind: str
+    displacement: str
+    values: NDArray[np.float64]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Ledger:
+    """The principle of virtual work, row by row; each column sums to zero.
+
+    Args:
+        coordinates: nc symbols, MathML or plain text.
+        units: nc units of the generalized forces.
+        rows: the forces, d'Alembert's included.
+    """
+
+    coordinates: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    rows: tuple[LedgerRow, ...] = ()
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Document:
+    """The texts of a page.
+
+    Args:
+        subtitle: one line below the title: what the system is.
+        about: what the system is, in sentences; empty if nothing is known.
+        source: author, work, page; empty if there is none.
+        figure: the system as a line figure, SVG text; empty if there is none.
+        symbols: each symbol of the equations, MathML, and what it means.
+        derivations: method by method.
+        verdict: what the comparison found.
+        parameters: with their values and units.
+        initial: initial values, with sliders in a live view.
+        freedom: sentences on the count of degrees of freedom.
+        ledger: the virtual work of each force.
+        urdf: the mechanism as URDF text.
+        file_name: stem of the files that can be saved from the page.
+        undetermined: sentences on the forces that are not determined, and why.
+        method: how the motion was computed.
+        recorded: why the page shows a recorded motion and cannot compute another; empty if it can.
+    """
+
+    subtitle: str = ""
+    about: str = ""
+    source: str = ""
+    figure: str = ""
+    symbols: tuple[tuple[str, str], ...] = ()
+    derivations: tuple[Derivation, ...] = ()
+    verdict: VerdictTable = field(default_factory=VerdictTable)
+    parameters: tuple[Quantity, ...] = ()
+    initial: tuple[Quantity, ...] = ()
+    freedom: tuple[str, ...] = ()
+    ledger: Ledger = field(default_factory=Ledger)
+    urdf: str = ""
+    file_name: str = "mechanism"
+    undetermined: tuple[str, ...] = ()
+    method: str = ""
+    recorded: str = ""
+
+
+@final
+@dataclass(frozen=True)
+class Resized:
+    """A shape whose size or place follows the parameters.
+
+    Args:
+        body: number of the body.
+        shape: number of the shape among those of the body that are no meshes.
+        size: what it is drawn with: edges, radius and length, or radius [m].
+    """
+
+    body: int
+    shape: int
+    size: tuple[float, ...]
+
+
+@final
+@dataclass(frozen=True)
+class Bound:
+    """What ends a motion or sends it back: a number that passes zero.
+
+    Args:
+        words: where that is, e.g. "where x comes to its limit h".
+        direction: +1 for rising through zero, −1 for falling, 0 for both.
+        must: what a start beyond it violates; "" if a motion may start there.
+        restitution: of an impact there, after which the motion continues; None if it ends.
+    """
+
+    words: str
+    direction: int
+    must: str = ""
+    restitution: float | None = None
+
+
+@final
+@dataclass(frozen=True)
+class Condition:
+    """What numbers that depend on the parameters must be, see `mechanism.rules.Rule`.
+
+    Args:
+        kind: of numbers that are finite, of a gap that is their last, or of a mass and an inertia.
+        where: what they belong to.
+        words: the fault if they are not so, with a {} for each number; two of an inertia.
+        count: how many numbers there are.
+        strict: whether a gap must be above 0.
+        follows: whether it means something only if the condition before it is kept.
+    """
+
+    kind: Literal["finite", "gap", "inertia"]
+    where: str
+    words: tuple[str, ...]
+    count: int
+    strict: bool = False
+    follows: bool = False
+
+
+@final
+@dataclass(frozen=True)
+class Engine:
+    """A mechanism's program in JavaScript, and the start of its motion.
+
+    The program is the text of functions (t, y, p, out): `rates` of the state and of the work done;
+    `row`, every number of the scene in the order of its table, with the nine entries of a rotation
+    in place of a quaternion; `shapes`, sizes and places of what follows the parameters; with loops
+    `closure`, what they miss, its rate and the rows of its Jacobian; with bounds `bounds`, the
+    number that passes zero and how near counts as reached, for each, and `gradients`, for each
+    impact, its slopes over time and coordinates; with conditions
+    `rules`, the numbers of each; where contacts or cords may cease to hold
+    `margins`, three forces a, b, c for each: what it has left is a − √(b² + c²).
+
+    Args:
+        script: the text of the functions.
+        coordinates: names, in order.
+        velocities: names, in order.
+        parameters: names, in the order of p.
+        values: of the parameters.
+        start: shape (nq + nv,), the state at the start.
+        first: time at the start [s].
+        duration: length of the motion [s].
+        rtol: relative tolerance of a step.
+        quaternions: where the quaternions stand in the state.
+        loops: number of equations that close loops, hold contacts and restrain velocities.
+        restrained: which of them restrain velocities alone.
+        unknown: columns of the scene's table that the program does not know.
+        resized: shapes that follow the parameters.
+        bounds: what ends a motion or sends it back.
+        conditions: what the numbers of a sound mechanism keep to.
+        holding: what would happen where each of the margins passes zero, e.g. "rim would pull".
+        endless: whether the motion continues beyond its end.
+        python: text of the Python that makes the mechanism, e.g. 'mq.textbook.load("crane")'.
+        options: further arguments of `simulate`, e.g. 'limits="stop"'.
+    """
+
+    script: str
+    coordinates: tuple[str, ...]
+    velocities: tuple[str, ...]
+    parameters: tuple[str, ...]
+    values: tuple[float, ...]
+    start: tuple[float, ...]
+    first: float
+    duration: float
+    rtol: float
+    quaternions: tuple[int, ...] = ()
+    loops: int = 0
+    restrained: tuple[int, ...] = ()
+    unknown: tuple[int, ...] = ()
+    resized: tuple[Resized, ...] = ()
+    bounds: tuple[Bound, ...] = ()
+    conditions: tuple[Condition, ...] = ()
+    holding: tuple[str, ...] = ()
+    endless: bool = False
+    python: str = ""
+    options: tuple[str, ...] = ()
+
 
 Floats: TypeAlias = NDArray[np.float64]
 Rgba: TypeAlias = tuple[float, float, float, float]

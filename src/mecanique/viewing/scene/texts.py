@@ -19,7 +19,8 @@ from mecanique.textbook import entry
 from mecanique.textbook.catalogue import is_known
 from mecanique.urdf.write import write_urdf
 from mecanique.verification.verdict import Verdict
-from mecanique.viewing.scene.document import (
+from mecanique.viewing.scene.drawn import group_work
+from mecanique.viewing.scene.scene import (
     Block,
     Derivation,
     Document,
@@ -28,7 +29,6 @@ from mecanique.viewing.scene.document import (
     Quantity,
     VerdictTable,
 )
-from mecanique.viewing.scene.naming import group_work
 from mecanique.wording import say_count
 
 MOST_WRITTEN_OUT = 1_500

@@ -1,0 +1,205 @@
+"""How bodies and joints look: their shapes in their own frames, and a mark at each joint."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeVar, final
+
+import numpy as np
+
+from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
+from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.expression import Scalar, Vector
+from mecanique.model.force_base import LineLoad, loads_in
+from mecanique.model.joint_base import Single
+from mecanique.model.joints import Planar, Prismatic
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.meshing.teeth import visuals_of
+from mecanique.viewing.scene.scene import GREY, ArrowUnit, JointMark, LineKind, SceneBody, Shape
+
+
+def bodies_of(mechanism: Mechanism) -> tuple[SceneBody, ...]:
+    """Return a mechanism's bodies as they are drawn."""
+    visuals = visuals_of(mechanism)
+    return tuple(
+        SceneBody(body.name, tuple(_shapes(mechanism, visuals[body.name])))
+        for body in mechanism.bodies
+    )
+
+
+def marks_of(mechanism: Mechanism) -> tuple[JointMark, ...]:
+    """Return a mark for each joint, at the origin of its child."""
+    marks = []
+    for joint in mechanism.joints:
+        axis = joint.axis if isinstance(joint, (Single, Planar)) else (0.0, 0.0, 0.0)
+        kind = type(joint).__name__.lower()
+        marks.append(JointMark(joint.name, kind, joint.child, (0.0, 0.0, 0.0), axis))
+    return tuple(marks)
+
+
+def _shapes(mechanism: Mechanism, visuals: Sequence[Visual]) -> Iterator[Shape]:
+    for visual in visuals:
+        pose = mechanism.matrix(visual.placement)
+        rgba = visual.rgba or GREY
+        match visual.geometry:
+            case Box(size):
+                yield Shape("box", tuple(mechanism.evaluate_all(size)), pose, rgba)
+            case Cylinder(radius, length):
+                yield Shape(
+                    "cylinder", (mechanism.evaluate(radius), mechanism.evaluate(length)), pose, rgba
+                )
+            case Sphere(radius):
+                yield Shape("sphere", (mechanism.evaluate(radius),), pose, rgba)
+            case Mesh(path=path, scale=scale) if path is not None:
+                yield Shape("mesh", scale, pose, visual.rgba, path)
+            case _:
+                pass  # lint reports a mesh that was not found; there is nothing to draw
+
+
+_SLENDER = 4
+"""Cylinders longer than so many radii trace their end, others their center."""
+
+
+@final
+@dataclass(frozen=True)
+class Spot:
+    """A point of a body.
+
+    Args:
+        body: its name.
+        point: shape (3,), in the body's frame; numbers or expressions in the parameters [m].
+    """
+
+    body: str
+    point: Vector
+
+
+@final
+@dataclass(frozen=True)
+class Span:
+    """Something drawn between two points.
+
+    Args:
+        name: unique in the scene.
+        kind: how it is drawn.
+        ends: the points.
+    """
+
+    name: str
+    kind: LineKind
+    ends: tuple[Spot, Spot]
+
+
+def spans_of(mechanism: Mechanism) -> Iterator[Span]:
+    """Yield springs, dampers and massless rods, and slides that no body shows."""
+    sprung = {
+        joint.name for joint in mechanism.joints if loads_in(mechanism.forces, joint.name, "spring")
+    }
+    for force in mechanism.forces:
+        if isinstance(force, LineLoad):
+            a, b = (Spot(end.body, end.point) for end in force.ends)
+            yield Span(force.name, "spring" if force.kind == "spring" else "damper", (a, b))
+    for loop in mechanism.loops:
+        if loop.kind == "distance":
+            a, b = Spot(loop.body_a, loop.frame_a.xyz), Spot(loop.body_b, loop.frame_b.xyz)
+            yield Span(loop.name, "rod", (a, b))
+    cords = [each for each in mechanism.elements if isinstance(each, Cord | Belt)]
+    held = {stop.body for cord in cords for stop in cord.stops}
+    for joint in mechanism.joints:
+        # a slide without a visible body is shown by the cable or the spring that spans it
+        if isinstance(joint, Prismatic) and (
+            joint.name in sprung or (joint.parent != mechanism.ground and joint.child not in held)
+        ):
+            a, b = Spot(joint.parent, joint.origin.xyz), Spot(joint.child, (0.0, 0.0, 0.0))
+            kind: LineKind = "spring" if joint.name in sprung else "rod"
+            yield Span(f"joint {joint.name}", kind, (a, b))
+
+
+def tips_of(mechanism: Mechanism) -> Iterator[Spot]:
+    """Yield the farthest point from the joint on each last body of a chain."""
+    parents = {joint.parent for joint in mechanism.joints}
+    for body in mechanism.bodies:
+        if body.name in parents or body.name == mechanism.ground or not body.visuals:
+            continue
+        tips = [tip for visual in body.visuals for tip in _tips(mechanism, visual)]
+        yield Spot(body.name, max(tips, key=lambda tip: _distance(mechanism, tip)))
+
+
+def _distance(mechanism: Mechanism, tip: Vector) -> float:
+    return round(float(np.linalg.norm(mechanism.evaluate_all(tip))), 9)
+
+
+def _tips(mechanism: Mechanism, visual: Visual) -> Iterator[Vector]:
+    center = visual.placement.xyz
+    axis = [row[2] for row in visual.placement.rotation]
+    half: Scalar = 0.0
+    if isinstance(visual.geometry, Cylinder):
+        length, radius = visual.geometry.length, visual.geometry.radius
+        if mechanism.evaluate(length) > _SLENDER * mechanism.evaluate(radius):
+            half = length / 2
+    for side in (half, -half):
+        x, y, z = (c + side * e for c, e in zip(center, axis, strict=True))
+        yield x, y, z
+
+
+class Named(Protocol):
+    """The name of a force, and the body it acts on."""
+
+    @property
+    def name(self) -> str:
+        """Of the force, the joint or the body."""
+
+    @property
+    def kind(self) -> str:
+        """What makes it."""
+
+    @property
+    def body(self) -> str:
+        """The body it acts on."""
+
+
+AnyAction = TypeVar("AnyAction", bound=Named)
+
+
+def name_arrows(
+    actions: Iterable[AnyAction],
+) -> Iterator[tuple[str, AnyAction, ArrowUnit]]:
+    """Yield the name of each arrow, its action and the unit of what it shows, force or moment.
+
+    Args:
+        actions: the forces on the bodies, in the order of `actions_of`.
+    """
+    used: dict[str, int] = {}
+    for action in actions:
+        plain = {"weight": f"weight of {action.body}", "inertia": f"inertia of {action.body}"}
+        base = plain.get(action.kind, f"{action.name} on {action.body}")
+        parts: tuple[tuple[ArrowUnit, str], ...] = (("N", ""), ("N·m", " moment"))
+        for unit, what in parts:
+            name = base + what
+            used[name] = used.get(name, 0) + 1
+            yield (name if used[name] == 1 else f"{name} ({used[name]})"), action, unit
+
+
+def group_work(
+    mechanism: Mechanism, actions: Iterable[AnyAction]
+) -> list[tuple[str, list[AnyAction]]]:
+    """Return the actions of each force, with its name in the ledger.
+
+    Args:
+        mechanism: on whose bodies they act.
+        actions: every force on the moving bodies.
+    """
+    held = {each.name for each in (*mechanism.joints, *mechanism.loops, *mechanism.contacts)}
+    groups: dict[tuple[str, str], list[AnyAction]] = {}
+    for action in actions:
+        groups.setdefault((action.kind, action.name), []).append(action)
+    found = []
+    for (kind, name), group in groups.items():
+        titles = {
+            "weight": f"weight of {name}",
+            "inertia": f"inertia of {name}",
+            "reaction": f"reaction at {name}" if name in held else name,
+        }
+        found.append((titles.get(kind, name), group))
+    return found
