@@ -10,15 +10,15 @@ from systems import derive_system
 
 from mecanique import Reference, textbook
 from mecanique.derivation import derive
-from mecanique.derivation.agreement import agreement
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.methods import agreement
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left, Result, along_displacement
-from mecanique.derivation.symbolic.ties.quasi import independent_displacements
+from mecanique.derivation.symbolic.multipliers import independent_displacements
 from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, rod
 from mecanique.model.states import States
 from mecanique.verification.states.random import random_states

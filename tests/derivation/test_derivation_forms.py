@@ -12,7 +12,7 @@ from systems import derive_system
 
 from mecanique import derive, textbook
 from mecanique.derivation.equations import Equations
-from mecanique.derivation.scalars.generators import Generator
+from mecanique.derivation.scalars.series import Generator
 
 SIGNS = {
     "acrobot": 109,

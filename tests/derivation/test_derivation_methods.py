@@ -19,11 +19,10 @@ from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.numeric.virtual_work import Works
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.symbolic.free_bodies.distribution import distribution_of
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.virtual_work import VirtualWork
+from mecanique.derivation.symbolic.virtual_work import VirtualWork, distribution_of
 from mecanique.errors import DerivationError
 from mecanique.model import (
     Body,

@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 
 from mecanique.derivation.scalars.evaluation import Evaluation, evaluate
 from mecanique.derivation.scalars.functions import function
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.monomials import REACH, exact, exponent, exponents, power
+from mecanique.derivation.scalars.polynomials import REACH, exact, exponent, exponents, power
 from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.errors import DerivationError, UnknownNameError
 
 RING = Ring()

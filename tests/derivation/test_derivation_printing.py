@@ -18,17 +18,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.derivation.printing.equations import equations, expression
-from mecanique.derivation.printing.expressions import to_formula, to_power
+from mecanique.derivation.printing.expressions import to_formula, to_power, to_sympy
 from mecanique.derivation.printing.formulas import Product, multiply, number
-from mecanique.derivation.printing.letters import Letter
-from mecanique.derivation.printing.printed import Equation, Expression
-from mecanique.derivation.printing.sympy_forms import to_sympy
-from mecanique.derivation.printing.writers import Latex, MathML, Text
+from mecanique.derivation.printing.letters import SplitName
+from mecanique.derivation.printing.writers import Equation, Expression, Latex, MathML, Text
 from mecanique.derivation.scalars.elementary import sqrt as named_sqrt
 from mecanique.derivation.scalars.evaluation import evaluate
-from mecanique.derivation.scalars.generators import Kind
 from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Left, Result
 from mecanique.errors import DerivationError
 
@@ -495,7 +492,7 @@ def test_letters_in_latex_and_mathml() -> None:
     ],
 )
 def test_names_are_taken_apart(name: str, base: str, subscript: str, dots: int) -> None:
-    assert Letter.of(name) == Letter(base, subscript, dots)
+    assert SplitName.of(name) == SplitName(base, subscript, dots)
 
 
 def test_steps_are_written_in_three_formats() -> None:

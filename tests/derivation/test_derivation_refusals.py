@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.derivation.agreement import agreement
+from mecanique.derivation.methods import agreement
 from mecanique.errors import DerivationError, EngineError
 from mecanique.model import Cord, Gear, Pulley, Rack
 

@@ -19,8 +19,8 @@ from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.numeric.virtual_work import Works
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.scalars.monomials import REACH, exponent, exponents, power
-from mecanique.derivation.symbolic.free_bodies.axes import normal_of
+from mecanique.derivation.scalars.polynomials import REACH, exponent, exponents, power
+from mecanique.derivation.symbolic.cutting import normal_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra

@@ -11,7 +11,7 @@ from mecanique import Body, Mechanism, Parameter, Prismatic, Revolute, derive, r
 from mecanique.derivation import readable
 from mecanique.derivation.document import Document
 from mecanique.derivation.glossary import clashes, meanings
-from mecanique.derivation.printing.sympy_forms import to_sympy
+from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left
 from mecanique.model.dimensions import say_unit

@@ -7,10 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from mecanique.derivation.scalars.arcs import function_without_arcs
 from mecanique.derivation.scalars.cancel import tidy, without_common_divisor
 from mecanique.derivation.scalars.evaluation import evaluate
-from mecanique.derivation.scalars.functions import function
+from mecanique.derivation.scalars.functions import function, function_without_arcs
 from mecanique.derivation.scalars.ring import Ring
 
 

@@ -7,9 +7,8 @@ import pytest
 from rolling_samples import coin, sleigh, turntable, wheel
 
 from mecanique import Mechanism, Reference, derive
-from mecanique.derivation.agreement import agreement
-from mecanique.derivation.scalars.cosines import over_length, root_of_square
-from mecanique.derivation.scalars.elementary import cos, sin
+from mecanique.derivation.methods import agreement
+from mecanique.derivation.scalars.elementary import cos, over_length, root_of_square, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.verification.states.random import random_states

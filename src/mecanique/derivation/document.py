@@ -13,10 +13,9 @@ from mecanique.derivation.glossary import Meaning, clashes, meanings
 from mecanique.derivation.matrix_form import Linear, linear
 from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.lines import PAGE, align, display, width
-from mecanique.derivation.printing.printed import Equation
 from mecanique.derivation.printing.prose import escape as tex
 from mecanique.derivation.printing.prose import find_points, to_latex
-from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
+from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import without_common_divisor
 from mecanique.derivation.symbolic.derivation import Derivation
 

@@ -15,10 +15,9 @@ from mecanique.derivation.matrix_form import Linear
 from mecanique.derivation.numeric.constraints.multipliers import Constrained
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.newton_euler import Balances, Reaction
-from mecanique.derivation.printing.printed import Equation
+from mecanique.derivation.printing.expressions import to_matrix
 from mecanique.derivation.printing.prose import escape as escape_for_latex
-from mecanique.derivation.printing.sympy_forms import to_matrix
-from mecanique.derivation.reactions import require_balances, require_reactions
+from mecanique.derivation.printing.writers import Equation
 from mecanique.derivation.symbolic.derivation import Derivation, Stages
 from mecanique.derivation.symbolic.symbols import MOST_TERMS
 from mecanique.derivation.term_units import unit_of
@@ -30,6 +29,48 @@ from mecanique.model.values import Given
 
 if TYPE_CHECKING:
     from sympy import Matrix
+
+
+def require_balances(numeric: BatchDynamics, method: str, what: str) -> Balances:
+    """Return a numeric derivation if it is by the balances of bodies cut free.
+
+    Args:
+        numeric: the numeric derivation.
+        method: name of its method.
+        what: the requested quantity, for the error.
+
+    Raises:
+        DerivationError: if it is by another method.
+    """
+    if isinstance(numeric, Balances):
+        return numeric
+    raise DerivationError(f'the method {method!r} shows no {what}; use method="newton_euler"')
+
+
+def require_reactions(mechanism: Mechanism, numeric: BatchDynamics, method: str) -> Balances:
+    """Return a numeric derivation if it determines the reactions in the joints.
+
+    Args:
+        mechanism: the mechanism.
+        numeric: its numeric derivation.
+        method: name of the method.
+
+    Raises:
+        DerivationError: if the method shows no reactions, or constraints leave them undetermined.
+    """
+    balances = require_balances(numeric, method, "reactions, which do no virtual work")
+    if mechanism.loops:
+        raise DerivationError(
+            f"mechanism {mechanism.name!r} has loops, whose forces the balances of its "
+            "tree leave out; use Reference"
+        )
+    if mechanism.velocity_constraints:
+        raise DerivationError(
+            f"mechanism {mechanism.name!r}: velocity constraint "
+            f"{mechanism.velocity_constraints[0].name!r} does not say by which force it "
+            "acts, and where, so that the reactions are undetermined; a Rolling or a Blade does"
+        )
+    return balances
 
 
 @final

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import final
 
 from mecanique.derivation.printing.equations import expression, root
-from mecanique.derivation.printing.printed import Expression
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.derivation import Derivation, Left
-from mecanique.derivation.symbolic.free_bodies.sentences import enumerate_words
-from mecanique.derivation.symbolic.ties.tie import Tie
+from mecanique.derivation.printing.writers import Expression
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.cutting import enumerate_words
+from mecanique.derivation.symbolic.derivation import Derivation, Left, Tie
 from mecanique.derivation.term_units import UNIT_AT_END
 from mecanique.model.dimensions import Dimension, divide, read_unit, say_unit
 from mecanique.model.expression import symbols_in

@@ -8,8 +8,7 @@ from typing import final
 
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Matrix
 
 _LARGE = 4

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import Any, final
 
@@ -10,13 +12,300 @@ import numpy as np
 
 from mecanique.derivation.document import Document
 from mecanique.derivation.methods import derive
-from mecanique.derivation.printing.printed import Equation
+from mecanique.derivation.printing.equations import expression, join
+from mecanique.derivation.printing.expressions import to_formula, to_power
+from mecanique.derivation.printing.formulas import Product, add, multiply, number
 from mecanique.derivation.printing.prose import to_latex
+from mecanique.derivation.printing.writers import Equation, Expression
+from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.evaluation import Evaluation, relative_rest
-from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.derivation.symbolic.reductions.routh import Routh, reduce_by_momenta
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
+from mecanique.derivation.symbolic.kinematics import geometry_stages
+from mecanique.derivation.symbolic.lagrange import Lagrange, energy_integral, energy_stages
+from mecanique.derivation.symbolic.multipliers import is_constant
+from mecanique.derivation.symbolic.symbols import coordinate_of
+from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
+from mecanique.model.units import units
+
+_LETTERS = ("p", "P", "pi")
+"""Letters for a momentum, before the name of its coordinate."""
+
+_SINCE = (
+    "Neither T nor V depends on these coordinates, and no other force acts along them: they are "
+    "cyclic, and the momentum p = ∂T/∂q' of each is conserved."
+)
+_RATES = (
+    "Each momentum is linear in its velocity and can be solved for it. The coefficient of the "
+    "velocity is the inertia of that motion."
+)
+_FUNCTION = (
+    "Routh's function is R = T - V - Σ p q', summed over the cyclic coordinates, with their "
+    "velocities replaced. Half the square of a momentum, less its part from other velocities, "
+    "divided by its inertia acts on the other coordinates like a potential energy."
+)
+
+
+@final
+@dataclass(frozen=True)
+class Ignored:
+    """A cyclic coordinate that is ignored: p = inertia × q' + rest.
+
+    Args:
+        name: the coordinate.
+        momentum: its letter p.
+        inertia: coefficient of its velocity.
+        rest: part of the momentum due to the other motions.
+        folded: whether its part of R is expanded, as the rest contains velocities.
+    """
+
+    name: str
+    momentum: Series
+    inertia: Series
+    rest: Series
+    folded: bool
+
+    @property
+    def left(self) -> Series:
+        """The difference p − rest, which is inertia × q'."""
+        return self.momentum - self.rest
+
+    @property
+    def rate(self) -> Series:
+        """The velocity q' in terms of momenta and velocities that have not been ignored yet."""
+        return tidy(self.left * _inverse(self.inertia))
+
+    @property
+    def energy(self) -> Series:
+        """The part (p − rest)²/(2 inertia) that is subtracted in R."""
+        return tidy(self.left**2 * _inverse(self.inertia) / 2)
+
+    def shown_rate(self) -> Expression:
+        """The velocity q' as a quotient that is not expanded."""
+        quotient = multiply(to_formula(self.left), to_power(to_formula(self.inertia), Fraction(-1)))
+        return Expression((quotient,))
+
+    def shown_energy(self) -> Expression:
+        """The part that is subtracted in R, with its sign, as a square over the inertia."""
+        square = multiply(number(Fraction(-1, 2)), (add(expression(self.left).terms), 2))
+        return Expression((multiply(square, to_power(to_formula(self.inertia), Fraction(-1))),))
+
+    def shown_slope(self, coordinate: str) -> Product:
+        """Return ∂/∂q of (p − rest)²/(2 inertia) if the rest contains no velocity."""
+        left, A = self.left, self.inertia
+        slope, change = left.diff(coordinate), A.diff(coordinate)
+        factor = tidy(2 * A * slope - left * change)
+        inverse = to_power(to_formula(A), Fraction(-2))
+        return multiply(number(Fraction(1, 2)), to_formula(left), to_formula(factor), inverse)
+
+
+@final
+@dataclass(frozen=True)
+class Routh:
+    """The result of Routh's reduction.
+
+    Args:
+        derivation: the reduced equations with their steps.
+        ignored: the cyclic coordinates, in the order in which they are ignored.
+        parts: the terms of each reduced equation, which sum to zero.
+    """
+
+    derivation: Derivation
+    ignored: tuple[Ignored, ...]
+    parts: tuple[tuple[Series, ...], ...]
+
+
+def reduce_by_momenta(lagrange: Lagrange) -> Routh:
+    """Derive the equations of the coordinates that are not cyclic, with conserved momenta.
+
+    Args:
+        lagrange: the energies and forces of a mechanism.
+
+    Raises:
+        DerivationError: if no coordinate is cyclic, or there are constraints on the velocities.
+    """
+    algebra = lagrange.algebra
+    ring, mechanism = algebra.ring, algebra.mechanism
+    if lagrange.ties:
+        raise DerivationError(
+            f"mechanism {mechanism.name!r}: expected independent velocities for Routh's "
+            "reduction, got constraints on them"
+        )
+    cyclic = _find_cyclic(lagrange)
+    letters = _momenta(lagrange, cyclic)
+    kinetic, ignored = lagrange.T, list[Ignored]()
+    left = dict(zip(cyclic, letters, strict=True))
+    while left:
+        slopes = {name: kinetic.diff(f"{name}'") for name in left}
+        inertias = {name: tidy(slopes[name].diff(f"{name}'")) for name in left}
+        name = min(left, key=lambda each: (not is_constant(inertias[each]), len(inertias[each])))
+        v = ring[f"{name}'"]
+        A, momentum = inertias[name], left.pop(name)
+        rest = tidy(slopes[name] - A * v)
+        folded = any(g.kind is Kind.VELOCITY for g in rest.generators())
+        one = Ignored(name, momentum, A, rest, folded)
+        # with q' = (p − B)/A, T − p q' is the part of T without q', minus (p − B)²/(2 A)
+        kinetic = tidy(kinetic - A * v**2 / 2 - rest * v)
+        if folded:
+            kinetic = tidy(kinetic - one.energy)
+        ignored.append(one)
+    return _finish(lagrange, kinetic, ignored)
+
+
+def _find_cyclic(lagrange: Lagrange) -> list[str]:
+    """Find the cyclic coordinates, including that no drive, load or damper acts along them."""
+    algebra = lagrange.algebra
+    ring = algebra.ring
+    drives = [force for work in lagrange.works if work.kind == "work" for force in work.forces]
+    other = [*drives, lagrange.D]
+    slopes = zip(
+        algebra.velocities,
+        lagrange.find_free(),
+        ring.partials(lagrange.T),
+        ring.along(lagrange.T),
+        ring.along(lagrange.V),
+        strict=True,
+    )
+    found, held = [], []
+    for v, free, momentum, along_T, along_V in slopes:
+        name = coordinate_of(v)
+        if name == v:
+            continue
+        if free and momentum and not (along_T or along_V or any(map(_by(v, name), other))):
+            found.append(name)
+        else:
+            held.append(name)
+    if not found:
+        raise DerivationError(
+            f"mechanism {algebra.mechanism.name!r} has no cyclic coordinate: T or V depends on "
+            f"each of {', '.join(held) or 'its velocities'}, or another force acts along it; "
+            "no momentum ∂T/∂q' is conserved, and Routh's reduction does not apply"
+        )
+    return found
+
+
+def _inverse(inertia: Series) -> Series:
+    return inertia**-1 if inertia.is_unit else inertia.ring.inverse(inertia)
+
+
+def _by(velocity: str, coordinate: str) -> Callable[[Series], bool]:
+    """Return a test of whether a series depends on a coordinate or its velocity."""
+
+    def depends(series: Series) -> bool:
+        return bool(series.diff(velocity)) or bool(series.diff(coordinate))
+
+    return depends
+
+
+def _momenta(lagrange: Lagrange, names: Sequence[str]) -> list[Series]:
+    """Adjoin a letter for the momentum of each coordinate, a constant of the motion."""
+    ring = lagrange.algebra.ring
+    taken = {generator.name for generator in ring.generators}
+    clashing = {one for one in _LETTERS for name in names if f"{one}_{name}" in taken}
+    letter = next((one for one in _LETTERS if one not in clashing), "momentum")
+    return [ring.parameter(f"{letter}_{name}") for name in names]
+
+
+def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> Routh:
+    """Assemble the reduced equations with their steps."""
+    algebra = lagrange.algebra
+    ring, V = algebra.ring, lagrange.V
+    ahead = [one for one in ignored if not one.folded]
+    names = {one.name for one in ignored}
+    moving = [k for k, v in enumerate(algebra.velocities) if coordinate_of(v) not in names]
+    operated, falls = ring.euler(kinetic), ring.along(V)
+    losses = ring.partials(lagrange.D)
+    rows, parts, written = [], [], []
+    for k in moving:
+        q = coordinate_of(algebra.velocities[k])
+        inertia = by_velocity(operated[k].value, algebra.velocities)
+        pulls = [one.energy.diff(q) for one in ahead]
+        slopes = [one.shown_slope(q) for one, pull in zip(ahead, pulls, strict=True) if pull]
+        drives = [work.forces[k] for work in lagrange.works if work.kind == "work"]
+        drive = ring.sum(drives)
+        every = (inertia, *pulls, falls[k], losses[k], -drive)
+        shown = [expression(inertia), Expression(tuple(slopes))]
+        shown += [expression(series) for series in (losses[k], falls[k])]
+        left = join(filter(_is_there, shown))
+        parts.append(every)
+        rows.append(ring.sum(every))
+        written.append(Equation(left, expression(drive), ring.number(1)))
+    M, h = mass_and_bias(algebra, rows)
+    R = tidy(ring.sum([kinetic, *(-one.energy for one in ahead), -V]))
+    shown_R = join([expression(kinetic), *(one.shown_energy() for one in ahead), expression(-V)])
+    derivation = Derivation(
+        algebra=algebra,
+        M=M,
+        h=h,
+        Q=tuple(ring.number(0) for _ in rows),
+        stages=(
+            *geometry_stages(lagrange.kinematics),
+            *energy_stages(
+                lagrange.kinetic,
+                lagrange.T,
+                lagrange.gravity,
+                lagrange.works,
+                V,
+                heavy=any(algebra.mechanism.gravity),
+            ),
+            Stage("Cyclic coordinates", _SINCE, tuple(_list_momenta(lagrange, ignored))),
+            Stage("Velocities of the cyclic coordinates", _RATES, tuple(_rates(ignored))),
+            Stage("Routh's function", _FUNCTION, (Result(Left("R"), R, lambda: shown_R),)),
+            *energy_integral(lagrange.T, lagrange.gravity, V, lagrange.D, lagrange.works, ()),
+        ),
+        assumptions=tuple(a for work in lagrange.works for a in work.assumptions),
+        closing=_closing(lagrange, bool(rows)),
+        unknowns=_meanings(lagrange, ignored),
+        written=tuple(written),
+    )
+    return Routh(derivation, tuple(ignored), tuple(parts))
+
+
+def _is_there(part: Expression) -> bool:
+    return any(term.number for term in part.terms)
+
+
+def _list_momenta(lagrange: Lagrange, ignored: Sequence[Ignored]) -> Iterator[Result]:
+    for one in ignored:
+        momentum = lagrange.T.diff(f"{one.name}'")
+        yield Result(Left(_letter_of(one), one.name, component=True), tidy(momentum))
+
+
+def _rates(ignored: Sequence[Ignored]) -> Iterator[Result]:
+    for one in ignored:
+        yield Result(Left(f"{one.name}'"), one.rate, one.shown_rate)
+
+
+def _letter_of(one: Ignored) -> str:
+    (generator,) = one.momentum.generators()
+    return generator.name.removesuffix(f"_{one.name}")
+
+
+def _meanings(lagrange: Lagrange, ignored: Sequence[Ignored]) -> dict[str, str]:
+    """Return the meaning of each momentum, with its unit."""
+    unit = units(lagrange.algebra.mechanism)
+    found = {}
+    for one in ignored:
+        (generator,) = one.momentum.generators()
+        of_turning = unit[one.name] == "rad"
+        size = "kg·m²/s" if of_turning else "kg·m/s"
+        found[generator.name] = f"momentum of {one.name}, constant [{size}]"
+    return found
+
+
+def _closing(lagrange: Lagrange, any_left: bool) -> str:
+    if not any_left:
+        return "Every coordinate is cyclic: all velocities follow from the momenta, by quadrature."
+    kinds = {work.kind for work in lagrange.works}
+    loss = " + ∂D/∂q'" if "dissipation" in kinds else ""
+    drive = "Q" if "work" in kinds else "0"
+    return (
+        f"For each other coordinate d/dt ∂R/∂q' - ∂R/∂q{loss} = {drive}: Lagrange's equations with "
+        "R in place of L, which contain the momenta and no cyclic coordinate."
+    )
+
 
 _AT = 0.3
 """The time at which the two sets of equations are compared [s]."""

@@ -2,24 +2,314 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property, partial
 from typing import Any, final
 
 import numpy as np
 
 from mecanique.derivation.document import Document
 from mecanique.derivation.methods import derive
-from mecanique.derivation.printing.printed import Equation
+from mecanique.derivation.printing.equations import expression, join
+from mecanique.derivation.printing.expressions import to_formula, to_power
+from mecanique.derivation.printing.formulas import multiply
 from mecanique.derivation.printing.prose import to_latex
-from mecanique.derivation.printing.writers import Text
+from mecanique.derivation.printing.writers import Equation, Expression, Text
+from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.evaluation import Evaluation, relative_rest
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.derivation import (
+    Derivation,
+    Left,
+    Result,
+    Stage,
+    Tie,
+    along_displacement,
+    mass_and_bias,
+)
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.derivation.symbolic.reductions.single_equation import Single, reduce_to_one
-from mecanique.errors import DerivationError
+from mecanique.derivation.symbolic.multipliers import loop_stages, solve_multipliers
+from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
+from mecanique.model.units import units
+
+_FOLLOW = (
+    "The loops make every other coordinate a function of {0}: its velocity is K {0}', with the "
+    "kinematic coefficient K named after it. The loop equations, differentiated by {0}, are linear "
+    "in these. In this order, each follows from the loops and the coefficients above it."
+)
+_CHANGE = (
+    "The derivatives of the coefficients, L = dK/d{0}, follow from the loop equations "
+    "differentiated once more: the acceleration of the coordinate is K {0}'' + L {0}'²."
+)
+_INERTIA = (
+    "With these the kinetic energy is ½ J {0}'², where J is the inertia referred to {0}: each mass "
+    "times the square of its coefficient. C = ½ dJ/d{0} accounts for the change of J."
+)
+_CLOSING = (
+    "J {0}'' + C {0}'² equals the sum of all forces, each times the coefficient of the coordinate "
+    "along which it acts: one equation without multipliers. It holds where no divisor above is "
+    "zero; the loops give the other coordinates for each {0}."
+)
+
+
+@final
+@dataclass(frozen=True)
+class Coefficient:
+    """A kinematic coefficient, or the derivative of one, from factor × letter = value.
+
+    Args:
+        coordinate: the coordinate that it belongs to.
+        letter: its letter.
+        factor: the factor of the letter.
+        value: the right side, in terms of earlier coefficients.
+    """
+
+    coordinate: str
+    letter: Series
+    factor: Series
+    value: Series
+
+    @property
+    def name(self) -> str:
+        """The printed letter."""
+        return _name(self.letter)
+
+    def result(self) -> Result:
+        """Return the line letter = value/factor."""
+        return Result(Left(self.name), self.value, self._quotient)
+
+    def _quotient(self) -> Expression:
+        quotient = multiply(to_formula(self.value), to_power(to_formula(self.factor), Fraction(-1)))
+        return Expression((quotient,))
+
+
+@final
+@dataclass(frozen=True)
+class Single:
+    """The single equation of a mechanism with one degree of freedom.
+
+    Args:
+        derivation: the equation with its steps.
+        coordinate: the coordinate that is kept.
+        coefficients: K of each other coordinate, then L, in the order of their definitions.
+        parts: the terms of the equation, which sum to zero, in terms of all coordinates, the
+            velocity and acceleration of the kept one, and the coefficients.
+    """
+
+    derivation: Derivation
+    coordinate: str
+    coefficients: tuple[Coefficient, ...]
+    parts: tuple[Series, ...]
+
+
+def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> Single:
+    """Derive the single equation of a mechanism with loops and one degree of freedom.
+
+    Args:
+        lagrange: its energies, forces and loops.
+        coordinate: the coordinate that is kept, by default the first.
+
+    Raises:
+        UnknownNameError: if there is no such coordinate.
+        DerivationError: if there is not exactly one degree of freedom, or the coefficients are
+            long.
+    """
+    algebra, ties = lagrange.algebra, lagrange.ties
+    mechanism = algebra.mechanism
+    kept = coordinate or mechanism.coordinates[0]
+    if kept not in mechanism.coordinates:
+        raise UnknownNameError("coordinate", kept, tuple(mechanism.coordinates))
+    still = all(not (tie.of_velocities or tie.of_contact) for tie in ties)
+    if not ties or not still or len(ties) != len(algebra.velocities) - 1:
+        raise DerivationError(
+            f"mechanism {mechanism.name!r}: expected loops that leave one of its "
+            f"{len(algebra.velocities)} velocities free, got {len(ties)} equations of loops"
+        )
+    if any(g.kind in (Kind.TIME, Kind.INPUT) for tie in ties for g in tie.demand.generators()):
+        raise DerivationError(f"mechanism {mechanism.name!r}: its loops depend on time")
+    return _Reducing(lagrange, kept).single()
+
+
+class _Reducing:
+    """The loops of a mechanism, differentiated by the coordinate that is kept."""
+
+    def __init__(self, lagrange: Lagrange, kept: str) -> None:
+        self.lagrange, self.kept = lagrange, kept
+        self.algebra = lagrange.algebra
+        self.ring = ring = self.algebra.ring
+        self.others = [name for name in self.algebra.mechanism.coordinates if name != kept]
+        taken = {generator.name for generator in ring.generators}
+        self.K = {name: self._adjoin(f"K_{name}", taken) for name in self.others}
+        self.L = {name: self._adjoin(f"L_{name}", taken) for name in self.others}
+        self.J, self.C = (self._adjoin(letter, taken, ahead=True) for letter in "JC")
+
+    def _adjoin(self, name: str, taken: set[str], *, ahead: bool = False) -> Series:
+        """Adjoin a letter under an unused name, ordered after lengths or ahead of them."""
+        free = next(each for each in (name, f"{name}_", f"{name}__") if each not in taken)
+        self.ring.places[free] = 0 if ahead else _AFTER_LENGTHS
+        return self.ring.parameter(free)
+
+    def along(self, series: Series) -> Series:
+        """Return d/dθ of a function of the coordinates and the coefficients."""
+        terms = [series.diff(self.kept)]
+        for name in self.others:
+            terms.append(series.diff(name) * self.K[name])
+            terms.append(series.diff(self.K[name]) * self.L[name])
+        return self.ring.sum(terms)
+
+    def solve(self, demands: Sequence[Series], letters: dict[str, Series]) -> list[Coefficient]:
+        """Solve constraint equations that are linear in the coefficients for these."""
+        wanted = [_name(letter) for letter in letters.values()]
+        found = [demand.linear(wanted) for demand in demands]
+        names = list(letters)
+        unknown = [Tie(name, self.ring.number(0), letters[name], "") for name in names]
+        columns = zip(*(row for row, _ in found), strict=True)
+        entries = [list(map(tidy, column)) for column in columns]
+        solved = solve_multipliers(unknown, entries, [-rest for _, rest in found])
+        if not solved:
+            raise DerivationError(
+                f"mechanism {self.algebra.mechanism.name!r}: the kinematic coefficients with "
+                f"respect to {self.kept} have no short closed form"
+            )
+        by_letter = {letter: name for name, letter in letters.items()}
+        return [
+            Coefficient(by_letter[one.multiplier], one.multiplier, one.factor, one.value)
+            for one in solved
+        ]
+
+    def single(self) -> Single:
+        """Return the equation."""
+        ring, algebra, kept = self.ring, self.algebra, self.kept
+        first = [self.along(tie.demand) for tie in self.lagrange.ties]
+        second = [self.along(demand) for demand in first]
+        K, L = self.solve(first, self.K), self.solve(second, self.L)
+        one = ring.number(1)
+        ratios = [self.K.get(name, one) for name in algebra.mechanism.coordinates]
+        changes = [self.L.get(name, ring.number(0)) for name in algebra.mechanism.coordinates]
+        full = self.lagrange.derivation()
+        meets = [along_displacement(ratios, row) for row in full.M]
+        grows = [along_displacement(changes, row) for row in full.M]
+        J = tidy(along_displacement(ratios, meets))
+        v, a = ring[f"{kept}'"], ring[f"{kept}''"]
+        bias = [self._put(h) for h in full.h]
+        forces = self._put(along_displacement(ratios, full.Q))
+        carried = tidy(along_displacement(ratios, bias))
+        powers = carried.coefficients([f"{kept}'"])
+        square = powers.pop((2,), ring.number(0))
+        C = tidy(along_displacement(ratios, grows) + square)
+        rest = ring.sum([part * v**p for (p,), part in powers.items()])
+        parts = (J * a, C * v**2, rest, -forces)
+        return Single(self._derivation(full, K, L, J, C, rest, forces), kept, (*K, *L), parts)
+
+    def _put(self, series: Series) -> Series:
+        """Replace the velocities of the other coordinates by K θ'."""
+        ring, v = self.ring, self.ring[f"{self.kept}'"]
+        ratios = [self.K.get(coordinate, ring.number(1)) for coordinate in self._names]
+        terms = []
+        for powers, coefficient in series.coefficients(self.algebra.velocities).items():
+            term = coefficient
+            for ratio, p in zip(ratios, powers, strict=True):
+                term = term * (ratio * v) ** p
+            terms.append(term)
+        return ring.sum(terms)
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(self.algebra.mechanism.coordinates)
+
+    def _derivation(
+        self,
+        full: Derivation,
+        K: Sequence[Coefficient],
+        L: Sequence[Coefficient],
+        J: Series,
+        C: Series,
+        rest: Series,
+        forces: Series,
+    ) -> Derivation:
+        kept, ring = self.kept, self.ring
+        inertia, change = self.J, self.C
+        a, v = ring[f"{kept}''"], ring[f"{kept}'"]
+        named = [expression(inertia * a)]
+        if C:
+            named.append(expression(change * v**2))
+        left = join([*named, *([expression(rest)] if rest else [])])
+        equation = Equation(left, expression(forces), ring.number(1))
+        M, h = mass_and_bias(self.algebra, [J * a + C * v**2 + rest - forces])
+        closed = [stage for stage in loop_stages(full.ties, of_work=True) if stage.title == "Loops"]
+        before = [stage for stage in full.stages if stage.title in _ENERGIES]
+        pairs = ((inertia, J), (change, C))
+        inertias = tuple(
+            Result(Left(_name(a)), b, partial(self._by_coefficients, b)) for a, b in pairs
+        )
+        return replace(
+            full,
+            M=M,
+            h=h,
+            Q=(ring.number(0),),
+            stages=(
+                *before,
+                *closed,
+                Stage("Kinematic coefficients", _FOLLOW.format(kept), _lines(K)),
+                Stage("Derivatives of the coefficients", _CHANGE.format(kept), _lines(L)),
+                Stage(f"Inertia referred to {kept}", _INERTIA.format(kept), inertias),
+            ),
+            closing=_CLOSING.format(kept),
+            unknowns=dict(self._meanings(K, L)),
+            quasi=(),
+            written=(equation,),
+        )
+
+    def _by_coefficients(self, series: Series) -> Expression:
+        """Collect a series by kinematic coefficients."""
+        letters = [*self.K.values(), *self.L.values()]
+        parts = []
+        for powers, rest in series.coefficients([*map(_name, letters)]).items():
+            product = rest
+            for letter, p in zip(letters, powers, strict=True):
+                product = product * letter**p
+            parts.append((sum(powers), expression(product)))
+        ordered = sorted(parts, key=lambda part: part[0])
+        return join(part for _, part in ordered) if ordered else expression(series)
+
+    def _meanings(
+        self, K: Sequence[Coefficient], L: Sequence[Coefficient]
+    ) -> Iterator[tuple[str, str]]:
+        """Yield each letter with its meaning and unit."""
+        unit = units(self.algebra.mechanism)
+        by = unit[self.kept]
+        for one in K:
+            size = f"{unit[one.coordinate]}/{by}"
+            yield one.name, f"kinematic coefficient d{one.coordinate}/d{self.kept} [{size}]"
+        for one in L:
+            size = f"{unit[one.coordinate]}/{by}²"
+            yield one.name, f"its derivative, d²{one.coordinate}/d{self.kept}² [{size}]"
+        inertia, change = ("kg·m²", "kg·m²/rad") if by == "rad" else ("kg", "kg/m")
+        yield _name(self.J), f"inertia referred to {self.kept} [{inertia}]"
+        yield (
+            _name(self.C),
+            f"half its derivative, ½ dJ/d{self.kept} [{change}]",
+        )
+
+
+_AFTER_LENGTHS = 4
+"""Position of the coefficients in a product: m l² K."""
+
+_ENERGIES = ("Positions and velocities", "Kinetic energy", "Potential energy")
+
+
+def _name(letter: Series) -> str:
+    (generator,) = letter.generators()
+    return generator.name
+
+
+def _lines(coefficients: Sequence[Coefficient]) -> tuple[Result, ...]:
+    return tuple(one.result() for one in coefficients)
+
 
 _STEPS, _CLOSED, _FIRM = 30, 1e-13, 1e-2
 """Newton's iterations, the largest gap of a closed loop, and how regular states must be."""

@@ -15,13 +15,10 @@ from typing import final
 
 from mecanique.derivation.matrix_form import Linear
 from mecanique.derivation.printing.equations import equations, expression
-from mecanique.derivation.printing.printed import Equation
-from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
+from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import tidy, without_common_divisor
-from mecanique.derivation.scalars.evaluation import evaluate
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.scalars.substitution import Substitution
+from mecanique.derivation.scalars.evaluation import Substitution, evaluate
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Matrix
 from mecanique.errors import DerivationError
 

@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Iterable
 from fractions import Fraction
 
+from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.formulas import Product
-from mecanique.derivation.printing.printed import Equation
-from mecanique.derivation.printing.sympy_forms import to_sympy
+from mecanique.derivation.printing.writers import Equation
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.model.dimensions import (
     Dimension,

@@ -15,7 +15,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.derivation.symbolic.free_bodies.axes import find_swing
+from mecanique.derivation.symbolic.cutting import find_swing
 from mecanique.errors import MecaniqueError
 from mecanique.figure.camera import Floats
 from mecanique.figure.coordinates import coordinates

@@ -12,8 +12,7 @@ from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.constraints.independent import Reduced
 from mecanique.derivation.numeric.lagrange import Definition
-from mecanique.derivation.symbolic.derivation import Derivation
-from mecanique.derivation.symbolic.lines_of_action import Assumption
+from mecanique.derivation.symbolic.derivation import Assumption, Derivation
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.contacts import row_names
 from mecanique.model.mechanism import Mechanism

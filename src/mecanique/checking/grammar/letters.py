@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Literal, TypeAlias, final
 
 from mecanique.checking.grammar.tree import FUNCTIONS, Node, letter, number
-from mecanique.derivation.printing.letters import Letter
+from mecanique.derivation.printing.letters import SplitName
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import angles
 
@@ -47,7 +47,7 @@ _DOTTED = re.compile(r"(?P<stem>.+?)_?(?P<dots>dotdot|ddot|dot|dd|d)")
 
 def key_of(name: str) -> str:
     """Return a name's spelling for comparison: theta_1, θ₁ and theta1 are the same letter."""
-    taken = Letter.of(name)
+    taken = SplitName.of(name)
     base = _VARIANTS.get(taken.base, taken.base)
     subscript = re.sub(r"[_{},\s]", "", taken.subscript)
     return f"{base}{subscript}" + "'" * taken.dots

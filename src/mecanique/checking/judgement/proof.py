@@ -15,9 +15,8 @@ from threading import Lock
 from typing import final
 
 from mecanique.checking.grammar.tree import Node, rate
-from mecanique.derivation.scalars.arcs import function_without_arcs
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.functions import function_without_arcs
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.errors import DerivationError, FormulaError, UnknownNameError
 

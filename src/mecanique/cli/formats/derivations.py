@@ -40,7 +40,7 @@ def derivation(
 def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     """Return the derivations by all methods with every step, and whether they agree."""
     from mecanique.derivation import readable
-    from mecanique.derivation.agreement import agreement
+    from mecanique.derivation.methods import agreement
     from mecanique.derivation.printing.prose import to_latex
 
     shortest = mq.derive(mechanism)

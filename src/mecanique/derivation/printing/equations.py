@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple, cast, final
 
-from mecanique.derivation.printing.divisors import draw_divisor
 from mecanique.derivation.printing.expressions import (
     collect_terms,
     factor_out,
@@ -27,9 +27,6 @@ from mecanique.derivation.printing.formulas import (
     number,
     open_sum,
 )
-from mecanique.derivation.printing.grouping import Group, accelerates, group
-from mecanique.derivation.printing.printed import Equation, Expression
-from mecanique.derivation.printing.stretches import draw_stretches
 from mecanique.derivation.printing.trigforms import (
     Form,
     common_measure,
@@ -39,11 +36,195 @@ from mecanique.derivation.printing.trigforms import (
     scale,
     shortest,
 )
+from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.monomials import exponents, power
-from mecanique.derivation.scalars.series import Basis, Series
+from mecanique.derivation.scalars.polynomials import Parts, exponent, exponents, power
+from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
 from mecanique.errors import DerivationError
+
+
+def draw_divisor(terms: Sequence[Product]) -> list[Product]:
+    """Merge the first two terms into one product, if both are divided by the same sum.
+
+    m q''/s + m q q'²/s² = m (q'' + q q'²/s)/s, where that takes fewer symbols.
+
+    Args:
+        terms: the terms of an equation's left side, that of the acceleration first.
+    """
+    if len(terms) < 2:
+        return [*terms]
+    first, second, *others = terms
+    held = [factor for factor in first.factors if factor[0].place[0] < MOVING]
+    moving = [factor for factor in first.factors if factor[0].place[0] >= MOVING]
+    divisors = {base for base, e in held if isinstance(base, Sum) and e == -1}
+    if not any(base in divisors and e == -2 for base, e in second.factors):
+        return [*terms]
+    inverse = [(base, -e) for base, e in held]
+    rest = multiply(number(1 / Fraction(first.number)), second, *inverse)
+    inner = Sum((multiply(*moving), rest))
+    joined = multiply(number(first.number), *held, inner)
+    if abs(rest.number) != 1 or size(joined) >= size(first) + 1 + size(second):
+        return [*terms]
+    return [joined, *others]
+
+
+_RANKED = (
+    Kind.ACCELERATION,
+    Kind.VELOCITY,
+    Kind.COORDINATE,
+    Kind.INPUT,
+    Kind.REACTION,
+    Kind.VARIATION,
+)
+
+_MOVING = (Kind.ACCELERATION, Kind.VELOCITY, Kind.INPUT, Kind.REACTION, Kind.VARIATION)
+
+_STATE = (Kind.ACCELERATION, Kind.VELOCITY)
+
+Group = tuple[tuple[bool, int], Series]
+
+
+def group(series: Series, *, by_side: bool) -> list[Group]:
+    """Group a series by monomials of motions and lengths: ((on the right, monomial), coefficient).
+
+    Args:
+        series: the terms of an equation.
+        by_side: whether terms that force the motion go to the right side.
+    """
+    ring = series.ring
+    kinds = [g.kind for g in ring.generators]
+    depends = {i: _find_kinds(atom.argument) for i, atom in ring.atoms.items()}
+    turns = [_find_kinds(angle.argument) for angle in ring.angles]
+    held = {}
+    for monomial in set().union(*series.parts.values()):
+        powers = exponents(monomial)
+        own = {kinds[i] for i, _ in powers}.union(*(depends.get(i, set()) for i, _ in powers))
+        moving = sum(power(i, e) for i, e in powers if kinds[i] in _MOVING)
+        lengths = sum(power(i, e) for i, e in powers if kinds[i] is Kind.COORDINATE and e > 0)
+        held[monomial] = own, moving, lengths
+    parts: dict[tuple[bool, int], Parts] = {}
+    for trig, polynomial in series.parts.items():
+        turning = set().union(*(turns[j] for j, _ in exponents(trig >> 1)))
+        for monomial, c in polynomial.items():
+            own, moving, lengths = held[monomial]
+            involved = turning | own
+            key = moving if moving or Kind.COORDINATE in turning else lengths
+            moves = not involved.isdisjoint(_STATE)
+            alone = not moves and Kind.COORDINATE not in involved
+            forcing = by_side and not moves and Kind.INPUT in involved
+            forcing = forcing or (by_side and alone and Kind.TIME in involved)
+            parts.setdefault((forcing, key), {}).setdefault(trig, {})[monomial - key] = c
+    groups = [(k, canonical(ring, p, series.denominator, series.reach)) for k, p in parts.items()]
+    return sorted(groups, key=lambda group: (group[0][0], _rank(ring, group[0][1])))
+
+
+def _find_kinds(series: Series) -> set[Kind]:
+    """Return the kinds of quantities that a series depends on."""
+    return {generator.kind for generator in series.generators()}
+
+
+def _rank(ring: Basis, key: int) -> tuple[object, ...]:
+    """Return a sort key: accelerations, then velocities, then lengths, then the rest.
+
+    Higher powers of motions come first, but lower powers of lengths.
+    """
+    powers = dict(exponents(key))
+    degrees: dict[Kind, list[int]] = {kind: [] for kind in _RANKED}
+    for generator in ring.generators:
+        if generator.kind in degrees:
+            degrees[generator.kind].append(-powers.get(generator.index, 0))
+    motion = [sum(degrees[kind]) for kind in _RANKED[:2]]
+    lengths = -sum(degrees[Kind.COORDINATE])
+    return (*motion, lengths or math.inf, *(tuple(degrees[kind]) for kind in _RANKED))
+
+
+def accelerates(ring: Basis, key: int) -> bool:
+    """Return whether a monomial contains an acceleration."""
+    return any(ring.generators[i].kind is Kind.ACCELERATION for i, _ in exponents(key))
+
+
+_SIGNS = 5
+"""Number of symbols in (1 − a/ρ), with brackets."""
+
+
+@final
+@dataclass(frozen=True)
+class Stretch:
+    """The force of a spring of free length a and length ρ: share × (1 − a/ρ).
+
+    Args:
+        share: the force for zero free length.
+        ratio: the monomial a/ρ.
+    """
+
+    share: Series
+    ratio: int
+
+    def motion(self) -> Product:
+        """Return 1 − a/ρ as a formula."""
+        ratio = letters(self.share.ring, self.ratio)
+        return multiply(add([number(1), multiply(number(-1), ratio)]))
+
+
+def draw_stretches(series: Series) -> tuple[Series, list[Stretch]]:
+    """Separate the forces of springs from a series, if that is shorter.
+
+    Args:
+        series: the left side of an equation of motion.
+    """
+    ring, found, rest = series.ring, list[Stretch](), series
+    lengths = [i for i, atom in ring.atoms.items() if atom.named and atom.function == "sqrt"]
+    for index in lengths:
+        pull = _pull(rest, index)
+        if pull is None:
+            continue
+        free = next(_free_lengths(pull), None)
+        if free is None:
+            continue
+        share = -pull / _letter(ring, free)
+        found.append(Stretch(share, power(free) - power(index)))
+        rest = rest - share - pull / _letter(ring, index)
+    if len(found) < 2:
+        return series, []
+    after = _count_signs(rest) + sum(_count_signs(one.share) + _SIGNS for one in found)
+    return (rest, found) if after < _count_signs(series) else (series, [])
+
+
+def _pull(series: Series, index: int) -> Series | None:
+    """Return the coefficient of 1/ρ, if ρ appears in no other way and without motions."""
+    ring = series.ring
+    parts: Parts = {}
+    for trig, polynomial in series.parts.items():
+        for monomial, c in polynomial.items():
+            e = exponent(monomial, index)
+            if e not in (0, -1):
+                return None
+            if e:
+                parts.setdefault(trig, {})[monomial + power(index)] = c
+    if not parts:
+        return None
+    pull = canonical(ring, parts, series.denominator, series.reach)
+    moving = {Kind.VELOCITY, Kind.ACCELERATION, Kind.INPUT, Kind.TIME}
+    return None if moving & {g.kind for g in pull.generators()} else pull
+
+
+def _free_lengths(pull: Series) -> Iterator[int]:
+    """Yield parameters common to all terms of a pull, the author's last one first."""
+    ring = pull.ring
+    held = [dict(exponents(monomial)) for _, monomial, _ in pull.terms()]
+    for index in sorted(held[0], reverse=True):
+        fixed = ring.generators[index].kind is Kind.PARAMETER
+        if fixed and all(each.get(index, 0) > 0 for each in held):
+            yield index
+
+
+def _letter(ring: Basis, index: int) -> Series:
+    return Series(ring, {0: {power(index): 1}}, 1, 1)
+
+
+def _count_signs(series: Series) -> int:
+    return cost(shortest(series, products=True)) if series else 0
+
 
 _MEASURED = 10_000
 """Numbers with a larger denominator are taken as measured."""

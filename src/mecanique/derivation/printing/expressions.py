@@ -7,9 +7,10 @@ the first polynomial is factored.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from fractions import Fraction
 from functools import lru_cache
-from typing import TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 from mecanique.derivation.printing.formulas import (
     MOVING,
@@ -32,9 +33,8 @@ from mecanique.derivation.printing.trigforms import (
     rescale,
     shortest,
 )
-from mecanique.derivation.scalars.generators import Atom, Kind
-from mecanique.derivation.scalars.monomials import Polynomial, exponents, power
-from mecanique.derivation.scalars.series import Basis, Series, canonical
+from mecanique.derivation.scalars.polynomials import Polynomial, exponents, power
+from mecanique.derivation.scalars.series import Atom, Basis, Kind, Series, canonical
 
 _LARGEST = 40  # polynomials with more terms are not factored
 _WILD = 10_000  # coefficients that are larger multiples of their common measure stay decimals
@@ -384,3 +384,19 @@ def size(part: Product | Base) -> int:
     for base, e in part.factors:
         total += size(base) + (e != 1)
     return total
+
+
+def to_sympy(series: Series) -> Any:
+    """Return a series as a sympy expression, factored and with the fewest symbols.
+
+    Args:
+        series: the series; velocities and accelerations become symbols q', q''.
+    """
+    return to_formula(series).sympy()
+
+
+def to_matrix(rows: Iterable[Iterable[Series]]) -> Any:
+    """Return rows of series as a sympy Matrix."""
+    from sympy import Matrix
+
+    return Matrix([list(map(to_sympy, row)) for row in rows])

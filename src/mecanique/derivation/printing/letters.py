@@ -22,7 +22,7 @@ _SHAPE = re.compile(r"(?P<base>[^\W\d_]+|.)(?:_?(?P<subscript>\w+))?")
 
 @final
 @dataclass(frozen=True)
-class Letter:
+class SplitName:
     """The parts of a name: "theta1''" is theta with subscript 1 and two dots.
 
     Args:
@@ -36,7 +36,7 @@ class Letter:
     dots: int
 
     @classmethod
-    def of(cls, name: str) -> Letter:
+    def of(cls, name: str) -> SplitName:
         """Split a name into its parts.
 
         Args:

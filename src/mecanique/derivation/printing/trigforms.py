@@ -15,9 +15,8 @@ from itertools import chain
 from itertools import product as cartesian
 from typing import TypeAlias
 
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.monomials import exponents, largest_exponent, power
-from mecanique.derivation.scalars.series import Basis, Series, canonical
+from mecanique.derivation.scalars.polynomials import exponents, largest_exponent, power
+from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
 
 Trig: TypeAlias = "tuple[tuple[int, int, int], ...]"
 """A product of sines and cosines, each as (packed angle, 1 for sin or 0 for cos, power)."""

@@ -4,12 +4,24 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
 from html import escape
 from itertools import pairwise
 from typing import final
 
-from mecanique.derivation.printing.letters import GREEK, Letter, is_varied
+from mecanique.derivation.printing.formulas import (
+    FUNCTIONS,
+    Base,
+    Call,
+    Letter,
+    Product,
+    Sum,
+    names_in,
+)
+from mecanique.derivation.printing.letters import GREEK, SplitName, is_varied
+from mecanique.derivation.scalars.series import Series
 
 _TIMES = "<mo>&#x2062;</mo>"
 _CALL = re.compile(r"\\(arc)?(sin|cos|tan|exp|log|operatorname)")
@@ -133,7 +145,7 @@ class Latex(Writer):
         """Write a named quantity."""
         if is_varied(name):
             return f"\\delta {self.letter(name[1:], of_time, exponent)}"
-        letter = Letter.of(name)
+        letter = SplitName.of(name)
         written = self._word(letter.base)
         if letter.dots:
             written = f"\\{'d' * letter.dots}ot{{{written}}}"
@@ -221,7 +233,7 @@ class MathML(Writer):
         """Write a named quantity."""
         if is_varied(name):
             return f"<mrow><mi>δ</mi>{self.letter(name[1:], of_time, exponent)}</mrow>"
-        letter = Letter.of(name)
+        letter = SplitName.of(name)
         written = self._word(letter.base)
         if letter.dots:
             accent = {1: "˙", 2: "¨"}.get(letter.dots, "˙" * letter.dots)
@@ -347,3 +359,184 @@ def _sign(terms: Sequence[tuple[bool, str]], first: str, plus: str, minus: str) 
         return "" if plus.startswith("<") else "0"
     (negative, text), *rest = terms
     return (first if negative else "") + text + "".join((minus if n else plus) + t for n, t in rest)
+
+
+_LARGE = 10**7  # numbers with more digits are written as decimals
+_DECIMAL = 100  # a terminating number with a larger numerator, e.g. 981/100, becomes a decimal
+_DIGITS = 13
+
+
+def write(terms: Iterable[Product], writer: Writer, *, decimals: bool = False) -> str:
+    """Write a sum in a format, its terms in the given order.
+
+    Args:
+        terms: the terms.
+        writer: the format.
+        decimals: whether fractions of numbers are written as decimals.
+    """
+    walk = _Walk(writer, decimals)
+    return writer.sum([walk.term(term) for term in terms])
+
+
+_HALF = Fraction(1, 2)
+
+
+@final
+class _Walk:
+    """A walk over a formula that extracts signs and puts negative powers into denominators."""
+
+    def __init__(self, writer: Writer, decimals: bool) -> None:
+        self._writer = writer
+        self._decimals = decimals
+        self._written: dict[Sum, str] = {}
+
+    def term(self, product: Product) -> tuple[bool, str]:
+        """Return whether a product is negative, and the product written without its sign."""
+        numerator, tail, denominator = list[str](), list[str](), list[str]()
+        above = [factor for factor in product.factors if factor[1] > 0]
+        below = [(base, -power) for base, power in product.factors if power < 0]
+        over, under = self._number(product.number)
+        numerator += over
+        plain = [factor for factor in above if factor[0].place[0] < FUNCTIONS]
+        alone = len(plain) == 1 and not over and bool(below or under)
+        numerator += [self._factor(base, power, alone=alone) for base, power in plain]
+        moving = above[len(plain) :]
+        tail += [self._factor(base, power, alone=False) for base, power in moving]
+        denominator += under
+        alone = len(below) == 1 and not under
+        denominator += [self._factor(base, power, alone=alone) for base, power in below]
+        return product.number < 0, self._writer.term(numerator, denominator, tail)
+
+    def _number(self, signed: int | Fraction) -> tuple[list[str], list[str]]:
+        """Write a number without its sign, as numerator and denominator."""
+        if signed in (1, -1):
+            return [], []
+        size = abs(Fraction(signed))
+        above, below = size.numerator, size.denominator
+        if max(above, below) >= _LARGE or (below > 1 and self._wants_decimal(size)):
+            return [self._writer.number(_decimal(size))], []
+        return (
+            [self._writer.number(str(above))] if above != 1 else [],
+            [self._writer.number(str(below))] if below != 1 else [],
+        )
+
+    def _wants_decimal(self, size: Fraction) -> bool:
+        ends = 10**12 % size.denominator == 0
+        measured = self._decimals and (ends or size.denominator >= _DECIMAL**2)
+        return measured or (ends and size.numerator >= _DECIMAL)
+
+    def sum(self, whole: Sum) -> str:
+        """Write a sum, positive terms first; cached, as long equations repeat the same sums."""
+        if whole not in self._written:
+            self._written[whole] = self._writer.sum([self.term(term) for term in whole.terms])
+        return self._written[whole]
+
+    def _factor(self, base: Base, power: int | Fraction, *, alone: bool) -> str:
+        """Write a power; a sum that is all of a numerator or denominator needs no brackets."""
+        writer = self._writer
+        if power != 1 and power == _HALF:
+            return writer.call("sqrt", self._inner(base), "")
+        exponent = "" if power == 1 else str(power)
+        if isinstance(base, Letter):
+            return writer.letter(base.name, base.of_time, exponent)
+        if isinstance(base, Call):
+            inner = self.sum(base.argument)
+            return writer.call(base.function, inner, exponent, bare=_is_bare(base.argument))
+        if alone and not exponent:
+            return writer.alone(self.sum(base))
+        return writer.brackets(self.sum(base), exponent)
+
+    def _inner(self, base: Base) -> str:
+        if isinstance(base, Sum):
+            return self.sum(base)
+        return self._factor(base, 1, alone=False)
+
+
+def _is_bare(argument: Sum) -> bool:
+    """Whether a function's argument needs no brackets: a letter or a multiple of one."""
+    if len(argument.terms) != 1:
+        return False
+    (term,) = argument.terms
+    letter = len(term.factors) == 1 and isinstance(term.factors[0][0], Letter)
+    return letter and term.factors[0][1] == 1 and term.number > 0 and term.number.denominator == 1
+
+
+def _decimal(value: Fraction) -> str:
+    return f"{float(value):.{_DIGITS}g}".replace("e+", "e")
+
+
+class _Printed(ABC):
+    """An object that can be written as text, LaTeX and MathML, and displayed in a notebook."""
+
+    @abstractmethod
+    def write(self, writer: Writer) -> str:
+        """Write it in the format of a writer."""
+
+    def text(self) -> str:
+        """Return it as one line of text, e.g. q'' + 3 g sin(q)/(2 l) = 0."""
+        return self.write(Text())
+
+    def latex(self) -> str:
+        """Return it in LaTeX, without dollar signs."""
+        return self.write(Latex())
+
+    def mathml(self) -> str:
+        """Return it as one MathML element."""
+        alt = escape(self.text(), quote=True)
+        xmlns = "http://www.w3.org/1998/Math/MathML"
+        row = self.write(MathML())
+        return f'<math xmlns="{xmlns}" display="block" alttext="{alt}">{row}</math>'
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def _repr_html_(self) -> str:
+        """Show it in a notebook, even where no script renders LaTeX."""
+        return self.mathml()
+
+
+@final
+@dataclass(frozen=True)
+class Expression(_Printed):
+    """A sum of terms in textbook order.
+
+    Args:
+        terms: the terms.
+        decimals: whether fractions of numbers are written as decimals.
+    """
+
+    terms: tuple[Product, ...]
+    decimals: bool = False
+
+    @property
+    def letters(self) -> frozenset[str]:
+        """The names of its letters."""
+        return frozenset().union(*(names_in(term) for term in self.terms))
+
+    def write(self, writer: Writer) -> str:
+        """Write it in the format of a writer."""
+        return write(self.terms, writer, decimals=self.decimals)
+
+
+@final
+@dataclass(frozen=True)
+class Equation(_Printed):
+    """An equation of motion left = right, with inputs and other functions of time on the right.
+
+    Args:
+        left: the terms with accelerations, velocities and coordinates.
+        right: the terms that depend on time alone.
+        divisor: the monomial of parameters by which the derived equation was divided: derived =
+            (left − right) × divisor.
+    """
+
+    left: Expression
+    right: Expression
+    divisor: Series
+
+    def write(self, writer: Writer) -> str:
+        """Write it in the format of a writer."""
+        return writer.equation(self.left.write(writer), self.right.write(writer))

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.monomials import Polynomial, exponent, power
-from mecanique.derivation.scalars.series import Series, canonical
+from mecanique.derivation.scalars.polynomials import Polynomial, exponent, power
+from mecanique.derivation.scalars.series import Kind, Series, canonical
 
 _ROUNDING = Fraction(1, 10**14)
 """Coefficients below this part of what was summed in them are rounding: 45 ε. A tilt's matrix times

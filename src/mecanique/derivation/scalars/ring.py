@@ -9,10 +9,24 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any, final
 
-from mecanique.derivation.scalars.generators import Angle, Atom, Generator, Kind
-from mecanique.derivation.scalars.monomials import REACH, exact, exponents, largest_exponent, power
-from mecanique.derivation.scalars.polynomials import Parts, accumulate
-from mecanique.derivation.scalars.series import Basis, Series, canonical
+from mecanique.derivation.scalars.polynomials import (
+    REACH,
+    Parts,
+    accumulate,
+    exact,
+    exponents,
+    largest_exponent,
+    power,
+)
+from mecanique.derivation.scalars.series import (
+    Angle,
+    Atom,
+    Basis,
+    Generator,
+    Kind,
+    Series,
+    canonical,
+)
 from mecanique.errors import DerivationError, UnknownNameError
 
 

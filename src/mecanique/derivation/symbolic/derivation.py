@@ -4,17 +4,55 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from html import escape
-from typing import Protocol, TypeAlias, final
+from typing import Any, Protocol, TypeAlias, final
 
 from mecanique.derivation.printing.equations import expression
-from mecanique.derivation.printing.printed import Equation, Expression
-from mecanique.derivation.printing.writers import MathML, Writer
+from mecanique.derivation.printing.writers import Equation, Expression, MathML, Writer
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
+from mecanique.derivation.scalars.evaluation import evaluate
+from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.lines_of_action import Assumption
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.ties.tie import Tie
+
+
+@final
+@dataclass(frozen=True)
+class Tie:
+    """One equation of a loop, a contact or a velocity constraint.
+
+    Args:
+        name: name of the equation, e.g. "C_x".
+        demand: its left side, Φ(q, t) or ψ = A v − b, which the constraint keeps zero.
+        multiplier: λ.
+        meaning: the meaning of λ, with its unit.
+        of_velocities: whether it is ψ, linear in the velocities and in general not integrable.
+        of_contact: whether it belongs to a contact.
+    """
+
+    name: str
+    demand: Series
+    multiplier: Series
+    meaning: str
+    of_velocities: bool = False
+    of_contact: bool = False
+
+    @property
+    def letter(self) -> str:
+        """The letter of its left side, "Phi" or "psi"."""
+        return "psi" if self.of_velocities else "Phi"
+
+    def slopes(self, ring: Ring) -> list[Series]:
+        """Return the derivatives of Φ', or of ψ, by each velocity: ∂Φ/∂q or ∂ψ/∂v."""
+        return ring.partials(self.demand) if self.of_velocities else ring.along(self.demand)
+
+    @cached_property
+    def second(self) -> Series:
+        """The constraint on the accelerations: Φ'' or ψ'."""
+        rate = self.demand.ddt()
+        return rate if self.of_velocities else rate.ddt()
+
 
 _MATH = (
     '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block" style="margin: 0.6em 0">'
@@ -119,6 +157,28 @@ class Stages(tuple[Stage, ...]):
 
     def _repr_html_(self) -> str:
         return "\n".join(stage._repr_html_() for stage in self)
+
+
+@final
+@dataclass(frozen=True)
+class Assumption:
+    """An assumption of a closed form.
+
+    Args:
+        subject: its subject, e.g. "the length of spring1".
+        positive: the series that must be positive.
+    """
+
+    subject: str
+    positive: Series
+
+    def holds(self, values: Mapping[str, Any]) -> bool:
+        """Return whether it holds.
+
+        Args:
+            values: value of each coordinate, parameter and t, by name.
+        """
+        return bool(evaluate(self.positive, values) > 0)
 
 
 @final

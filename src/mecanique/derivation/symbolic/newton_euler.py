@@ -10,23 +10,27 @@ from collections.abc import Iterator
 from typing import final
 
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
-from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
-from mecanique.derivation.symbolic.free_bodies.balances import FreeBodies, needs
-from mecanique.derivation.symbolic.free_bodies.bodies import Cut
-from mecanique.derivation.symbolic.free_bodies.elimination import (
+from mecanique.derivation.symbolic.balances import (
+    FreeBodies,
     demands,
+    needs,
     project,
 )
-from mecanique.derivation.symbolic.free_bodies.sentences import (
+from mecanique.derivation.symbolic.cutting import (
+    Cut,
     enumerate_words,
     explain_guides,
     state_moment_balance,
     state_momentum_balance,
 )
-from mecanique.derivation.symbolic.lines_of_action import length_names
-from mecanique.derivation.symbolic.redundancy import redundancy_stages
-from mecanique.derivation.symbolic.steps.constraints import loop_stages, multiplier_stages
-from mecanique.derivation.symbolic.steps.kinematics import quaternion_stages
+from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
+from mecanique.derivation.symbolic.forces import length_names
+from mecanique.derivation.symbolic.kinematics import quaternion_stages
+from mecanique.derivation.symbolic.multipliers import (
+    loop_stages,
+    multiplier_stages,
+    redundancy_stages,
+)
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import (
     along,

@@ -6,9 +6,9 @@ from fractions import Fraction
 from typing import Any, final
 
 from mecanique.derivation.numeric.newton_euler import refuse_misfits
-from mecanique.derivation.scalars.arcs import function_without_arcs
 from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.evaluation import evaluate as value_of
+from mecanique.derivation.scalars.functions import function_without_arcs
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.tree.poses import (
@@ -157,3 +157,12 @@ def _place(unit: str) -> int:
     if unit.startswith(("rad/s", "1/s", "m/s", "Hz")):
         return _RATE
     return _LENGTH if unit in ("m", "m²", "m/rad") else 0
+
+
+def coordinate_of(velocity: str) -> str:
+    """Return the coordinate whose rate a velocity is, or a quasi-velocity's own name.
+
+    Args:
+        velocity: its name, e.g. "q'".
+    """
+    return velocity.removesuffix("'")

@@ -7,35 +7,346 @@ fixed time (eq. 1.27).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import final
+from typing import Any, NamedTuple, final
+
+import numpy as np
 
 from mecanique.derivation.printing.equations import distribute
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
-from mecanique.derivation.symbolic.free_bodies.balances import FreeBodies
-from mecanique.derivation.symbolic.free_bodies.bodies import Cut
-from mecanique.derivation.symbolic.free_bodies.distribution import Distribution, distribution_of
-from mecanique.derivation.symbolic.free_bodies.sentences import enumerate_words
-from mecanique.derivation.symbolic.ledger import (
-    Displacements,
-    Ledger,
-    couple_of_inertia,
-    join_words,
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.balances import FreeBodies
+from mecanique.derivation.symbolic.cutting import Cut, Cuts, enumerate_words
+from mecanique.derivation.symbolic.derivation import (
+    Derivation,
+    Left,
+    Result,
+    Stage,
+    Tie,
+    mass_and_bias,
 )
-from mecanique.derivation.symbolic.lines_of_action import length_names
-from mecanique.derivation.symbolic.redundancy import redundancy_stages
-from mecanique.derivation.symbolic.steps.constraints import loop_stages
-from mecanique.derivation.symbolic.steps.kinematics import quaternion_stages
-from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.ties.quasi import independent_displacements
-from mecanique.derivation.symbolic.ties.tie import Tie
-from mecanique.derivation.symbolic.vectors import Vector, along, cross, total
+from mecanique.derivation.symbolic.forces import length_names
+from mecanique.derivation.symbolic.kinematics import quaternion_stages
+from mecanique.derivation.symbolic.multipliers import (
+    independent_displacements,
+    loop_stages,
+    redundancy_stages,
+)
+from mecanique.derivation.symbolic.symbols import Algebra, coordinate_of
+from mecanique.derivation.symbolic.vectors import Vector, along, cross, lift, total
+from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
+from mecanique.model.bodies.shape import Shape
+from mecanique.model.bodies.visuals import Cylinder
 from mecanique.model.mechanism import Mechanism
+
+_NAMES = ("s", "xi", "sigma", "eta")
+
+
+@final
+@dataclass(frozen=True)
+class Distribution:
+    """Inertia forces per length along a homogeneous slender rod.
+
+    Args:
+        coordinate: name of the distance from the rod's end.
+        length: length of the rod [m].
+        direction: direction along the rod from that end, in the axes of the body's carrier.
+        density: force per length at that distance, along the axes of the body [N/m].
+        resultant: its integral over the rod [N].
+        point: distance at which the resultant of each component acts; None if it is not the
+            same in all states.
+    """
+
+    coordinate: str
+    length: Series
+    direction: Vector
+    density: Vector
+    resultant: tuple[Series, ...]
+    point: tuple[Series | None, ...]
+
+
+def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
+    """Return the distribution of a body's inertia forces if it is a homogeneous slender rod.
+
+    With the acceleration a(s) of the rod's points the density is −(m/L) a(s), a polynomial in s;
+    its resultant and its moment about the end are integrated term by term.
+    """
+    algebra, kinematics = cuts.algebra, cuts.kinematics
+    shapes = algebra.mechanism.body(cut.body).shapes
+    if len(shapes) != 1 or (rod := _find_rod(cuts, shapes[0])) is None:
+        return None
+    length, direction, center = rod
+    taken = {*algebra.values, *algebra.mechanism.coordinates}
+    name = next((name for name in _NAMES if name not in taken), None)
+    if name is None:
+        return None
+    s = algebra.ring.unknown(name, Kind.PARAMETER)
+    point = [c + (s - length / 2) * d for c, d in zip(center, direction, strict=True)]
+    rate = [combination(row, [*point, 1]) for row in kinematics.rate(cut.body)]
+    a = kinematics.change(lift(algebra.ring, rate), cut.carrier)
+    density = (along(cut.axes.rows, a) * -(cut.mass / length)).tidy()
+    resultants, points = [], []
+    for component in density:
+        force, moment = (_integrate(component, name, length, order) for order in (0, 1))
+        resultants.append(force)
+        points.append(_divide(moment, force))
+    turn = kinematics.turn(kinematics.place[cut.body])
+    away = lift(algebra.ring, [combination(row, direction) for row in turn]).tidy()
+    return Distribution(
+        coordinate=name,
+        length=length,
+        direction=away,
+        density=density,
+        resultant=tuple(resultants),
+        point=tuple(points),
+    )
+
+
+def _find_rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | None:
+    """Return length, direction away from the joint and center of a slender rod, None for others."""
+    algebra = cuts.algebra
+    if len(shape.visuals) != 1 or not isinstance(cylinder := shape.visuals[0].geometry, Cylinder):
+        return None
+    rotation = shape.visuals[0].placement.rotation
+    axis = np.array([algebra.mechanism.evaluate(row[2]) for row in rotation])
+    if np.abs(axis).max() < 1 - 1e-12:
+        return None
+    at = algebra.mechanism.evaluate_all(shape.center)
+    sign = -1 if axis @ np.array(at) < 0 else 1
+    direction = [sign * round(component) for component in axis.tolist()]
+    length = algebra.series(cylinder.length)
+    across = algebra.series(shape.mass) * length**2 / 12
+    squares = [1 - d * d for d in direction]
+    wanted = [across * square for square in squares] + [algebra.ring.number(0)] * 3
+    given = [algebra.series(entry) for entry in shape.inertia]
+    fits = all((a - b).vanishes() for a, b in zip(wanted, given, strict=True))
+    if not length or not across or not fits:
+        return None
+    return length, direction, [algebra.series(component) for component in shape.center]
+
+
+def _integrate(density: Series, name: str, length: Series, order: int) -> Series:
+    """Return ∫ s^order f(s) ds from 0 to the length, for a polynomial f."""
+    ring = density.ring
+    terms: Sequence[Any] = [
+        coefficient * length ** (power + order + 1) / (power + order + 1)
+        for (power,), coefficient in density.coefficients([name]).items()
+    ]
+    return tidy(ring.sum(list(terms)))
+
+
+def _divide(moment: Series, force: Series) -> Series | None:
+    """Return moment/force if it is the same in any state, a product of parameters; else None."""
+    if not force or not moment:
+        return None
+    # the ratio of the first terms, if it is the ratio of all
+    (trig, monomial, c) = next(iter(force.terms()))
+    for other_trig, other, d in moment.terms():
+        if other_trig == trig:
+            ratio = Series(
+                force.ring, {0: {other - monomial: 1}}, 1, force.reach + moment.reach
+            ) * (d / c)
+            kinds = {generator.kind for generator in ratio.generators()}
+            if kinds <= {Kind.PARAMETER, Kind.CONSTANT} and (moment - ratio * force).vanishes():
+                return ratio
+    return None
+
+
+class _Letters(NamedTuple):
+    """The letters of a force or couple, of its virtual displacement and of its work."""
+
+    act: str
+    move: str
+    work: str
+
+
+_FORCE = _Letters("F", "δr", "δW")
+_COUPLE = _Letters("C", "δφ", "δW_couple")
+
+
+@final
+class Displacements:
+    """The virtual displacements δq of a mechanism, at fixed time.
+
+    Args:
+        algebra: the mechanism's symbols.
+    """
+
+    def __init__(self, algebra: Algebra) -> None:
+        self.ring = algebra.ring
+        self.names = tuple(f"δ{coordinate_of(v)}" for v in algebra.velocities)
+        self.deltas = [self.ring.unknown(name, Kind.VARIATION) for name in self.names]
+        self.meanings: dict[str, str] = {}
+        """The meaning of each, by its name."""
+        for name, v in zip(self.names, algebra.velocities, strict=True):
+            q = coordinate_of(v)
+            of = f"that belongs to the velocity {v}" if q == v else f"of {q}"
+            meaning = f"virtual displacement {of}: small, arbitrary, at fixed time"
+            self.meanings[name] = meaning
+
+    def vary(self, velocity: Vector) -> Vector:
+        """Return the virtual displacement that belongs to a velocity: Σ ∂v/∂q' δq."""
+        partials = self.ring.partials
+        return Vector(*(self.sum(partials(component)) for component in velocity)).tidy()
+
+    def sum(self, slopes: Sequence[Series]) -> Series:
+        """Return Σ ∂v/∂q' δq for the slopes ∂v/∂q' of a component."""
+        pairs = zip(slopes, self.deltas, strict=True)
+        return self.ring.sum([slope * delta for slope, delta in pairs if slope])
+
+    def coefficients(self, works: Sequence[Series]) -> list[Series]:
+        """Return the coefficient of each virtual displacement in a sum of works."""
+        factors, _ = self.ring.sum(list(works)).linear(self.names)
+        return [tidy(factor) for factor in factors]
+
+
+@final
+class Ledger:
+    """The virtual work of all forces on the bodies of a mechanism, body by body.
+
+    Args:
+        balances: the bodies cut free.
+        displacements: the mechanism's virtual displacements.
+    """
+
+    def __init__(self, balances: FreeBodies, displacements: Displacements) -> None:
+        self.cuts = balances.cuts
+        self.displacements = displacements
+        self._ring = balances.algebra.ring
+        acting = {(cut.body, one.name) for cut in self.cuts.bodies for one in cut.applied}
+        self._acting = Counter(name for _, name in acting)
+        self.inertia: list[Series] = []
+        """The work of the inertia forces of each body entered so far."""
+        self.weights: list[Series] = []
+        self.loads: list[Series] = []
+
+    def enter(self, cut: Cut) -> list[Result]:
+        """Enter a body: return the work of weight, inertia forces and loads, entry by entry."""
+        lines: list[Result] = []
+        zero, body = self._ring.number(0), cut.body
+        rotation = self.displacements.vary(cut.spin)
+        at_center = self.displacements.vary(cut.center_velocity)
+        if cut.inert:
+            if any(cut.weight):
+                work = self._force(lines, f"weight_{body}", cut, cut.weight, at_center)
+                self.weights.append(work)
+            seat, couple = self._seat_of_inertia(cut)
+            shift = at_center if seat is None else seat
+            work = self._force(lines, f"inertia_{body}", cut, -cut.push, shift, known=True)
+            work = work + self._turn(lines, f"inertia_{body}", cut, couple, rotation, known=True)
+            self.inertia.append(work)
+        for one in cut.applied:
+            if one.ties:  # where bodies touch or are joined, both points move alike
+                continue
+            work = zero
+            name = f"{one.name}_{body}" if self._acting[one.name] > 1 else one.name
+            if any(one.force):
+                shift = self.displacements.vary(one.velocity)
+                work = work + self._force(lines, name, cut, one.force, shift)
+            if any(one.moment):
+                work = work + self._turn(lines, name, cut, one.moment, rotation)
+            self.loads.append(work)
+        return lines
+
+    def locate(self, cut: Cut) -> str:
+        """Return a sentence that says where weight and inertia forces act."""
+        if not cut.inert:
+            return ""
+        if self._seat_of_inertia(cut)[0] is not None:
+            weight = "The weight acts at the center of mass, t" if any(cut.weight) else "T"
+            where = f"where their resultant acts, at the distance s_{cut.body}"
+            return f" {weight}he inertia forces {where}."
+        both = "Weight and inertia forces act" if any(cut.weight) else "The inertia forces act"
+        return f" {both} at the center of mass."
+
+    def _seat_of_inertia(self, cut: Cut) -> tuple[Vector | None, Vector]:
+        """Return the virtual displacement of the point where a rod's inertia forces act.
+
+        Also return their couple about that point; for other bodies None and the couple about the
+        center of mass.
+        """
+        spread, couple = distribution_of(self.cuts, cut), couple_of_inertia(cut)
+        if spread is None:
+            return None, couple
+        points = {point for point in spread.point if point is not None}
+        if len(points) != 1:
+            return None, couple
+        (s,) = points
+        arm = spread.direction * (s - spread.length / 2)
+        left = (couple + cross(arm, cut.push)).tidy()
+        if any(left):
+            return None, couple
+        return self.displacements.vary(total([cut.center_velocity, cross(cut.spin, arm)])), left
+
+    def _force(
+        self,
+        lines: list[Result],
+        name: str,
+        cut: Cut,
+        force: Vector,
+        displacement: Vector,
+        *,
+        known: bool = False,
+    ) -> Series:
+        """Enter a force, unless it is listed already, with its displacement and work."""
+        if not any(force):
+            return self._ring.number(0)
+        acts, moves = along(cut.axes.rows, force), along(cut.axes.rows, displacement)
+        named = zip(cut.axes.labels, acts, moves, strict=True)
+        return _enter(lines, _FORCE, name, named, known=known)
+
+    def _turn(
+        self,
+        lines: list[Result],
+        name: str,
+        cut: Cut,
+        couple: Vector,
+        rotation: Vector,
+        *,
+        known: bool = False,
+    ) -> Series:
+        """Enter a couple, unless it is listed already, with its rotation and work."""
+        if not any(couple):
+            return self._ring.number(0)
+        acts, moves = along(cut.axes.turns, couple), along(cut.axes.turns, rotation)
+        named = zip(cut.axes.turn_labels, acts, moves, strict=True)
+        return _enter(lines, _COUPLE, name, named, known=known)
+
+
+def couple_of_inertia(cut: Cut) -> Vector:
+    """Return the couple of the inertia forces about the center of mass."""
+    return (cross(cut.center, cut.push) - cut.turning).tidy()
+
+
+def _enter(
+    lines: list[Result],
+    letters: _Letters,
+    name: str,
+    components: Iterable[tuple[str, Series, Series]],
+    *,
+    known: bool,
+) -> Series:
+    """Write one entry of the ledger and return its work."""
+    products = []
+    for label, act, move in components:
+        products.append(act * move)
+        if act:
+            if not known:
+                lines.append(Result(Left(join_words(letters.act, name, label)), act))
+            lines.append(Result(Left(join_words(letters.move, name, label)), move))
+    work = tidy(products[0].ring.sum(products))
+    lines.append(Result(Left(f"{letters.work}_{name}"), work))
+    return work
+
+
+def join_words(*words: str) -> str:
+    """Join words with underscores into a name, leaving out empty ones."""
+    return "_".join(filter(None, words))
+
 
 _QUASI = (
     "The coefficient of each independent displacement, with the sign changed, is the left side of "

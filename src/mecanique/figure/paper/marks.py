@@ -139,13 +139,13 @@ def rich(text: str) -> tuple[tuple[str, str], ...]:
     """
     import re
 
-    from mecanique.derivation.printing.letters import GREEK, Letter
+    from mecanique.derivation.printing.letters import GREEK, SplitName
 
     pieces: list[tuple[str, str]] = []
     text = text.replace("**2", "²").replace("**3", "³").replace("**", "^")
     for word, other in re.findall(r"([^\W\d²³][^\W²³]*'*)|([^\w]+|[\d²³][\d.]*)", text):
         if word:
-            letter = Letter.of(word)
+            letter = SplitName.of(word)
             base = GREEK.get(letter.base, letter.base)
             pieces.append((base, "italic" if len(base) == 1 else "upright"))
             if letter.dots:

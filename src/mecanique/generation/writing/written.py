@@ -9,10 +9,9 @@ from functools import cached_property
 from html import escape
 from typing import final
 
-from mecanique.derivation.printing.layout import write
 from mecanique.derivation.printing.lines import display, width
 from mecanique.derivation.printing.prose import to_latex
-from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
+from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, write
 from mecanique.generation.writing.formulas import Line
 
 _WIDTH = 100

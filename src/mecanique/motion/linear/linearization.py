@@ -15,7 +15,7 @@ from mecanique.motion.simulation.arguments import Values
 from mecanique.wording import write_table
 
 if TYPE_CHECKING:
-    from mecanique.derivation.printing.printed import Equation
+    from mecanique.derivation.printing.writers import Equation
     from mecanique.derivation.small_motions import Linearized
     from mecanique.motion.linear.comparison import Comparison
     from mecanique.motion.linear.response import Response

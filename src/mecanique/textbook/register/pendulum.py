@@ -7,10 +7,9 @@ from typing import final
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.elementary import cos, sin
-from mecanique.derivation.symbolic.free_bodies.distribution import distribution_of
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.vectors import along
-from mecanique.derivation.symbolic.virtual_work import VirtualWork
+from mecanique.derivation.symbolic.virtual_work import VirtualWork, distribution_of
 from mecanique.textbook import load
 from mecanique.textbook.register.row import Row, agreement, identity, misprint
 

@@ -8,8 +8,8 @@ from itertools import combinations
 
 import numpy as np
 
-from mecanique.derivation.agreement import derivations
-from mecanique.derivation.printing.sympy_forms import to_sympy
+from mecanique.derivation.methods import derivations
+from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.model.dimensions import read_unit
 from mecanique.model.mechanism.homogeneity import dimensions_of

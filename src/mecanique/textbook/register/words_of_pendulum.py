@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from mecanique.derivation.agreement import derivations
+from mecanique.derivation.methods import derivations
 from mecanique.derivation.scalars.elementary import sin
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.vectors import along
 from mecanique.derivation.symbolic.virtual_work import VirtualWork

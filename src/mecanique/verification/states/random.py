@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mecanique.derivation.symbolic.lines_of_action import Assumption
+from mecanique.derivation.symbolic.derivation import Assumption
 from mecanique.errors import ClosureError, InputError
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism

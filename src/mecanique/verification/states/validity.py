@@ -19,7 +19,7 @@ import numpy.typing as npt
 from mecanique.arrays import Array, median
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import evaluate
-from mecanique.derivation.symbolic.lines_of_action import Assumption
+from mecanique.derivation.symbolic.derivation import Assumption
 from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import Arithmetic, joint_values, poses, times_point
 from mecanique.model.force_base import LineLoad

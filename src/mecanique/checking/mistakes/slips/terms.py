@@ -13,9 +13,8 @@ from mecanique.checking.mistakes.slips.hypothesis import (
     RightEquations,
     group_by_velocities,
 )
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.monomials import exponents
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.polynomials import exponents
+from mecanique.derivation.scalars.series import Kind, Series
 
 _MOST_SINGLE = 60
 """Longer quantities are not searched term by term."""

@@ -5,21 +5,197 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Any, final
+
+import numpy as np
 
 from mecanique.derivation.laws import laws_of
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.free_bodies.axes import Axes, axes_of, normal_of
+from mecanique.derivation.symbolic.constraints import (
+    Closing,
+    Touch,
+    closings,
+    contact_ties,
+    touches,
+)
+from mecanique.derivation.symbolic.derivation import Assumption, Tie
+from mecanique.derivation.symbolic.forces import Span, Travel
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
-from mecanique.derivation.symbolic.lines_of_action import Assumption, Span, Travel
-from mecanique.derivation.symbolic.ties.contacts import Touch, contact_ties, touches
-from mecanique.derivation.symbolic.ties.loops import Closing, closings
-from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, lift, total, zero
-from mecanique.derivation.tree.poses import Matrix, combination, transpose
+from mecanique.derivation.tree.poses import (
+    Arithmetic,
+    Matrix,
+    combination,
+    local,
+    placement_matrix,
+    stack,
+    transpose,
+)
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad, WrenchOnBody
-from mecanique.model.joints import Joint
+from mecanique.model.guides.guide import Guide
+from mecanique.model.joints import Joint, Revolute
+from mecanique.model.mechanism import Mechanism
+
+_UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+@final
+@dataclass(frozen=True)
+class Direction:
+    """A direction along which a joint may transmit a force, or about which a moment.
+
+    Args:
+        kind: "force" or "moment".
+        place: index among the three directions of its kind.
+        row: shape (3,), in the axes of the body's carrier.
+        label: its name, e.g. "x"; "" for the normal of a plane.
+        sign: 1, or −1 if the reaction is positive in the opposite direction.
+    """
+
+    kind: str
+    place: int
+    row: Sequence[Any]
+    label: str
+    sign: int
+
+
+@final
+@dataclass(frozen=True)
+class Axes:
+    """The directions along which the equations of a body are written.
+
+    Args:
+        rows: shape (3, 3), directions of forces, in the axes of the body's carrier.
+        labels: name of each; the reaction along "x" is R_joint_x.
+        signs: 1, or −1 if the reaction is positive in the opposite direction.
+        turns: shape (3, 3), directions of moments.
+        turn_labels: name of each; "" for the normal of a plane.
+        sentence: a sentence that introduces them to the reader.
+        whose: name of the body whose axes x, y and z are, or "the world".
+    """
+
+    rows: Sequence[Sequence[Any]]
+    labels: tuple[str, str, str]
+    signs: tuple[int, int, int]
+    turns: Sequence[Sequence[Any]]
+    turn_labels: tuple[str, str, str]
+    sentence: str
+    whose: str = "the world"
+
+    @property
+    def directions(self) -> Iterator[Direction]:
+        """Yield the directions of forces, then those of moments."""
+        for k, row in enumerate(self.rows):
+            yield Direction("force", k, row, self.labels[k], self.signs[k])
+        for k, row in enumerate(self.turns):
+            yield Direction("moment", k, row, self.turn_labels[k], 1)
+
+
+def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axes:
+    """Choose the axes for the equations of a body.
+
+    The single body of a pendulum gets n from the pin to the center of mass and t perpendicular, in
+    the sense of its angle, as in Fundamentals of Dynamics, Figure 1.4; bodies in plane motion get
+    the world's axes, all others their own.
+
+    Args:
+        kinematics: the kinematics of the mechanism.
+        body: name of the body.
+        normal: normal of the plane of motion, if there is one, see `normal_of`.
+    """
+    mechanism = kinematics.algebra.mechanism
+    if normal is None:
+        carrier = kinematics.carrier(body)
+        rows = transpose(kinematics.turn(kinematics.place[body]))
+        own = carrier >= 0 or rows != [list(unit) for unit in _UNITS]
+        whose = body if own else "the world"
+        sentence = f"x, y and z are the axes of {whose}; moments are taken about them."
+        return Axes(rows, ("x", "y", "z"), (1, 1, 1), rows, ("x", "y", "z"), sentence, whose)
+    if (swing := find_swing(mechanism, body)) is not None:
+        joint, n, t = swing
+        rotation = kinematics.turn(kinematics.place[body])
+        rows = []
+        for unit in (n, t, joint.axis):
+            rows.append([_dot(row, unit) for row in rotation])
+        pin = joint.name
+        sentence = (
+            f"The unit vectors n, t and k turn with the body: n points from {pin} to the center of "
+            f"mass, t is perpendicular to it, in the sense of the angle, and k is along the axis. "
+            f"R_{pin}_n is positive toward {pin}, opposite to n, and R_{pin}_t along t. Moments "
+            "are positive in the sense of the angle."
+        )
+        return Axes(rows, ("n", "t", "k"), (-1, 1, 1), rows, ("n", "t", ""), sentence)
+    at = int(np.abs(normal).argmax())
+    sign = 1 if normal[at] > 0 else -1
+    turns = [list(unit) for unit in _UNITS]
+    turns[at][at] = sign
+    labels = ("x", "y", "z")
+    plane = " and ".join(label for k, label in enumerate(labels) if k != at)
+    moments: tuple[str, ...] = tuple("" if k == at else label for k, label in enumerate(labels))
+    if not any(link.kind == "turn" for link in kinematics.tree):
+        return Axes(
+            _UNITS, labels, (1, 1, 1), _UNITS, labels, "x, y and z are the axes of the world."
+        )
+    sentence = (
+        f"{plane} are the axes of the world; forces are positive along them, moments about "
+        f"{'-' if sign < 0 else ''}{labels[at]}."
+    )
+    return Axes(_UNITS, labels, (1, 1, 1), turns, (moments[0], moments[1], moments[2]), sentence)
+
+
+def normal_of(kinematics: Kinematics) -> np.ndarray | None:
+    """Return the world's axis normal to the plane of a mechanism's motion, shape (3,), or None.
+
+    If nothing turns, any axis is a normal, and z is returned.
+    """
+    mechanism = kinematics.algebra.mechanism
+    if any(link.kind in ("ball", "free") for link in kinematics.tree):
+        return None
+    values = {name: 0.0 for joint in mechanism.joints for name in joint.coordinates}
+    turns: list[np.ndarray] = []
+    slides: list[np.ndarray] = []
+    frames: list[np.ndarray] = []
+    for link in kinematics.tree:
+        parent = frames[link.parent] if link.parent >= 0 else np.eye(4)
+        place = placement_matrix(link.origin, mechanism.values)
+        frames.append(parent @ place @ stack(local(link, values, Arithmetic()), 1)[0])
+        if link.kind in ("turn", "slide"):
+            (turns if link.kind == "turn" else slides).append(
+                frames[-1][:3, :3] @ np.array(link.axis)
+            )
+    if not turns:
+        return np.array([0.0, 0.0, 1.0])
+    normal = turns[0]
+    parallel = all(np.linalg.norm(np.cross(normal, axis)) < 1e-12 for axis in turns)
+    across = all(abs(normal @ axis) < 1e-12 for axis in slides)
+    return normal if parallel and across and np.abs(normal).max() > 1 - 1e-12 else None
+
+
+def find_swing(
+    mechanism: Mechanism, body: str
+) -> tuple[Revolute, tuple[float, ...], tuple[float, ...]] | None:
+    """Return joint, n and t of a pendulum's only body, in its own axes; None for other bodies."""
+    (joint, *others) = mechanism.joints
+    if others or not isinstance(joint, Revolute) or joint.child != body:
+        return None
+    center = np.array(mechanism.evaluate_all(mechanism.body(body).center))
+    axis = np.array(joint.axis)
+    across = center - (center @ axis) * axis
+    size = float(np.linalg.norm(across))
+    if not size or np.abs(across).max() < size * (1 - 1e-12) or np.abs(axis).max() < 1 - 1e-12:
+        return None
+    n = np.round(across / size)
+    t = np.cross(axis, n)
+    return joint, tuple(n.tolist()), tuple(t.tolist())
+
+
+def _dot(row: Sequence[Any], unit: Sequence[float]) -> Any:
+    """Multiply a row of a rotation by a direction; ±1 and 0 only pick a component or its sign."""
+    for entry, component in zip(row, unit, strict=True):
+        if component:
+            return entry if component > 0 else -entry
+    return 0
 
 
 @final
@@ -300,3 +476,81 @@ class Cuts:
             # velocity of the parent's point at the joint's present position
             v, w = kinematics.velocity(parent), kinematics.spin(parent)
             yield parent, Applied(force.name, back.force, back.moment, arm, v + cross(w, arm))
+
+
+def state_momentum_balance(cut: Cut, moving: bool) -> str:
+    """Return the sentence that introduces the balance of forces of a body.
+
+    Args:
+        cut: the body, cut free.
+        moving: whether its center of mass moves.
+    """
+    if moving:
+        return (
+            "Mass times the acceleration a of the center of mass equals the resultant force. "
+            "Listed are the position r of that center in the axes of the world, the components of "
+            "its velocity v and acceleration a, and then both sides in components."
+        )
+    if cut.mass:
+        return "Its center of mass does not move, so the forces on it are in balance."
+    return "It has no mass, so the forces on it are in balance."
+
+
+def state_moment_balance(cut: Cut) -> str:
+    """Return the sentence that introduces the balance of moments of a body."""
+    what = "Moments balance"
+    if cut.mass:
+        what = "The rate of the angular momentum equals the resultant moment"
+    if cut.fixed:
+        point = f"{cut.joint.name}, a fixed point"
+    elif cut.mass:
+        point = "its center of mass"
+    else:
+        point = f"{cut.joint.name}; without mass any point serves"
+    return f"{what}, both about {point}."
+
+
+def explain_guides(guides: Sequence[Guide]) -> str:
+    """Explain which reactions the guides leave undetermined, and what S and C are."""
+    reasons = "; ".join(guide.reason for guide in guides)
+    return (
+        f"{reasons[0].upper()}{reasons[1:]}. There the reactions by themselves are undetermined. S "
+        "and C are the total force and moment across the joint, of reaction and guides together, "
+        "on the child."
+    )
+
+
+def describe_reaction(cut: Cut, d: Direction, *, guided: bool) -> str:
+    """Describe a component of a reaction, with its unit.
+
+    Args:
+        cut: the body on which it acts.
+        d: its direction.
+        guided: whether guides act across the joint as well.
+    """
+    exerted = f"that {cut.joint.parent} exerts on {cut.body} in {cut.joint.name}"
+    if guided:
+        exerted = f"of reaction and guides together across {cut.joint.name} on {cut.body}"
+    if d.kind == "moment":
+        about = "in the positive sense of moments"
+        if d.label:
+            about = f"about {d.label}{_say_whose(cut, d.label)}"
+        return f"moment {exerted}, {about} [N·m]"
+    where = f"along {d.label}{_say_whose(cut, d.label)}"
+    if d.sign < 0:
+        where = f"towards {cut.joint.name}"
+    return f"force {exerted}, {where} [N]"
+
+
+def _say_whose(cut: Cut, label: str) -> str:
+    """Say whose axes x, y and z are, where the sentence about the axes does not."""
+    return f" of {cut.axes.whose}" if label in ("x", "y", "z") else ""
+
+
+def enumerate_words(words: Sequence[str]) -> str:
+    """Join words into an enumeration, the last after "and".
+
+    Args:
+        words: at least one.
+    """
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -1,0 +1,587 @@
+"""Eliminate the reactions from the tips to the ground, by the wrench that each joint must transmit.
+
+A body needs F = d/dt p − m g − F_applied + Σ F_child from its joint, and likewise moments about the
+origin of its frame: equations are solved only by moving terms, which keeps closed forms short.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+from typing import Any, final
+
+from mecanique.derivation.numeric.newton_euler import Balances
+from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.cutting import (
+    Cut,
+    Cuts,
+    describe_reaction,
+)
+from mecanique.derivation.symbolic.derivation import Left, Result
+from mecanique.derivation.symbolic.kinematics import Kinematics
+from mecanique.derivation.symbolic.multipliers import determinant
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.vectors import (
+    Vector,
+    Wrench,
+    along,
+    component,
+    cross,
+    dot,
+    lift,
+    total,
+    zero,
+)
+from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
+from mecanique.derivation.tree.links import Link
+from mecanique.derivation.tree.poses import combination
+from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraints.elements import preloads
+from mecanique.model.constraints.gears import Gear, Rack
+from mecanique.model.expression import Scalar
+from mecanique.model.guides.find import guides_of
+from mecanique.model.guides.guide import explain_joint
+from mecanique.model.mechanism import Mechanism
+
+
+@final
+@dataclass(frozen=True)
+class JointRate:
+    """A joint velocity with its direction and its derivatives by the generalized velocities.
+
+    Args:
+        body: the child that it moves.
+        kind: "force" or "moment", the part of a reaction that does work with it.
+        axis: its direction in the axes of the child's carrier.
+        name: name of the joint coordinate or quasi-velocity.
+        partials: its derivative by each generalized velocity.
+        rotor: moment or force that accelerates the joint's rotor.
+    """
+
+    body: str
+    kind: str
+    axis: Vector
+    name: str
+    partials: tuple[Series, ...]
+    rotor: Series
+
+
+def demands(
+    cuts: Cuts,
+    part: Callable[[Cut], Wrench],
+    free: Mapping[str, Sequence[JointRate]] | None = None,
+) -> dict[str, Wrench]:
+    """Return the wrench that every joint must transmit, by name of its child.
+
+    Force and moment are in the axes of the child's carrier, the moment about the child's origin.
+
+    Args:
+        cuts: the bodies.
+        part: returns the wrench that a body by itself needs from its joint.
+        free: by name of the child, the joint velocities along which its joint transmits only the
+            force of its rotor; by default these components are what the bodies beyond need.
+    """
+    found: dict[str, Wrench] = {}
+    behind: dict[str, list[str]] = {}
+    for cut in cuts.bodies:
+        behind.setdefault(cut.joint.parent, []).append(cut.body)
+    for cut in reversed(cuts.bodies):
+        own = part(cut)
+        forces, moments = [own.force], [own.moment]
+        for child in behind.get(cut.body, ()):
+            carried = cuts.carried_wrench(found[child], child, cut.body)
+            arm = cuts.between_seats(cut.body, child)
+            forces.append(carried.force)
+            moments += [carried.moment, cross(arm, carried.force)]
+        sums = {"force": total(forces), "moment": total(moments)}
+        for rate in () if free is None else free[cut.body]:
+            size = dot(rate.axis, sums[rate.kind]) + rate.rotor
+            sums[rate.kind] = sums[rate.kind] - rate.axis * size
+        found[cut.body] = Wrench(**sums).tidy()
+    return found
+
+
+def joint_rates(cuts: Cuts) -> tuple[JointRate, ...]:
+    """Return the joint velocities in the order of the tree."""
+    child = {joint.name: joint.child for joint in cuts.algebra.mechanism.joints}
+    found: list[JointRate] = []
+    for place, link in enumerate(cuts.kinematics.tree):
+        if link.kind in ("turn", "slide"):
+            found.append(_find_axial(cuts, place, child[link.joint]))
+        elif link.kind in ("ball", "free"):
+            found += _list_quasi(cuts.algebra, link, child[link.joint])
+    return tuple(found)
+
+
+def _find_axial(cuts: Cuts, place: int, body: str) -> JointRate:
+    """Return the joint velocity of a hinge or a slide."""
+    algebra, link = cuts.algebra, cuts.kinematics.tree[place]
+    r = algebra.lift(algebra.values[link.coordinates[0]])
+    axis = [algebra.arithmetic(component, {}) for component in link.axis]
+    turn = cuts.kinematics.turn(place)
+    inertia = algebra.series(link.armature)
+    return JointRate(
+        body=body,
+        kind="moment" if link.kind == "turn" else "force",
+        axis=lift(algebra.ring, [combination(row, axis) for row in turn]).tidy(),
+        name=link.coordinates[0],
+        partials=tuple(tidy(slope) for slope in algebra.ring.along(r)),
+        rotor=tidy(inertia * r.ddt().ddt()) if inertia else algebra.ring.number(0),
+    )
+
+
+def _list_quasi(algebra: Algebra, link: Link, body: str) -> Iterator[JointRate]:
+    """Yield the quasi-velocities of a quaternion joint, along and about the child's own axes."""
+    number = algebra.ring.number
+    kinds = ("force",) * (len(link.velocities) - 3) + ("moment",) * 3
+    for k, (name, kind) in enumerate(zip(link.velocities, kinds, strict=True)):
+        axis = Vector(*(number(int(i == k % 3)) for i in range(3)))
+        partials = tuple(number(int(v == name)) for v in algebra.velocities)
+        yield JointRate(
+            body=body, kind=kind, axis=axis, name=name, partials=partials, rotor=number(0)
+        )
+
+
+def project(
+    cuts: Cuts, rates: Iterable[JointRate], found: Mapping[str, Wrench], *, rotors: bool
+) -> list[Series]:
+    """Project reactions on the generalized velocities: Σ ∂u/∂v × (reaction · axis + rotor)."""
+    ring = cuts.algebra.ring
+    sums: list[list[Series]] = [[] for _ in cuts.algebra.velocities]
+    for rate in rates:
+        size = dot(rate.axis, found[rate.body].part(rate.kind))
+        if rotors:
+            size = size + rate.rotor
+        for terms, slope in zip(sums, rate.partials, strict=True):
+            if slope:
+                terms.append(tidy(slope * size))
+    return [tidy(ring.sum(terms)) for terms in sums]
+
+
+_MOST = 3
+"""Systems with more unknown forces than this are solved in numbers only."""
+
+
+@final
+class Guiding:
+    """The unknown forces of a mechanism's elements, and their actions on its bodies.
+
+    Args:
+        cuts: the bodies.
+    """
+
+    def __init__(self, cuts: Cuts) -> None:
+        self._cuts = cuts
+        self._algebra = cuts.algebra
+        mechanism, ring = self._algebra.mechanism, self._algebra.ring
+        self.names = _list_names(mechanism)
+        self.meanings = dict(zip(self.names, _list_meanings(mechanism), strict=True))
+        """The meaning of each unknown, by its name."""
+        self.symbols = [ring.unknown(name, Kind.REACTION) for name in self.names]
+        self._units = unit_forces(mechanism, self._ground()) if mechanism.elements else []
+        self.pressing: dict[int, Series] = {}
+        """The separating force |F| sin α of meshing wheels, by index of F."""
+        for index, name in enumerate(self.names):
+            mine = [unit for unit in self._units if unit.pressed and unit.index == index]
+            if any(any(unit.force) for unit in mine):
+                stem = name.partition("_")[2]
+                self.pressing[index] = ring.unknown(f"N_{stem}", Kind.REACTION)
+                self.meanings[f"N_{stem}"] = f"separating force, |{name}| sin(pressure angle) [N]"
+
+    def on(self, cut: Cut, sizes: Sequence[Series] | None = None) -> Wrench:
+        """Return the elements' wrench on a body, about the origin of its frame.
+
+        Args:
+            cut: the body.
+            sizes: magnitudes of the forces; by default their symbols.
+        """
+        pressing = self.pressing if sizes is None else {}
+        sizes = self.symbols if sizes is None else sizes
+        nothing = zero(self._algebra.ring)
+        found = [Wrench(nothing, nothing)]
+        for unit in self._units:
+            size = pressing.get(unit.index) if unit.pressed else sizes[unit.index]
+            if unit.body == cut.body and size:
+                one = self._wrench(cut, unit)
+                found.append(Wrench(one.force * size, one.moment * size))
+        return Wrench(
+            total([one.force for one in found]), total([one.moment for one in found])
+        ).tidy()
+
+    def _balance_on(self, cut: Cut, sizes: Sequence[Series]) -> Wrench:
+        return -self.on(cut, sizes)
+
+    def acting_on(self, cut: Cut) -> list[str]:
+        """Return the names of the forces that act on a body."""
+        found: dict[str, None] = {}
+        for unit in self._units:
+            if unit.body == cut.body and not unit.pressed:
+                found[self.names[unit.index]] = None
+            elif unit.body == cut.body and unit.index in self.pressing:
+                found[str(self.pressing[unit.index])] = None
+        return list(found)
+
+    def balance_units(self) -> list[dict[str, Wrench]]:
+        """Return the wrenches of the joints that balance each unit force, by name of the child."""
+        ring = self._algebra.ring
+        found = []
+        for k in range(len(self.names)):
+            unit = [ring.number(int(i == k)) for i in range(len(self.names))]
+            found.append(demands(self._cuts, partial(self._balance_on, sizes=unit)))
+        return found
+
+    def balance_pressing(self) -> list[tuple[Series, dict[str, Wrench]]]:
+        """Return each separating force with the joints' wrenches that balance one unit of it."""
+        ring = self._algebra.ring
+
+        def apart(cut: Cut, index: int) -> Wrench:
+            nothing = zero(ring)
+            parts = [
+                self._wrench(cut, unit)
+                for unit in self._units
+                if unit.pressed and unit.index == index and unit.body == cut.body
+            ]
+            whole = Wrench(
+                total([nothing, *(part.force for part in parts)]),
+                total([nothing, *(part.moment for part in parts)]),
+            )
+            return -whole
+
+        return [
+            (size, demands(self._cuts, partial(apart, index=index)))
+            for index, size in self.pressing.items()
+        ]
+
+    def solve(
+        self,
+        rates: Sequence[JointRate],
+        totals: Mapping[str, Wrench],
+        carried: Sequence[Mapping[str, Wrench]],
+    ) -> list[Series] | None:
+        """Solve for the forces in closed form; return None if there is no short one.
+
+        Args:
+            rates: the joint velocities along which joints transmit only the forces of rotors.
+            totals: total wrenches across the joints.
+            carried: wrenches of the joints under unit forces.
+        """
+        count = len(self.names)
+        rows = []
+        for rate in rates:
+            row = [tidy(dot(rate.axis, each[rate.body].part(rate.kind))) for each in carried]
+            known = tidy(dot(rate.axis, totals[rate.body].part(rate.kind)) + rate.rotor)
+            if any(row):
+                rows.append(([-c for c in row], known))
+        algebra, ring = self._algebra, self._algebra.ring
+        for one in preloads(algebra.mechanism.elements):
+            together = [ring.number(int(k in one.forces)) for k in range(count)]
+            rows.append((together, algebra.series(one.total)))
+        if not 0 < count <= _MOST or len(rows) < count:
+            return None
+        # take the shortest equations that determine the forces
+        rows.sort(key=lambda each: sum(map(len, (*each[0], each[1]))))
+        for chosen in combinations(rows, count):
+            divisor = determinant(ring, [row for row, _ in chosen])
+            if not divisor.vanishes():
+                break
+        else:
+            return None
+        forces = []
+        for k in range(count):
+            swapped = [[*row[:k], known, *row[k + 1 :]] for row, known in chosen]
+            forces.append(tidy(determinant(ring, swapped) / divisor))
+        return forces
+
+    def _wrench(self, cut: Cut, unit: UnitForce) -> Wrench:
+        """Refer a unit force to the origin of a body's frame, in the axes of its carrier."""
+        kinematics, ring = self._cuts.kinematics, self._algebra.ring
+        point, force, moment = (lift(ring, part) for part in (unit.point, unit.force, unit.moment))
+        seat = kinematics.point(cut.body, (0.0, 0.0, 0.0))
+        about = total([moment, cross(point - seat, force)])
+        here = kinematics.carrier(cut.body)
+        parts = (kinematics.between(part, -1, here) for part in (force, about))
+        return Wrench(*parts).tidy()
+
+    def _ground(self) -> Ground:
+        kinematics, algebra = self._cuts.kinematics, self._algebra
+        return Ground(
+            point=lambda body, point: [*kinematics.point(body, point)],
+            turn=kinematics.pose,
+            scalar=algebra.series,
+            root=algebra.root,
+            wave=self._wave,
+            ratio=_divide,
+        )
+
+    def _wave(self, angle: Scalar) -> tuple[Series, Series]:
+        """Return cosine and sine of a pressure angle, with 1 for the sine that N contains."""
+        algebra = self._algebra
+        value = algebra.mechanism.evaluate(angle)
+        if not value:
+            return algebra.ring.number(1), algebra.ring.number(0)
+        from sympy import cos, sympify
+
+        return algebra.series(cos(sympify(angle))), algebra.ring.number(1)
+
+
+def _divide(a: Series, b: Series) -> Series:
+    """Return a quotient, exact where it is 0 or ±1."""
+    a, b = tidy(a), tidy(b)
+    if not a or a in (b, -b):
+        size = 1 if a else 0
+        return a.ring.number(size if a == b else -size)
+    return tidy(a / b)
+
+
+def _list_names(mechanism: Mechanism) -> list[str]:
+    """Name the unknown forces."""
+    found = []
+    for element in mechanism.elements:
+        for name in element.forces:
+            row = name.rpartition(": ")[2]
+            if isinstance(element, (Cord, Belt)):
+                found.append(f"T_{name}")
+            elif isinstance(element, (Gear, Rack)):
+                found.append(f"F_{name}")
+            else:
+                found.append(f"{'M' if row.startswith('r') else 'R'}_{element.name}_{row}")
+    return found
+
+
+def _list_meanings(mechanism: Mechanism) -> list[str]:
+    """Return the meanings of the unknown forces, with units."""
+    found = []
+    for element in mechanism.elements:
+        if isinstance(element, (Cord, Belt)):
+            stops = element.stops
+            for part in dict.fromkeys(element.parts):
+                places = [k for k, other in enumerate(element.parts) if other == part]
+                start, end = stops[places[0]].body, stops[places[-1] + 1].body
+                found.append(f"tension of {element.name} from {start} to {end} [N]")
+            continue
+        if isinstance(element, (Gear, Rack)):
+            a, b = (mechanism.joint(name).child for name in element.joints)
+            found.append(f"force of {a} on {b} in {element.name} along the line of action [N]")
+            continue
+        for name in element.forces:
+            row = name.rpartition(": ")[2]
+            what = "moment" if row.startswith("r") else "force"
+            axis = "along its length" if row == "length" else f"along {row[-1]} of its frame"
+            unit = "N·m" if what == "moment" else "N"
+            found.append(
+                f"{what} that {element.body_a} exerts on {element.body_b} in {element.name}, "
+                f"{axis} [{unit}]"
+            )
+    return found
+
+
+_LETTERS = {"force": "R", "moment": "M"}
+"""Letters of the reactions."""
+
+_TOTALS = {"force": "S", "moment": "C"}
+"""Letters of the totals across a joint with a guide that no element describes."""
+
+
+@final
+class FreeBodies:
+    """The balances of every body of a mechanism as series, and the reactions in closed form.
+
+    Args:
+        mechanism: any mechanism.
+        algebra: its symbols.
+
+    Raises:
+        DerivationError: if the mechanism has no closed form of reasonable length.
+    """
+
+    def __init__(self, mechanism: Mechanism, algebra: Algebra) -> None:
+        self.algebra = algebra
+        self.cuts = Cuts(Kinematics(self.algebra))
+        self.rates = joint_rates(self.cuts)
+        every = Balances(mechanism).guides if mechanism.elements else guides_of(mechanism)
+        self.guides = [guide for guide in every if guide.crossed]
+        """The guides that no element describes."""
+        self._held = {name for guide in every for name in guide.coordinates}
+        self.guiding = Guiding(self.cuts)
+        free = {cut.body: self._free(cut) for cut in self.cuts.bodies}
+        self.demands = demands(self.cuts, _need, None if mechanism.elements else free)
+        """The wrench that each joint must transmit to its child, by name of the child."""
+        self.unknowns: dict[str, str] = dict(self.guiding.meanings)
+        """The meaning of each reaction, by its name."""
+        self.symbols: dict[str, Wrench] = {}
+        """The wrench of each joint on its child in terms of named reactions, by child."""
+        self._own: dict[str, Wrench] = {}
+        self.zeros: list[str] = []
+        self.closed: list[Result] = []
+        self.guide_forces: list[Result] = []
+        if mechanism.elements:
+            self._find_guide_forces()
+        for cut in self.cuts.bodies:
+            self._name_reactions(cut)
+
+    @property
+    def reactions(self) -> dict[str, Series]:
+        """The closed form of each reaction that is not identically zero, by name, e.g. R_pin_n."""
+        return {
+            result.left.quantity: result.right
+            for result in (*self.guide_forces, *self.closed)
+            if isinstance(result.left, Left)
+        }
+
+    def _name_reactions(self, cut: Cut) -> None:
+        """Name the reactions of a body's joint, except components that vanish identically."""
+        ring, free, demand = self.algebra.ring, self._free(cut), self.demands[cut.body]
+        letters = _TOTALS if self.is_guided(cut) else _LETTERS
+        nothing = [ring.number(0)] * 3
+        own = {"force": nothing.copy(), "moment": nothing.copy()}
+        sums = {"force": [zero(ring)], "moment": [zero(ring)]}
+        for d in cut.axes.directions:
+            loose = [
+                rate for rate in free if rate.kind == d.kind and _is_parallel(d.row, rate.axis)
+            ]
+            if loose:  # along this direction the joint transmits only the force of its rotor
+                sums[d.kind] += [rate.axis * -rate.rotor for rate in loose]
+                continue
+            name = "_".join(filter(None, (letters[d.kind], cut.joint.name, d.label)))
+            value = component(d.row, demand.part(d.kind))
+            if value.vanishes():
+                self.zeros.append(name)
+                continue
+            R = d.sign * ring.unknown(name, Kind.REACTION)
+            own[d.kind][d.place] = R
+            sums[d.kind].append(lift(ring, d.row) * R)
+            self.unknowns[name] = describe_reaction(cut, d, guided=self.is_guided(cut))
+            self.closed.append(Result(Left(name), d.sign * value))
+        self.symbols[cut.body] = Wrench(total(sums["force"]), total(sums["moment"]))
+        self._own[cut.body] = Wrench(Vector(*own["force"]), Vector(*own["moment"]))
+
+    def _find_guide_forces(self) -> None:
+        """Solve for the forces of elements, and remove their actions from the joints' wrenches."""
+        carried, guiding = self.guiding.balance_units(), self.guiding
+        free = [rate for cut in self.cuts.bodies for rate in self._free(cut)]
+        found = guiding.solve(free, self.demands, carried)
+        sizes = guiding.symbols if found is None else found
+        if found is not None:
+            pairs = zip(guiding.names, found, strict=True)
+            self.guide_forces = [Result(Left(name), size) for name, size in pairs]
+        pressing = guiding.balance_pressing()
+        for cut in self.cuts.bodies:
+            whole = self.demands[cut.body]
+            for size, under in zip(sizes, carried, strict=True):
+                part = under[cut.body]
+                whole = Wrench(
+                    total([whole.force, part.force * size]),
+                    total([whole.moment, part.moment * size]),
+                )
+            for size, under in pressing:
+                part = under[cut.body]
+                whole = Wrench(
+                    total([whole.force, part.force * size]),
+                    total([whole.moment, part.moment * size]),
+                )
+            self.demands[cut.body] = whole.tidy()
+
+    def is_guided(self, cut: Cut) -> bool:
+        """Return whether a guide that no element describes acts across a body's joint."""
+        return bool(explain_joint(self.guides, cut.joint.name))
+
+    def _free(self, cut: Cut) -> list[JointRate]:
+        """Return the joint velocities along which a body's joint transmits nothing."""
+        algebra = self.algebra
+        here = [rate for rate in self.rates if rate.body == cut.body]
+        if len(self.rates) == len(algebra.velocities):
+            return here
+        if algebra.mechanism.elements:
+            own = cut.joint.followers
+            return [] if own else [rate for rate in here if rate.name not in self._held]
+        driven = algebra.mechanism.coordinates.driven
+        guided = set(driven)
+        for name in driven:
+            guided |= {g.name for g in algebra.lift(algebra.values[name]).generators()}
+        return [rate for rate in here if rate.name not in guided]
+
+    def resultant(self, cut: Cut) -> Vector:
+        """Return the resultant force on a body with named reactions, in its carrier's axes."""
+        back = [wrench.force for _, wrench in self._collect_behind(cut)]
+        held = self.guiding.on(cut).force
+        return total([cut.weight, cut.loads().force, held, self.symbols[cut.body].force, *back])
+
+    def forces_along(self, cut: Cut) -> Vector:
+        """Return the resultant force along the axes in which the body's equations are written.
+
+        The reaction in the body's own joint is not projected: that would expand n·n = 1.
+        """
+        rest = self.resultant(cut) - self.symbols[cut.body].force
+        known = total([rest, self._rotors(cut, "force")])
+        return along(cut.axes.rows, known) + self._own[cut.body].force
+
+    def moments_along(self, cut: Cut) -> Vector:
+        """Return the resultant moment about the axes in which the body's equations are written."""
+        rest = self.moment(cut) - self.symbols[cut.body].moment
+        known = total([rest, self._rotors(cut, "moment")])
+        return along(cut.axes.turns, known) + self._own[cut.body].moment
+
+    def _rotors(self, cut: Cut, kind: str) -> Vector:
+        """Return the force or moment on the rotor of a body's joint, with opposite sign."""
+        found = zero(self.algebra.ring)
+        for rate in self._free(cut):
+            if rate.kind == kind and rate.rotor:
+                found = found - rate.axis * rate.rotor
+        return found
+
+    def turning(self, cut: Cut) -> Vector:
+        """Return the rate of angular momentum about the fixed point, or else the center of mass."""
+        return total([cut.turning, cross(_lead_back(cut), cut.push)])
+
+    def moment(self, cut: Cut) -> Vector:
+        """Return the resultant moment about the fixed point, or else the center of mass."""
+        moments = [cut.weight_moment, cut.loads().moment, self.symbols[cut.body].moment]
+        moments.append(self.guiding.on(cut).moment)
+        moments.append(cross(_lead_back(cut), self.resultant(cut)))
+        for place, wrench in self._collect_behind(cut):
+            moments += [wrench.moment, cross(place, wrench.force)]
+        return total(moments)
+
+    def _collect_behind(self, cut: Cut) -> list[tuple[Vector, Wrench]]:
+        """Return the position of each joint that a body carries, and its wrench on the body."""
+        found = []
+        for other in self.cuts.bodies:
+            if other.joint.parent == cut.body:
+                back = -self.cuts.carried_wrench(self.symbols[other.body], other.body, cut.body)
+                found.append((self.cuts.between_seats(cut.body, other.body), back))
+        return found
+
+    def sum_guides(self) -> list[Result]:
+        """Return the sums of reactions along guided joints, zero for each virtual displacement."""
+        algebra, ring = self.algebra, self.algebra.ring
+        sums: list[list[Series]] = [[] for _ in algebra.velocities]
+        for rate in self.rates:
+            reaction = self.symbols[rate.body].part(rate.kind)
+            size = algebra.lift(combination(rate.axis, reaction))
+            for terms, slope in zip(sums, rate.partials, strict=True):
+                if slope:
+                    terms.append(tidy(slope * size))
+        return [Result(whole, ring.number(0)) for terms in sums if (whole := ring.sum(terms))]
+
+
+def needs(cut: Cut) -> Wrench:
+    """Return the wrench that a body needs for its motion: rates of momentum less weight."""
+    return Wrench(cut.push - cut.weight, cut.turning - cut.weight_moment).tidy()
+
+
+def _need(cut: Cut) -> Wrench:
+    """Return the wrench that a body needs in addition to its loads."""
+    return needs(cut) - cut.loads()
+
+
+def _lead_back(cut: Cut) -> Vector:
+    """Return the vector from the reference point of moments to the origin of the body's frame."""
+    return zero(cut.mass.ring) if cut.fixed else -cut.center
+
+
+def _is_parallel(row: Sequence[Any], axis: Vector) -> bool:
+    """Whether a direction is an axis or its opposite."""
+    return lift(axis.x.ring, row) in (axis, -axis)

@@ -1,1 +1,0 @@
-"""Cut bodies free: choose their axes, collect the forces on them, eliminate reactions."""

@@ -1,0 +1,442 @@
+"""Solve constrained equations of motion in closed form: for multipliers, or without them.
+
+The balance of each velocity k is Σ λ ∂Φ/∂q_k = (M a + h − Q)_k. A balance with a single unknown
+multiplier gives that multiplier. From two balances with the same one it is eliminated by cross
+multiplication, which avoids division by an expression that may vanish.
+
+Independent virtual displacements δq = S δπ with A δq = 0 do without multipliers. Row by row, the
+displacements allowed so far are combined so that they satisfy the next row (G. A. Maggi, Principii
+della teoria matematica del movimento, 1896; Neimark & Fufaev, Dynamics of Nonholonomic Systems,
+1972, ch. III). No divisor may vanish: a row needs a constant entry, or two whose squares add up to
+a constant, such as −sin θ and cos θ. Rows of loops without such entries are solved by Cramer's
+rule, with all displacements multiplied by the determinant instead of divided.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+from typing import final
+
+from mecanique.derivation.numeric.constraints.redundancy import find_redundancy
+from mecanique.derivation.printing.trigforms import common_monomial, common_number, monomial_series
+from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.series import Basis, Kind, Series
+from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage, Tie
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.errors import DerivationError
+from mecanique.model.mechanism import Mechanism
+
+_LONGEST = 60
+"""Balances and displacements with more terms are too long to be read."""
+
+
+@final
+@dataclass(frozen=True)
+class Solved:
+    """A multiplier λ with factor × λ = value.
+
+    Args:
+        multiplier: λ.
+        factor: its coefficient.
+        value: the right side, which may contain multipliers solved for before.
+    """
+
+    multiplier: Series
+    factor: Series
+    value: Series
+
+
+@final
+@dataclass(frozen=True)
+class _Balance:
+    """One balance: Σ factor × λ = rest."""
+
+    factors: tuple[Series, ...]
+    rest: Series
+
+    def unknown(self, found: Sequence[int]) -> list[int]:
+        """Return the indices of its multipliers that are not known yet."""
+        return [k for k, factor in enumerate(self.factors) if factor and k not in found]
+
+    def cost(self) -> int:
+        """Return its length; constant factors cost less."""
+        loose = sum(1 for factor in self.factors if factor and not is_constant(factor))
+        return 10 * loose + len(self.rest) + sum(map(len, self.factors))
+
+
+def solve_multipliers(
+    ties: Sequence[Tie], slopes: Sequence[Sequence[Series]], sides: Sequence[Series]
+) -> list[Solved]:
+    """Solve for the multipliers, one after another; return none if balances become long.
+
+    Args:
+        ties: the equations they belong to.
+        slopes: ∂Φ/∂q of each tie, for each velocity.
+        sides: M a + h − Q of each velocity.
+    """
+    columns = zip(*slopes, strict=True)
+    balances = [_Balance(tuple(c), side) for c, side in zip(columns, sides, strict=True)]
+    found: list[int] = []
+    solved: list[Solved] = []
+    held: list[tuple[int, _Balance]] = []
+    while len(found) + len(held) < len(ties):
+        known = [*found, *(k for k, _ in held)]
+        usable = [each for each in balances if each.unknown(known)]
+        if not usable:
+            return []
+        chosen = min(usable, key=lambda each: (len(each.unknown(known)), each.cost()))
+        balances.remove(chosen)
+        if chosen.cost() > _LONGEST:
+            return []
+        unknown = chosen.unknown(known)
+        if len(unknown) == 1 and not held:
+            solved.append(_solve(ties, chosen, unknown[0]))
+            found.append(unknown[0])
+            continue
+        k = min(unknown, key=lambda k: (not is_constant(chosen.factors[k]), len(chosen.factors[k])))
+        held.append((k, chosen))
+        balances = [_eliminate(each, chosen, k) for each in balances]
+    for k, balance in reversed(held):
+        solved.append(_solve(ties, balance, k))
+    return solved
+
+
+def is_constant(entry: Series) -> bool:
+    """Return whether a series is one product of parameters, which is never zero."""
+    return entry.is_unit and all(
+        g.kind in (Kind.PARAMETER, Kind.CONSTANT) for g in entry.generators()
+    )
+
+
+def divide_common(column: Sequence[Series]) -> list[Series]:
+    """Divide series by the number and the parameters that all of them share."""
+    whole = [polynomial for entry in column for polynomial in _list_polynomials(entry)]
+    if not whole:
+        return list(column)
+    shared = monomial_series(whole[0].ring, common_monomial(whole, {Kind.PARAMETER}))
+    divisor = shared * common_number(whole)
+    return [entry / divisor for entry in column]
+
+
+def _list_polynomials(entry: Series) -> list[Series]:
+    """Return the coefficients of the products of sines and cosines."""
+    return [
+        Series(entry.ring, {0: part}, entry.denominator, entry.reach)
+        for part in entry.parts.values()
+    ]
+
+
+def _solve(ties: Sequence[Tie], balance: _Balance, k: int) -> Solved:
+    """Solve a balance for the multiplier of tie k."""
+    others = [
+        -factor * ties[i].multiplier
+        for i, factor in enumerate(balance.factors)
+        if factor and i != k
+    ]
+    value = tidy(balance.rest.ring.sum([balance.rest, *others]))
+    factor = balance.factors[k]
+    if is_constant(factor):
+        return Solved(ties[k].multiplier, factor.ring.number(1), value / factor)
+    factor, value = divide_common([factor, value])
+    if sum(1 if c > 0 else -1 for _, _, c in factor.terms()) < 0:
+        factor, value = -factor, -value
+    return Solved(ties[k].multiplier, factor, value)
+
+
+def _eliminate(balance: _Balance, other: _Balance, k: int) -> _Balance:
+    """Eliminate multiplier k from a balance by another that contains it."""
+    mine, its = balance.factors[k], other.factors[k]
+    if not mine:
+        return balance
+    if is_constant(its):
+        mine, its = mine / its, its.ring.number(1)
+    pairs = zip((*balance.factors, balance.rest), (*other.factors, other.rest), strict=True)
+    *factors, rest = divide_common([tidy(its * a - mine * b) for a, b in pairs])
+    return _Balance(tuple(factors), rest)
+
+
+def redundancy_stages(mechanism: Mechanism, *, of_work: bool = False) -> list[Stage]:
+    """Return the step that names redundant constraints, or no step if there are none.
+
+    Args:
+        mechanism: the mechanism with the constraints.
+        of_work: whether the method is virtual work, in which their forces do not appear.
+    """
+    if not mechanism.constrained:
+        return []
+    try:
+        rows, shared = find_redundancy(mechanism)
+    except DerivationError:  # no position satisfies the constraints
+        return []
+    if not rows:
+        return []
+    verb, own = ("follows", "it restrains") if len(rows) == 1 else ("follow", "they restrain")
+    sentence = (
+        f"In every position that the constraints allow, {_list(rows)} {verb} from the others and "
+        f"from how the joints lead the bodies: {own} nothing more."
+    )
+    if not of_work and len(shared) == 1:
+        sentence += f" The force of {shared[0]} is undetermined."
+    elif not of_work:
+        sentence += (
+            f" The forces of {_list(shared)} are undetermined individually; only their combined "
+            "effect follows from the motion."
+        )
+    return [Stage("Redundant constraints", sentence, ())]
+
+
+def _list(names: tuple[str, ...]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if names[1:] else names)
+
+
+_LONGEST_RATE = 40
+"""Constraints of loops on velocities or accelerations with more terms are too long to be read."""
+
+
+def loop_stages(
+    ties: Sequence[Tie], *, of_work: bool = False, of_forces: bool = False
+) -> list[Stage]:
+    """Return the steps that state the constraints of loops and of rolling.
+
+    Args:
+        ties: the equations of the loops, contacts and velocity constraints.
+        of_work: whether the method is virtual work, in which no multipliers appear.
+        of_forces: whether the multipliers are forces on the bodies, not generalized forces.
+    """
+    found = []
+    loops = [tie for tie in ties if not tie.of_velocities and not tie.of_contact]
+    if loops:
+        sentence = (
+            "Each loop joins a point or a frame of one body to one of another. Their separation Φ "
+            "follows from the poses of both; it is zero as long as the loop is closed."
+        )
+        if of_forces:
+            sentence += (
+                " Where the loop is cut open, the bodies exert the unknown force λ on each other, "
+                "like a reaction."
+            )
+        elif not of_work:
+            sentence += (
+                " In a virtual displacement that opens it by δΦ its force λ does the work λ δΦ; "
+                "therefore λ ∂Φ/∂q is added to the generalized forces."
+            )
+        found.append(Stage("Loops", sentence, _list_demands(loops)))
+        found += _differentiate_loops(loops)
+    rolling = [tie for tie in ties if tie.of_velocities or tie.of_contact]
+    if rolling:
+        sentence = (
+            "Where a body rolls, its point of contact has the same velocity as the point it "
+            "touches; a blade does not move sideways. Φ is the distance from the plane; ψ, linear "
+            "in the velocities, is in general not integrable."
+        )
+        if not of_work:
+            sentence += (
+                " The constraints must not be substituted into T. In a virtual displacement along "
+                "which ψ is δψ the force λ does the work λ δψ; therefore λ ∂ψ/∂q' and λ ∂Φ/∂q are "
+                "added to the generalized forces."
+            )
+        found.append(Stage("Constraints on velocities", sentence, _list_demands(rolling)))
+    return found
+
+
+def _differentiate_loops(loops: Sequence[Tie]) -> list[Stage]:
+    """Return the step with the loops' constraints on velocities and accelerations, if short."""
+    derived = [("'", tie, tie.demand.ddt()) for tie in loops]
+    derived += [("''", tie, tie.second) for tie in loops]
+    if max(len(series) for *_, series in derived) > _LONGEST_RATE:
+        return []
+    results = []
+    for primes, tie, series in derived:
+        left = Left(f"{tie.letter}_{tie.name}", primes=primes)
+        results.append(Result(left, tidy(series)))
+    sentence = (
+        "As the loops remain closed, Φ' = 0 constrains the velocities and Φ'' = 0 the "
+        "accelerations. The latter equations are linear in the accelerations, and the equations of "
+        "motion are linear in accelerations and multipliers: one linear system gives them all."
+    )
+    return [Stage("Loops in motion", sentence, tuple(results))]
+
+
+def multiplier_stages(
+    algebra: Algebra, M: Matrix, rest: Sequence[Series], ties: Sequence[Tie]
+) -> list[Stage]:
+    """Return the step that solves for the multipliers of loops, if it is short.
+
+    Args:
+        algebra: the mechanism's symbols.
+        M: rows of the mass matrix.
+        rest: h − Q of each velocity.
+        ties: the equations of the loops alone.
+    """
+    ring = algebra.ring
+    if not ties or any(tie.of_velocities or tie.of_contact for tie in ties):
+        return []
+    a = [ring[name] for name in algebra.accelerations]
+    sides = []
+    for row, other in zip(M, rest, strict=True):
+        sides.append(ring.sum([*(m * x for m, x in zip(row, a, strict=True)), other]))
+    slopes = [list(map(tidy, tie.slopes(ring))) for tie in ties]
+    solved = solve_multipliers(ties, slopes, sides)
+    if not solved:
+        return []
+    results = []
+    for one in solved:
+        name = one.multiplier.generators()[0].name
+        left = Left(name) if one.factor == 1 else tidy(one.factor * one.multiplier)
+        results.append(Result(left, one.value))
+    sentence = (
+        "The equations of motion are linear in the multipliers. In this order, each gives one more "
+        "of them in terms of the accelerations; the remaining equations do not contain them."
+    )
+    return [Stage("Multipliers", sentence, tuple(results))]
+
+
+def _list_demands(ties: Sequence[Tie]) -> tuple[Result, ...]:
+    return tuple(Result(Left(f"{tie.letter}_{tie.name}"), tie.demand) for tie in ties)
+
+
+Column = list[Series]
+
+_MOST_ROWS = 4
+"""The most rows whose displacements, by Cramer's rule, can still be read."""
+
+
+def independent_displacements(
+    ring: Basis, rows: Sequence[Sequence[Series]], count: int, *, cramer: bool = False
+) -> list[Column]:
+    """Return a basis S of the displacements with A δq = 0, each with a part for every velocity.
+
+    Args:
+        ring: the ring of the series.
+        rows: rows of A.
+        count: number of velocities.
+        cramer: whether displacements may be multiplied by a determinant; with a single free
+            displacement it vanishes only where the rows are dependent.
+
+    Raises:
+        DerivationError: if a divisor might vanish, or the result is long.
+    """
+    one, zero = ring.number(1), ring.number(0)
+    basis = [[zero] * count for _ in range(count)]
+    for k, column in enumerate(basis):
+        column[k] = one
+    waiting = list(rows)
+    while waiting:
+        for row in waiting:
+            entries = [_dot(ring, row, column) for column in basis]
+            met = [k for k, entry in enumerate(entries) if entry]
+            shorter = _satisfy(ring, basis, entries, met) if met else basis
+            if shorter is not None:
+                waiting.remove(row)
+                basis = shorter
+                break
+        else:
+            if not cramer:
+                raise DerivationError(
+                    "the constraints on velocities have no independent displacements in closed "
+                    "form that hold everywhere; such equations are computed, not written out"
+                )
+            return _solve_by_cramer(ring, basis, waiting)
+    return basis
+
+
+def _solve_by_cramer(
+    ring: Basis, basis: list[Column], rows: Sequence[Sequence[Series]]
+) -> list[Column]:
+    """Return displacements that satisfy rows without constant entries, by Cramer's rule."""
+    entries = [[*map(partial(_dot, ring, row), basis)] for row in rows]
+    size = len(rows)
+    if size > _MOST_ROWS or sum(len(entry) for row in entries for entry in row) > _LONGEST:
+        raise DerivationError(
+            "the independent displacements of the loops are too long to be read; such equations "
+            "are computed, not written out"
+        )
+    choices = []
+    for places in combinations(range(len(basis)), size):
+        minor = determinant(ring, _select(entries, places))
+        if minor:
+            choices.append((len(minor), places[::-1], places, minor))
+    if not choices:
+        raise DerivationError("the loops' equations depend on each other")
+    *_, held, minor = min(choices, key=lambda choice: choice[:2])
+    found = []
+    for free in range(len(basis)):
+        if free in held:
+            continue
+        column = [minor * x for x in basis[free]]
+        for place, k in enumerate(held):
+            swapped = (*held[:place], free, *held[place + 1 :])
+            share = determinant(ring, _select(entries, swapped))
+            column = [a - share * b for a, b in zip(column, basis[k], strict=True)]
+        found.append(_make_positive(divide_common([tidy(entry) for entry in column])))
+    return found
+
+
+def determinant(ring: Basis, rows: Sequence[Sequence[Series]]) -> Series:
+    """Expand a determinant by its first row, skipping what is zero."""
+    if not rows:
+        return ring.number(1)
+    first, *others = rows
+    terms = []
+    for k, entry in enumerate(first):
+        if entry:
+            rest = [i for i in range(len(first)) if i != k]
+            terms.append(entry * determinant(ring, _select(others, rest)) * (-1) ** k)
+    return tidy(ring.sum(terms))
+
+
+def _select(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[list[Series]]:
+    """Select entries of every row, in the given order."""
+    found: list[list[Series]] = []
+    for row in rows:
+        found.append([row[k] for k in places])
+    return found
+
+
+def _make_positive(column: Column) -> Column:
+    """Return the displacement with the sign that makes its first part positive."""
+    first = next(entry for entry in column if entry)
+    signs = [1 if c > 0 else -1 for _, _, c in first.terms()]
+    return [-entry for entry in column] if sum(signs) < 0 else column
+
+
+def _satisfy(
+    ring: Basis, basis: list[Column], entries: list[Series], met: list[int]
+) -> list[Column] | None:
+    """Return displacements that satisfy a row with these entries; None if a divisor may vanish."""
+    single = next((k for k in met if is_constant(entries[k])), None)
+    if single is not None:
+        pivot = entries[single]
+        return [
+            _subtract(column, entries[k] / pivot, basis[single]) if k in met else column
+            for k, column in enumerate(basis)
+            if k != single
+        ]
+    for i, k in combinations(met, 2):
+        size = tidy(entries[i] ** 2 + entries[k] ** 2)
+        if not is_constant(size):
+            continue
+        # the row prevents the displacement (c, s) and allows (−s, c)
+        c, s = entries[i], entries[k]
+        pairs = list(zip(basis[i], basis[k], strict=True))
+        held = [tidy(c * a + s * b) for a, b in pairs]
+        rest = [
+            _subtract(column, entries[j] / size, held) if j in met else column
+            for j, column in enumerate(basis)
+        ]
+        rest[i] = [tidy(s * a - c * b) for a, b in pairs]
+        return rest[:k] + rest[k + 1 :]
+    return None
+
+
+def _dot(ring: Basis, row: Sequence[Series], column: Column) -> Series:
+    return tidy(ring.sum([a * b for a, b in zip(row, column, strict=True) if a and b]))
+
+
+def _subtract(column: Column, factor: Series, other: Column) -> Column:
+    if not factor:
+        return column
+    return [tidy(a - factor * b) for a, b in zip(column, other, strict=True)]

@@ -1,1 +1,0 @@
-"""Reduce the number of equations: by conserved momenta, and by closed loops."""

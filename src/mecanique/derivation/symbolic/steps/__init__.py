@@ -1,1 +1,0 @@
-"""Write the steps of the methods in words and formulas, in textbook order."""
