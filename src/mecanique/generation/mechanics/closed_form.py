@@ -10,10 +10,9 @@ from typing import Any, final
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.vectors import Rows
-from mecanique.derivation.scalars.generators import Kind
-from mecanique.derivation.scalars.monomials import exponents
+from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError
 from mecanique.program.tape import Tape, Value
