@@ -211,7 +211,7 @@ ORDER: dict[str, list[str]] = {
     "generation.writing": ["formulas names", "written", "recursion"],
     "generation.mechanics": ["closed_form constrained", "dynamics", "free_body_forces"],
     "generation.verdict": ["answers start", "differences", "cases", "verdict"],
-    "generation.targets": ["target", "c javascript python", "casadi steps", "fmi", "fmu"],
+    "generation.targets": ["target", "c javascript python", "casadi jax steps", "fmi", "fmu"],
     "motion": ["record", "compile", "simulation", "analysis output", "ensemble linear"],
     "motion.simulation": [
         "outcome",

@@ -42,7 +42,10 @@ def test_code_takes_parameters_a_name_and_numbers(tmp_path: Path) -> None:
     [
         (("cart_pole", "--target", "fortran"), "unknown target 'fortran'"),
         (("cart_pole", "--what", "speed"), "unknown quantity 'speed'"),
-        (("cart_pole", "--what", "multipliers"), "expected a mechanism with loops"),
+        (
+            ("cart_pole", "--what", "multipliers"),
+            "expected a mechanism with loops, contacts or velocity",
+        ),
         (("cart_pole", "--name", "a b"), "expected a name of ASCII letters"),
         (("cart_pole", "--root", "floating"), "expected a URDF file or a robot"),
         (("no_such_system",), "no_such_system"),

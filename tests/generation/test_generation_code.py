@@ -124,6 +124,60 @@ def test_a_pendulum_hangs_on_its_weight_and_its_swing() -> None:
     np.testing.assert_allclose(turn, [0.0, -1.0, 0.0], rtol=0, atol=1e-15)
 
 
+@pytest.mark.parametrize("target", ["python", "c", "javascript", "jax", "casadi", "fmu"])
+def test_reactions_feel_the_torques_that_drive(target: str) -> None:
+    if target in ("jax", "casadi", "fmu"):
+        pytest.importorskip(target.replace("fmu", "fmpy"))
+    mechanism = mq.textbook.load("cart_pole")
+    code = mq.generate(derive_system("cart_pole"), target, "reactions,reactions_by_tau", samples=8)
+    assert code.verdict is not None
+    assert code.verdict.worst["reactions"] <= 1e-12
+    assert code.verdict.worst["reactions_by_tau"] <= 1e-6
+    if target == "c":
+        q, tau = [0.0, 0.1], [5.0, 0.0]
+        wrenches = code.compile().reactions(0.0, q, [0.0, 0.0], tau)
+        expected = mq.Reference(mechanism).reactions(q, tau=tau)
+        for row, wrench in zip(wrenches, expected.values(), strict=True):
+            np.testing.assert_allclose(row, [*wrench.force, *wrench.moment], rtol=0, atol=1e-12)
+
+
+def test_headers_tell_the_axes_of_free_bodies_and_where_damping_counts() -> None:
+    code = mq.generate(derive_system("free_rigid_body"), "c", "inverse_dynamics", samples=4)
+    header = str(code.files["free_rigid_body.h"])
+    for line in (
+        "free_vx [m/s]: velocity of the origin of 'cylinder', along the x axis of the body itself",
+        "tau_free_wz [N*m]: moment about the origin of 'cylinder', along the z axis of the body",
+        "qw [1]: w of the unit quaternion of 'cylinder' in the joint's frame",
+        "M a + bias - forces, so beyond what springs, dampers, drives and loads exert",
+    ):
+        assert line in header
+
+
+def test_torques_on_absolute_angles_drive_in_the_joints() -> None:
+    mechanism = mq.textbook.load("double_pendulum")
+    drives = (mq.JointForce("first", "pin1", -0.6), mq.JointForce("second", "pin2", -1.3))
+    q, v = [0.3, 0.5], [0.2, -0.4]
+    code = mq.generate(derive_system("double_pendulum"), "c", "reactions", samples=5)
+    # q2 = q1 + theta2: the joints' torques 0.7 − 1.3 and −1.3 do the work of 0.7 on q1, −1.3 on q2
+    found = code.compile().reactions(0.0, q, v, [0.7, -1.3])
+    expected = mq.Reference(replace(mechanism, forces=drives)).reactions(q, v)
+    for row, wrench in zip(found, expected.values(), strict=True):
+        np.testing.assert_allclose(row, [*wrench.force, *wrench.moment], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["foucault_pendulum", "free_planar_body"])
+def test_reactions_of_driven_joints_with_several_coordinates_do_no_work(name: str) -> None:
+    mechanism = mq.textbook.load(name)
+    code = mq.generate(derive_system(name), "c", "reactions,jacobians", samples=5).compile()
+    q, v, tau = (
+        np.array(numbers)[: mechanism.nv]
+        for numbers in ((0.3, 0.5, 0.1), (0.2, -0.4, 0.6), (7.0, -13.0, 4.0))
+    )
+    reaction, jacobian = code.reactions(0.2, q, v, tau)[-1], code.jacobians(0.2, q)[-1]
+    assert np.abs(jacobian).max() > 0.5
+    np.testing.assert_allclose(reaction @ jacobian, 0.0, rtol=0, atol=1e-12)
+
+
 def test_reactions_that_nothing_determines_are_refused() -> None:
     for name, message in (
         ("bricard_linkage", "are undetermined in"),
@@ -272,7 +326,7 @@ def test_what_is_asked_wrongly_is_refused(tmp_path: Path) -> None:
         ({"what": "accelerations"}, "unknown quantity 'accelerations'; did you mean 'accel"),
         ({"what": ()}, "expected names of quantities, each once, got"),
         ({"what": "energy,energy"}, "expected names of quantities, each once, got"),
-        ({"what": "multipliers"}, "expected a mechanism with loops for 'multipliers'"),
+        ({"what": "multipliers"}, "expected a mechanism with loops, contacts or velocity"),
         ({"parameters": ("k",)}, "unknown parameter 'k'"),
         ({"name": "2nd"}, "expected a name of ASCII letters, digits and underscores"),
         ({"samples": 0}, "expected a whole number of at least 1 for samples, got 0"),
@@ -368,6 +422,42 @@ def test_jax_and_casadi_differentiate_the_code(tmp_path: Path) -> None:
     by_casadi = casadi.Function("slope", symbols, [slope])(y, tau)
     np.testing.assert_allclose(np.asarray(by_jax), ours, rtol=0, atol=1e-13)
     np.testing.assert_allclose(np.asarray(by_casadi), ours, rtol=0, atol=1e-13)
+
+
+def test_parameters_of_python_and_jax_are_given_by_name(tmp_path: Path) -> None:
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    for target in ("jax", "python"):
+        code = mq.generate(derive_system("simple_pendulum"), target, samples=4)
+        made = runpy.run_path(str(code.write(tmp_path / target)[0]))
+        run = jax.jit(made["acceleration"]) if target == "jax" else made["acceleration"]
+        q, v = np.array([[0.3], [0.4]]), np.array([0.0])
+        default = np.asarray(run(0.0, q, v))
+        np.testing.assert_array_equal(run(0.0, q, v, None, made["PARAMETERS"]), default)
+        many = run(0.0, q, v, None, {"g": np.array([9.81, 2 * 9.81])})
+        np.testing.assert_allclose(many, default * [[1.0], [2.0]], rtol=1e-15)
+        with pytest.raises(ValueError, match="expected parameters among m, l, g, got 'L'"):
+            run(0.0, q, v, None, {"L": 2.0})
+
+
+def test_derivatives_of_robots_in_jax_are_compiled_in_seconds(tmp_path: Path) -> None:
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    solo = mq.derive(mq.read_urdf(mq.robot("solo"), root="floating"))
+    code = mq.generate(solo, "jax", samples=4)
+    assert code.verdict is not None
+    made = runpy.run_path(str(code.write(tmp_path)[0]))
+    q, v = solo.mechanism.neutral(), np.linspace(-1.0, 1.0, solo.mechanism.nv)
+
+    def accelerate(v: object) -> object:
+        return made["acceleration"](0.0, q, v)
+
+    slope = jax.jacfwd(accelerate)
+    assert len(jax.make_jaxpr(slope)(v).eqns) < 400  # flat it took 3,564 and minutes
+    ours = mq.generate(solo, "python", "acceleration_by_v", samples=2)
+    exact = runpy.run_path(str(ours.write(tmp_path / "ours")[0]))["acceleration_by_v"](0.0, q, v)
+    found = np.asarray(jax.jit(slope)(v))
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-12 * np.abs(exact).max())
 
 
 def test_packages_that_are_missing_are_named(monkeypatch: pytest.MonkeyPatch) -> None:

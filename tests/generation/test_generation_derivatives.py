@@ -100,8 +100,10 @@ def test_derivatives_stay_short() -> None:
 
 def test_derivatives_that_mean_nothing_are_refused() -> None:
     linkage = derive_system("four_bar_linkage")
-    with pytest.raises(mq.InputError, match="expected no loops for 'rhs_by_q': positions next"):
+    with pytest.raises(mq.InputError, match="expected no loops for 'rhs_by_q': the states next"):
         mq.generate(linkage, "c", "rhs_by_q")
+    with pytest.raises(mq.InputError, match="expected no contacts for 'rhs_by_y': the states next"):
+        mq.generate(derive_system("whipple_bicycle"), "c", "rhs_by_y")
     pendulum = derive_system("simple_pendulum")
     for name in ("mass_matrix_by_v", "energy_by_tau", "rhs_by_m", "weight_by_q"):
         with pytest.raises(mq.UnknownNameError, match=f"unknown quantity '{name}'"):

@@ -43,7 +43,7 @@ def build_program(
         DerivationError: if the coordinate map has no derivatives.
     """
     mechanism = equations.mechanism
-    quantities = choose(what, loops=mechanism.constrained)
+    quantities = choose(what, mechanism)
     if moves:
         others = [quantity for quantity in quantities if quantity.name != "rhs"]
         quantities = (QUANTITIES["rhs"], *others)
@@ -88,8 +88,8 @@ def _values(dynamics: Dynamics, name: str) -> list[Value]:
     """
     if name != "reactions":
         return dynamics.answer(name)
-    found = Actions(dynamics.release()).joint_reactions()
-    return values_of([entry for each in found for entry in (*each.force, *each.moment)])
+    reactions = Actions(dynamics).joint_reactions()
+    return values_of([entry for wrench in reactions for entry in (*wrench.force, *wrench.moment)])
 
 
 def _collect_letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:
@@ -104,15 +104,44 @@ def _collect_letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:
         value = mechanism.values.get(symbol, getattr(letter, "signal", 0.0))
         known = float(value) if isinstance(value, float) else 0.0
         constants.append(Letter(symbol, symbol, letter.unit, letter.meaning, known))
-    speeds = mechanism.velocities
+    speeds, meaning = mechanism.velocities, _describe_free_joints(mechanism)
     return {
         "t": (Letter("t", "t", "s", "time"),),
-        "q": tuple(Letter(q, q, unit[q], value=neutral[q]) for q in mechanism.coordinates),
-        "v": tuple(Letter(v, v, unit[v]) for v in speeds),
+        "q": tuple(
+            Letter(q, q, unit[q], meaning.get(q, ""), neutral[q]) for q in mechanism.coordinates
+        ),
+        "v": tuple(Letter(v, v, unit[v], meaning.get(v, "")) for v in speeds),
         "a": tuple(Letter(f"{v}'", f"a {v}", per_second(unit[v])) for v in speeds),
-        "tau": tuple(Letter(f"tau_{v}", f"tau {v}", _find_force_unit(unit[v])) for v in speeds),
+        "tau": tuple(
+            Letter(f"tau_{v}", f"tau {v}", _find_force_unit(unit[v]), meaning.get(f"tau_{v}", ""))
+            for v in speeds
+        ),
         "p": tuple(constants),
     }
+
+
+def _describe_free_joints(mechanism: Mechanism) -> dict[str, str]:
+    """Return the axes and origins of coordinates, velocities and tau of balls and free bodies."""
+    meaning: dict[str, str] = {}
+    for joint in mechanism.joints:
+        if not joint.quaternion:
+            continue
+        child = f"of {joint.child!r}"
+        for name, axis in zip(joint.coordinates[-4:], "xyzw", strict=True):
+            meaning[name] = f"{axis} of the unit quaternion {child} in the joint's frame"
+        for kind, force, names in (
+            ("velocity of the origin", "force at the origin", joint.linear_velocities),
+            ("angular velocity", "moment about the origin", joint.angular_velocities),
+        ):
+            for name, axis in zip(names, "xyz", strict=False):
+                own = f"along the {axis} axis of the body itself"
+                meaning |= {
+                    name: f"{kind} {child}, {own}",
+                    f"tau_{name}": f"{force} {child}, {own}",
+                }
+        for name, axis in zip(joint.coordinates[:-4], "xyz", strict=False):
+            meaning[name] = f"origin {child} along the {axis} axis of the joint's frame"
+    return meaning
 
 
 def _find_force_unit(velocity: str) -> str:

@@ -14,6 +14,7 @@ from mecanique.generation.targets.c import C
 from mecanique.generation.targets.casadi import CasADi
 from mecanique.generation.targets.fmu import FMU
 from mecanique.generation.targets.javascript import JavaScript
+from mecanique.generation.targets.jax import JAX
 from mecanique.generation.targets.python import Python
 from mecanique.generation.targets.target import Target
 from mecanique.generation.verdict.cases import cases_of
@@ -27,7 +28,7 @@ TARGETS: dict[str, Target] = {
     "c": C(),
     "javascript": JavaScript(),
     "python": Python(),
-    "jax": Python("Python with JAX", "jax", "jax.numpy"),
+    "jax": JAX,
     "casadi": CasADi(),
     "fmu": FMU(),
 }

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import final
 
 from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.mechanism import Mechanism
 
 
 @final
@@ -19,7 +20,7 @@ class Quantity:
         symbol: letter of its value.
         takes: its arguments among t, y, q, v, a and tau; y is q followed by v.
         meaning: its meaning, in a few words.
-        loops: whether only mechanisms with loops have it.
+        constrained: whether only mechanisms with loops or other constraints have it.
         by: for a derivative, the variable: y, q, v, a, tau or p.
         base: for a derivative, the name of the differentiated quantity.
     """
@@ -28,7 +29,7 @@ class Quantity:
     symbol: str
     takes: tuple[str, ...]
     meaning: str
-    loops: bool = False
+    constrained: bool = False
     by: str = ""
     base: str = ""
 
@@ -48,7 +49,8 @@ QUANTITIES = {
             "inverse_dynamics",
             "tau",
             ("t", "q", "v", "a"),
-            "forces to add for accelerations a: M a + bias - forces",
+            "tau for accelerations a: M a + bias - forces, so beyond what springs, dampers, drives "
+            "and loads exert",
         ),
         Quantity("energy", "E", ("t", "q", "v"), "kinetic energy, potential energy [J]"),
         Quantity("poses", "H", ("t", "q"), "rows of rotation and position of each body, 3 by 4"),
@@ -61,14 +63,23 @@ QUANTITIES = {
         Quantity(
             "reactions",
             "R",
+            ("t", "q", "v", "tau"),
+            "force and moment on the child of each joint at its origin, then of loops; "
+            "tau acts in the joints and is not part of them",
+        ),
+        Quantity(
+            "multipliers",
+            "lambda",
+            ("t", "q", "v", "tau"),
+            "multipliers of the constraints",
+            constrained=True,
+        ),
+        Quantity(
+            "closure",
+            "Phi",
             ("t", "q", "v"),
-            "force and moment on the child of each joint at its origin, then of loops; without tau",
-        ),
-        Quantity(
-            "multipliers", "lambda", ("t", "q", "v", "tau"), "multipliers of the loops", loops=True
-        ),
-        Quantity(
-            "closure", "Phi", ("t", "q", "v"), "gaps Phi of the loops, then their rates", loops=True
+            "gaps Phi of the constraints, then their rates",
+            constrained=True,
         ),
     )
 }
@@ -101,34 +112,53 @@ def derivative(name: str) -> Quantity | None:
     if by != "p" and by not in state:
         return None
     meaning = f"derivatives of {base} by {BY[by]}, row by row"
-    return Quantity(name, f"d{quantity.symbol}", quantity.takes, meaning, quantity.loops, by, base)
+    return Quantity(
+        name, f"d{quantity.symbol}", quantity.takes, meaning, quantity.constrained, by, base
+    )
 
 
-def choose(what: str | Sequence[str], *, loops: bool) -> tuple[Quantity, ...]:
+def choose(what: str | Sequence[str], mechanism: Mechanism) -> tuple[Quantity, ...]:
     """Return quantities by name.
 
     Args:
         what: their names, as a sequence or separated by commas.
-        loops: whether the mechanism has loops.
+        mechanism: the mechanism they are asked of.
 
     Raises:
-        InputError: if there is no name, a name is repeated, or does not suit the presence of loops.
+        InputError: if there is no name, a name is repeated, or does not suit the constraints.
         UnknownNameError: if a name is not that of a quantity.
     """
     names = [name.strip() for name in what.split(",")] if isinstance(what, str) else list(what)
-    known = [name for name, quantity in QUANTITIES.items() if loops or not quantity.loops]
-    found = []
+    constrained = mechanism.constrained
+    known = [
+        name for name, quantity in QUANTITIES.items() if constrained or not quantity.constrained
+    ]
+    chosen = []
     for name in names:
         quantity = QUANTITIES.get(name) or derivative(name)
         if quantity is None:
             raise UnknownNameError("quantity", name, known)
-        if loops and quantity.by not in ("", "a", "tau"):
+        if constrained and quantity.by not in ("", "a", "tau"):
             raise InputError(
-                f"expected no loops for {name!r}: positions next to a closed one are not closed"
+                f"expected no {_list_constraints(mechanism)} for {name!r}: the states next to one "
+                "that keeps them do not"
             )
-        found.append(quantity)
-        if quantity.loops and not loops:
-            raise InputError(f"expected a mechanism with loops for {name!r}; this one has none")
+        if quantity.constrained and not constrained:
+            raise InputError(
+                f"expected a mechanism with loops, contacts or velocity constraints for {name!r}; "
+                "this one has none"
+            )
+        chosen.append(quantity)
     if not names or len(set(names)) < len(names):
         raise InputError(f"expected names of quantities, each once, got {what!r}")
-    return tuple(found)
+    return tuple(chosen)
+
+
+def _list_constraints(mechanism: Mechanism) -> str:
+    """Return the kinds of constraints that a mechanism has, e.g. "loops or contacts"."""
+    kinds = {
+        "loops": mechanism.loops,
+        "contacts": mechanism.contacts,
+        "velocity constraints": mechanism.velocity_constraints,
+    }
+    return " or ".join(kind for kind, constraints in kinds.items() if constraints)

@@ -58,9 +58,7 @@ class Efforts:
         Raises:
             InputError: naming those that do not.
         """
-        seated = {
-            joint.velocities[-1] for joint in self.mechanism.joints if isinstance(joint, Single)
-        }
+        seated = seated_velocities(self.mechanism)
         given = zip(self.names, self.values.T, strict=True)
         loose = [name for name, column in given if name not in seated and column.any()]
         if loose:
@@ -68,6 +66,11 @@ class Efforts:
                 f"reactions depend on what makes the forces on {', '.join(loose)}; expected tau in "
                 "joints with one coordinate, or describe the rest as forces of the mechanism"
             )
+
+
+def seated_velocities(mechanism: Mechanism) -> set[str]:
+    """Return the velocities of joints with one coordinate, in which a force has a place."""
+    return {joint.velocities[-1] for joint in mechanism.joints if isinstance(joint, Single)}
 
 
 @final

@@ -76,21 +76,13 @@ class Dynamics:
         form: its equations of motion.
         tree: the same by recursion, which gives poses as well.
         title: how the equations were obtained.
-        pushed: whether torques tau are added to the mechanism's forces.
     """
 
-    def __init__(
-        self, letters: Letters, form: Form, tree: Tree, title: str, *, pushed: bool = True
-    ) -> None:
-        self._pushed = pushed
+    def __init__(self, letters: Letters, form: Form, tree: Tree, title: str) -> None:
         self.letters = letters
         self.title = title
         self._form = form
         self.tree = tree
-
-    def release(self) -> Dynamics:
-        """Return the same without torques tau."""
-        return Dynamics(self.letters, self._form, self.tree, self.title, pushed=False)
 
     def answer(self, quantity: str) -> list[Value]:
         """Return the values of a quantity, row by row.
@@ -179,8 +171,7 @@ class Dynamics:
     @property
     def _drive(self) -> list[Any]:
         """Forces and torques minus bias."""
-        tau = self.letters.tau if self._pushed else [0.0] * len(self.letters.tau)
-        parts = zip(self.forces, tau, self.bias, strict=True)
+        parts = zip(self.forces, self.letters.tau, self.bias, strict=True)
         return [Q + tau - h for Q, tau, h in parts]
 
     @property

@@ -13,7 +13,18 @@ from typing import Any, final
 
 from mecanique.derivation.mechanics.forces import NOTHING, Action, on_velocities
 from mecanique.derivation.mechanics.guides import Guides
-from mecanique.derivation.mechanics.vectors import Rows, Triple, add, apply, cross, scale, transpose
+from mecanique.derivation.mechanics.vectors import (
+    Rows,
+    Triple,
+    add,
+    apply,
+    cross,
+    dot,
+    products,
+    scale,
+    transpose,
+)
+from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import Matrix, origin, product, times_point
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.dynamics import Dynamics
@@ -22,6 +33,7 @@ from mecanique.model.constraints.contacts import Contact
 from mecanique.model.constraints.elements import force_names
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.placement import Placement
+from mecanique.program.solving import factorize
 from mecanique.program.sweeps import push_forward
 from mecanique.program.traced import trace, value_of, values_of
 
@@ -69,6 +81,32 @@ class Actions:
     def loads(self) -> list[Action]:
         """The actions of springs, dampers, drives and loads on each body."""
         return self._dynamics.tree.loads.on_bodies()
+
+    @cached_property
+    def drives(self) -> list[Action]:
+        """The actions of tau in the joints, on the child and on the parent.
+
+        Where it works on coordinates that are no joint's, it is the least forces in joints that do
+        the same work.
+        """
+        m, chart, tape = self._mechanism, self._recursion.chart, self._letters.tape
+        motions = [link for link in links(m) if link.kind != "fixed"]
+        tau = dict(zip(m.velocities, self._letters.tau, strict=True))
+        efforts = [tau.pop(name, 0.0) for link in motions for name in link.velocities]
+        if tau:
+            columns = transpose(chart.G)
+            generalized = [tau.get(name, 0.0) for name in m.velocities]
+            shares = factorize(tape, products(columns, columns)).solve(generalized)
+            efforts = [x + dot(row, shares) for x, row in zip(efforts, chart.G, strict=True)]
+        drives: list[Action] = []
+        recursion = self._recursion
+        for link, motion, pose in zip(motions, recursion.links, recursion.poses, strict=True):
+            joint = m.joint(link.joint)
+            moment, force = (apply(pose, part) for part in motion.relative(efforts))
+            at = self._point(joint.child, NOTHING)
+            drive = Action(joint.name, "drive", joint.child, at, force, moment)
+            drives += [drive, drive.opposite(joint.parent)]
+        return drives
 
     @cached_property
     def inertia(self) -> list[Action]:
@@ -123,7 +161,7 @@ class Actions:
     @property
     def _acting(self) -> list[Action]:
         """All actions except those of joints and elements."""
-        return [*self.weights(), *self.loads, *self.inertia, *self._closing]
+        return [*self.weights(), *self.loads, *self.drives, *self.inertia, *self._closing]
 
     def _transmit(self, acting: Sequence[Action]) -> dict[str, Action]:
         """Return the actions of joints on their children under forces, including inertia forces."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import platform
 import pprint
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,10 +14,10 @@ from typing import final
 
 from mecanique.errors import InputError
 from mecanique.generation.program import Answer, Program
-from mecanique.generation.targets.target import Cases, describe, list_answer
+from mecanique.generation.targets.target import Cases, Read, describe, list_answer
 from mecanique.program.listing import Notation
 
-_FUNCTIONS = {
+FUNCTIONS = {
     **{name: f"np.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh")},
     "asin": "np.arcsin({})",
     "acos": "np.arccos({})",
@@ -27,61 +27,9 @@ _FUNCTIONS = {
     "Abs": "np.abs({})",
     "sign": "np.sign({})",
 }
-_NOTATION = Notation(_FUNCTIONS, "{} = {}")
+"""Functions of numpy, by their names in programs."""
 
-
-@final
-@dataclass(frozen=True)
-class Python:
-    """A Python module that computes with numpy, or with a similar module.
-
-    Args:
-        title: name of the language.
-        package: the package that must be installed.
-        module: the module that is imported as np.
-    """
-
-    title: str = "Python with numpy"
-    package: str = "numpy"
-    module: str = "numpy"
-
-    def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
-        """Return the module."""
-        lines = [*head, ""]
-        for kind, title in (
-            ("q", "q: generalized coordinates"),
-            ("v", "v: generalized velocities"),
-            ("tau", "tau: torques and forces added to those of the mechanism; none by default"),
-            ("p", "p: parameters; PARAMETERS by default"),
-        ):
-            lines += [title, *(f"    {row}" for row in describe(program.letters[kind])), ""]
-        lines += ["Arrays have the shape (..., size); answers have the same leading shape."]
-        if self.package == "jax":
-            lines += ['For double precision call jax.config.update("jax_enable_x64", True).']
-        lines = [quote(line) for line in lines]
-        lines[0] = f'"""{lines[0]}'
-        lines += ['"""', "", f"import {self.module} as np", ""]
-        for kind, name in (("q", "COORDINATES"), ("v", "VELOCITIES")):
-            lines.append(f"{name} = {tuple(letter.name for letter in program.letters[kind])!r}")
-        values = {letter.name: letter.value for letter in program.parameters}
-        lines += [f"PARAMETERS = {pprint.pformat(values, sort_dicts=False)}", "", "", _HELPERS]
-        for answer in program.answers:
-            lines += ["", "", *_write_function(program, answer)]
-        return {f"{program.name}.py": "\n".join([*lines, ""])}
-
-    def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
-        """Return the test with its table."""
-        return {f"test_{program.name}.py": _write_test(program, cases, self.package)}
-
-    def commands(self, program: Program, directory: Path) -> list[list[str]]:
-        """Return the command that runs the test."""
-        require(self.package)
-        return [[sys.executable, str(directory / f"test_{program.name}.py")]]
-
-    def version(self) -> str:
-        """Return the versions of Python and the package."""
-        installed = import_module(self.package).__version__
-        return f"Python {platform.python_version()} and {self.package} {installed}"
+_NOTATION = Notation(FUNCTIONS, "{} = {}")
 
 
 def require(package: str) -> None:
@@ -104,13 +52,32 @@ def quote(line: str) -> str:
     return line.replace("\\", "\\\\").replace('"' * 3, "'" * 3)
 
 
-def _write_function(program: Program, answer: Answer) -> list[str]:
-    quantity = answer.quantity
+def write_function(program: Program, answer: Answer) -> list[str]:
+    """Return the lines of a function that computes an answer.
+
+    Args:
+        program: the program.
+        answer: one of its answers.
+    """
     listing, reads = list_answer(program, answer, _NOTATION)
+    lines = [*open_function(answer, reads), *(f"    {line}" for line in listing.lines)]
+    lines += ["    out = [", *(f"        {text}," for text in listing.outputs), "    ]"]
+    return [*lines, f"    return _stack(out, {answer.shape}, {list_arguments(answer)})"]
+
+
+def open_function(answer: Answer, reads: Sequence[Read]) -> list[str]:
+    """Return the first lines of a function: its name and what it reads from its arguments.
+
+    Args:
+        answer: what it computes.
+        reads: the inputs that it needs.
+    """
+    quantity = answer.quantity
     arguments = [f"{kind}=None" if kind == "tau" else kind for kind in quantity.takes]
     lines = [
         f"def {quantity.name}({', '.join(arguments)}, p=None):",
         f'    """{quantity.meaning[0].upper()}{quantity.meaning[1:]}, shape {answer.shape}."""',
+        "    p = _list_parameters(p)",
     ]
     for read in reads:
         if read.array == "t":
@@ -120,10 +87,76 @@ def _write_function(program: Program, answer: Answer) -> list[str]:
             default = repr(read.letter.value) if read.array == "p" else "0.0"
             entry = f"{default} if {read.array} is None else {entry}"
         lines.append(f"    {read.symbol} = {entry}")
-    lines += [f"    {line}" for line in listing.lines]
-    given = ", ".join("np.asarray(t)[..., None]" if k == "t" else k for k in quantity.takes)
-    lines += ["    out = [", *(f"        {text}," for text in listing.outputs), "    ]"]
-    return [*lines, f"    return _stack(out, {answer.shape}, {given}, p)"]
+    return lines
+
+
+def list_arguments(answer: Answer) -> str:
+    """Return the arguments whose leading shapes the answer has."""
+    takes = answer.quantity.takes
+    return ", ".join(["np.asarray(t)[..., None]" if k == "t" else k for k in takes] + ["p"])
+
+
+@final
+@dataclass(frozen=True)
+class Python:
+    """A Python module that computes with numpy, or with a similar module.
+
+    Args:
+        title: name of the language.
+        package: the package that must be installed.
+        module: the module that is imported as np.
+        write: writes the lines of one function.
+        helpers: text of what these lines call beside `_read` and `_stack`.
+    """
+
+    title: str = "Python with numpy"
+    package: str = "numpy"
+    module: str = "numpy"
+    write: Callable[[Program, Answer], list[str]] = field(default=write_function)
+    helpers: str = ""
+
+    def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
+        """Return the module."""
+        lines = [*head, ""]
+        for kind, title in (
+            ("q", "q: generalized coordinates"),
+            ("v", "v: generalized velocities"),
+            ("tau", "tau: torques and forces added to those of the mechanism; none by default"),
+            ("p", "p: parameters, an array or values by name; PARAMETERS by default"),
+        ):
+            lines += [title, *(f"    {row}" for row in describe(program.letters[kind])), ""]
+        lines += ["Arrays have the shape (..., size); answers have the same leading shape."]
+        if self.package == "jax":
+            lines += ['For double precision call jax.config.update("jax_enable_x64", True).']
+        lines = [quote(line) for line in lines]
+        lines[0] = f'"""{lines[0]}'
+        lines += ['"""', ""]
+        lines += [f"import {self.package}"] if self.package != self.module else []
+        lines += [f"import {self.module} as np", ""]
+        for kind, name in (("q", "COORDINATES"), ("v", "VELOCITIES")):
+            lines.append(f"{name} = {tuple(letter.name for letter in program.letters[kind])!r}")
+        values = {letter.name: letter.value for letter in program.parameters}
+        lines += [f"PARAMETERS = {pprint.pformat(values, sort_dicts=False)}", "", ""]
+        functions = [self.write(program, answer) for answer in program.answers]
+        needed = any("_take(" in line for text in functions for line in text)
+        lines += [_HELPERS + self.helpers if needed else _HELPERS]
+        for text in functions:
+            lines += ["", "", *text]
+        return {f"{program.name}.py": "\n".join([*lines, ""])}
+
+    def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
+        """Return the test with its table."""
+        return {f"test_{program.name}.py": _write_test(program, cases, self.package)}
+
+    def commands(self, program: Program, directory: Path) -> list[list[str]]:
+        """Return the command that runs the test."""
+        require(self.package)
+        return [[sys.executable, str(directory / f"test_{program.name}.py")]]
+
+    def version(self) -> str:
+        """Return the versions of Python and the package."""
+        installed = import_module(self.package).__version__
+        return f"Python {platform.python_version()} and {self.package} {installed}"
 
 
 _HELPERS = '''
@@ -131,9 +164,25 @@ def _read(array, k):
     return np.asarray(array)[..., k]
 
 
+def _list_parameters(p):
+    """Return parameters as an array; those that a dictionary leaves out are in PARAMETERS."""
+    if not isinstance(p, dict):
+        return p
+    unknown = [name for name in p if name not in PARAMETERS]
+    if unknown:
+        raise ValueError(f"expected parameters among {', '.join(PARAMETERS)}, got {unknown[0]!r}")
+    values = [np.asarray(value) for value in {**PARAMETERS, **p}.values()]
+    return np.stack(np.broadcast_arrays(*values), axis=-1) if values else None
+
+
+def _lead(given):
+    """Return the leading shape of what was given."""
+    return np.broadcast_shapes(*(np.shape(a)[:-1] for a in given if a is not None))
+
+
 def _stack(entries, shape, *given):
     """Return entries as an array, with the leading shape of what was given."""
-    leading = np.broadcast_shapes(*(np.shape(a)[:-1] for a in given if a is not None))
+    leading = _lead(given)
     columns = [np.broadcast_to(entry, leading) for entry in entries]
     return np.reshape(np.stack(columns, axis=-1), leading + shape)
 '''.strip("\n")

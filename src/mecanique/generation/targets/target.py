@@ -125,6 +125,25 @@ class Read(NamedTuple):
     place: int
 
 
+def list_reads(program: Program, answer: Answer, *, stacked: bool = False) -> list[Read]:
+    """Return the inputs that an answer may read.
+
+    Args:
+        program: the program.
+        answer: one of its answers.
+        stacked: whether to read q and v from y, even if the answer takes them separately.
+    """
+    stacked = stacked or "y" in answer.quantity.takes
+    symbols, letters = symbols_of(program), program.letters
+    reads = []
+    for kind in _kinds_of(answer):
+        array = "y" if stacked and kind in ("q", "v") else kind
+        offset = len(letters["q"]) if stacked and kind == "v" else 0
+        for k, (letter, symbol) in enumerate(zip(letters[kind], symbols[kind], strict=True)):
+            reads.append(Read(letter, symbol, array, offset + k))
+    return reads
+
+
 def list_answer(
     program: Program, answer: Answer, notation: Notation, *, stacked: bool = False
 ) -> tuple[Listing, list[Read]]:
@@ -136,14 +155,7 @@ def list_answer(
         notation: notation of the language.
         stacked: whether to read q and v from y, even if the answer takes them separately.
     """
-    stacked = stacked or "y" in answer.quantity.takes
-    symbols, letters = symbols_of(program), program.letters
-    reads = []
-    for kind in _kinds_of(answer):
-        array = "y" if stacked and kind in ("q", "v") else kind
-        offset = len(letters["q"]) if stacked and kind == "v" else 0
-        for k, (letter, symbol) in enumerate(zip(letters[kind], symbols[kind], strict=True)):
-            reads.append(Read(letter, symbol, array, offset + k))
+    reads = list_reads(program, answer, stacked=stacked)
     spelled = {read.letter.place: read.symbol for read in reads}
     listing = list_program(program.tape, answer.values, spelled, notation)
     return listing, [read for read in reads if read.letter.place in listing.inputs]

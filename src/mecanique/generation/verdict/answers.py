@@ -63,7 +63,7 @@ def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) 
             moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
             return np.stack([np.asarray(reference.jacobian(body, q, t)) for body in moved], axis=1)
         case "reactions":
-            return _compute_reactions(reference, states)
+            return _compute_reactions(reference, states, tau)
         case "closure":
             residual = np.asarray(reference.constraint_residual(q, t))
             return np.hstack([residual, _compute_gap_rates(reference, states)])
@@ -72,13 +72,13 @@ def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) 
     raise InputError(f"{name!r} cannot be compared with Pinocchio")
 
 
-def _compute_reactions(reference: Reference, states: States) -> np.ndarray:
+def _compute_reactions(reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
     """Return the wrenches of joints on their children, then of loops, (n, joints and loops, 6).
 
     Raises:
         DerivationError: if some are undetermined.
     """
-    wrenches = reference.reactions(states.q, states.v, states.t)
+    wrenches = reference.reactions(states.q, states.v, states.t, tau)
     loose = [name for name, wrench in wrenches.items() if wrench.undetermined]
     if loose:
         raise DerivationError(

@@ -18,7 +18,7 @@ from mecanique.generation.verdict.answers import ROUNDED, answer_of, unit_of
 from mecanique.generation.verdict.differences import TOLERANCE as DIFFERENCES
 from mecanique.generation.verdict.differences import differences
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import States
+from mecanique.model.states import States, seated_velocities
 from mecanique.reference import Reference
 from mecanique.verification.difference import scales
 from mecanique.verification.rounding.conditioning import UNIT, rounding
@@ -111,6 +111,8 @@ def _compute_cases(program: Program, mechanism: Mechanism, samples: int, seed: i
     d = scales(M)
     bias = np.asarray(reference.bias(q, v, t))
     tau = d * random.normal(size=d.shape) * np.linalg.norm(bias / d, axis=1, keepdims=True)
+    if any("reactions" in (a.quantity.name, a.quantity.base) for a in program.answers):
+        tau = tau * _has_seat(mechanism)
     basis = {
         "mass matrix": M,
         "bias": bias,
@@ -148,6 +150,12 @@ def _compute_cases(program: Program, mechanism: Mechanism, samples: int, seed: i
         p[:, k] = states.values[letter.name]
     inputs = {"t": t[:, None], "q": q, "v": v, "a": states.a, "tau": tau, "p": p}
     return Cases(inputs, expected, weights, allowed)
+
+
+def _has_seat(mechanism: Mechanism) -> np.ndarray:
+    """Return whether Pinocchio's side knows where tau on each velocity acts, shape (nv,)."""
+    seated = seated_velocities(mechanism)
+    return np.array([name in seated for name in mechanism.velocities])
 
 
 def _draw_regular(reference: Reference, samples: int, seed: int) -> States:

@@ -10,7 +10,7 @@ import numpy as np
 from mecanique.generation.program import Program
 from mecanique.generation.quantities import Quantity
 from mecanique.generation.verdict.answers import answer_of
-from mecanique.model.states import States
+from mecanique.model.states import States, seated_velocities
 from mecanique.reference import Reference
 
 TOLERANCE = 1e-6
@@ -28,7 +28,8 @@ def differences(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return derivatives, shape (n, …, directions), and which directions are compared, 1 or 0.
 
-    Derivatives by signals are not compared, as they are not inputs of Pinocchio.
+    Derivatives by signals are not compared, as they are not inputs of Pinocchio, nor those of
+    reactions by tau that acts in no joint with one coordinate, which the reference refuses.
 
     Args:
         quantity: a derivative.
@@ -39,7 +40,7 @@ def differences(
     """
     columns: list[np.ndarray] = []
     compared: list[float] = []
-    for move, scale in _list_moves(quantity.by, program, reference, states, tau):
+    for move, scale in _list_moves(quantity, program, reference, states, tau):
         total: np.ndarray | float = 0.0
         for steps, weight in _STENCIL if scale else ((0, 0.0),):
             moved, other, torques = move(steps * _STEP * scale)
@@ -53,9 +54,9 @@ _Move = Callable[[float], tuple[Reference, States, np.ndarray]]
 
 
 def _list_moves(
-    by: str, program: Program, reference: Reference, states: States, tau: np.ndarray
+    quantity: Quantity, program: Program, reference: Reference, states: States, tau: np.ndarray
 ) -> list[tuple[_Move, float]]:
-    """Return the displacement along each direction, with its scale, which is zero for a signal."""
+    """Return the displacement along each direction, with its scale; zero if it is not compared."""
     nv, mechanism = reference.mechanism.nv, reference.mechanism
     unit = np.eye(nv)
 
@@ -87,11 +88,17 @@ def _list_moves(
 
         return move
 
-    if by == "p":
+    if quantity.by == "p":
         values = [(p.name, mechanism.values.get(p.name, 0.0)) for p in program.parameters]
         signals = [p.name for p in program.parameters if p.name not in mechanism.values]
         return [
             (along_p(name), 0.0 if name in signals else abs(value) or 1.0) for name, value in values
         ]
+    if quantity.by == "tau":
+        placed = [
+            quantity.base != "reactions" or name in seated_velocities(mechanism)
+            for name in mechanism.velocities
+        ]
+        return [(along_tau(k), float(known)) for k, known in enumerate(placed)]
     kinds = {"y": (along_q, along_v), "q": (along_q,), "v": (along_v,), "a": (along_a,)}
-    return [(along(k), 1.0) for along in kinds.get(by, (along_tau,)) for k in range(nv)]
+    return [(along(k), 1.0) for along in kinds[quantity.by] for k in range(nv)]
