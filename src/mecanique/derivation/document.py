@@ -89,12 +89,7 @@ class Document:
         return None if self.derivation.written is not None else linear(self.derivation)
 
     def text(self, steps: bool, symbols: bool = False) -> str:
-        """Return the derivation as text.
-
-        Args:
-            steps: whether to show the steps that lead to the equations of motion.
-            symbols: whether to introduce the mechanism and its symbols above the equations.
-        """
+        """Return the derivation as text."""
         lines = [equation.text() for equation in self.equations] or [self._nothing]
         if not steps:
             above = [*self._introduce(Text(), steps=False), ""] if symbols else []
@@ -115,12 +110,7 @@ class Document:
         return "\n".join(out)
 
     def latex(self, steps: bool, symbols: bool = False) -> str:
-        """Return the derivation in LaTeX; with steps or symbols, as a fragment of a document.
-
-        Args:
-            steps: whether to show the steps that lead to the equations of motion.
-            symbols: whether to introduce the mechanism and its symbols above the equations.
-        """
+        """Return the derivation in LaTeX; with steps or symbols, as a fragment of a document."""
         rows = [equation.latex() for equation in self.equations]
         if not (steps or symbols):
             if not rows:
@@ -163,12 +153,7 @@ class Document:
         return "\n".join(out)
 
     def mathml(self, steps: bool, symbols: bool = False) -> str:
-        """Return the derivation in MathML; with steps or symbols, as a fragment of an HTML page.
-
-        Args:
-            steps: whether to show the steps that lead to the equations of motion.
-            symbols: whether to introduce the mechanism and its symbols above the equations.
-        """
+        """Return the derivation in MathML; with steps or symbols, as a fragment of an HTML page."""
         lines = [equation.mathml() for equation in self.equations] or [f"<p>{self._nothing}</p>"]
         if not (steps or symbols):
             return "\n".join(lines)
@@ -300,11 +285,7 @@ class Document:
 
 
 def to_page(parts: Sequence[str]) -> str:
-    """Assemble fragments of LaTeX into a complete document.
-
-    Args:
-        parts: the fragments.
-    """
+    """Assemble fragments of LaTeX into a complete document."""
     return "\n".join([_PREAMBLE, *parts, "\\end{document}", ""])
 
 

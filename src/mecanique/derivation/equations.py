@@ -32,32 +32,14 @@ if TYPE_CHECKING:
 
 
 def require_balances(numeric: BatchDynamics, method: str, what: str) -> Balances:
-    """Return a numeric derivation if it is by the balances of bodies cut free.
-
-    Args:
-        numeric: the numeric derivation.
-        method: name of its method.
-        what: the requested quantity, for the error.
-
-    Raises:
-        DerivationError: if it is by another method.
-    """
+    """Return a numeric derivation if it is by the balances of bodies cut free."""
     if isinstance(numeric, Balances):
         return numeric
     raise DerivationError(f'the method {method!r} shows no {what}; use method="newton_euler"')
 
 
 def require_reactions(mechanism: Mechanism, numeric: BatchDynamics, method: str) -> Balances:
-    """Return a numeric derivation if it determines the reactions in the joints.
-
-    Args:
-        mechanism: the mechanism.
-        numeric: its numeric derivation.
-        method: name of the method.
-
-    Raises:
-        DerivationError: if the method shows no reactions, or constraints leave them undetermined.
-    """
+    """Return a numeric derivation if it determines the reactions in the joints."""
     balances = require_balances(numeric, method, "reactions, which do no virtual work")
     if mechanism.loops:
         raise DerivationError(

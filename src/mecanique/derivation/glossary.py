@@ -86,12 +86,7 @@ class Meaning:
 
 
 def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ...]:
-    """Return the meaning of every printed symbol, in the order of the list of symbols.
-
-    Args:
-        derivation: the derivation that is printed.
-        steps: whether its steps are printed, besides the equations of motion.
-    """
+    """Return the meaning of every printed symbol, in the order of the list of symbols."""
     algebra = derivation.algebra
     ring, mechanism = algebra.ring, algebra.mechanism
     used = _collect_kinds(derivation, steps=steps)
@@ -122,13 +117,7 @@ def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ..
 
 
 def clashes(derivation: Derivation, *, steps: bool, matrices: bool) -> Iterator[str]:
-    """Yield a warning for each letter with two meanings.
-
-    Args:
-        derivation: the derivation that is printed.
-        steps: whether its steps are printed.
-        matrices: whether the equations are also printed as matrices.
-    """
+    """Yield a warning for each letter with two meanings."""
     mechanism = derivation.algebra.mechanism
     own = {parameter.symbol: parameter.meaning for parameter in mechanism.parameters}
     own |= {signal.symbol: signal.meaning for signal in mechanism.inputs}
@@ -255,13 +244,7 @@ def _explain_component(left: Left, rates: Mapping[str, Dimension]) -> str:
 
 
 def _explain(left: Left, owners: Iterable[str], demands: Mapping[str, str]) -> str:
-    """Explain a quantity of a step by its letter and the body, joint or force it belongs to.
-
-    Args:
-        left: the quantity.
-        owners: names that it may belong to.
-        demands: the units of Φ and ψ, by letter and name.
-    """
+    """Explain a quantity of a step by its letter and the body, joint or force it belongs to."""
     base, _, rest = left.quantity.partition("_")
     what, unit = _FOUND[base]
     if rest:

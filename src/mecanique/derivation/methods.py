@@ -86,11 +86,7 @@ def readable(mechanism: Mechanism) -> tuple[str, ...]:
 
 
 def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
-    """Derive a mechanism by every method in the same symbols; return them by name, textbook order.
-
-    Raises:
-        DerivationError: if the mechanism has loops, or no closed form of reasonable length.
-    """
+    """Derive a mechanism by every method in the same symbols; return them by name, textbook order."""
     algebra = Algebra(mechanism)
     return {name: way.symbolic(mechanism, algebra).derivation() for name, way in METHODS.items()}
 
@@ -106,9 +102,6 @@ def agreement(mechanism: Mechanism) -> str:
     """Say in a sentence whether all methods give the same left sides.
 
     With quaternions the differences need not vanish identically: their unit length is not used.
-
-    Raises:
-        DerivationError: if the mechanism has loops, or no closed form of reasonable length.
     """
     found = derivations(mechanism)
     *others, lagrange = found.values()

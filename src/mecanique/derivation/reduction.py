@@ -118,14 +118,7 @@ class Routh:
 
 
 def reduce_by_momenta(lagrange: Lagrange) -> Routh:
-    """Derive the equations of the coordinates that are not cyclic, with conserved momenta.
-
-    Args:
-        lagrange: the energies and forces of a mechanism.
-
-    Raises:
-        DerivationError: if no coordinate is cyclic, or there are constraints on the velocities.
-    """
+    """Derive the equations of the coordinates that are not cyclic, with conserved momenta."""
     algebra = lagrange.algebra
     ring, mechanism = algebra.ring, algebra.mechanism
     if lagrange.ties:

@@ -107,17 +107,7 @@ class Single:
 
 
 def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> Single:
-    """Derive the single equation of a mechanism with loops and one degree of freedom.
-
-    Args:
-        lagrange: its energies, forces and loops.
-        coordinate: the coordinate that is kept, by default the first.
-
-    Raises:
-        UnknownNameError: if there is no such coordinate.
-        DerivationError: if there is not exactly one degree of freedom, or the coefficients are
-            long.
-    """
+    """Derive the single equation of a mechanism with loops and one degree of freedom."""
     algebra, ties = lagrange.algebra, lagrange.ties
     mechanism = algebra.mechanism
     kept = coordinate or mechanism.coordinates[0]

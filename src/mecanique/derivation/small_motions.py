@@ -110,12 +110,7 @@ class Linearized:
 
 
 def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linearized:
-    """Linearize symbolic equations of motion about an equilibrium.
-
-    Raises:
-        DerivationError: if the forces do not balance there, or the coefficients of the linear
-            equations depend on time.
-    """
+    """Linearize symbolic equations of motion about an equilibrium."""
     algebra = derivation.algebra
     ring, mechanism = algebra.ring, algebra.mechanism
     numbers = dict(mechanism.values)

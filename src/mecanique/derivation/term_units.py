@@ -26,12 +26,7 @@ UNIT_AT_END = re.compile(r"\[([^\]]*)\]$")
 
 
 def find_units(derivation: Derivation, equation: Equation) -> tuple[Dimension | None, ...]:
-    """Return the dimension of each term; None where a plain number stands for a quantity.
-
-    Args:
-        derivation: the derivation of the equation.
-        equation: the printed equation.
-    """
+    """Return the dimension of each term; None where a plain number stands for a quantity."""
     dimensions = _collect_dimensions(derivation)
     terms = (*equation.left.terms, *equation.right.terms)
     return tuple(_find_dimension(dimensions, term) for term in terms)
@@ -41,10 +36,6 @@ def unit_of(derivation: Derivation, equation: Equation) -> str:
     """Return the unit of the terms of an equation, that of most terms if they differ.
 
     They differ where plain numbers stand for quantities with a unit.
-
-    Args:
-        derivation: the derivation of the equation.
-        equation: the printed equation.
     """
     known = [its for its in find_units(derivation, equation) if its is not None]
     return say_unit(Counter(known).most_common(1)[0][0]) if known else ""

@@ -47,9 +47,6 @@ def draw_divisor(terms: Sequence[Product]) -> list[Product]:
     """Merge the first two terms into one product, if both are divided by the same sum.
 
     m q''/s + m q q'²/s² = m (q'' + q q'²/s)/s, where that takes fewer symbols.
-
-    Args:
-        terms: the terms of an equation's left side, that of the acceleration first.
     """
     if len(terms) < 2:
         return [*terms]
@@ -85,12 +82,7 @@ Group = tuple[tuple[bool, int], Series]
 
 
 def group(series: Series, *, by_side: bool) -> list[Group]:
-    """Group a series by monomials of motions and lengths: ((on the right, monomial), coefficient).
-
-    Args:
-        series: the terms of an equation.
-        by_side: whether terms that force the motion go to the right side.
-    """
+    """Group a series by monomials of motions and lengths: ((on the right, monomial), coefficient)."""
     ring = series.ring
     kinds = [g.kind for g in ring.generators]
     depends = {i: _find_kinds(atom.argument) for i, atom in ring.atoms.items()}
@@ -167,11 +159,7 @@ class Stretch:
 
 
 def draw_stretches(series: Series) -> tuple[Series, list[Stretch]]:
-    """Separate the forces of springs from a series, if that is shorter.
-
-    Args:
-        series: the left side of an equation of motion.
-    """
+    """Separate the forces of springs from a series, if that is shorter."""
     ring, found, rest = series.ring, list[Stretch](), series
     lengths = [i for i, atom in ring.atoms.items() if atom.named and atom.function == "sqrt"]
     for index in lengths:
@@ -244,16 +232,6 @@ def equations(
     The terms of each are collected by accelerations, velocities, inputs and lengths, and divided by
     their common factors: a rational number, a monomial of parameters, and a sum of parameters and
     time. No equation is ever divided by a coordinate.
-
-    Args:
-        elements: one series for each equation.
-        monic: whether to divide by the coefficient of the acceleration if it is a monomial of
-            parameters; by default only for a single equation.
-        own: name of the acceleration that each equation belongs to, whose inertia is printed
-            positive; by default the first acceleration of each equation.
-
-    Raises:
-        DerivationError: if an element is zero.
     """
     divide = len(elements) == 1 if monic is None else monic
     names = [*own, *[""] * (len(elements) - len(own))]

@@ -66,11 +66,7 @@ def letters(ring: Basis, monomial: int) -> Product:
 
 
 def factor_out(form: Form) -> Product:
-    """Return a form as one product, with all common factors in front.
-
-    Args:
-        form: polynomial coefficients of products of sines and cosines.
-    """
+    """Return a form as one product, with all common factors in front."""
     if not form:
         return number(0)
     polynomials = list(form.values())
@@ -125,12 +121,7 @@ def _find_shared_functions(form: Form) -> Trig:
 
 
 def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
-    """Return the terms of a form, merging those that share a sine, cosine or sum of parameters.
-
-    Args:
-        form: polynomial coefficients of products of sines and cosines.
-        kept: whether a term keeps a denominator that other terms do not have.
-    """
+    """Return the terms of a form, merging those that share a sine, cosine or sum of parameters."""
     terms: list[Product] = []
     while form:
         factor, members = _choose_shared(form)
@@ -387,11 +378,7 @@ def size(part: Product | Base) -> int:
 
 
 def to_sympy(series: Series) -> Any:
-    """Return a series as a sympy expression, factored and with the fewest symbols.
-
-    Args:
-        series: the series; velocities and accelerations become symbols q', q''.
-    """
+    """Return a series as a sympy expression, factored and with the fewest symbols."""
     return to_formula(series).sympy()
 
 

@@ -171,11 +171,7 @@ def add(terms: Iterable[Product]) -> Sum:
 
 
 def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:
-    """Multiply: merge powers of one base, and negate a sum with more minus than plus signs.
-
-    Args:
-        parts: products, bases, or bases with a power.
-    """
+    """Multiply: merge powers of one base, and negate a sum with more minus than plus signs."""
     size: int | Fraction = 1
     powers = dict[Base, "int | Fraction"]()
     todo = list(reversed(parts))

@@ -37,11 +37,7 @@ class SplitName:
 
     @classmethod
     def of(cls, name: str) -> SplitName:
-        """Split a name into its parts.
-
-        Args:
-            name: e.g. "m1", "k_theta", "θ'", "x''".
-        """
+        """Split a name into its parts."""
         stem = name.rstrip("'")
         shape = _SHAPE.fullmatch(stem.translate(_SUBSCRIPTS))
         base, subscript = (shape["base"], shape["subscript"] or "") if shape else (stem, "")

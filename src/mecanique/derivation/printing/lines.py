@@ -34,12 +34,7 @@ _USUAL, _LETTER_OF_TEXT, _SMALL = 5.9, 5.3, 0.75
 
 
 def align(formulas: Sequence[str], page: float = PAGE) -> str:
-    """Return formulas as the rows of an aligned environment, broken where they are too long.
-
-    Args:
-        formulas: in LaTeX, each with one equals sign.
-        page: width of the page in points.
-    """
+    """Return formulas as the rows of an aligned environment, broken where they are too long."""
     sides = [formula.split(" = ", 1) for formula in formulas]
     split = all(len(side) == 2 for side in sides)
     left = max((width(side[0]) for side in sides), default=0.0)

@@ -52,11 +52,7 @@ _ESCAPED |= {sign: f"$\\{name}$" for sign, name in _NAMES.items() if name != "om
 
 
 def escape(sentence: str) -> str:
-    """Escape a sentence without formulas, e.g. a source, for LaTeX's text mode.
-
-    Args:
-        sentence: plain text.
-    """
+    """Escape a sentence without formulas, e.g. a source, for LaTeX's text mode."""
     return "".join(_ESCAPED.get(sign, sign) for sign in sentence)
 
 
@@ -66,13 +62,7 @@ def find_points(sentence: str) -> frozenset[str]:
 
 
 def to_latex(sentence: str, names: Collection[str], points: Collection[str] = ()) -> str:
-    """Convert a sentence to LaTeX's text mode, with its formulas set as mathematics.
-
-    Args:
-        sentence: plain text that may contain symbols such as R_pin_n, δq and ∂T/∂q'.
-        names: every symbol of the surrounding formulas.
-        points: names of further points; ABC is then a bar between three of them.
-    """
+    """Convert a sentence to LaTeX's text mode, with its formulas set as mathematics."""
     return _Sentence(sentence, names, points).latex()
 
 

@@ -34,12 +34,7 @@ _MANY = 5  # with more sines and cosines than this, only the obvious foldings ar
 
 
 def shortest(series: Series, *, products: bool) -> Form:
-    """Return the form of a series with the fewest symbols.
-
-    Args:
-        series: the series.
-        products: whether double angles are written in single ones.
-    """
+    """Return the form of a series with the fewest symbols."""
     forms = _list_forms(series, products)
     first, *others = chain(forms, _list_single_angles(series)) if products else forms
     return min(first, *others, key=_rank) if others else first
@@ -57,11 +52,7 @@ def has_double_angles(series: Series) -> bool:
 
 
 def content(forms: Iterable[Form]) -> Series:
-    """Return the greatest rational × monomial of parameters that divides all polynomials.
-
-    Args:
-        forms: forms over one ring, not all empty.
-    """
+    """Return the greatest rational × monomial of parameters that divides all polynomials."""
     polynomials = [p for form in forms for p in form.values()]
     packed = common_monomial(polynomials, {Kind.PARAMETER})
     return monomial_series(polynomials[0].ring, packed) * common_measure(polynomials)

@@ -367,13 +367,7 @@ _DIGITS = 13
 
 
 def write(terms: Iterable[Product], writer: Writer, *, decimals: bool = False) -> str:
-    """Write a sum in a format, its terms in the given order.
-
-    Args:
-        terms: the terms.
-        writer: the format.
-        decimals: whether fractions of numbers are written as decimals.
-    """
+    """Write a sum in a format, its terms in the given order."""
     walk = _Walk(writer, decimals)
     return writer.sum([walk.term(term) for term in terms])
 

@@ -72,9 +72,6 @@ def without_common_divisor(series: Series) -> Series:
 
     Such a sum is not zero where the series is defined: x''/(R² − x²) + x x'²/(R² − x²)² = 0 becomes
     x'' + x x'²/(R² − x²) = 0.
-
-    Args:
-        series: the left side of an equation series = 0.
     """
     ring = series.ring
     for index, atom in ring.atoms.items():

@@ -16,11 +16,7 @@ from mecanique.errors import DerivationError
 
 
 def of_series(name: str, *arguments: Any) -> Series:
-    """Apply a function, given by name, to series.
-
-    Raises:
-        DerivationError: if the result has no form in the ring.
-    """
+    """Apply a function, given by name, to series."""
     (series,) = arguments if len(arguments) == 1 else (None,)
     if not isinstance(series, Series) or name not in _KNOWN:
         raise DerivationError(f"{name} has no closed form in a series; use the numeric derivation")
@@ -104,13 +100,6 @@ def sqrt(series: Series, name: str | None = None) -> Series:
     Parameters are taken as positive. Of the two roots of a square polynomial, the one whose terms
     in parameters alone are positive is returned: √((l + x)²) = l + x. Without such a term, the
     first coordinate is taken as positive.
-
-    Args:
-        series: the radicand; the same radicand gives the same atom.
-        name: the printed name of an atom, e.g. "rho".
-
-    Raises:
-        DerivationError: if the radicand is a negative number.
     """
     ring = series.ring
     if not series:
@@ -221,14 +210,7 @@ def _make_function(
     slope: Callable[[Series, Series], Series],
     at_zero: int | None = None,
 ) -> Callable[[Series], Series]:
-    """Make a function that returns atoms f(u).
-
-    Args:
-        name: its name.
-        value: f of numbers and arrays.
-        slope: gives f'(u) from f and u.
-        at_zero: the integer f(0), if it is one.
-    """
+    """Make a function that returns atoms f(u)."""
 
     def apply(u: Series) -> Series:
         if not u and at_zero is not None:
@@ -258,12 +240,7 @@ _STEPS = 200
 
 
 def over_length(vector: Sequence[Series], length: Series) -> list[Series]:
-    """Divide a vector by its length, exactly if that is a cosine that divides all components.
-
-    Args:
-        vector: its components.
-        length: its length.
-    """
+    """Divide a vector by its length, exactly if that is a cosine that divides all components."""
     parts = [_divide(component, length) for component in vector]
     exact = [part for part in parts if part is not None]
     if len(exact) == len(parts):
@@ -272,11 +249,7 @@ def over_length(vector: Sequence[Series], length: Series) -> list[Series]:
 
 
 def root_of_square(square: Series) -> Series | None:
-    """Return cos A for (1 + cos 2A)/2 and 1 for 1; None for any other series.
-
-    Args:
-        square: the radicand.
-    """
+    """Return cos A for (1 + cos 2A)/2 and 1 for 1; None for any other series."""
     ring = square.ring
     if (square - ring.number(1)).vanishes():
         return ring.number(1)

@@ -19,25 +19,12 @@ _CONSTANTS = {"pi": math.pi, "E": math.e}
 
 
 def evaluate(series: Series, values: Mapping[str, Any]) -> Any:
-    """Return the value of a series.
-
-    Args:
-        series: the series.
-        values: floats or arrays that broadcast, by name of each generator it depends on; atoms are
-            computed from these.
-
-    Raises:
-        UnknownNameError: if a generator it depends on has no value.
-    """
+    """Return the value of a series."""
     return Evaluation(series.ring, values)(series)
 
 
 def relative_rest(parts: Sequence[Any]) -> float:
-    """Return the residual of a sum that should vanish, relative to its largest part.
-
-    Args:
-        parts: numbers or arrays that broadcast; the entry with the largest residual counts.
-    """
+    """Return the residual of a sum that should vanish, relative to its largest part."""
     together = np.broadcast_arrays(*parts)
     largest = np.max(np.abs(together), axis=0)
     rest = np.abs(np.sum(together, axis=0))
@@ -61,11 +48,7 @@ class Evaluation:
         self._circular: dict[int, Any] = {0: 1.0}
 
     def __call__(self, series: Series) -> Any:
-        """Return the value of a series.
-
-        Raises:
-            UnknownNameError: if a generator it depends on has no value.
-        """
+        """Return the value of a series."""
         total: Any = 0.0
         for trig, polynomial in series.parts.items():
             factor: Any = 0.0
@@ -122,14 +105,7 @@ class Substitution:
         self._angles: dict[int, Series] = {}
 
     def __call__(self, series: Series) -> Series:
-        """Return the series after substitution.
-
-        Args:
-            series: any series of the ring that the values belong to.
-
-        Raises:
-            DerivationError: if a divisor becomes zero, or a value has no form in the ring.
-        """
+        """Return the series after substitution."""
         ring, terms = series.ring, []
         for trig, monomial, c in series.terms():
             term = ring.number(c)

@@ -20,14 +20,7 @@ from mecanique.model.expression import FUNCTIONS, numpy_function
 
 
 def function(name: str) -> Callable[..., Any]:
-    """Return a mathematical function that accepts any scalar.
-
-    Args:
-        name: its sympy name, e.g. "sin", "atan", "Abs".
-
-    Raises:
-        UnknownNameError: if there is no such function.
-    """
+    """Return a mathematical function that accepts any scalar."""
     if name not in _FUNCTIONS:
         raise UnknownNameError("function", name, FUNCTIONS)
     return _FUNCTIONS[name]

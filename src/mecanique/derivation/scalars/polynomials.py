@@ -84,12 +84,6 @@ def exact(number: object) -> Fraction:
     A float within one unit in the last place of a rational with denominator up to 10⁴ becomes that
     rational (0.1 → 1/10, 1/3 → 1/3); one of at most 15 significant decimal digits becomes that
     decimal; any other keeps its exact binary value.
-
-    Args:
-        number: an integer, a rational or a finite real number.
-
-    Raises:
-        DerivationError: if it is none of these.
     """
     if isinstance(number, Fraction):
         return number
@@ -145,11 +139,7 @@ def accumulate(parts: Parts, trig: int, polynomial: Polynomial, factor: int) -> 
 
 
 def product(first: Parts, second: Parts, most: int) -> tuple[Parts, int]:
-    """Return (parts, denominator) of a product.
-
-    Raises:
-        DerivationError: as soon as it clearly has far more than `most` terms.
-    """
+    """Return (parts, denominator) of a product."""
     # sums of angles have a factor ½; products with the key 0 get a factor 2 instead
     halved = any(first) and any(second)
     parts: Parts = {}
@@ -222,12 +212,7 @@ def differentiate_angles(parts: Parts, index: int) -> Parts:
 
 
 def split_powers(parts: Parts, places: Mapping[int, int]) -> dict[tuple[int, ...], Parts]:
-    """Return the coefficients of a polynomial in some generators, by their exponents.
-
-    Args:
-        parts: the polynomial.
-        places: index of each of these generators in the tuples of exponents.
-    """
+    """Return the coefficients of a polynomial in some generators, by their exponents."""
     split = {m: _split_monomial(m, places) for m in set().union(*parts.values())}
     found: dict[tuple[int, ...], Parts] = {}
     for trig, polynomial in parts.items():
@@ -250,14 +235,7 @@ def _split_monomial(monomial: int, places: Mapping[int, int]) -> tuple[tuple[int
 def lower_powers(
     parts: Parts, index: int, degree: int, *, below_zero: bool = False
 ) -> dict[int, Parts]:
-    """Return the coefficients of (x^degree)^k by k; lower powers of x remain in them.
-
-    Args:
-        parts: the polynomial.
-        index: index of the generator x.
-        degree: degree of the power that is taken out.
-        below_zero: whether k may be negative; otherwise negative powers of x remain.
-    """
+    """Return the coefficients of (x^degree)^k by k; lower powers of x remain in them."""
     found: dict[int, Parts] = {}
     for trig, polynomial in parts.items():
         for monomial, c in polynomial.items():

@@ -75,12 +75,7 @@ class Ring(Basis):
     def quasi_coordinates(
         self, names: Iterable[str], velocities: Iterable[str]
     ) -> tuple[list[Series], list[Series]]:
-        """Adjoin coordinates whose rates the caller sets in `rates`, and their velocities.
-
-        Args:
-            names: names of the coordinates, e.g. of a quaternion.
-            velocities: names of the velocities; the acceleration of each is name'.
-        """
+        """Adjoin coordinates whose rates the caller sets in `rates`, and their velocities."""
         moved = [self._adjoin(name, Kind.COORDINATE) for name in names]
         rates = [self._adjoin(name, Kind.VELOCITY) for name in velocities]
         for v in rates:
@@ -183,25 +178,12 @@ class Ring(Basis):
         return found
 
     def euler(self, L: Series) -> list[Euler]:
-        """Apply Lagrange's operator for every velocity (Mécanique analytique, 1788).
-
-        Args:
-            L: a function of coordinates, velocities and time.
-        """
+        """Apply Lagrange's operator for every velocity (Mécanique analytique, 1788)."""
         pairs = zip(self.partials(L), self.along(L), strict=True)
         return [Euler(momentum, momentum.ddt(), slope) for momentum, slope in pairs]
 
     def angle(self, monomial: int, multiple: Fraction) -> int:
-        """Return a multiple of an angle, packed; the angle is adjoined where needed.
-
-        Args:
-            monomial: the packed monomial that is the angle, 0 for a constant one.
-            multiple: its factor.
-
-        Raises:
-            DerivationError: if the multiple is not an integer multiple of the angle's unit, the
-                first multiple that occurred.
-        """
+        """Return a multiple of an angle, packed; the angle is adjoined where needed."""
         # a monomial has one unit; different constant angles are independent
         key = (monomial, abs(multiple) if not monomial else Fraction(0))
         if key not in self._angle_indices:
@@ -232,16 +214,7 @@ class Ring(Basis):
         value: Callable[[Any], Any],
         name: str | None = None,
     ) -> Series:
-        """Adjoin (once) a function of a series with its chain rule, and return it.
-
-        Args:
-            function: the function's name; powers of "sqrt" and "1" are reduced to powers of their
-                argument.
-            argument: its argument.
-            slope: returns the derivative with respect to the argument, given the new atom.
-            value: the function of numbers and arrays.
-            name: the printed name, e.g. "rho"; by default the definition is printed.
-        """
+        """Adjoin (once) a function of a series with its chain rule, and return it."""
         key = (function, argument)
         if key not in self._atom_indices:
             index = len(self.generators)

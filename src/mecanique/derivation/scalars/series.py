@@ -327,20 +327,11 @@ class Series:
         return other
 
     def diff(self, generator: str | Series) -> Series:
-        """Return the partial derivative by a generator, including through angles and atoms.
-
-        Args:
-            generator: its name, or the generator as a series.
-        """
+        """Return the partial derivative by a generator, including through angles and atoms."""
         return self._along({self.ring.index(generator): self.ring.number(1)})
 
     def ddt(self) -> Series:
-        """Return the total time derivative.
-
-        Raises:
-            DerivationError: if it depends on an acceleration or on an input whose rate is not
-                known.
-        """
+        """Return the total time derivative."""
         for generator in self.generators():
             if (
                 generator.kind in (Kind.ACCELERATION, Kind.INPUT)
@@ -381,11 +372,7 @@ class Series:
         return canonical(self.ring, parts, self.denominator, self.reach)
 
     def coefficients(self, generators: Sequence[str]) -> dict[tuple[int, ...], Series]:
-        """Return the coefficients of a polynomial in some generators, by their exponents.
-
-        Args:
-            generators: their names; dependence through angles and atoms stays in the coefficients.
-        """
+        """Return the coefficients of a polynomial in some generators, by their exponents."""
         places = {self.ring.index(name): k for k, name in enumerate(generators)}
         found = split_powers(self.parts, places)
         return {
@@ -394,11 +381,7 @@ class Series:
         }
 
     def linear(self, generators: Sequence[str]) -> tuple[list[Series], Series]:
-        """Return coefficients Cᵢ and remainder R of Σ Cᵢ xᵢ + R, e.g. a row of M.
-
-        Raises:
-            DerivationError: if it is not linear in them.
-        """
+        """Return coefficients Cᵢ and remainder R of Σ Cᵢ xᵢ + R, e.g. a row of M."""
         zero = self.ring.number(0)
         coefficients, rest = [zero] * len(generators), zero
         for powers, series in self.coefficients(generators).items():
@@ -426,17 +409,7 @@ class Series:
 
 
 def canonical(ring: Basis, parts: Parts, denominator: int, reach: int) -> Series:
-    """Return the series of some parts, with zeros removed and the fraction reduced.
-
-    Args:
-        ring: the ring it belongs to.
-        parts: integer polynomials by trigonometric function.
-        denominator: common denominator of their coefficients.
-        reach: a bound of all |exponents| and |multiples of angles|.
-
-    Raises:
-        DerivationError: if it has more terms than the ring allows.
-    """
+    """Return the series of some parts, with zeros removed and the fraction reduced."""
     parts, denominator = lowest_terms(parts, denominator)
     check_size(parts, ring.most_terms)
     return Series(ring, parts, denominator, reach)

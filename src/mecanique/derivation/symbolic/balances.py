@@ -77,12 +77,6 @@ def demands(
     """Return the wrench that every joint must transmit, by name of its child.
 
     Force and moment are in the axes of the child's carrier, the moment about the child's origin.
-
-    Args:
-        cuts: the bodies.
-        part: returns the wrench that a body by itself needs from its joint.
-        free: by name of the child, the joint velocities along which its joint transmits only the
-            force of its rotor; by default these components are what the bodies beyond need.
     """
     found: dict[str, Wrench] = {}
     behind: dict[str, list[str]] = {}
@@ -192,12 +186,7 @@ class Guiding:
                 self.meanings[f"N_{stem}"] = f"separating force, |{name}| sin(pressure angle) [N]"
 
     def on(self, cut: Cut, sizes: Sequence[Series] | None = None) -> Wrench:
-        """Return the elements' wrench on a body, about the origin of its frame.
-
-        Args:
-            cut: the body.
-            sizes: magnitudes of the forces; by default their symbols.
-        """
+        """Return the elements' wrench on a body, about the origin of its frame."""
         pressing = self.pressing if sizes is None else {}
         sizes = self.symbols if sizes is None else sizes
         nothing = zero(self._algebra.ring)
@@ -261,13 +250,7 @@ class Guiding:
         totals: Mapping[str, Wrench],
         carried: Sequence[Mapping[str, Wrench]],
     ) -> list[Series] | None:
-        """Solve for the forces in closed form; return None if there is no short one.
-
-        Args:
-            rates: the joint velocities along which joints transmit only the forces of rotors.
-            totals: total wrenches across the joints.
-            carried: wrenches of the joints under unit forces.
-        """
+        """Solve for the forces in closed form; return None if there is no short one."""
         count = len(self.names)
         rows = []
         for rate in rates:

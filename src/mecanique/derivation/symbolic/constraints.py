@@ -52,22 +52,13 @@ class Touch:
 
 
 def contact_ties(kinematics: Kinematics, met: Sequence[Touch]) -> tuple[Tie, ...]:
-    """Return the equations of all contacts, then of all velocity constraints.
-
-    Args:
-        kinematics: the kinematics of the mechanism.
-        met: its contacts.
-    """
+    """Return the equations of all contacts, then of all velocity constraints."""
     found = [tie for touch in met for tie in touch.ties if not tie.demand.vanishes()]
     return (*found, *_velocity_constraints(kinematics))
 
 
 def touches(kinematics: Kinematics) -> tuple[Touch, ...]:
-    """Return all contacts of a mechanism.
-
-    Args:
-        kinematics: the kinematics of the mechanism.
-    """
+    """Return all contacts of a mechanism."""
     return tuple(
         _roll(kinematics, contact) if isinstance(contact, Rolling) else _slide(kinematics, contact)
         for contact in kinematics.algebra.mechanism.contacts

@@ -98,11 +98,6 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
     The single body of a pendulum gets n from the pin to the center of mass and t perpendicular, in
     the sense of its angle, as in Fundamentals of Dynamics, Figure 1.4; bodies in plane motion get
     the world's axes, all others their own.
-
-    Args:
-        kinematics: the kinematics of the mechanism.
-        body: name of the body.
-        normal: normal of the plane of motion, if there is one, see `normal_of`.
     """
     mechanism = kinematics.algebra.mechanism
     if normal is None:
@@ -332,12 +327,7 @@ class Cuts:
         return (*loops, *contact_ties(self.kinematics, self.touches))
 
     def between_seats(self, parent: str, child: str) -> Vector:
-        """Return the vector from a parent's origin to a child's, in the parent's carrier's axes.
-
-        Args:
-            parent: name of the parent.
-            child: name of the child.
-        """
+        """Return the vector from a parent's origin to a child's, in the parent's carrier's axes."""
         kinematics = self.kinematics
         start, end = kinematics.carrier(parent), kinematics.carrier(child)
         if start == end:
@@ -348,24 +338,12 @@ class Cuts:
         return reach if start == end else kinematics.between(reach, -1, start)
 
     def carry(self, vector: Vector, start: str, end: str) -> Vector:
-        """Transform a vector to the axes of another body's carrier.
-
-        Args:
-            vector: the vector.
-            start: name of the body in whose carrier's axes it is given.
-            end: name of the other body.
-        """
+        """Transform a vector to the axes of another body's carrier."""
         kinematics = self.kinematics
         return kinematics.between(vector, kinematics.carrier(start), kinematics.carrier(end))
 
     def carried_wrench(self, wrench: Wrench, start: str, end: str) -> Wrench:
-        """Transform a force and a moment to the axes of another body's carrier.
-
-        Args:
-            wrench: force and moment.
-            start: name of the body in whose carrier's axes they are given.
-            end: name of the other body.
-        """
+        """Transform a force and a moment to the axes of another body's carrier."""
         return Wrench(self.carry(wrench.force, start, end), self.carry(wrench.moment, start, end))
 
     def _cut(self, joint: Joint, axes: Axes) -> Cut:
@@ -479,12 +457,7 @@ class Cuts:
 
 
 def state_momentum_balance(cut: Cut, moving: bool) -> str:
-    """Return the sentence that introduces the balance of forces of a body.
-
-    Args:
-        cut: the body, cut free.
-        moving: whether its center of mass moves.
-    """
+    """Return the sentence that introduces the balance of forces of a body."""
     if moving:
         return (
             "Mass times the acceleration a of the center of mass equals the resultant force. "
@@ -521,13 +494,7 @@ def explain_guides(guides: Sequence[Guide]) -> str:
 
 
 def describe_reaction(cut: Cut, d: Direction, *, guided: bool) -> str:
-    """Describe a component of a reaction, with its unit.
-
-    Args:
-        cut: the body on which it acts.
-        d: its direction.
-        guided: whether guides act across the joint as well.
-    """
+    """Describe a component of a reaction, with its unit."""
     exerted = f"that {cut.joint.parent} exerts on {cut.body} in {cut.joint.name}"
     if guided:
         exerted = f"of reaction and guides together across {cut.joint.name} on {cut.body}"
@@ -548,9 +515,5 @@ def _say_whose(cut: Cut, label: str) -> str:
 
 
 def enumerate_words(words: Sequence[str]) -> str:
-    """Join words into an enumeration, the last after "and".
-
-    Args:
-        words: at least one.
-    """
+    """Join words into an enumeration, the last after "and"."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -173,11 +173,7 @@ class Assumption:
     positive: Series
 
     def holds(self, values: Mapping[str, Any]) -> bool:
-        """Return whether it holds.
-
-        Args:
-            values: value of each coordinate, parameter and t, by name.
-        """
+        """Return whether it holds."""
         return bool(evaluate(self.positive, values) > 0)
 
 
@@ -254,12 +250,7 @@ class SymbolicMethod(Protocol):
 
 
 def mass_and_bias(algebra: Algebra, rows: Iterable[Series]) -> tuple[Matrix, tuple[Series, ...]]:
-    """Split rows M a + h into M and h.
-
-    Args:
-        algebra: the mechanism's symbols.
-        rows: inertia forces and weights of each velocity.
-    """
+    """Split rows M a + h into M and h."""
     M, h = [], []
     for row in rows:
         coefficients, rest = row.linear(algebra.accelerations)

@@ -119,12 +119,7 @@ def _ratio(component: Series, length: Series) -> Series:
 
 
 def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str, str]:
-    """Return the meaning of each root in the lengths of springs and dampers, by its name.
-
-    Args:
-        ring: the ring.
-        lengths: name and length of each spring and damper.
-    """
+    """Return the meaning of each root in the lengths of springs and dampers, by its name."""
     found: dict[str, list[str]] = {}
     whole: dict[str, bool] = {}
     for name, length in lengths:

@@ -83,12 +83,7 @@ class Kinematics:
         return product(self._frames[self._of(place)], self._relative[place])
 
     def point(self, body: str, point: Sequence[Scalar]) -> Vector:
-        """Return a point of a body in the world [m].
-
-        Args:
-            body: name of the body.
-            point: shape (3,), in the body's frame.
-        """
+        """Return a point of a body, given in its frame, in the world [m]."""
         return lift(self.algebra.ring, times_point(self.pose(body), self._scalars(point)))
 
     def rate(self, body: str) -> Matrix:
@@ -108,12 +103,7 @@ class Kinematics:
         return [list(map(_sum, *rows)) for rows in zip(carried, change, strict=True)]
 
     def velocity(self, body: str, point: Sequence[Scalar] = ORIGIN) -> Vector:
-        """Return the velocity of a point of a body in its carrier's axes [m/s].
-
-        Args:
-            body: name of the body.
-            point: shape (3,), in the body's frame.
-        """
+        """Return the velocity of a point, given in the body's frame, in carrier axes [m/s]."""
         return lift(self.algebra.ring, times_point(self.rate(body), self._scalars(point)))
 
     def spin(self, body: str) -> Vector:
@@ -126,13 +116,7 @@ class Kinematics:
         return lift(ring, [combination(rate[i][:3], turn[k][:3]) for i, k in pairs])
 
     def vector(self, components: Sequence[Scalar], axes: str, body: str) -> Vector:
-        """Return a vector in the axes of a body's carrier.
-
-        Args:
-            components: shape (3,), in the axes named.
-            axes: name of a body, or "world".
-            body: name of the body.
-        """
+        """Return a vector, given in the axes of a body or the "world", in a body's carrier's."""
         given = self._scalars(components)
         at = -1 if axes == "world" else self.place[axes]
         if at >= 0:
@@ -140,13 +124,7 @@ class Kinematics:
         return self.between(given, self._of(at), self.carrier(body))
 
     def between(self, components: Iterable[Any], start: int, end: int) -> Vector:
-        """Return a vector in the axes of another carrier.
-
-        Args:
-            components: shape (3,), in the axes of the first carrier.
-            start: index of the first carrier, −1 for the world.
-            end: index of the other carrier, −1 for the world.
-        """
+        """Return a vector in the axes of another carrier; −1 is the world."""
         given = list(components)
         if start != end:
             out, back = self._frames[start], [*zip(*self._frames[end], strict=True)][:3]
@@ -155,12 +133,7 @@ class Kinematics:
         return lift(self.algebra.ring, given)
 
     def change(self, vector: Vector, carrier: int) -> Vector:
-        """Return the inertial rate of a vector, x' + ω × x, in the axes of its carrier.
-
-        Args:
-            vector: a vector in the axes of the carrier.
-            carrier: index of the carrier, −1 for the world.
-        """
+        """Return the inertial rate of a vector, x' + ω × x, in the axes of its carrier."""
         rate = Vector(*(component.ddt() for component in vector))
         if carrier < 0:
             return rate
@@ -172,11 +145,7 @@ class Kinematics:
         return lift(self.algebra.ring, [row[3] for row in self._pose(self.place[body])])
 
     def turn(self, place: int) -> Matrix:
-        """Return the axes of a link in those of its carrier, three rows of three scalars.
-
-        Args:
-            place: index of the link in the tree, −1 for the ground.
-        """
+        """Return the axes of a link in those of its carrier, three rows of three scalars."""
         return [row[:3] for row in self._pose(place)]
 
     def moments(self, body: str) -> Matrix:

@@ -49,16 +49,7 @@ def energy_stages(
     V: Series,
     heavy: bool,
 ) -> list[Stage]:
-    """Return the steps that find the kinetic and the potential energy.
-
-    Args:
-        kinetic: name and kinetic energy of each body and rotor.
-        T: their sum.
-        gravity: potential energy of gravity.
-        works: the contributions of each force.
-        V: potential energy of gravity and springs.
-        heavy: whether gravity acts at all.
-    """
+    """Return the steps that find the kinetic and the potential energy."""
     parts = [Result(Left(f"T_{name}"), series) for name, series in kinetic if series]
     parts = parts if len(parts) > 1 else []
     found = [
@@ -211,16 +202,7 @@ def coordinate_stages(
     losses: Sequence[Series],
     free: Sequence[bool] = (),
 ) -> list[Stage]:
-    """Return the steps that apply Lagrange's operator, one for each velocity.
-
-    Args:
-        velocities: their names.
-        operated: the operator on T.
-        turning: the terms of Euler and Kirchhoff.
-        falls: the derivative of V along each velocity.
-        losses: the derivative of D by each velocity.
-        free: whether no drive, load or constraint acts along each velocity.
-    """
+    """Return the steps that apply Lagrange's operator, one for each velocity."""
     found = []
     alone = free or [False] * len(velocities)
     each = zip(velocities, operated, turning, falls, losses, alone, strict=True)

@@ -70,13 +70,7 @@ class _Balance:
 def solve_multipliers(
     ties: Sequence[Tie], slopes: Sequence[Sequence[Series]], sides: Sequence[Series]
 ) -> list[Solved]:
-    """Solve for the multipliers, one after another; return none if balances become long.
-
-    Args:
-        ties: the equations they belong to.
-        slopes: ∂Φ/∂q of each tie, for each velocity.
-        sides: M a + h − Q of each velocity.
-    """
+    """Solve for the multipliers, one after another; return none if balances become long."""
     columns = zip(*slopes, strict=True)
     balances = [_Balance(tuple(c), side) for c, side in zip(columns, sides, strict=True)]
     found: list[int] = []
@@ -159,12 +153,7 @@ def _eliminate(balance: _Balance, other: _Balance, k: int) -> _Balance:
 
 
 def redundancy_stages(mechanism: Mechanism, *, of_work: bool = False) -> list[Stage]:
-    """Return the step that names redundant constraints, or no step if there are none.
-
-    Args:
-        mechanism: the mechanism with the constraints.
-        of_work: whether the method is virtual work, in which their forces do not appear.
-    """
+    """Return the step that names redundant constraints, or no step if there are none."""
     if not mechanism.constrained:
         return []
     try:
@@ -199,13 +188,7 @@ _LONGEST_RATE = 40
 def loop_stages(
     ties: Sequence[Tie], *, of_work: bool = False, of_forces: bool = False
 ) -> list[Stage]:
-    """Return the steps that state the constraints of loops and of rolling.
-
-    Args:
-        ties: the equations of the loops, contacts and velocity constraints.
-        of_work: whether the method is virtual work, in which no multipliers appear.
-        of_forces: whether the multipliers are forces on the bodies, not generalized forces.
-    """
+    """Return the steps that state the constraints of loops and of rolling."""
     found = []
     loops = [tie for tie in ties if not tie.of_velocities and not tie.of_contact]
     if loops:
@@ -263,14 +246,7 @@ def _differentiate_loops(loops: Sequence[Tie]) -> list[Stage]:
 def multiplier_stages(
     algebra: Algebra, M: Matrix, rest: Sequence[Series], ties: Sequence[Tie]
 ) -> list[Stage]:
-    """Return the step that solves for the multipliers of loops, if it is short.
-
-    Args:
-        algebra: the mechanism's symbols.
-        M: rows of the mass matrix.
-        rest: h − Q of each velocity.
-        ties: the equations of the loops alone.
-    """
+    """Return the step that solves for the multipliers of loops, if it is short."""
     ring = algebra.ring
     if not ties or any(tie.of_velocities or tie.of_contact for tie in ties):
         return []
@@ -307,18 +283,7 @@ _MOST_ROWS = 4
 def independent_displacements(
     ring: Basis, rows: Sequence[Sequence[Series]], count: int, *, cramer: bool = False
 ) -> list[Column]:
-    """Return a basis S of the displacements with A δq = 0, each with a part for every velocity.
-
-    Args:
-        ring: the ring of the series.
-        rows: rows of A.
-        count: number of velocities.
-        cramer: whether displacements may be multiplied by a determinant; with a single free
-            displacement it vanishes only where the rows are dependent.
-
-    Raises:
-        DerivationError: if a divisor might vanish, or the result is long.
-    """
+    """Return a basis S of the displacements with A δq = 0, each with a part for every velocity."""
     one, zero = ring.number(1), ring.number(0)
     basis = [[zero] * count for _ in range(count)]
     for k, column in enumerate(basis):

@@ -59,11 +59,7 @@ class NewtonEuler:
         self._loads = demands(self.cuts, Cut.loads)
 
     def derivation(self) -> Derivation:
-        """Return the equations of motion with their steps.
-
-        Raises:
-            DerivationError: if a velocity constraint does not say by which force it acts.
-        """
+        """Return the equations of motion with their steps."""
         algebra, unstated = self.algebra, self.algebra.mechanism.velocity_constraints
         if unstated:
             raise DerivationError(

@@ -69,11 +69,7 @@ class Algebra:
         """Each parameter, input, generalized or joint coordinate, velocity and t, by name."""
 
     def number(self, constant: Any) -> Series:
-        """Return a constant as a series, exact if it is recognized as a root or a fraction.
-
-        Args:
-            constant: a float or a sympy number.
-        """
+        """Return a constant as a series, exact if it is recognized as a root or a fraction."""
         if isinstance(constant, (int, float)) or constant.is_Float:
             return self._float(float(constant))
         if constant.is_Rational:
@@ -97,19 +93,11 @@ class Algebra:
         return self.lift(self.arithmetic(scalar, self.values))
 
     def lift(self, value: Any) -> Series:
-        """Return a plain number as a series; return a series unchanged.
-
-        Args:
-            value: a series, or a number left plain by the poses.
-        """
+        """Return a plain number as a series; return a series unchanged."""
         return value if isinstance(value, Series) else self.ring.number(value)
 
     def root(self, square: Series) -> Series:
-        """Return the square root of a squared distance, positive where all coordinates are zero.
-
-        Args:
-            square: the radicand; a root that is not a polynomial is named rho.
-        """
+        """Return the square root of a squared distance, positive where all coordinates are zero."""
         taken = {generator.name for generator in self.ring.generators}
         names = ("rho", *(f"rho{k}" for k in range(2, len(taken) + 3)))
         root: Series = sqrt(square, name=next(name for name in names if name not in taken))
@@ -160,9 +148,5 @@ def _place(unit: str) -> int:
 
 
 def coordinate_of(velocity: str) -> str:
-    """Return the coordinate whose rate a velocity is, or a quasi-velocity's own name.
-
-    Args:
-        velocity: its name, e.g. "q'".
-    """
+    """Return the coordinate whose rate a velocity is, or a quasi-velocity's own name."""
     return velocity.removesuffix("'")
