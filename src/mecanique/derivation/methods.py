@@ -86,7 +86,7 @@ def readable(mechanism: Mechanism) -> tuple[str, ...]:
 
 
 def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
-    """Derive a mechanism by every method in the same symbols; return them by name, textbook order."""
+    """Derive a mechanism by every method in the same symbols, by name in textbook order."""
     algebra = Algebra(mechanism)
     return {name: way.symbolic(mechanism, algebra).derivation() for name, way in METHODS.items()}
 

@@ -82,7 +82,7 @@ Group = tuple[tuple[bool, int], Series]
 
 
 def group(series: Series, *, by_side: bool) -> list[Group]:
-    """Group a series by monomials of motions and lengths: ((on the right, monomial), coefficient)."""
+    """Group by monomials of motions and lengths: ((on the right, monomial), coefficient)."""
     ring = series.ring
     kinds = [g.kind for g in ring.generators]
     depends = {i: _find_kinds(atom.argument) for i, atom in ring.atoms.items()}
