@@ -25,17 +25,20 @@ from mecanique.model import (
     Planar,
     Prismatic,
     Revolute,
+    Rolling,
     Spherical,
     Spring,
     ball,
     box,
     coordinate,
+    disk,
     particle,
     rod,
     time,
 )
 from mecanique.model.units import characteristic_length
 from mecanique.reference import Reference
+from mecanique.verification.compare import verify
 from mecanique.verification.states.random import random_states
 
 
@@ -250,3 +253,20 @@ def four_bars_in_series(count: int) -> Mechanism:
             Loop.pin(f"A{k}", "ground", (k, 0, 0), f"down{k}", (0, -1, 0), normal=(0, 0, 1))
         )
     return Mechanism("series", tuple(bodies), tuple(joints), loops=tuple(loops))
+
+
+@pytest.mark.parametrize("crown", [0.0, 0.05])
+@pytest.mark.parametrize("seed", [1, 4])
+def test_a_wheel_is_not_compared_where_it_lies_almost_flat(crown: float, seed: int) -> None:
+    """Its place of contact is not determined there; its height is r times the sine of the lean."""
+    mass, radius = 1.4, 0.17
+    wheel = Mechanism(
+        "wheel",
+        (Body("ground"), Body("disk", disk(mass, radius).at(rpy=(np.pi / 2, 0, 0)))),
+        (Floating("free", "ground", "disk"),),
+        contacts=(Rolling("rim", "disk", radius, crown=crown),),
+    )
+    height = random_states(wheel, 100, seed).q[:, 2]
+    assert (height > crown + 0.00999 * (radius - crown)).all()
+    assert height.min() < crown + 0.1 * (radius - crown)
+    assert verify(wheel, 100, seed).agrees

@@ -177,7 +177,7 @@ class Closed:
         count = len(self.mechanism.joints) + len(self.carriers)
         zero = np.zeros(self.mechanism.nv)
         here = self.closures.scale(q, zero, t)
-        left = split(here.jacobian, least=LEAST, rounding=here.rounding).loose
+        left = split(here.jacobian, least=LEAST, rounding=lambda: here.rounding).loose
         loose = np.zeros((count, 6), dtype=bool)
         for combination in left.T:
             tree.move(q, zero, t, zero)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.reference.loops.tolerances import LEAST, ROUNDING, TINY
+from mecanique.reference.loops.tolerances import LEAST, ROUNDING, TINY, WEAK
 
 _MASSLESS = 1e-13
 """Principal inertias below this are rounding, for a mass matrix with unit diagonal."""
@@ -33,13 +33,13 @@ class Units(NamedTuple):
         columns: shape (n,), units of the velocities.
         blocks: shape (m,), number of each row's block, a loop's lengths or its angles, whose rows
             are scaled together.
-        rounding: shape (m,) or (), what rounding may make of an entry of each row.
+        rounding: returns what rounding may make of an entry of each row, shape (m,) or ().
     """
 
     rows: Array
     columns: Array
     blocks: Array
-    rounding: Array | float = ROUNDING
+    rounding: Callable[[], Array | float] = lambda: ROUNDING
 
 
 class Metric(NamedTuple):
@@ -68,7 +68,7 @@ class Metric(NamedTuple):
         """Bound what rounding may make of each row of a scaled Jacobian, shape (m,)."""
         # an entry that is zero because the row does not move with the velocity has no error
         spread = (jacobian != 0) / self.units.columns @ np.abs(self.columns)
-        factors = self.units.rounding * self.rows / self.units.rows
+        factors = self.units.rounding() * self.rows / self.units.rows
         rounding: Array = factors * np.sqrt((spread**2).sum(axis=1))
         return rounding
 
@@ -89,9 +89,10 @@ def measure(
     columns, inverse, massive = _directions(mass, weight, root)
     closing = ((jacobian @ columns) ** 2).sum(axis=1)
     reach = np.abs(units.rows[:, None] * jacobian * units.columns).max(axis=1, initial=0.0)
-    # a row of mere rounding must not be scaled up: it would count as independent of all others
-    acts = reach > np.maximum(LEAST, units.rounding)
-    total = np.bincount(units.blocks, closing * acts)[units.blocks]
+    if reach.min(initial=1.0) < WEAK:
+        # a row of mere rounding must not be scaled up: it would count as independent of all others
+        closing = closing * (reach > np.maximum(LEAST, units.rounding()))
+    total = np.bincount(units.blocks, closing)[units.blocks]
     rows = np.where(total > 0, 1 / np.sqrt(np.maximum(total, TINY)), 0.0)
     return Metric(rows, columns, inverse, massive, units)
 

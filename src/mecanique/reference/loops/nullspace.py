@@ -8,8 +8,9 @@ Multibody Systems, sect. 5.5).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy.typing as npt
 
 from mecanique.errors import ClosureError
 from mecanique.reference.loops.metric import Metric
-from mecanique.reference.loops.tolerances import DETERMINED, MASSLESS, RANK, TINY
+from mecanique.reference.loops.tolerances import DETERMINED, MASSLESS, RANK, TINY, WEAK
 
 
 @final
@@ -69,7 +70,7 @@ def split(
     least: float = 0.0,
     most: int | None = None,
     fixed: int | None = None,
-    rounding: np.ndarray | float = 0.0,
+    rounding: Callable[[], np.ndarray] | None = None,
 ) -> Split:
     """Split the directions of motion by a Jacobian.
 
@@ -79,16 +80,18 @@ def split(
         least: singular values below this count as zero.
         most: upper bound of the rank, for redundant rows that agree only up to rounding.
         fixed: the rank, if it is known.
-        rounding: shape (m,), what rounding may make of each row.
+        rounding: returns what rounding may make of each row, shape (m,).
     """
     left, singular, right = np.linalg.svd(jacobian)
-    count = len(singular)
-    strong = are_certain(
-        left[:, :count], singular, max(tolerance * singular.max(initial=0), least), rounding
-    )
-    # a short but certain direction comes before a longer one of mere rounding
-    order = np.argsort(~strong, kind="stable")
-    left[:, :count], singular, right[:count] = left[:, order], singular[order], right[order]
+    count, top = len(singular), float(singular.max(initial=0.0))
+    strong = singular > max(tolerance * top, least, TINY)
+    # what holds well is no rounding, whose bound takes as long as all the rest
+    if rounding is not None and singular.min(initial=top) < WEAK * top:
+        strong &= are_certain(left[:, :count], singular, 0.0, rounding())
+    if not strong[: strong.sum()].all():
+        # a short but certain direction comes before a longer one of mere rounding
+        order = np.argsort(~strong, kind="stable")
+        left[:, :count], singular, right[:count] = left[:, order], singular[order], right[order]
     rank = int(strong.sum())
     rank = rank if most is None else min(rank, most)
     rank = rank if fixed is None else min(fixed, count)
@@ -112,7 +115,7 @@ def are_certain(
     A combination of rows, shape (m, k), may be large only because the rows' terms are, far from
     the origin: it must not count as a constraint.
     """
-    noise = np.linalg.norm(np.reshape(rounding, (-1, 1)) * left, axis=0)
+    noise = np.sqrt(((np.reshape(rounding, (-1, 1)) * left) ** 2).sum(axis=0))
     certain: npt.NDArray[np.bool_] = singular > np.maximum(noise, max(least, TINY))
     return certain
 
@@ -145,7 +148,7 @@ def solve(
     """
     fixed = most if weak else None
     J = metric.scale(jacobian)
-    noise = 0.0 if fixed is not None else metric.rounding(jacobian)
+    noise = None if fixed is not None else partial(metric.rounding, jacobian)
     parts = split(J, most=most, fixed=fixed, rounding=noise)
     held = parts.singular > weak if fixed is not None else np.ones(parts.rank, dtype=bool)
     gain = np.divide(1.0, parts.singular, out=np.zeros(parts.rank), where=held)

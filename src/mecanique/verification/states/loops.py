@@ -25,6 +25,13 @@ _TREMBLING = 1e-5
 """The same, absolute: positions that close the loops without being held in them."""
 
 
+_DETERMINED = 1e-2
+"""Least margin of a contact, of a wheel the sine of the angle at which it lies.
+
+Forms of its law divide by the margin's square, so that rounding grows to 1e4 times its usual size,
+and stays a hundredth of what is tolerated.
+"""
+
 _STRIDE = 0.5
 """Length of a step along the loops, in radians or characteristic lengths."""
 
@@ -76,6 +83,8 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
         except (ClosureError, ArithmeticError, ValueError):
             continue
         J = closed.closures.scale(position, velocity, float(t[k])).jacobian
+        if closed.closures.contacts.margins.min(initial=1.0) < _DETERMINED:
+            continue
         sizes = np.linalg.svd(J, compute_uv=False)
         acting = sizes[sizes > _RANK * sizes.max(initial=0.0)]
         least.append(float(acting.min(initial=1.0)))

@@ -153,6 +153,7 @@ class Closures:
             [self._component < 3, np.ones(len(self.contacts.names), bool), np.zeros(many, bool)]
         )
         self._lengthy = np.flatnonzero(is_length)
+        self._owner_of_length = self.owner[self._lengthy]
         self._blocks = 2 * self.owner
         self._blocks[: len(self._component)] += self._component >= 3
         self.rows: Array = np.where(is_length, 1 / lengths[self.parts.rows], 1.0)
@@ -180,7 +181,7 @@ class Closures:
 
         The rounding is that of the last state.
         """
-        return Units(self.rows, self.columns, self._blocks, self._rounding_of_rows())
+        return Units(self.rows, self.columns, self._blocks, self._rounding_of_rows)
 
     def _rounding_of_rows(self) -> Array:
         """Return what rounding may make of a row's entries in the last state, natural units, (m,).
@@ -188,10 +189,12 @@ class Closures:
         Velocities are those of points at the world's origin, carried to the place where a loop
         closes: a difference of terms as long as the way there.
         """
+        places = self._places
+        if self.contacts.names:
+            places = np.concatenate([places, self.contacts.met])
+        distances = np.sqrt((places**2).sum(axis=1))
         size = np.ones(len(self.owner))
-        distances = np.linalg.norm(np.concatenate([self._places, self.contacts.met]), axis=1)
-        at = self._lengthy
-        size[at] += distances[self.owner[at]] * self.rows[at]
+        size[self._lengthy] += distances[self._owner_of_length] * self.rows[self._lengthy]
         for i, k in zip(self._rods, self._owner[self._rods], strict=True):
             # the rod's direction is the less certain, the shorter it is
             size[i] *= 1 + 1 / max(self.rows[i] * float(np.linalg.norm(self._spans[k])), TINY)

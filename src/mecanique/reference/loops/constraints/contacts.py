@@ -67,6 +67,7 @@ class _Touch(NamedTuple):
         turning: shape (k, 3), their rates.
         seat: shape (3,), the point of the body at which its force is reported.
         gap: Φ of the first direction.
+        margin: from 0, where no place is determined, as of a wheel that lies flat, to 1.
     """
 
     place: Array
@@ -75,6 +76,7 @@ class _Touch(NamedTuple):
     turning: Array
     seat: Array
     gap: float
+    margin: float = 1.0
 
 
 @final
@@ -107,6 +109,8 @@ class ContactRows:
         self._contacts = mechanism.contacts
         self.met: Array = np.zeros((len(mechanism.contacts), 3))
         """Where each contact was in the last call of `now`, shape (contacts, 3)."""
+        self.margins: Array = np.ones(len(mechanism.contacts))
+        """How well each place was determined there, from 0 to 1, shape (contacts,)."""
 
     def now(self, u: Array) -> Rows:
         """Return the rows in the engine's present state.
@@ -119,7 +123,7 @@ class ContactRows:
         for k, (contact, shape) in enumerate(zip(self._contacts, self._shapes, strict=True)):
             a, b = (self._body(name, u) for name in (contact.body, contact.on))
             touch = shape.touch(a, b)
-            self.met[k] = touch.place
+            self.met[k], self.margins[k] = touch.place, touch.margin
             between = self._carries(contact.body) - self._carries(contact.on)
             # column by column, J_l + J_ω × P
             J = (columns[:3] - hat(touch.place) @ columns[3:]) * between
@@ -224,7 +228,7 @@ class _Wheel(NamedTuple):
         hub = a.origin + a.turn @ self.center
         frame = (b.turn @ self.axes).T
         n, n_rate = frame[2], cross(b.spin, frame[2])
-        rho, rho_rate = -self.crown * n, -self.crown * n_rate
+        rho, rho_rate, margin = -self.crown * n, -self.crown * n_rate, 1.0
         if self.axis is None:
             rho, rho_rate = self._below(a, n, n_rate)
         else:
@@ -232,9 +236,9 @@ class _Wheel(NamedTuple):
             e_rate = cross(a.spin, e)
             lean, lean_rate = n @ e, n_rate @ e + n @ e_rate
             s, s_rate = n - lean * e, n_rate - lean_rate * e - lean * e_rate
-            size = float(np.linalg.norm(s))
-            up = s / size
-            up_rate = (s_rate - (up @ s_rate) * up) / size
+            margin = float(np.linalg.norm(s))
+            up = s / margin
+            up_rate = (s_rate - (up @ s_rate) * up) / margin
             ring = self.radius - self.crown
             rho, rho_rate = rho - ring * up, rho_rate - ring * up_rate
         place = hub + rho
@@ -246,6 +250,7 @@ class _Wheel(NamedTuple):
             frame[[2, 0, 1]] @ hat(b.spin).T,
             hub,
             float(n @ (place - ground)),
+            margin,
         )
 
     def _below(self, a: _Body, n: Array, n_rate: Array) -> tuple[Array, Array]:
@@ -282,6 +287,7 @@ class _Wheel(NamedTuple):
             np.array(turning),
             hub,
             float(self.bowl - side * length - self.radius),
+            float(1 + n @ z) / 2,
         )
 
 

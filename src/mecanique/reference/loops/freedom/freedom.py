@@ -249,8 +249,12 @@ def _scale(closed: Closed, q: Array, t: float) -> ScaledClosure:
 
 def _split(closure: ScaledClosure, rows: Array | slice = slice(None)) -> Split:
     """Split the directions of motion at a position that was assembled."""
-    J, rounding = closure.jacobian[rows], closure.rounding[rows]
-    return split(J, RANK_ASSEMBLED, RANK_ASSEMBLED, rounding=rounding)
+    return split(
+        closure.jacobian[rows],
+        RANK_ASSEMBLED,
+        RANK_ASSEMBLED,
+        rounding=lambda: closure.rounding[rows],
+    )
 
 
 def _sample_around(

@@ -49,7 +49,7 @@ class Independent:
         closures = closed.closures
         self._rows: Array = np.ones(len(closures.rows), dtype=bool) if rows is None else rows
         here = closures.scale(q, np.zeros(closed.mechanism.nv), t)
-        free = split(here.jacobian[self._rows], rounding=here.rounding[self._rows]).null
+        free = split(here.jacobian[self._rows], rounding=lambda: here.rounding[self._rows]).null
         weight = np.ones(len(free)) if prefer is None else np.where(prefer, _PREFERENCE, 1.0)
         # pivoting chooses the velocities that determine the others best; their order is kept
         _, _, order = qr((weight[:, None] * free).T, pivoting=True)

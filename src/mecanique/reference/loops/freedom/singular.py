@@ -11,6 +11,7 @@ Struct. Mach. 19 (1991) 1).
 
 from __future__ import annotations
 
+from functools import partial
 from math import factorial
 from typing import NamedTuple, final
 
@@ -79,7 +80,10 @@ def is_crossing(closed: Closed, q: Array, v: Array, t: float) -> bool:
         return False
     jacobian = closed.closures.at(q, v, t).jacobian
     metric = closed.measure(jacobian)
-    return split(metric.scale(jacobian), rounding=metric.rounding(jacobian)).rank < closed.most
+    return (
+        split(metric.scale(jacobian), rounding=partial(metric.rounding, jacobian)).rank
+        < closed.most
+    )
 
 
 def branch_acceleration(closed: Closed, q: Array, v: Array, t: float) -> Array:
@@ -225,7 +229,7 @@ def _find_way(closed: Closed, state: _State) -> _Way:
     jacobian = closed.closures.at(q, v, t).jacobian
     metric = closed.measure(jacobian)
     J = metric.scale(jacobian)
-    parts = split(J, fixed=closed.most, rounding=metric.rounding(jacobian))
+    parts = split(J, fixed=closed.most, rounding=partial(metric.rounding, jacobian))
     weak = parts.singular < WEAK
     free = np.hstack([parts.range_right[:, weak], parts.null])
     along = free @ (free.T @ (metric.inverse @ v))

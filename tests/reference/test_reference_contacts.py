@@ -1,0 +1,102 @@
+"""Rows of velocity constraints and contacts against their derivatives and geometry by hand."""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+import pytest
+import sympy
+
+from mecanique.model import (
+    Body,
+    Floating,
+    Mechanism,
+    Planar,
+    Rolling,
+    VelocityConstraint,
+    ball,
+    box,
+    coordinate,
+    time,
+)
+from mecanique.reference import Reference
+
+SIDE, RATE = 0.3, 2.0
+
+
+def steered() -> Mechanism:
+    """A sleigh whose edge is driven sideways: y' cos θ − x' sin θ = 0.3 sin 2t."""
+    theta, t = coordinate("theta"), time()
+    edge = VelocityConstraint(
+        "edge",
+        {"x": -sympy.sin(theta), "y": sympy.cos(theta)},
+        SIDE * sympy.sin(RATE * t),
+    )
+    return Mechanism(
+        "steered",
+        (Body("ground"), Body("sleigh", box(2.0, (1, 0.4, 0.1)).at((0.3, 0, 0)))),
+        (Planar("plane", "ground", "sleigh", names=("x", "y", "theta")),),
+        velocity_constraints=(edge,),
+        gravity=(0, 0, 0),
+    )
+
+
+@pytest.mark.parametrize("t", [0.2, 1.1, 5.0])
+def test_a_rate_that_depends_on_time_enters_with_its_sign(t: float) -> None:
+    reference, theta, turning = Reference(steered()), 0.4, 1.7
+    q = np.array([0.2, -0.3, theta])
+    sideways = SIDE * sin(RATE * t)
+    ahead = 0.8
+    v = np.array(
+        [
+            ahead * cos(theta) - sideways * sin(theta),
+            ahead * sin(theta) + sideways * cos(theta),
+            turning,
+        ]
+    )
+    assert reference.drift(q, v, t)[1] == pytest.approx(0.0, abs=1e-15)
+    assert reference.drift(q, np.zeros(3), t)[1] == pytest.approx(abs(sideways), rel=1e-14)
+    closed = reference.closed
+    assert closed is not None
+    here = closed.closures.at(q, v, t)
+    np.testing.assert_allclose(here.jacobian, [[-sin(theta), cos(theta), 0]], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(here.drift, [-sideways], rtol=1e-14, atol=0)
+    # d/dt of the law: A' v + A a = b'
+    bent = -turning * ahead - SIDE * RATE * cos(RATE * t)
+    np.testing.assert_allclose(reference.constraint_bias(q, v, t), [bent], rtol=1e-13, atol=0)
+    x, y, _ = reference.acceleration(q, v, t)
+    assert y * cos(theta) - x * sin(theta) == pytest.approx(-bent, rel=1e-13)
+
+
+def margin(contact: Rolling, q: list[float]) -> float:
+    """How well the place of a free body's contact is determined."""
+    bodies = Body("ground"), Body("body", ball(1.0, 0.5))
+    free = Mechanism("free", bodies, (Floating("f", "ground", "body"),), contacts=(contact,))
+    closed = Reference(free).closed
+    assert closed is not None
+    closed.closures.at(np.array(q), np.zeros(6), 0.0)
+    (found,) = closed.closures.contacts.margins
+    return float(found)
+
+
+@pytest.mark.parametrize("lying", [1e-6, 0.01, 0.4, 1.5])
+@pytest.mark.parametrize("crown", [0.0, 0.2])
+def test_a_wheel_that_lies_touches_nowhere_in_particular(lying: float, crown: float) -> None:
+    half = (np.pi / 2 - lying) / 2
+    rolling = Rolling("rim", "body", 0.5, crown=crown)
+    found = margin(rolling, [0, 0, 0, sin(half), 0, 0, cos(half)])
+    assert found == pytest.approx(sin(lying), rel=1e-9)
+
+
+@pytest.mark.parametrize("radius", [2.0, -2.0])
+@pytest.mark.parametrize("angle", [0.0, 1.0, 3.0])
+def test_directions_turn_the_less_surely_the_nearer_a_ball_is_to_the_top_of_a_bowl(
+    radius: float, angle: float
+) -> None:
+    away = radius - 0.5
+    place = [away * sin(angle), 0.0, radius - away * cos(angle)]
+    rolling = Rolling("inside", "body", 0.5, axis=None, bowl=radius)
+    found = margin(rolling, [*place, 0, 0, 0, 1])
+    assert found == pytest.approx((1 + cos(angle)) / 2, rel=1e-12)
+    assert margin(Rolling("flat", "body", 0.5, axis=None), [0, 0, 0.5, 0, 0, 0, 1]) == 1
