@@ -43,7 +43,7 @@ ORDER: dict[str, list[str]] = {
         "bodies constraints forces joints",
         "mechanism",
         "free_body guides meshing states units",
-        "dynamics random_positions",
+        "dynamics random_positions slips",
     ],
     "model.constraints": ["contacts cords gears loops velocity_constraints", "elements"],
     "model.guides": ["guide fit", "find"],

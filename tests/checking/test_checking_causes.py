@@ -20,8 +20,8 @@ POLE = "cos(q) x'' + l q'' + g sin(q) = 0\n"
 
 MISTAKES = (
     (ROD, "m l^2/3 q'' - m g l/2 sin q = 0", "potential sign", "gravity is wrong"),
-    (ROD, "m l^2/12 q'' + m g l/2 sin q = 0", "inertia", "taken about its center"),
-    (ROD, "m l^2 (1/3 + 1/4) q'' + m g l/2 sin q = 0", "inertia", "Steiner's term of 'rod'"),
+    (ROD, "m l^2/12 q'' + m g l/2 sin q = 0", "parallel axis", "taken about its center"),
+    (ROD, "m l^2 (1/3 + 1/4) q'' + m g l/2 sin q = 0", "parallel axis", "Steiner's term of 'rod'"),
     (ROD, "m l^2/4 q'' + m g l/2 sin q = 0", "inertia", "as for a particle"),
     (ROD, "m l^2/3 q'' + m g l/2 cos q = 0", "sin for cos", "'cos q' in 'm g l/2 cos q'"),
     (ROD, "m l^2/3 q'' + m g l sin q = 0", "half", "potential energy is counted twice"),

@@ -191,7 +191,7 @@ CASES: dict[str, tuple[str, int, str]] = {
         "its density is 1e+05 kg/m³",
     ),
     "M210": (swap('ixx="0.084" iyy="0.084"', 'ixx="0.334" iyy="0.334"'), 5,
-             "about the link's origin, not about"),
+             "about the link's origin instead of"),
     "M211": (swap('<link name="base"/>', f'<link name="base"><inertial>{_MASS}'
                   f'<inertia {_INERTIA} ixy="0" ixz="0" '
                   'iyz="0"/></inertial></link>'), 4, "the root link has a mass of 1 kg"),

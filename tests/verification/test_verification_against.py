@@ -217,7 +217,8 @@ def test_the_command_line_takes_files_functions_and_names() -> None:
         assert ends("--against", other)[0] == 0
     code, text = ends("--against", "wrong.py")
     assert code == 1
-    assert "likely cause 1: parallel-axis term missing" in text
+    assert "likely cause 1: inertia of link 'rod': about the center of mass" in text
+    assert "(parallel-axis term missing)" in text
     assert ends("--against", "empty.py")[1].startswith("error: expected functions among M, C, g")
     assert ends("--against", "broken.py")[1].startswith("error: broken.py raised ZeroDivisionError")
     assert ends("--against", "none.py")[0] == ends("--against", "none.csv")[0] == 2

@@ -176,7 +176,7 @@ def test_a_unit_mistaken_in_every_link_is_one_cause() -> None:
     grams = arm.replace(m1=1000 * arm.values["m1"], m2=1000 * arm.values["m2"])
     cause, *_ = mq.verify(arm, 10, against=grams).causes
     assert (cause.kind, cause.where) == ("mass unit", "")
-    assert cause.text == "mass and inertia times 1000 of every link"
+    assert cause.text == "mass and inertia of every link: grams for kilograms (×1000)"
 
 
 def test_the_axis_of_a_joint_that_follows_the_coordinates_may_be_reversed() -> None:
@@ -213,7 +213,7 @@ def test_every_change_that_is_tried_has_its_own_words() -> None:
     assert len(words) == len(set(words))
 
 
-@pytest.mark.parametrize(("factor", "words"), [(1000, "times 1000"), (0.001, "divided by 1000")])
+@pytest.mark.parametrize(("factor", "words"), [(1000, "(×1000)"), (0.001, "(÷1000)")])
 def test_a_joint_in_millimeters_is_named_with_its_factor(factor: float, words: str) -> None:
     arm = mq.textbook.load("two_link_arm")
     first, second = arm.joints
@@ -242,7 +242,7 @@ def test_every_length_in_millimeters_is_one_cause() -> None:
     arm = mq.textbook.load("two_link_arm")
     cause, *_ = mq.verify(arm, 10, against=lengths_misread(arm, 1000.0)).causes
     assert (cause.kind, cause.where) == ("length unit", "")
-    assert cause.text == "every length times 1000, of joints and centers"
+    assert cause.text == "every length, of joints and centers: millimeters for meters (×1000)"
 
 
 def test_a_link_counted_twice_and_a_product_of_the_other_sign_are_named() -> None:
@@ -253,8 +253,8 @@ def test_a_link_counted_twice_and_a_product_of_the_other_sign_are_named() -> Non
     twice = mq.Shape(2 * body.mass, body.center, doubled)
     other = mq.Shape(body.mass, body.center, (ixx, iyy, izz, ixy, -ixz, iyz))
     for shape, words in (
-        (twice, "mass and inertia counted twice"),
-        (other, "product of inertia ixz of the other sign"),
+        (twice, "mass and inertia of link 'panda_link6': counted twice"),
+        (other, "product of inertia ixz with the other sign"),
     ):
         bodies = tuple(mq.Body(b.name, shape) if b is body else b for b in arm.bodies)
         cause, *_ = mq.verify(arm, 10, against=replace(arm, bodies=bodies)).causes
@@ -371,7 +371,10 @@ def test_each_change_of_gravity_has_one_name(
     assert fitting == [text]
 
 
-@pytest.mark.parametrize(("factor", "words"), [(1000.0, "times 1000"), (1e-3, "divided by 1000")])
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1000.0, "millimeters for meters (×1000)"), (1e-3, "meters for millimeters (÷1000)")],
+)
 @pytest.mark.parametrize("inertias", [True, False])
 def test_lengths_of_a_spatial_arm_are_misread_with_or_without_inertias(
     factor: float, words: str, inertias: bool
@@ -389,13 +392,13 @@ def test_lengths_of_a_spatial_arm_are_misread_with_or_without_inertias(
     of = "of joints, centers and inertias" if inertias else "of joints and centers"
     evidence = evidence_of(panda, told_by(theirs))
     best = min(frame_changes(evidence), key=lambda change: evidence.residual(change.answers))
-    assert best.text == f"every length {words}, {of}"
+    assert best.text == f"every length, {of}: {words}"
     assert evidence.residual(best.answers) < 1e-9
 
 
 @pytest.mark.parametrize(
     ("factor", "words"),
-    [(np.pi / 180, "taken for degrees"), (180 / np.pi, "in degrees taken for radians")],
+    [(np.pi / 180, "radians for degrees"), (180 / np.pi, "degrees for radians")],
 )
 @pytest.mark.parametrize("rates", [False, True])
 @pytest.mark.parametrize("every", [False, True])
@@ -416,7 +419,7 @@ def test_angles_in_degrees_are_named(factor: float, words: str, rates: bool, eve
         for change in state_changes(evidence)
         if evidence.residual(change.answers) < 1e-9
     ]
-    assert fitting == [f"{what} {words}" + (", its rates as well" if rates else "")]
+    assert fitting == [f"{what}: {words}" + (", its rates as well" if rates else "")]
 
 
 def test_the_moving_mass_is_that_of_all_bodies_but_the_ground() -> None:
@@ -445,18 +448,28 @@ def place(how: str, p: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarra
     if how == "moved":
         return p + 0.01 * np.eye(3)[1], r, "joint origin", "moved by 0.01 m along y"
     if how == "mirrored":
-        return p * [-1, 1, 1], r, "joint origin", "x of the position of the other sign"
+        return (
+            p * [-1, 1, 1],
+            r,
+            "joint origin",
+            "joint4': mirrored (x with the other",
+        )
     if how == "left out":
-        return 0 * p, r, "joint origin", "position left out"
+        return 0 * p, r, "joint origin", "position of joint 'panda_joint4': left out"
     if how == "longer":
         return 1.2 * p, r, "joint origin", "moved by 0.0165 m along x"
     if how == "yawed":
         return p, r + 0.2 * np.eye(3)[2], "joint turn", "yaw of joint 'panda_joint4'"
     if how == "degrees":
-        return p, r * 180 / np.pi, "degree", "in degrees taken for radians"
+        return (
+            p,
+            r * 180 / np.pi,
+            "degree",
+            "joint4': degrees for radians",
+        )
     if how == "turned":
         return p, r + 0.2 * np.eye(3)[0], "joint turn", "roll of joint 'panda_joint4'"
-    return p, r[[1, 0, 2]], "joint turn", "taken from those about y, x, z"
+    return p, r[[1, 0, 2]], "joint turn", "rpy in the order p, r, y"
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,7 @@ SLIPS = {
     "the same principal moments about": (_INERTIA, _written(TURN @ TENSOR @ TURN.T)),
     "products of inertia left out": (_INERTIA, _written(DIAGONAL)),
     "degrees for radians": ('rpy="0.3 0.5 0.7"', 'rpy="17.1887339 28.6478898 40.1070457"'),
-    "×10 of iyy alone": (_INERTIA, _INERTIA.replace("0.02", "0.2", 1)),
+    "a decimal point (×10) of iyy alone": (_INERTIA, _INERTIA.replace("0.02", "0.2", 1)),
     "rpy in the order r, y, p": ('rpy="0.3 0.5 0.7"', 'rpy="0.3 0.7 0.5"'),
     "turned about moving axes x, y, z": ('rpy="0.3 0.5 0.7"', f'rpy="{MOVING}"'),
     "rpy in the order y, p, r": ('rpy="0.3 0.5 0.7"', f'rpy="{REORDERED}"'),

@@ -5,11 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from mecanique.model import slips
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.placement import Placement
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import Document
 from mecanique.urdf.reading.links import Link
+
+_METERS, _DEGREES, _GRAMS = (
+    f": {unit[0].text}?" for unit in (slips.LENGTH, slips.ANGLE, slips.MASS)
+)
+"""What a distance, an angle or a mass that is too large looks like, as in `mecanique diff`."""
 
 _FAR = 20.0
 """A distance within a robot that is likely in millimeters [m]."""
@@ -25,12 +31,22 @@ def check(document: Document, report: Report) -> None:
         distance = math.hypot(*joint.origin.xyz)
         reach[joint.parent] = max(reach.get(joint.parent, 0.0), distance)
         if distance > _FAR:
-            report.add("M310", joint.element, joint.where, f"its origin is {distance:g} m away")
+            report.add(
+                "M310",
+                joint.element,
+                joint.where,
+                f"its origin is {distance:g} m away{_METERS}",
+            )
         if joint.kind == "revolute" and joint.limits is not None:
             bounds = (joint.limits.lower, joint.limits.upper)
             most = max((abs(bound) for bound in bounds if math.isfinite(bound)), default=0.0)
             if 4 * math.pi < most <= 1000:
-                report.add("M309", joint.element, joint.where, f"its limits reach {most:g} radians")
+                report.add(
+                    "M309",
+                    joint.element,
+                    joint.where,
+                    f"its limits reach {most:g} radians{_DEGREES}",
+                )
         _angles(joint.origin, joint.element.line, joint.where, report)
     for link in document.links:
         _angles(link.frame, link.element.line, link.where, report)
@@ -43,13 +59,18 @@ def check(document: Document, report: Report) -> None:
 def _angles(place: Placement, line: int, where: str, report: Report) -> None:
     most = max(abs(angle) for angle in place.rpy)
     if most > 2 * math.pi + 0.01:
-        report.add("M309", line, where, f"an angle of its placement is {most:g} radians")
+        report.add("M309", line, where, f"an angle of its placement is {most:g} radians{_DEGREES}")
 
 
 def _link(link: Link, reach: float, report: Report) -> None:
     center = math.hypot(*link.frame.xyz)
     if center > _FAR:
-        report.add("M310", link.element, link.where, f"its center of mass is {center:g} m away")
+        report.add(
+            "M310",
+            link.element,
+            link.where,
+            f"its center of mass is {center:g} m away{_METERS}",
+        )
     drawn = [visual for visual in (*link.collisions, *link.visuals) if _size(visual) > 0]
     size = max([center, reach, *(math.hypot(*v.placement.xyz) + _size(v) for v in drawn)])
     gyration = math.sqrt(max(sum(link.inertia[:3]) / 2, 0.0) / link.mass)
@@ -64,7 +85,10 @@ def _link(link: Link, reach: float, report: Report) -> None:
         volume = _volume(shapes[0])
         if link.mass > 5 and link.mass > _DENSE * volume:
             report.add(
-                "M209", link.element, link.where, f"its density is {link.mass / volume:.3g} kg/m³"
+                "M209",
+                link.element,
+                link.where,
+                f"its density is {link.mass / volume:.3g} kg/m³{_GRAMS}",
             )
     shapes = shapes or [visual for visual in link.visuals if _size(visual) > 0]
     if len(shapes) == 1:
@@ -89,9 +113,7 @@ def _point(link: Link, shape: Visual, report: Report) -> None:
         )
         report.add("M210", link.element, link.where, message)
     elif _near(link.frame.xyz, place):
-        message = (
-            "its inertia is that of its shape about the link's origin, not about the center of mass"
-        )
+        message = f"its inertia is that of its shape {slips.ABOUT_ORIGIN}"
         report.add("M210", link.element, link.where, message)
 
 

@@ -14,14 +14,13 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import MecaniqueError
+from mecanique.model import slips
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import symbols_in
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.verification.causes.change import Change, promising
 from mecanique.verification.causes.evidence import Evidence
-
-_DEGREE = np.pi / 180
 
 
 @final
@@ -106,7 +105,7 @@ def _names_in_map(evidence: Evidence) -> set[str]:
 
 
 def _reverse(name: str) -> str:
-    return f"axis of joint {name!r} of the other sign"
+    return f"axis of joint {name!r}: reversed"
 
 
 def _readings(evidence: Evidence) -> Iterator[_Reading]:
@@ -153,7 +152,7 @@ class _Singles:
                 factors = self._scale([name], -1, -1, -1)
                 yield replace(factors, kind="axis sign", where=where, text=_reverse(joint.name))
         if len(self._joints) > 1:
-            text = "the axes of all joints of the other sign"
+            text = "axis of every joint: reversed"
             yield replace(self._scale(list(self._joints), -1, -1, -1), kind="axis sign", text=text)
 
     def change_units(self) -> Iterator[_Reading]:
@@ -162,15 +161,12 @@ class _Singles:
         groups = [([name], f"coordinate {name!r}") for name in angles]
         groups += [(angles, "")] if len(angles) > 1 else []
         for names, where in groups:
-            for q, said in (
-                (_DEGREE, "taken for degrees"),
-                (1 / _DEGREE, "in degrees taken for radians"),
-            ):
-                text = f"{where or 'every angle'} {said}"
+            for q, kind, said in slips.ANGLE:
+                text = f"{where or 'every angle'}: {said}"
                 alone, moving = self._scale(names, q, 1, 1), self._scale(names, q, q, 1)
-                yield replace(alone, kind="degree", where=where, text=text)
+                yield replace(alone, kind=kind, where=where, text=text)
                 text += ", its rates as well"
-                yield replace(moving, kind="degree", where=where, text=text)
+                yield replace(moving, kind=kind, where=where, text=text)
 
     def change_orders(self) -> Iterator[_Reading]:
         """Yield other orders of the coordinates."""

@@ -12,12 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.model.placement import rotation
+from mecanique.model import slips
+from mecanique.model.slips import Slip, say_factor
 from mecanique.verification.causes.change import Change, promising
 from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.fitted import turn_about
-
-_DEGREE = np.pi / 180
 
 
 @final
@@ -43,91 +42,39 @@ def _variants(evidence: Evidence) -> Iterator[Frames]:
     together: dict[tuple[str, str], dict[int, Array]] = {}
     for k, link in enumerate(recursion.tree):
         X, where = recursion.origins[k], f"joint {link.joint!r}"
-        rpy = mechanism.evaluate_all(link.origin.rpy)
-        for kind, text, other in _origins(X, rpy):
-            yield Frames(kind, where, f"{text} of {where}", {k: other})
-            together.setdefault((kind, text), {})[k] = other
+        rpy = np.array(mechanism.evaluate_all(link.origin.rpy))
+        for what, slip in _origins(X, rpy):
+            yield Frames(slip.kind, where, f"{what} of {where}: {slip.text}", {k: slip.value})
+            text = f"{what} of every joint: {slip.text}"
+            together.setdefault((slip.kind, text), {})[k] = slip.value
         yield from _axes(evidence, k)
     for (kind, text), origins in together.items():
         if len(origins) > 1:
-            yield Frames(kind, "", f"{text} of every joint", origins)
-    for factor, said in ((1e3, "times 1000"), (1e-3, "divided by 1000")):
-        origins = {k: _scale(X, factor) for k, X in enumerate(recursion.origins)}
+            yield Frames(kind, "", text, origins)
+    for factor, kind, text in slips.MILLIMETERS:
+        said = f"{text} ({say_factor(factor)})"
+        origins = {k: _move(X, factor * X[:3, 3]) for k, X in enumerate(recursion.origins)}
         scale = np.diag([factor, factor, factor, 1.0])
         moments = {k: scale @ J @ scale for k, J in enumerate(recursion.moments)}
-        yield Frames(
-            "length unit",
-            "",
-            f"every length {said}, of joints, centers and inertias",
-            origins,
-            moments,
-        )
+        where = "every length, of joints, centers and inertias"
+        yield Frames(kind, "", f"{where}: {said}", origins, moments)
         moments = {k: _shift(J, factor) for k, J in enumerate(recursion.moments)}
-        yield Frames(
-            "length unit", "", f"every length {said}, of joints and centers", origins, moments
-        )
+        where = "every length, of joints and centers"
+        yield Frames(kind, "", f"{where}: {said}", origins, moments)
 
 
-def _origins(X: Array, rpy: list[float]) -> Iterator[tuple[str, str, Array]]:
-    yield from _positions(X)
-    yield from _angles(X, rpy)
-
-
-def _positions(X: Array) -> Iterator[tuple[str, str, Array]]:
-    """A position in other units, mirrored, with its coordinates exchanged, or left out."""
+def _origins(X: Array, rpy: Array) -> Iterator[tuple[str, Slip]]:
+    """Yield a joint's frame with a slip in its position or in its orientation, and in which."""
     p = X[:3, 3]
-    if not p.any():
-        return
-    yield "length unit", "position times 1000 (millimeters for meters)", _scale(X, 1e3)
-    yield "length unit", "position divided by 1000 (meters for millimeters)", _scale(X, 1e-3)
-    seen = [p]
-    others = [
-        (f"{'xyz'[k]} of the position of the other sign", p * (1 - 2 * np.eye(3)[k]))
-        for k in range(3)
-    ]
-    others += [("position of the other sign", -p), ("position left out", 0 * p)]
-    others += [
-        (f"position with x, y, z taken from {_say_order(order)}", p[list(order)])
-        for order in permutations(range(3))
-    ]
-    for text, other in others:
-        if not any(np.allclose(other, one, rtol=1e-9, atol=0) for one in seen):
-            seen.append(other)
-            yield "joint origin", text, _move(X, other)
-
-
-def _angles(X: Array, rpy: list[float]) -> Iterator[tuple[str, str, Array]]:
-    """Roll, pitch and yaw in other units, of other signs, in another order, or left out."""
-    if not any(rpy):
-        return
-    small, large = np.multiply(rpy, _DEGREE), np.multiply(rpy, 1 / _DEGREE)
-    yield "degree", "roll, pitch and yaw taken for degrees", _turn(X, small.tolist())
-    yield "degree", "roll, pitch and yaw in degrees taken for radians", _turn(X, large.tolist())
-    yield "frame", "roll, pitch and yaw left out", _turn(X, [0.0, 0.0, 0.0])
-    about = [turn_about(angle * axis) for angle, axis in zip(rpy, np.eye(3), strict=True)]
-    seen = [X]
-    found = []
-    for order in permutations(range(3)):
-        first, second, third = order
-        said = f"roll, pitch and yaw applied in the order {_say_order(order)} about moved axes"
-        found.append((said, _face(X, about[first] @ about[second] @ about[third])))
-    for order in permutations(range(3)):
-        said = f"roll, pitch and yaw taken from those about {_say_order(order)}"
-        found.append((said, _turn(X, [rpy[k] for k in order])))
-    for k, name in enumerate(("roll", "pitch", "yaw")):
-        signs = 1 - 2 * np.eye(3)[k]
-        found.append((f"{name} of the other sign", _turn(X, (signs * rpy).tolist())))
-        said = f"roll, pitch and yaw mirrored across {'xyz'[k]}"
-        found.append((said, _turn(X, (-signs * rpy).tolist())))
-    found.append(("roll, pitch and yaw turned back", _face(X, X[:3, :3].T)))
-    for text, other in found:
-        if not any(np.allclose(other, one, rtol=0, atol=1e-9) for one in seen):
-            seen.append(other)
-            yield "joint turn", text, other
-
-
-def _say_order(order: tuple[int, ...]) -> str:
-    return ", ".join("xyz"[k] for k in order)
+    if p.any():
+        for factor, kind, text in slips.MILLIMETERS:
+            yield "position", Slip(kind, f"{text} ({say_factor(factor)})", _move(X, factor * p))
+        for slip in slips.mistake_vector("joint origin", p):
+            yield "position", slip._replace(value=_move(X, slip.value))
+        yield "position", Slip("joint origin", slips.LEFT_OUT, _move(X, 0 * p))
+    if rpy.any():
+        for slip in slips.mistake_turn(rpy):
+            yield "orientation", slip._replace(value=_face(X, slip.value))
 
 
 def _axes(evidence: Evidence, k: int) -> Iterator[Frames]:
@@ -140,7 +87,7 @@ def _axes(evidence: Evidence, k: int) -> Iterator[Frames]:
     others += [own[list(order)] for order in permutations(range(3))]
     others += [own * (1 - 2 * axis) for axis in np.eye(3)]
     seen = [own]
-    yield with_axis(evidence, k, -own, f"axis of joint {link.joint!r} of the other sign")
+    yield with_axis(evidence, k, -own, f"axis of joint {link.joint!r}: reversed")
     for axis in (axis for axis in others if not np.allclose(axis, -own, rtol=0, atol=1e-9)):
         if not any(np.allclose(axis, one, rtol=0, atol=1e-9) for one in seen):
             seen.append(axis)
@@ -177,16 +124,6 @@ def _from_to(a: Array, b: Array) -> Array:
         return np.eye(3)
     aside = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
     return turn_about(np.pi * aside / np.linalg.norm(aside))
-
-
-def _scale(X: Array, factor: float) -> Array:
-    other: Array = X.copy()
-    other[:3, 3] *= factor
-    return other
-
-
-def _turn(X: Array, rpy: list[float]) -> Array:
-    return _face(X, np.array(rotation(tuple(rpy)), dtype=float))
 
 
 def _face(X: Array, R: Array) -> Array:

@@ -23,9 +23,9 @@ from mecanique.verification.descriptions.change import Change, Difference
 from mecanique.verification.descriptions.pairs import Pairs, numbers_of, pair
 from mecanique.verification.descriptions.slips import (
     axis_slip,
+    bounds_slip,
     inertia_slip,
     mass_slip,
-    place_slip,
     turn_slip,
     vector_slip,
 )
@@ -244,7 +244,7 @@ def _single(
         before, after = (_bounds(joint.limits or Limits(), names) for joint in (one, other))
         if not np.array_equal(before, after):
             finite = np.isfinite([before, after]).all()
-            slip = place_slip(before, after) if finite else ""
+            slip = bounds_slip(before, after) if finite else ""
             yield _change(where, what, before, after, "", slip), None
     for what, values in (
         ("armature", [a.evaluate(one.armature), b.evaluate(other.armature)]),

@@ -102,13 +102,13 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[H
     if turns:
         what = f"the inertia of {name!r} is taken about its center (Steiner's term is missing)"
         rest = right.rest - moving[1]
-        yield Hypothesis("inertia", what, 0.8, right.sample.M - moving[0], rest)
+        yield Hypothesis("parallel axis", what, 0.8, right.sample.M - moving[0], rest)
         what = (
             f"Steiner's term of {name!r} is counted twice: inertia about the joint and the "
             "motion of the center"
         )
         rest = right.rest + moving[1]
-        yield Hypothesis("inertia", what, 0.9, right.sample.M + moving[0], rest)
+        yield Hypothesis("parallel axis", what, 0.9, right.sample.M + moving[0], rest)
     light = right.rebuild(_with_body(mechanism, gone))
     if light is not None:
         what = f"the mass of {name!r} is missing"
