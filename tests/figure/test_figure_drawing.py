@@ -18,13 +18,12 @@ from mecanique.figure.connections import connections
 from mecanique.figure.coordinates import coordinates
 from mecanique.figure.draw import figure_text
 from mecanique.figure.freebody import cut_free
-from mecanique.figure.given_motions import given_motions
+from mecanique.figure.loads import given_motions
 from mecanique.figure.mechanism import figure
-from mecanique.figure.paper.marks import STYLES, Circle, Stroke, Words, bounds, rich
-from mecanique.figure.paper.signs import dashpot, hatch, label, spring
+from mecanique.figure.paper.marks import STYLES, Circle, Stroke, Words, bounds, label, rich
 from mecanique.figure.paper.svg import svg
-from mecanique.figure.posture import posture
-from mecanique.figure.setting import Setting, setting
+from mecanique.figure.paper.symbols import dashpot, hatch, spring
+from mecanique.figure.setting import Setting, posture, setting
 from mecanique.figure.solids import hull
 from mecanique.figure.supports import NUT, THREADS, nuts
 from mecanique.model import Spring

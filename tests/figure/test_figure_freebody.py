@@ -13,8 +13,7 @@ from mecanique import textbook
 from mecanique.figure.freebody import acting, cut_free
 from mecanique.figure.paper.lettering import frame, measure_lines_under, overlap
 from mecanique.figure.paper.marks import Mark, Stroke, Words
-from mecanique.figure.posture import posture
-from mecanique.figure.setting import Setting, setting
+from mecanique.figure.setting import Setting, posture, setting
 from mecanique.reference import Reference
 
 

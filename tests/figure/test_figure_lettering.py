@@ -10,8 +10,7 @@ import pytest
 from mecanique.figure.mechanism import figure
 from mecanique.figure.paper.lettering import FARTHEST, clear_letters, frame, overlap
 from mecanique.figure.paper.marks import Circle, Mark, Stroke, Words
-from mecanique.figure.posture import posture
-from mecanique.figure.setting import setting
+from mecanique.figure.setting import posture, setting
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference import Reference
 from mecanique.textbook import entry, load, names

@@ -219,7 +219,7 @@ def picture(
     chosen = choose(system, parameters, reading)
     path = output or Path(f"{chosen.mechanism.name}.svg")
     if time is None and free_body is None and not q and not v:
-        from mecanique.figure.posture import posture
+        from mecanique.figure.setting import posture
 
         mq.picture(chosen.mechanism, path=path, q=posture(chosen.mechanism, chosen.start).tolist())
     else:

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mecanique.figure.paper.marks import Mark, Point, Stroke
-from mecanique.figure.paper.signs import across, dashpot, hatch, label, spiral, spring, unit
+from mecanique.figure.paper.marks import Mark, Point, Stroke, across, label, unit
+from mecanique.figure.paper.symbols import dashpot, hatch, spiral, spring
 from mecanique.figure.setting import Setting
 from mecanique.figure.supports import stands_on_columns, wall
 from mecanique.model.force_base import End, JointLoad, LineLoad

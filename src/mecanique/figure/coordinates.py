@@ -15,8 +15,8 @@ from typing import final
 import numpy as np
 
 from mecanique.figure.camera import Floats
-from mecanique.figure.paper.marks import Mark, Point, Stroke
-from mecanique.figure.paper.signs import across, arc, arrow, label, unit
+from mecanique.figure.paper.arrows import arc, arrow
+from mecanique.figure.paper.marks import Mark, Point, Stroke, across, label, unit
 from mecanique.figure.setting import Setting
 from mecanique.figure.solids import unit3
 from mecanique.model import quaternions

@@ -12,8 +12,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.figure.mechanism import figure
 from mecanique.figure.paper.marks import Mark
 from mecanique.figure.paper.svg import svg
-from mecanique.figure.posture import posture
-from mecanique.figure.setting import HEIGHT, WIDTH, Setting, setting
+from mecanique.figure.setting import HEIGHT, WIDTH, Setting, posture, setting
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.motion import Motion

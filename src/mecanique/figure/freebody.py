@@ -21,9 +21,19 @@ from mecanique.figure.camera import Floats
 from mecanique.figure.coordinates import coordinates
 from mecanique.figure.measures import lengths
 from mecanique.figure.mechanism import solid_marks
+from mecanique.figure.paper.arrows import arc, arrow
 from mecanique.figure.paper.lettering import clear_letters
-from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words, bounds
-from mecanique.figure.paper.signs import across, arc, arrow, label, unit
+from mecanique.figure.paper.marks import (
+    Circle,
+    Mark,
+    Point,
+    Stroke,
+    Words,
+    across,
+    bounds,
+    label,
+    unit,
+)
 from mecanique.figure.setting import Setting
 from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.force_base import BodyLoad, JointLoad

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mecanique.figure.paper.marks import Mark, Point, Words, rich
-from mecanique.figure.paper.signs import across, arrow, dimension, label, unit
+from mecanique.figure.paper.arrows import arrow, dimension
+from mecanique.figure.paper.marks import Mark, Point, Words, across, label, rich, unit
 from mecanique.figure.setting import Setting
 from mecanique.figure.solids import Solid, radius_of
 from mecanique.model.bodies import Body

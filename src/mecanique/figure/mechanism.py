@@ -9,12 +9,12 @@ import numpy as np
 
 from mecanique.figure.connections import connections
 from mecanique.figure.coordinates import coordinates
-from mecanique.figure.given_motions import given_motions
-from mecanique.figure.loads import loads
+from mecanique.figure.loads import given_motions, loads
 from mecanique.figure.measures import lengths, masses
+from mecanique.figure.paper.arrows import arrow
 from mecanique.figure.paper.lettering import clear_letters
-from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, bounds
-from mecanique.figure.paper.signs import arrow, label, pin, unit
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, bounds, label, unit
+from mecanique.figure.paper.symbols import pin
 from mecanique.figure.setting import Setting, is_zero
 from mecanique.figure.solids import Solid, outline
 from mecanique.figure.supports import nuts, supports

@@ -10,8 +10,7 @@ from typing import final
 import numpy as np
 
 from mecanique.figure.camera import Camera, Floats
-from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke
-from mecanique.figure.paper.signs import across, unit
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, unit
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.meshing.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of

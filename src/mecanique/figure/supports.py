@@ -9,8 +9,8 @@ from typing import final
 
 import numpy as np
 
-from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke
-from mecanique.figure.paper.signs import across, hatch, pin, unit
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, unit
+from mecanique.figure.paper.symbols import hatch, pin
 from mecanique.figure.setting import Setting
 from mecanique.model.force_base import loads_in
 from mecanique.model.joint_base import Single

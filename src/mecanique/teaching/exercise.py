@@ -19,7 +19,7 @@ from mecanique.derivation.small_motions import linearize_equations
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, MechanismError, UnknownNameError
 from mecanique.figure.draw import picture
-from mecanique.figure.posture import posture
+from mecanique.figure.setting import posture
 from mecanique.files import write_whole
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import coordinate

@@ -1,4 +1,4 @@
-"""What a figure is made of: strokes, circles and letters on paper, in points, y downwards."""
+"""Strokes, circles and letters on paper, in points, y downwards: what a figure is made of."""
 
 from __future__ import annotations
 
@@ -177,3 +177,40 @@ def bounds(marks: Iterable[Mark]) -> tuple[float, float, float, float]:
     found = np.array(corners)
     (left, top), (right, bottom) = found.min(axis=0), found.max(axis=0)
     return math.floor(left), math.floor(top), math.ceil(right), math.ceil(bottom)
+
+
+def unit(vector: Point) -> Point:
+    """Return a vector's direction; to the right if it has no length.
+
+    Args:
+        vector: shape (2,).
+    """
+    length = math.hypot(*vector)
+    direction: Point = vector / length if length > 1e-9 else np.array([1.0, 0.0])
+    return direction
+
+
+def across(direction: Point) -> Point:
+    """Return a direction turned left by a quarter turn, as seen on paper.
+
+    Args:
+        direction: shape (2,).
+    """
+    return np.array([direction[1], -direction[0]])
+
+
+def label(at: Point, text: str, away: Point, gap: float = 11.0, style: str = "letter") -> Words:
+    """Return a label beside a point, on the given side.
+
+    Args:
+        at: shape (2,).
+        text: the name of a quantity, or a formula.
+        away: shape (2,), the direction from the point to the label.
+        gap: from the point to the label's near side [pt].
+        style: of the words.
+    """
+    parts, side = rich(text), unit(away)
+    words = Words(at, parts, style)
+    # half the label's extent along this direction lies between its middle and its near side
+    reach = gap + abs(side[0]) * words.width / 2 + abs(side[1]) * 0.36 * words.size
+    return Words(at + reach * side, parts, style)
