@@ -33,10 +33,6 @@ def prepare_stream(stream: TextIO, platform: str) -> None:
 
     A terminal that has no θ shows a question mark instead of a traceback. Files and pipes on
     Windows get UTF-8, as they do everywhere else; its code pages have no Greek.
-
-    Args:
-        stream: standard output or error.
-        platform: the name of the system, as in `sys.platform`.
     """
     if not hasattr(stream, "reconfigure"):
         return

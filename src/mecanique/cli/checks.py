@@ -57,13 +57,7 @@ class Check:
 
 
 def textbook_facts(system: str, parameters: Sequence[str], seed: int) -> tuple[FactRow, ...]:
-    """Check the facts of a textbook system; there are none of any other.
-
-    Args:
-        system: the word that names it.
-        parameters: words like "l=2".
-        seed: of the random states.
-    """
+    """Check the facts of a textbook system; there are none of any other."""
     if not mq.textbook.catalogue.is_known(system):
         return ()
     from mecanique.verification.facts import check
@@ -81,17 +75,7 @@ def lint_file(
     balance: bool = False,
     meshes: bool = False,
 ) -> int:
-    """Report what is wrong in a URDF file, or repair it; return the exit code.
-
-    Args:
-        file: its path, or a robot's name.
-        form: "text", "json" or "sarif".
-        reading: where packages are searched for, and arguments of a xacro file.
-        fix: whether to repair what has one safe remedy.
-        output: where to write the repaired text; it is printed by default.
-        balance: whether to repair also inertias that no real body has.
-        meshes: whether to read mesh files.
-    """
+    """Report what is wrong in a URDF file, or repair it; return the exit code."""
     from mecanique.urdf.lint import as_json, as_sarif, as_text, find_balances, lint, mend
 
     if output is not None and not fix:
@@ -122,13 +106,7 @@ def lint_file(
 
 
 def survey(samples: int, seed: int, *, robots: bool) -> Survey:
-    """Verify every textbook system, or every robot, and show progress.
-
-    Args:
-        samples: number of random states of each.
-        seed: of the random states.
-        robots: whether to verify the robots.
-    """
+    """Verify every textbook system, or every robot, and show progress."""
     from mecanique.verification.survey import survey_robots, survey_systems
 
     verify, what = (survey_robots, "robot") if robots else (survey_systems, "textbook system")

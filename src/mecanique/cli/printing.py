@@ -50,11 +50,7 @@ def inform(text: str) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file as a whole or not at all.
-
-    Raises:
-        InputError: if its directory does not exist.
-    """
+    """Write a file as a whole or not at all."""
     if not path.parent.is_dir():
         raise InputError(f"expected a path in a directory that exists, got {str(path)!r}")
     with write_whole(path) as file:
@@ -62,11 +58,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def working(text: str) -> AbstractContextManager[Status]:
-    """Return a context that shows a status on a terminal.
-
-    Args:
-        text: what, e.g. "Deriving".
-    """
+    """Return a context that shows a status on a terminal."""
     from rich.console import Console
 
     return Console(stderr=True).status(f"{text} …")

@@ -40,11 +40,7 @@ class Reading:
     keep: tuple[str, ...] = ()
 
     def read(self, path: Path) -> mq.Mechanism:
-        """Return the mechanism of a file.
-
-        Args:
-            path: of the file.
-        """
+        """Return the mechanism of a file."""
         return mq.read_urdf(
             path,
             root=self.root,
@@ -57,11 +53,7 @@ class Reading:
 
 
 def reads_files(command: Callable[..., R]) -> Callable[..., R]:
-    """Give a command the options of reading; it takes them together as `reading`.
-
-    Args:
-        command: has a parameter `reading`.
-    """
+    """Give a command the options of reading; it takes them together as `reading`."""
 
     @click.option(
         "--root",

@@ -45,13 +45,7 @@ class Chosen:
 
 
 def choose(system: str, parameters: Sequence[str], reading: Reading = _PLAINLY) -> Chosen:
-    """Return the mechanism that a word names: a textbook system, else a file, else a robot.
-
-    Args:
-        system: name of a textbook system, path to a URDF file, or name of a robot.
-        parameters: words like "l=2".
-        reading: how a file is read.
-    """
+    """Return the mechanism that a word names: a textbook system, else a file, else a robot."""
     values = numbers(parameters, "-p")
     if mq.textbook.catalogue.is_known(system):
         for option, given in (
@@ -92,13 +86,7 @@ def find_file(system: str) -> Path:
 
 
 def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Path | mq.Mechanism:
-    """Return the source to compare a mechanism with.
-
-    Args:
-        word: a CSV file, an FMU, a shared library, a Python file with functions, or what `choose`
-            takes.
-        reading: how a file is read.
-    """
+    """Return the source to compare a mechanism with."""
     path = Path(word)
     if path.suffix.lower() in (".csv", ".fmu", ".so", ".dylib", ".dll"):
         return path
@@ -133,12 +121,7 @@ def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Pa
 
 
 def numbers(words: Sequence[str], option: str) -> dict[str, float]:
-    """Return the numbers of words like "name=value".
-
-    Args:
-        words: as typed.
-        option: the option they came with, for the message.
-    """
+    """Return the numbers of words like "name=value"."""
     found: dict[str, float] = {}
     for word in words:
         name, sign, text = word.partition("=")
@@ -157,13 +140,7 @@ def numbers(words: Sequence[str], option: str) -> dict[str, float]:
 def start_of(
     chosen: Chosen, q: Sequence[str], v: Sequence[str]
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Return coordinates and velocities at the start, by name.
-
-    Args:
-        chosen: the mechanism and its default motion.
-        q: words like "theta=1.5" that change the start.
-        v: the same for velocities.
-    """
+    """Return coordinates and velocities at the start, by name."""
     velocities = {**chosen.start_velocity, **numbers(v, "-v")}
     return {**chosen.start, **numbers(q, "-q")}, {
         name.removesuffix("'"): value for name, value in velocities.items()
@@ -178,19 +155,7 @@ def simulate_motion(
     rtol: float,
     limits: str | None = None,
 ) -> Motion:
-    """Simulate the motion that the words describe.
-
-    Args:
-        chosen: the mechanism and its default motion.
-        q: words like "theta=1.5" that change the start.
-        v: the same for velocities.
-        duration: instead of the default [s].
-        rtol: relative tolerance of the integration.
-        limits: "stop", or a coefficient of restitution at the limits of joints.
-
-    Raises:
-        InputError: if the limits are neither.
-    """
+    """Simulate the motion that the words describe."""
     start, start_velocity = start_of(chosen, q, v)
     try:
         bounce = limits if limits in (None, "stop") else float(limits or "")
@@ -215,9 +180,6 @@ def report_errors(command: Callable[P, R]) -> Callable[P, R]:
     """Report errors that the user can correct in one message.
 
     The exit code is 2, and 130 after Ctrl-C, which needs no message.
-
-    Args:
-        command: raises errors of mecanique, or cannot open a file.
     """
 
     @functools.wraps(command)

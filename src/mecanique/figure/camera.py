@@ -40,21 +40,13 @@ class Camera:
     scale: float
 
     def at(self, position: ArrayLike) -> Point:
-        """Project positions onto paper, shape (..., 2).
-
-        Args:
-            position: shape (..., 3) [m].
-        """
+        """Project positions onto paper, shape (..., 2)."""
         seen = np.asarray(position, dtype=float) @ self.axes[:2].T * self.scale
         paper: Point = seen * np.array([1.0, -1.0])
         return paper
 
     def depth(self, position: ArrayLike) -> float:
-        """Return how far a position lies towards the eye [m].
-
-        Args:
-            position: shape (3,) [m].
-        """
+        """Return how far a position lies towards the eye [m]."""
         return float(np.asarray(position, dtype=float) @ self.axes[2])
 
     @property
@@ -70,12 +62,7 @@ class Camera:
 
 
 def side_of(mechanism: Mechanism, poses: Floats) -> Floats:
-    """Return the axes of the best view of a mechanism: front or top if it is planar.
-
-    Args:
-        mechanism: what is drawn.
-        poses: shape (nb, 4, 4), where its bodies are.
-    """
+    """Return the axes of the best view of a mechanism: front or top if it is planar."""
     at = {body.name: k for k, body in enumerate(mechanism.bodies)}
     axes = []
     for joint in mechanism.joints:

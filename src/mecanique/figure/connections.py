@@ -90,7 +90,7 @@ def _in_slide(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) ->
     camera = setting.camera
     a, b = camera.at(setting.seat(joint)), camera.at(setting.point(joint.child))
     along = unit(camera.at(setting.axis(joint)))
-    solids = {each.body: each for each in setting.solids}
+    solids = {solid.body: solid for solid in setting.solids}
     if joint.child in solids and stands_on_columns(setting, joint):
         yield from _columns(setting, joint, loads)
         return

@@ -77,12 +77,7 @@ class _Distance:
 
 
 def coordinates(setting: Setting, body: str | None = None) -> Iterator[Mark]:
-    """Yield the marks of a mechanism's generalized coordinates.
-
-    Args:
-        setting: what is drawn.
-        body: only the angles that this body turns by; all coordinates by default.
-    """
+    """Yield the marks of a mechanism's generalized coordinates."""
     mechanism = setting.mechanism
     inside = {name for j in mechanism.joints if j.quaternion for name in j.coordinates}
     distances: list[_Distance] = []
@@ -98,10 +93,10 @@ def coordinates(setting: Setting, body: str | None = None) -> Iterator[Mark]:
                 arcs[place] += 1
             case _Distance() as distance if body is None:
                 distances.append(distance)
-    small = [each for each in distances if each.length * setting.camera.scale < SMALL]
-    if len(small) > 1 and _crossing([each.step for each in small]):
+    small = [distance for distance in distances if distance.length * setting.camera.scale < SMALL]
+    if len(small) > 1 and _crossing([distance.step for distance in small]):
         yield from _triad(setting, small)
-        distances = [each for each in distances if each not in small]
+        distances = [distance for distance in distances if distance not in small]
     for distance in distances:
         yield from _draw_distance(setting, distance)
 
@@ -199,8 +194,8 @@ def _descend(setting: Setting, body: str) -> Iterator[str]:
 
 def _span(setting: Setting, body: str) -> Floats:
     """Points that span a body in the world, its origin among them, shape (n, 3)."""
-    solids = [each for each in setting.solids if each.body == body]
-    spans = [each.ends if each.kind == "rod" else each.corners for each in solids]
+    solids = [solid for solid in setting.solids if solid.body == body]
+    spans = [solid.ends if solid.kind == "rod" else solid.corners for solid in solids]
     return np.concatenate([*spans, setting.point(body)[None]])
 
 

@@ -91,13 +91,7 @@ def picture(
 def figure_text(
     mechanism: Mechanism, start: Mapping[str, float] | None = None, *, small: bool = False
 ) -> str:
-    """Return the figure of a mechanism as SVG text.
-
-    Args:
-        mechanism: what is drawn.
-        start: coordinates at the start of its motion, see `posture`.
-        small: whether it is drawn small, with letters of the same size.
-    """
+    """Return the figure of a mechanism as SVG text."""
     position = posture(mechanism, start)
     seen = _set_up(mechanism, None, position, extent=SMALL if small else (WIDTH, HEIGHT))
     return svg(_marks(seen, None), _title(seen, None))

@@ -51,7 +51,7 @@ _UNKNOWN = "S, C: reactions and guides together; each by itself is undetermined"
 NEGLIGIBLE = 1e-6
 """Forces smaller than this fraction of the largest are not drawn."""
 
-STIR = 1e-3
+NUDGE = 1e-3
 """How far a mechanism is moved, and time goes on, to see which forces can act [rad, m, s]."""
 
 POSSIBLE = 1e-5
@@ -94,40 +94,37 @@ class _Arrow:
 def cut_free(
     setting: Setting, body: str, *, resultants: bool = False, numbers: bool = False
 ) -> tuple[Mark, ...]:
-    """Return the marks of a body's free-body diagram.
-
-    Args:
-        setting: the mechanism at one instant.
-        body: name of the body.
-        resultants: whether each force is one arrow, not its components.
-        numbers: whether the values stand beside the letters.
-    """
+    """Return the marks of a body's free-body diagram."""
     actions = [action for action in acting(setting) if action.body == body]
-    possible = actions if numbers else _stir(setting, actions)
-    force = max((float(np.linalg.norm(each.force)) for each in actions), default=0.0)
-    moment = max((float(np.linalg.norm(each.moment)) for each in actions), default=0.0)
+    possible = actions if numbers else _perturb(setting, actions)
+    force = max((float(np.linalg.norm(action.force)) for action in actions), default=0.0)
+    moment = max((float(np.linalg.norm(action.moment)) for action in actions), default=0.0)
     axes = [] if resultants or not setting.camera.flat else _axes(setting, body)
     marks: list[Mark] = [*_arms(setting, body, actions), *solid_marks(setting, body)]
     arrows: list[_Arrow] = []
     # without numbers a letter stands for every value, zero too: what can act is drawn
-    strongest = max((float(np.linalg.norm(each.force)) for each in possible), default=0.0)
-    for each, other in zip(actions, possible, strict=True):
-        parts = [one for one in _resolve(setting, each, axes) if abs(one.size) > NEGLIGIBLE * force]
-        drawn = {one.symbol for one in parts}
-        for one in _resolve(setting, other, axes):
-            if one.symbol not in drawn and abs(one.size) > POSSIBLE * strongest:
-                parts.append(one)
-        for one in parts:
-            arrows.append(_step_aside(one, arrows))
-    for one in arrows:
-        marks += _draw(one, force, numbers)
-    turning = max((float(np.linalg.norm(each.moment)) for each in possible), default=0.0)
-    for each, other in zip(actions, possible, strict=True):
-        if np.linalg.norm(each.moment) > max(NEGLIGIBLE * moment, 1e-9 * force):
-            marks += _moment(setting, each, numbers, counted=bool(axes))
-        elif np.linalg.norm(other.moment) > max(POSSIBLE * turning, 1e-9 * strongest):
-            marks += _moment(setting, other, numbers, counted=bool(axes))
-    spots = {tuple(np.round(setting.camera.at(each.origin[0]), 1)) for each in actions}
+    strongest = max((float(np.linalg.norm(action.force)) for action in possible), default=0.0)
+    for action, perturbed in zip(actions, possible, strict=True):
+        parts = [
+            component
+            for component in _resolve(setting, action, axes)
+            if abs(component.size) > NEGLIGIBLE * force
+        ]
+        drawn = {component.symbol for component in parts}
+        for component in _resolve(setting, perturbed, axes):
+            if component.symbol not in drawn and abs(component.size) > POSSIBLE * strongest:
+                parts.append(component)
+        for component in parts:
+            arrows.append(_step_aside(component, arrows))
+    for component in arrows:
+        marks += _draw(component, force, numbers)
+    turning = max((float(np.linalg.norm(action.moment)) for action in possible), default=0.0)
+    for action, perturbed in zip(actions, possible, strict=True):
+        if np.linalg.norm(action.moment) > max(NEGLIGIBLE * moment, 1e-9 * force):
+            marks += _moment(setting, action, numbers, counted=bool(axes))
+        elif np.linalg.norm(perturbed.moment) > max(POSSIBLE * turning, 1e-9 * strongest):
+            marks += _moment(setting, perturbed, numbers, counted=bool(axes))
+    spots = {tuple(np.round(setting.camera.at(action.origin[0]), 1)) for action in actions}
     marks += [Circle(np.array(spot), 2.4, "tip") for spot in sorted(spots)]
     if not marks:
         return ()
@@ -139,16 +136,16 @@ def cut_free(
     left, top, right, bottom = bounds(marks)
     middle = (left + right) / 2
     marks.append(Words(np.array([middle, top - 14.0]), ((body, "upright"),), "name"))
-    if any(each.name == TOGETHER for each in actions):
+    if any(action.name == TOGETHER for action in actions):
         marks.append(Words(np.array([middle, bottom + 22.0]), ((_UNKNOWN, "upright"),), "name"))
     return tuple(marks)
 
 
 def _arms(setting: Setting, body: str, actions: Sequence[Action]) -> Iterator[Mark]:
     """Lines from a body to the points off it where forces act, such as a particle's joint."""
-    solids = [each for each in setting.solids if each.body == body]
-    present = [each for each in actions if np.any(each.force) or np.any(each.moment)]
-    spots = {tuple(setting.camera.at(each.origin[0]).tolist()) for each in present}
+    solids = [action for action in setting.solids if action.body == body]
+    present = [action for action in actions if np.any(action.force) or np.any(action.moment)]
+    spots = {tuple(setting.camera.at(action.origin[0]).tolist()) for action in present}
     for spot in sorted(spots) if solids else ():
         gaps = []
         for solid in solids:
@@ -162,25 +159,25 @@ def _arms(setting: Setting, body: str, actions: Sequence[Action]) -> Iterator[Ma
 
 def acting(setting: Setting) -> Iterator[Action]:
     """Yield every force on every body, inertia forces too."""
-    found = Actions(setting.mechanism, setting.reference)
+    actions = Actions(setting.mechanism, setting.reference)
     t, q, v = np.array([setting.t]), setting.q[None], setting.v[None]
-    yield from found.applied(t, q, v)
-    yield from found.reactions(t, q, v)
-    yield from found.inertia(t, q, v, np.asarray(setting.reference.acceleration(q, v, t)))
+    yield from actions.applied(t, q, v)
+    yield from actions.reactions(t, q, v)
+    yield from actions.inertia(t, q, v, np.asarray(setting.reference.acceleration(q, v, t)))
 
 
-def _stir(setting: Setting, actions: Sequence[Action]) -> list[Action]:
-    """The same forces a little later, in a general motion: what is zero by chance is not there."""
+def _perturb(setting: Setting, actions: Sequence[Action]) -> list[Action]:
+    """The same forces a little later, in a general motion, so that accidental zeros vanish."""
     mechanism, random = setting.mechanism, np.random.default_rng(0)
     reference = setting.reference
-    idle = {each: replace(each, signal=1.0) for each in mechanism.inputs if each.signal == 0.0}
+    idle = {s: replace(s, signal=1.0) for s in mechanism.inputs if s.signal == 0.0}
     if idle:  # such a drive is there to be given a value
-        given = tuple(idle.get(each, each) for each in mechanism.inputs)
+        given = tuple(idle.get(signal, signal) for signal in mechanism.inputs)
         mechanism = replace(mechanism, inputs=given)
         reference = Reference(mechanism)
-    q, v, t = setting.q, setting.v + random.uniform(0.5, 1.0, mechanism.nv), setting.t + STIR
+    q, v, t = setting.q, setting.v + random.uniform(0.5, 1.0, mechanism.nv), setting.t + NUDGE
     if mechanism.nq == mechanism.nv:
-        q = q + STIR * random.uniform(0.5, 1.0, mechanism.nq)
+        q = q + NUDGE * random.uniform(0.5, 1.0, mechanism.nq)
     try:
         if mechanism.constrained:
             closed = begin_on_loops(reference, q.tolist(), v.tolist(), t).state
@@ -189,11 +186,11 @@ def _stir(setting: Setting, actions: Sequence[Action]) -> list[Action]:
         stirred = [*acting(moved)]
     except MecaniqueError:  # there is no motion near, as in a singular position
         return [*actions]
-    found = {(each.kind, each.name, each.body, each.other): each for each in stirred}
+    later = {(action.kind, action.name, action.body, action.other): action for action in stirred}
     kept = []
-    for each in actions:
-        other = found.get((each.kind, each.name, each.body, each.other), each)
-        kept.append(replace(other, origin=each.origin))
+    for action in actions:
+        moved_on = later.get((action.kind, action.name, action.body, action.other), action)
+        kept.append(replace(moved_on, origin=action.origin))
     return kept
 
 
@@ -246,23 +243,24 @@ def _sense(setting: Setting, action: Action) -> int:
     return 1
 
 
-def _step_aside(one: _Arrow, drawn: Sequence[_Arrow]) -> _Arrow:
+def _step_aside(candidate: _Arrow, drawn: Sequence[_Arrow]) -> _Arrow:
     """An arrow beside those that start at the same place in the same direction."""
     same = sum(
-        math.hypot(*(one.at - other.at)) < SAME and float(one.along @ other.along) > 0.99
+        math.hypot(*(candidate.at - other.at)) < SAME
+        and float(candidate.along @ other.along) > 0.99
         for other in drawn
     )
-    return replace(one, aside=BESIDE * ((same + 1) // 2) * (1 if same % 2 else -1))
+    return replace(candidate, aside=BESIDE * ((same + 1) // 2) * (1 if same % 2 else -1))
 
 
-def _draw(one: _Arrow, largest: float, numbers: bool) -> Iterator[Mark]:
+def _draw(drawn: _Arrow, largest: float, numbers: bool) -> Iterator[Mark]:
     length = LETTERED
     if numbers:
-        length = SHORTEST + (LONGEST - SHORTEST) * min(abs(one.size) / largest, 1.0)
-    tail = one.at + one.aside * across(one.along)
-    tip = tail + length * one.seen * one.along
-    yield from arrow(tail, tip, one.style)
-    yield _label(tip, one.symbol, one.size if numbers else None, "N", one.along, one.style)
+        length = SHORTEST + (LONGEST - SHORTEST) * min(abs(drawn.size) / largest, 1.0)
+    tail = drawn.at + drawn.aside * across(drawn.along)
+    tip = tail + length * drawn.seen * drawn.along
+    yield from arrow(tail, tip, drawn.style)
+    yield _label(tip, drawn.symbol, drawn.size if numbers else None, "N", drawn.along, drawn.style)
 
 
 def _moment(setting: Setting, action: Action, numbers: bool, *, counted: bool) -> Iterator[Mark]:

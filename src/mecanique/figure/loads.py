@@ -119,11 +119,7 @@ _FACING = 0.2
 
 
 def given_motions(setting: Setting) -> Iterator[Mark]:
-    """Yield an arrow for each slide and each hinge that moves as time prescribes.
-
-    Args:
-        setting: what is drawn.
-    """
+    """Yield an arrow for each slide and each hinge that moves as time prescribes."""
     mechanism, driven = setting.mechanism, setting.mechanism.coordinates.driven
     for joint in mechanism.joints:
         if not isinstance(joint, (Prismatic, Revolute)):

@@ -80,7 +80,7 @@ def _radius(setting: Setting, disk: Solid, name: str) -> Iterator[Mark]:
 def _outward(setting: Setting, a: Point, b: Point) -> float:
     """The side of a line with less of the figure: 1 to the left going from a to b, or -1."""
     side = across(unit(b - a))
-    middles = [setting.camera.at(each.ends.mean(axis=0)) for each in setting.solids]
+    middles = [setting.camera.at(solid.ends.mean(axis=0)) for solid in setting.solids]
     return -1.0 if sum(float((middle - a) @ side) for middle in middles) > 1e-6 else 1.0
 
 
@@ -93,12 +93,12 @@ def masses(setting: Setting) -> Iterator[Mark]:
 
 def _named_pieces(setting: Setting, body: Body) -> Iterator[tuple[str, Solid]]:
     """The pieces of a body whose mass has a short name, each with its largest solid."""
-    solids = iter([each for each in setting.solids if each.body == body.name])
+    solids = iter([solid for solid in setting.solids if solid.body == body.name])
     for shape in body.shapes:
-        own = [solid for _, solid in zip(shape.visuals, solids, strict=False)]
+        pieces = [solid for _, solid in zip(shape.visuals, solids, strict=False)]
         name = setting.name(shape.mass)
-        if own and name:
-            yield name, max(own, key=lambda each: float(np.ptp(each.corners, axis=0).max()))
+        if pieces and name:
+            yield name, max(pieces, key=lambda solid: float(np.ptp(solid.corners, axis=0).max()))
 
 
 def _mass(setting: Setting, name: str, solid: Solid) -> Words:
@@ -123,7 +123,7 @@ def _mass(setting: Setting, name: str, solid: Solid) -> Words:
 
 def _beside(setting: Setting, name: str, solid: Solid, at: Point) -> Words:
     """A letter to the left or right of a body, on the side facing away from the rest."""
-    middles = [setting.camera.at(each.ends.mean(axis=0)) for each in setting.solids]
+    middles = [setting.camera.at(solid.ends.mean(axis=0)) for solid in setting.solids]
     left = at[0] <= float(np.mean(middles, axis=0)[0]) + 1
     side = np.array([-1.0 if left else 1.0, 0.0])
     edge = np.array([side[0] * setting.reach(solid.body, side), at[1]])

@@ -54,13 +54,8 @@ def figure(setting: Setting) -> tuple[Mark, ...]:
 
 
 def solid_marks(setting: Setting, body: str | None = None) -> Iterator[Mark]:
-    """Yield the solids, those of the ground and those behind first.
-
-    Args:
-        setting: what is drawn.
-        body: whose; all by default.
-    """
-    shown = [each for each in setting.solids if body is None or each.body == body]
+    """Yield the solids, those of the ground and those behind first."""
+    shown = [solid for solid in setting.solids if body is None or solid.body == body]
     ground = setting.mechanism.ground
 
     def order(solid: Solid) -> tuple[bool, bool, float]:
@@ -102,7 +97,7 @@ def _cords(setting: Setting) -> Iterator[Mark]:
         return
     names = {name for cord in cords for name in cord.forces}
     every = setting.reference.guide_actions(setting.q, setting.v, setting.t)
-    ends = [camera.at(each.point) for each in every if each.name in names]
+    ends = [camera.at(end.point) for end in every if end.name in names]
     for start, end in zip(ends[::2], ends[1::2], strict=True):
         yield from _line(start, end)
     for cord in cords:
@@ -113,8 +108,8 @@ def _cords(setting: Setting) -> Iterator[Mark]:
 
 def _joints(setting: Setting) -> Iterator[Mark]:
     mechanism, camera = setting.mechanism, setting.camera
-    shown = {each.body for each in setting.solids} | {mechanism.ground}
-    wheels = {each.body for each in setting.solids if each.kind == "cylinder"}
+    shown = {solid.body for solid in setting.solids} | {mechanism.ground}
+    wheels = {solid.body for solid in setting.solids if solid.kind == "cylinder"}
     for joint in mechanism.joints:
         at = camera.at(setting.point(joint.child))
         if isinstance(joint, Revolute) and not camera.flat:
@@ -150,7 +145,7 @@ def _gravity(setting: Setting, marks: list[Mark]) -> Iterator[Mark]:
     down = camera.at(gravity)
     if size == 0 or math.hypot(*down) < 0.3 * size:
         return
-    names = [setting.name(each) for each in mechanism.gravity if not is_zero(each)]
+    names = [setting.name(component) for component in mechanism.gravity if not is_zero(component)]
     _, top, right, _ = bounds(marks)
     tail = np.array([right + 22.0, top + 4.0])
     tip = tail + 36.0 * unit(down)

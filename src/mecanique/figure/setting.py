@@ -60,15 +60,10 @@ class Setting:
 
     def index(self, body: str) -> int:
         """Return the index of a body among the poses."""
-        return [each.name for each in self.mechanism.bodies].index(body)
+        return [member.name for member in self.mechanism.bodies].index(body)
 
     def point(self, body: str, xyz: Any = (0.0, 0.0, 0.0)) -> Floats:
-        """Return the position of a point of a body in the world, shape (3,) [m].
-
-        Args:
-            body: its name.
-            xyz: shape (3,), scalars in the body's frame.
-        """
+        """Return the position of a point of a body in the world, shape (3,) [m]."""
         pose = self.poses[self.index(body)]
         local = np.array(self.mechanism.evaluate_all(xyz))
         position: Floats = pose[:3, 3] + pose[:3, :3] @ local
@@ -79,41 +74,28 @@ class Setting:
         return self.point(joint.parent, joint.origin.xyz)
 
     def axis(self, joint: Any) -> Floats:
-        """Return the axis of a joint in the world, shape (3,).
-
-        Args:
-            joint: with an axis.
-        """
+        """Return the axis of a joint in the world, shape (3,)."""
         axis: Floats = self.poses[self.index(joint.child), :3, :3] @ np.array(joint.axis)
         return axis
 
     def has_teeth(self, body: str) -> bool:
         """Return whether a body is drawn with teeth."""
-        return any(each.contour is not None for each in self.solids if each.body == body)
+        return any(solid.contour is not None for solid in self.solids if solid.body == body)
 
     def paper(self, body: str) -> Point:
         """Return the points that span a body on paper, shape (n, 2), or its origin."""
-        spans = [each.corners for each in self.solids if each.body == body]
+        spans = [solid.corners for solid in self.solids if solid.body == body]
         return self.camera.at(np.concatenate(spans) if spans else self.point(body)[None])
 
     def reach(self, body: str, direction: Point) -> float:
-        """Return how far a body extends on paper from the world's origin along a direction [pt].
-
-        Args:
-            body: its name.
-            direction: shape (2,), of unit length.
-        """
+        """Return how far a body extends on paper from the world's origin along a direction [pt]."""
         return float((self.paper(body) @ direction).max())
 
     def clear_side(self, at: Point) -> Point:
-        """Return the emptiest direction from a place on paper, shape (2,).
-
-        Args:
-            at: shape (2,).
-        """
+        """Return the emptiest direction from a place on paper, shape (2,)."""
         spots = [
-            self.camera.at(each.ends[0] + s * (each.ends[1] - each.ends[0]))
-            for each in self.solids
+            self.camera.at(solid.ends[0] + s * (solid.ends[1] - solid.ends[0]))
+            for solid in self.solids
             for s in STEPS
         ]
         around = np.array(spots or [at]) - at
@@ -147,21 +129,12 @@ def setting(
     t: float,
     extent: tuple[float, float] = (WIDTH, HEIGHT),
 ) -> Setting:
-    """Return a mechanism at one instant, in the view and at the scale that suit it best.
-
-    Args:
-        mechanism: what is drawn.
-        reference: its `Reference`.
-        q: shape (nq,).
-        v: shape (nv,).
-        t: [s].
-        extent: the largest width and height of its solids [pt].
-    """
+    """Return a mechanism at one instant, in the view and at the scale that suit it best."""
     poses = np.asarray(reference.poses(q, t))
-    found = tuple(solids(mechanism, poses))
+    drawn = tuple(solids(mechanism, poses))
     axes = side_of(mechanism, poses)
     ground = [body.name for body in mechanism.bodies].index(mechanism.ground)
-    spots = [np.delete(poses, ground, axis=0)[:, :3, 3], *(each.corners for each in found)]
+    spots = [np.delete(poses, ground, axis=0)[:, :3, 3], *(solid.corners for solid in drawn)]
     spots += (
         [(poses[ground, :3, 3])[None]]
         if any(j.parent == mechanism.ground for j in mechanism.joints)
@@ -172,7 +145,7 @@ def setting(
     ]
     seen = (np.concatenate(spots) if any(map(len, spots)) else np.zeros((1, 3))) @ axes[:2].T
     room = {"ball": 14.0, "rod": 0.0}
-    sizes = [each.size * room.get(each.kind, 2.6) for each in found]
+    sizes = [solid.size * room.get(solid.kind, 2.6) for solid in drawn]
     least = max(sizes, default=0.0) or 1e-3
     wide, high = (max(float(extent), least) for extent in np.ptp(seen, axis=0))
     scale = min(extent[0] / wide, extent[1] / high)
@@ -184,18 +157,18 @@ def setting(
         t=t,
         poses=poses,
         camera=Camera(axes, scale),
-        solids=found,
+        solids=drawn,
     )
 
 
 def _ends(mechanism: Mechanism, poses: Floats, link: LineLoad) -> Floats:
     """Both ends of a spring or damper in the world, shape (2, 3)."""
-    names = [each.name for each in mechanism.bodies]
-    found = []
+    names = [body.name for body in mechanism.bodies]
+    points = []
     for end in link.ends:
         pose, point = poses[names.index(end.body)], mechanism.evaluate_all(end.point)
-        found.append(pose[:3, 3] + pose[:3, :3] @ np.array(point))
-    return np.array(found)
+        points.append(pose[:3, 3] + pose[:3, :3] @ np.array(point))
+    return np.array(points)
 
 
 def is_zero(scalar: Scalar) -> bool:
@@ -218,14 +191,7 @@ _HALVINGS = 3
 
 
 def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> NDArray[np.float64]:
-    """Return a position in which the figure shows what each coordinate is, shape (nq,).
-
-    Args:
-        mechanism: what is drawn.
-        start: values of coordinates; lengths and moderate angles are kept, and all values if there
-            are loops to close and wheels touch. By default those of the catalogue for a system of
-            it with loops, which may be stretched where all are zero.
-    """
+    """Return a position in which the figure shows what each coordinate is, shape (nq,)."""
     if mechanism.constrained:
         from mecanique.reference import assemble
 

@@ -53,12 +53,7 @@ class Solid:
 
 
 def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Solid]:
-    """Yield the geometries of a mechanism's bodies; surfaces in files are left out.
-
-    Args:
-        mechanism: whose bodies.
-        poses: shape (nb, 4, 4).
-    """
+    """Yield the geometries of a mechanism's bodies; surfaces in files are left out."""
     toothed = teeth_of(mechanism)
     for body, pose in zip(mechanism.bodies, poses, strict=True):
         for shape in body.shapes:
@@ -215,21 +210,13 @@ def _box(solid: Solid, camera: Camera) -> Iterator[Mark]:
 
 
 def unit3(vector: Floats) -> Floats:
-    """Return a vector's direction in space.
-
-    Args:
-        vector: shape (3,).
-    """
+    """Return a vector's direction in space."""
     length = float(np.linalg.norm(vector))
     return vector / length if length > 0 else np.array([0.0, 0.0, 1.0])
 
 
 def hull(points: Point) -> Point:
-    """Return the convex hull of points on paper (Andrew, Inf. Process. Lett. 9 (1979) 216).
-
-    Args:
-        points: shape (n, 2).
-    """
+    """Return the convex hull of points on paper (Andrew, Inf. Process. Lett. 9 (1979) 216)."""
     ordered = sorted(map(tuple, np.round(points, 6)))
     chains: list[list[tuple[float, ...]]] = []
     for way in (ordered, ordered[::-1]):

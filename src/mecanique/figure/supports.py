@@ -146,9 +146,9 @@ def _rail(setting: Setting, joint: Prismatic) -> Iterator[_Rail]:
     camera, mechanism = setting.camera, setting.mechanism
     axis = setting.axis(joint)
     boxes = [
-        each
-        for each in setting.solids
-        if each.body == joint.child and each.kind in ("box", "cylinder", "ball")
+        solid
+        for solid in setting.solids
+        if solid.body == joint.child and solid.kind in ("box", "cylinder", "ball")
     ]
     if (
         not camera.flat
@@ -157,7 +157,7 @@ def _rail(setting: Setting, joint: Prismatic) -> Iterator[_Rail]:
         or stands_on_columns(setting, joint)
     ):
         return
-    if any(each.body == mechanism.ground for each in setting.solids):
+    if any(solid.body == mechanism.ground for solid in setting.solids):
         return
     along = unit(camera.at(axis))
     below = across(along)
@@ -198,12 +198,7 @@ def stands_on_columns(setting: Setting, joint: Prismatic) -> bool:
 
 
 def wall(at: Point, outward: Point) -> Iterator[Mark]:
-    """Yield a short hatched wall.
-
-    Args:
-        at: shape (2,), its middle.
-        outward: shape (2,), away from the wall.
-    """
+    """Yield a short hatched wall."""
     side = across(outward)
     a, b = at - 20 * side, at + 20 * side
     yield from hatch(a, b) if float(-across(unit(b - a)) @ outward) < 0 else hatch(b, a)

@@ -54,21 +54,7 @@ def gallery(
     duration: float | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> tuple[Card, ...]:
-    """Write a page for each system of the catalogue, and an index that reports what failed.
-
-    Args:
-        directory: where to; it is made if it does not exist.
-        systems: names of systems; all by default.
-        duration: longest motion [s]; by default each is as long as the catalogue states.
-        progress: called with the name of each system in turn and the fraction done.
-
-    Returns:
-        The cards of the index.
-
-    Raises:
-        UnknownNameError: if a system does not exist.
-        InputError: if the directory cannot be made.
-    """
+    """Write a page for each system of the catalogue, and an index that reports what failed."""
     entries = {name: entry(name) for name in (names() if systems is None else systems)}
     folder = _folder(directory)
     cards = []
@@ -98,19 +84,7 @@ def gallery(
 def pictures(
     directory: str | os.PathLike[str], systems: Sequence[str] | None = None
 ) -> tuple[Path, ...]:
-    """Write the figure of each system of the catalogue as an SVG file.
-
-    Args:
-        directory: where to; it is made if it does not exist.
-        systems: names of systems; all by default.
-
-    Returns:
-        The paths written.
-
-    Raises:
-        UnknownNameError: if a system does not exist.
-        InputError: if the directory cannot be made.
-    """
+    """Write the figure of each system of the catalogue as an SVG file."""
     entries = {name: entry(name) for name in (names() if systems is None else systems)}
     folder = _folder(directory)
     paths = tuple(folder / f"{name}.svg" for name in entries)

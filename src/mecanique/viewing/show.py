@@ -28,13 +28,7 @@ def scene(
     equations: Equations | Sequence[Equations] | None = None,
     verdict: Verdict | None = None,
 ) -> Scene:
-    """Return a motion with all its texts, as pure data.
-
-    Args:
-        motion: what `simulate` returned.
-        equations: one or several; by default those of every method that can be written out.
-        verdict: by default the equations are compared at 100 states.
-    """
+    """Return a motion with all its texts, as pure data."""
     if not isinstance(motion, Motion):
         raise InputError(f"expected a Motion, as simulate returns it, got {type(motion).__name__}")
     if equations is None:

@@ -157,12 +157,7 @@ def _write_entry(x: complex) -> str:
 
 
 def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
-    """Return the exponents of deviations from a steady motion, and the matrices they follow from.
-
-    Args:
-        steady: the linear equations.
-        as_json: whether as JSON, not as text.
-    """
+    """Return the exponents of deviations from a steady motion, and their matrices."""
     if as_json:
         found = {
             "positions": steady.positions,
@@ -188,11 +183,7 @@ def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
 
 
 def speed_figures(table: SpeedRange) -> str:
-    """Return exponents over speeds as JSON.
-
-    Args:
-        table: the exponents.
-    """
+    """Return exponents over speeds as JSON."""
     found = {
         "speeds": table.speeds.tolist(),
         "exponents": [_pairs(row) for row in table.eigenvalues],

@@ -11,14 +11,7 @@ from mecanique.figure.paper.marks import Mark, Point, Stroke, across, label, uni
 
 
 def arrow(tail: Point, tip: Point, style: str, double: bool = False) -> Iterator[Mark]:
-    """Yield a straight arrow.
-
-    Args:
-        tail: shape (2,).
-        tip: shape (2,).
-        style: of the shaft; the head has this style's tip.
-        double: whether it has a head at both ends.
-    """
+    """Yield a straight arrow."""
     along = unit(tip - tail)
     length = math.hypot(*(tip - tail))
     head = min(8.0 if style != "thin" else 6.5, 0.6 * length)
@@ -38,13 +31,7 @@ def arrow_head(tip: Point, along: Point, size: float, style: str) -> Stroke:
 
 
 def arc(points: Point, style: str, head: bool = True) -> Iterator[Mark]:
-    """Yield a bent arrow through points.
-
-    Args:
-        points: shape (n, 2), dense.
-        style: of the line.
-        head: whether it ends in a head.
-    """
+    """Yield a bent arrow through points."""
     lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     size = min(7.5, 0.6 * float(lengths[-1]))
     if not head or size < 1.0:
@@ -57,14 +44,7 @@ def arc(points: Point, style: str, head: bool = True) -> Iterator[Mark]:
 
 
 def dimension(a: Point, b: Point, text: str, offset: float) -> Iterator[Mark]:
-    """Yield a dimension line beside two points, with its witness lines and a label.
-
-    Args:
-        a: shape (2,).
-        b: shape (2,).
-        text: what the distance is called.
-        offset: distance to the left of the line from a to b [pt].
-    """
+    """Yield a dimension line beside two points, with its witness lines and a label."""
     side = across(unit(b - a)) * math.copysign(1.0, offset)
     shift = abs(offset) * side
     for end in (a, b):

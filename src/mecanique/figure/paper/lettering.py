@@ -42,12 +42,7 @@ Boxes = NDArray[np.float64]
 
 
 def clear_letters(marks: Sequence[Mark], *, crowded: bool = False) -> tuple[Mark, ...]:
-    """Move the words of a figure off one another and off lines.
-
-    Args:
-        marks: of the figure.
-        crowded: whether they may move far, and must not touch.
-    """
+    """Move the words of a figure off one another and off lines."""
     lines, weights = _lines(marks)
     rings: Sequence[float] = _RINGS
     if crowded:
@@ -56,7 +51,7 @@ def clear_letters(marks: Sequence[Mark], *, crowded: bool = False) -> tuple[Mark
     moved = dict(words)
     for _ in range(_PASSES):
         for k, word in words.items():
-            others = [frame(other, full=crowded) for j, other in moved.items() if j != k]
+            others = [frame(rival, full=crowded) for j, rival in moved.items() if j != k]
             box = frame(word, full=crowded)
             move = _best(box, np.array(others), lines, weights, rings)
             moved[k] = replace(word, at=word.at + move)
@@ -64,12 +59,7 @@ def clear_letters(marks: Sequence[Mark], *, crowded: bool = False) -> tuple[Mark
 
 
 def frame(word: Words, *, full: bool = False) -> Point:
-    """Return the box that a word needs, shape (4,): left, top, right, bottom [pt].
-
-    Args:
-        word: where it stands.
-        full: whether with what hangs below its letters and stands above them.
-    """
+    """Return the box that a word needs, shape (4,): left, top, right, bottom [pt]."""
     x, y = word.at
     left = x - _BEFORE[word.anchor] * word.width
     right = left + word.width
@@ -78,12 +68,7 @@ def frame(word: Words, *, full: bool = False) -> Point:
 
 
 def overlap(boxes: Boxes, others: Boxes) -> NDArray[np.float64]:
-    """Return the area of each box that others cover, shape (n,) [pt²].
-
-    Args:
-        boxes: shape (n, 4).
-        others: shape (m, 4).
-    """
+    """Return the area of each box that others cover, shape (n,) [pt²]."""
     low = np.maximum(boxes[:, None, :2], others[None, :, :2])
     high = np.minimum(boxes[:, None, 2:], others[None, :, 2:])
     areas: NDArray[np.float64] = np.maximum(high - low, 0.0).prod(axis=2).sum(axis=1)
@@ -141,9 +126,9 @@ def _measure_crossings(
     spans = []
     for axis in (0, 1):
         start, safe = lines[:, 0, axis], np.where(abs(step) > _TINY, step, _TINY)[:, axis]
-        one = (boxes[:, axis, None] - start) / safe
-        two = (boxes[:, axis + 2, None] - start) / safe
-        spans.append((np.minimum(one, two), np.maximum(one, two)))
+        first = (boxes[:, axis, None] - start) / safe
+        second = (boxes[:, axis + 2, None] - start) / safe
+        spans.append((np.minimum(first, second), np.maximum(first, second)))
     (enter_x, leave_x), (enter_y, leave_y) = spans
     enter, leave = np.maximum(enter_x, enter_y), np.minimum(leave_x, leave_y)
     inside = np.minimum(leave, 1.0) - np.maximum(enter, 0.0)

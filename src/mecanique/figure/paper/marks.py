@@ -132,18 +132,14 @@ Mark: TypeAlias = Stroke | Circle | Words
 
 
 def rich(text: str) -> tuple[tuple[str, str], ...]:
-    """Return the name of a quantity, or a short formula in such names, in pieces.
-
-    Args:
-        text: e.g. "theta1", "m*g", "2*l".
-    """
+    """Return the name of a quantity, or a short formula in such names, in pieces."""
     import re
 
     from mecanique.derivation.printing.letters import GREEK, SplitName
 
     pieces: list[tuple[str, str]] = []
     text = text.replace("**2", "²").replace("**3", "³").replace("**", "^")
-    for word, other in re.findall(r"([^\W\d²³][^\W²³]*'*)|([^\w]+|[\d²³][\d.]*)", text):
+    for word, symbol in re.findall(r"([^\W\d²³][^\W²³]*'*)|([^\w]+|[\d²³][\d.]*)", text):
         if word:
             letter = SplitName.of(word)
             base = GREEK.get(letter.base, letter.base)
@@ -153,17 +149,13 @@ def rich(text: str) -> tuple[tuple[str, str], ...]:
             if letter.subscript:
                 pieces.append((GREEK.get(letter.subscript, letter.subscript), "below"))
         else:
-            plain = other.replace("*", "\u2009").replace("-", "−")
+            plain = symbol.replace("*", "\u2009").replace("-", "−")
             pieces.append((plain, "upright"))
     return tuple(pieces)
 
 
 def bounds(marks: Iterable[Mark]) -> tuple[float, float, float, float]:
-    """Return the box around marks: left, top, right, bottom [pt].
-
-    Args:
-        marks: at least one.
-    """
+    """Return the box around marks: left, top, right, bottom [pt]."""
     corners: list[Sequence[float] | Point] = []
     for mark in marks:
         match mark:
@@ -174,41 +166,25 @@ def bounds(marks: Iterable[Mark]) -> tuple[float, float, float, float]:
             case Words(at, _, _, anchor, size):
                 left = at[0] - {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor] * mark.width
                 corners += [(left, at[1] - 0.6 * size), (left + mark.width, at[1] + 0.6 * size)]
-    found = np.array(corners)
-    (left, top), (right, bottom) = found.min(axis=0), found.max(axis=0)
+    points = np.array(corners)
+    (left, top), (right, bottom) = points.min(axis=0), points.max(axis=0)
     return math.floor(left), math.floor(top), math.ceil(right), math.ceil(bottom)
 
 
 def unit(vector: Point) -> Point:
-    """Return a vector's direction; to the right if it has no length.
-
-    Args:
-        vector: shape (2,).
-    """
+    """Return a vector's direction; to the right if it has no length."""
     length = math.hypot(*vector)
     direction: Point = vector / length if length > 1e-9 else np.array([1.0, 0.0])
     return direction
 
 
 def across(direction: Point) -> Point:
-    """Return a direction turned left by a quarter turn, as seen on paper.
-
-    Args:
-        direction: shape (2,).
-    """
+    """Return a direction turned left by a quarter turn, as seen on paper."""
     return np.array([direction[1], -direction[0]])
 
 
 def label(at: Point, text: str, away: Point, gap: float = 11.0, style: str = "letter") -> Words:
-    """Return a label beside a point, on the given side.
-
-    Args:
-        at: shape (2,).
-        text: the name of a quantity, or a formula.
-        away: shape (2,), the direction from the point to the label.
-        gap: from the point to the label's near side [pt].
-        style: of the words.
-    """
+    """Return a label beside a point, on the given side."""
     parts, side = rich(text), unit(away)
     words = Words(at, parts, style)
     # half the label's extent along this direction lies between its middle and its near side

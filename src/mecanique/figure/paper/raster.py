@@ -13,15 +13,7 @@ DPI = 192
 
 
 def raster(marks: Sequence[Mark], form: str) -> bytes:
-    """Return marks as a PNG or PDF file.
-
-    Args:
-        marks: in the order they are drawn; at least one.
-        form: "png" or "pdf".
-
-    Raises:
-        InputError: if matplotlib is not installed.
-    """
+    """Return marks as a PNG or PDF file."""
     try:
         from matplotlib.figure import Figure
         from matplotlib.patches import Circle as Disk

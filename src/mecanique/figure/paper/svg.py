@@ -12,12 +12,7 @@ FONT = "'STIX Two Text','Libertinus Serif','Latin Modern Roman','Times New Roman
 
 
 def svg(marks: Sequence[Mark], title: str) -> str:
-    """Return marks as an SVG document.
-
-    Args:
-        marks: in the order they are drawn; at least one.
-        title: what the figure shows, for those who cannot see it.
-    """
+    """Return marks as an SVG document."""
     left, top, right, bottom = bounds(marks)
     x, y, width, height = (
         left - MARGIN,

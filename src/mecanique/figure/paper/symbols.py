@@ -11,13 +11,7 @@ from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, un
 
 
 def spring(a: Point, b: Point, half: float = 6.5) -> Iterator[Mark]:
-    """Yield a zigzag between two points.
-
-    Args:
-        a: shape (2,).
-        b: shape (2,).
-        half: half its width [pt].
-    """
+    """Yield a zigzag between two points."""
     along, length = unit(b - a), math.hypot(*(b - a))
     side, coils = across(along), min(max(round(length / 15.0), 4), 10)
     lead = min(12.0, 0.15 * length)
@@ -33,13 +27,7 @@ def spring(a: Point, b: Point, half: float = 6.5) -> Iterator[Mark]:
 
 
 def dashpot(a: Point, b: Point, half: float = 6.0) -> Iterator[Mark]:
-    """Yield a damper between two points: a cup and a piston.
-
-    Args:
-        a: shape (2,), the cup's end.
-        b: shape (2,), the piston's end.
-        half: half the cup's width [pt].
-    """
+    """Yield a damper between two points: a cup at a, a piston at b, half as wide as given [pt]."""
     along, length = unit(b - a), math.hypot(*(b - a))
     side = across(along)
     cup = min(18.0, 0.35 * length)
@@ -55,12 +43,7 @@ def dashpot(a: Point, b: Point, half: float = 6.0) -> Iterator[Mark]:
 
 
 def spiral(at: Point, start: float) -> Iterator[Mark]:
-    """Yield a rotational spring about a point.
-
-    Args:
-        at: shape (2,).
-        start: angle on paper where it begins [rad].
-    """
+    """Yield a rotational spring about a point."""
     turns = np.linspace(0.0, 3.6 * math.pi, 90)
     radius = 5.0 + 1.15 * turns
     points = at + radius[:, None] * np.stack([np.cos(start + turns), np.sin(start + turns)], axis=1)
@@ -68,13 +51,7 @@ def spiral(at: Point, start: float) -> Iterator[Mark]:
 
 
 def hatch(a: Point, b: Point, depth: float = 8.0) -> Iterator[Mark]:
-    """Yield a line of ground, hatched on the right going from a to b.
-
-    Args:
-        a: shape (2,).
-        b: shape (2,).
-        depth: of the hatching [pt].
-    """
+    """Yield a line of ground, hatched on the right going from a to b, to a depth [pt]."""
     along, length = unit(b - a), math.hypot(*(b - a))
     below = -across(along)
     count = max(2, round(length / 7.0))
@@ -85,13 +62,7 @@ def hatch(a: Point, b: Point, depth: float = 8.0) -> Iterator[Mark]:
 
 
 def pin(at: Point, towards: Point | None = None) -> Iterator[Mark]:
-    """Yield a hinge, and the support that holds it.
-
-    Args:
-        at: shape (2,).
-        towards: shape (2,), the direction from the hinge to the ground; None for a hinge between
-            two bodies.
-    """
+    """Yield a hinge, and the support that holds it."""
     if towards is not None:
         down = unit(towards)
         side = across(down)

@@ -18,27 +18,14 @@ from mecanique.viewing.scene.scene import Bound, Condition
 
 
 def bounds_of(motion: Motion, letters: Letters) -> list[tuple[Bound, tuple[Any, Any]]]:
-    """Return what ends a motion, with its distance and how near counts as reached, on the tape.
-
-    Args:
-        motion: what was simulated.
-        letters: of its mechanism.
-
-    Raises:
-        DerivationError: if an event that changes the motion is a function of Python.
-    """
-    if motion.watched is None and any(each.impact for each in motion.events):
+    """Return what ends a motion, with its distance and how near counts as reached, on the tape."""
+    if motion.watched is None and any(event.impact for event in motion.events):
         raise DerivationError("what its impacts depend on is not known")
     return [*_limits(motion, letters), *_stops(motion, letters)]
 
 
 def gradients_of(motion: Motion, letters: Letters) -> list[Any]:
-    """Return the slopes of what passes zero at each impact: over t, then over each coordinate.
-
-    Args:
-        motion: what was simulated.
-        letters: of its mechanism.
-    """
+    """Return the slopes of what passes zero at each impact: over t, then over each coordinate."""
     from sympy import Symbol, diff
 
     names = ("t", *motion.mechanism.coordinates)
@@ -59,19 +46,17 @@ def is_cut_short(motion: Motion) -> bool:
 
 
 def options_of(motion: Motion) -> Iterator[str]:
-    """Yield the arguments of `simulate` that bounded a motion, as Python.
-
-    Args:
-        motion: what was simulated.
-    """
-    own = [event for event in motion.watched or () if event.stop or event.restitution is not None]
+    """Yield the arguments of `simulate` that bounded a motion, as Python."""
+    bounding = [
+        event for event in motion.watched or () if event.stop or event.restitution is not None
+    ]
     limits = _limited_joints(motion)
-    for event in own:
+    for event in bounding:
         if event.name in limits:
             yield 'limits="stop"' if event.stop else f"limits={event.restitution}"
             break
     texts = []
-    for event in own:
+    for event in bounding:
         if event.name not in limits:
             what = "stop=True" if event.stop else f"restitution={event.restitution}"
             when = _write_quantity(event.expression(motion.mechanism))
@@ -149,13 +134,13 @@ def conditions_of(letters: Letters) -> list[tuple[Condition, list[Any]]]:
             or math.isfinite(float(evaluate(scalar, values)))
         )
 
-    found = []
+    judged = []
     for condition, scalars in (*_of_bodies(mechanism), *_of_rules(mechanism)):
         depends = any(symbols_in(scalar) & open_letters for scalar in scalars)
         if depends and all(map(is_judged, scalars)):
             numbers = [letters.arithmetic(scalar, letters.values) for scalar in scalars]
-            found.append((condition, numbers))
-    return found
+            judged.append((condition, numbers))
+    return judged
 
 
 def _of_bodies(mechanism: Mechanism) -> Iterator[tuple[Condition, tuple[Scalar, ...]]]:

@@ -22,15 +22,10 @@ from mecanique.viewing.scene.scene import Scene
 
 
 def margins_of(dynamics: Dynamics, actions: Actions) -> Iterator[tuple[str, tuple[Any, Any, Any]]]:
-    """Yield what holds until a margin a − √(b² + c²) passes zero: its name, and a, b, c [N].
-
-    Args:
-        dynamics: of the mechanism.
-        actions: the forces in it.
-    """
+    """Yield what holds until a margin a − √(b² + c²) passes zero: its name, and a, b, c [N]."""
     mechanism, letters = dynamics.letters.mechanism, dynamics.letters
     margins: list[tuple[Any, Any, Any]] = []
-    rolling = [each for each in mechanism.contacts if isinstance(each, Rolling)]
+    rolling = [contact for contact in mechanism.contacts if isinstance(contact, Rolling)]
     if rolling:
         multipliers = dict(zip(dynamics.loops.names, dynamics.multipliers, strict=True))
         for contact in rolling:
@@ -39,7 +34,7 @@ def margins_of(dynamics: Dynamics, actions: Actions) -> Iterator[tuple[str, tupl
             if contact.friction is not None:
                 most = letters.arithmetic(contact.friction, letters.values) * N
                 margins.append((most, x, y))
-    cords = [each for each in mechanism.elements if isinstance(each, (Cord, Belt))]
+    cords = [element for element in mechanism.elements if isinstance(element, (Cord, Belt))]
     tensions = [actions.guide_sizes[name] for cord in cords for name in cord.forces]
     margins += [(tension, 0.0, 0.0) for tension in tensions]
     yield from zip(break_names(mechanism), margins, strict=True)
@@ -76,39 +71,35 @@ class Columns:
         return [*letters.rates, *dynamics.acceleration, self._power()]
 
     def row(self, scene: Scene) -> list[Any]:
-        """Return the columns, in the order of the table; a rotation matrix for each quaternion.
-
-        Args:
-            scene: whose table.
-        """
-        found: list[Any] = []
+        """Return the columns, in the order of the table; a rotation matrix for each quaternion."""
+        columns: list[Any] = []
         for body in scene.bodies:
             pose = self._dynamics.tree.recursion.pose(body.name)
-            found += [row[3] for row in pose]
-            found += [entry for row in pose for entry in row[:3]]
+            columns += [row[3] for row in pose]
+            columns += [entry for row in pose for entry in row[:3]]
         arrows = {name: (action, unit) for name, action, unit in name_arrows(self.shown)}
         for arrow in scene.arrows:
             action, unit = arrows.get(arrow.name, (None, ""))
             if action is None:
-                found += [None] * 6
+                columns += [None] * 6
             else:
-                found += [*action.origin, *(action.force if unit == "N" else action.moment)]
-        found += self._points(scene)
+                columns += [*action.origin, *(action.force if unit == "N" else action.moment)]
+        columns += self._points(scene)
         known = self.reactions() | self._actions.guide_sizes
-        found += [known.get(each.name, self._series(each.name)) for each in scene.series]
-        found += self._ledger(scene)
-        return found
+        columns += [known.get(curve.name, self._series(curve.name)) for curve in scene.series]
+        columns += self._ledger(scene)
+        return columns
 
     def reactions(self) -> dict[str, Any]:
         """Return the components of the joints' reactions, by the name of their series."""
         children = {joint.name: joint.child for joint in self._mechanism.joints}
-        found: dict[str, Any] = {}
+        components: dict[str, Any] = {}
         for action in self.shown:
             if action.kind == "reaction" and children.get(action.name) == action.body:
                 for sign, vector in (("R", action.force), ("M", action.moment)):
                     for axis, component in zip("xyz", vector, strict=True):
-                        found[f"{action.name} {sign}{axis}"] = component
-        return found
+                        components[f"{action.name} {sign}{axis}"] = component
+        return components
 
     def closure(self) -> list[Any]:
         """Return residual, its rate and Jacobian of the loops as one list; empty for a tree."""
@@ -122,11 +113,7 @@ class Columns:
         return dict(margins_of(self._dynamics, self._actions))
 
     def shape(self, visual: Visual) -> list[Any]:
-        """Return a shape's size, then its place row by row.
-
-        Args:
-            visual: a shape that is no mesh.
-        """
+        """Return a shape's size, then its place row by row."""
         number = self._number
         place: Placement = visual.placement
         rows = zip(place.rotation, place.xyz, strict=True)
@@ -151,9 +138,9 @@ class Columns:
 
     def _points(self, scene: Scene) -> Iterator[Any]:
         spans = {span.name: span for span in spans_of(self._mechanism)}
-        cords = [each for each in self._mechanism.elements if isinstance(each, (Cord, Belt))]
+        cords = [e for e in self._mechanism.elements if isinstance(e, (Cord, Belt))]
         tensions = {name for cord in cords for name in cord.forces}
-        touches = iter(each.origin for each in self._actions.guiding if each.name in tensions)
+        touches = iter(action.origin for action in self._actions.guiding if action.name in tensions)
         for line in scene.lines:
             if line.name.startswith("stretch "):
                 yield from (*next(touches), *next(touches))
@@ -163,8 +150,8 @@ class Columns:
             else:
                 yield from [None] * 6
         tips = {f"path of {tip.body}": tip for tip in tips_of(self._mechanism)}
-        for each in scene.traces:
-            yield from self._locate(tips[each.name])
+        for path in scene.traces:
+            yield from self._locate(tips[path.name])
 
     def _series(self, name: str) -> Any:
         letters, mechanism = self._letters, self._mechanism

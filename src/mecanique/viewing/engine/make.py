@@ -55,17 +55,7 @@ TOLERANCE = 1e-7
 def find_unknown(
     scene: Scene, numbers: Floats, chosen: np.ndarray, missing: Sequence[bool]
 ) -> tuple[int, ...]:
-    """Return the columns of the scene's table that the program does not give.
-
-    Args:
-        scene: the scene.
-        numbers: what the program gives, with rotation matrices, shape (chosen, columns + 5 nb).
-        chosen: at which instants.
-        missing: whether each number is unknown to the program.
-
-    Raises:
-        DerivationError: if bodies or coordinates are elsewhere.
-    """
+    """Return the columns of the scene's table that the program does not give."""
     unknown: list[int] = []
     at, column = 0, 0
     for what, group, scale in _groups(scene):
@@ -92,7 +82,7 @@ def _groups(scene: Scene) -> Iterator[tuple[str, Floats, float]]:
     n = len(scene.t)
     points = [scene.positions, *(line.points for line in scene.lines)]
     points += [trace.points for trace in scene.traces]
-    extent = max(1e-9, *(float(np.abs(each).max(initial=0.0)) for each in points))
+    extent = max(1e-9, *(float(np.abs(point).max(initial=0.0)) for point in points))
     for k, body in enumerate(scene.bodies):
         turn = to_matrices(scene.quaternions[:, k]).reshape(n, 9)
         yield f"pose of {body.name}", scene.positions[:, k], extent
@@ -105,12 +95,12 @@ def _groups(scene: Scene) -> Iterator[tuple[str, Floats, float]]:
     for trace in scene.traces:
         yield f"points of {trace.name}", trace.points, extent
     sizes: dict[str, float] = {}
-    for each in scene.series:
-        size = float(np.abs(each.values).max())
-        sizes[each.unit] = max(sizes.get(each.unit, 1e-9), size)
-    for each in scene.series:
-        what = "series of motion" if each.group == "Coordinates" else "series"
-        yield f"{what} {each.name}", each.values[:, None], sizes[each.unit]
+    for curve in scene.series:
+        size = float(np.abs(curve.values).max())
+        sizes[curve.unit] = max(sizes.get(curve.unit, 1e-9), size)
+    for curve in scene.series:
+        what = "series of motion" if curve.group == "Coordinates" else "series"
+        yield f"{what} {curve.name}", curve.values[:, None], sizes[curve.unit]
     work = max((float(np.abs(row.values).max()) for row in scene.document.ledger.rows), default=0.0)
     for row in scene.document.ledger.rows:
         yield f"work of {row.name}", row.values, max(work, 1e-9)
@@ -154,11 +144,7 @@ class Maker:
         self._columns = Columns(self._dynamics)
 
     def thin(self, scene: Scene) -> Scene:
-        """Return a complete scene without the forces and moments that never act.
-
-        Args:
-            scene: with every arrow.
-        """
+        """Return a complete scene without the forces and moments that never act."""
         acting = self._acting()
 
         def acts(name: str, values: Floats) -> bool:
@@ -168,22 +154,14 @@ class Maker:
             scene,
             arrows=tuple(arrow for arrow in scene.arrows if acts(arrow.name, arrow.vector)),
             series=tuple(
-                each
-                for each in scene.series
-                if each.group != "Reactions" or acts(each.name, each.values)
+                curve
+                for curve in scene.series
+                if curve.group != "Reactions" or acts(curve.name, curve.values)
             ),
         )
 
     def make(self, scene: Scene, python: str = "") -> Engine:
-        """Return the engine of a scene.
-
-        Args:
-            scene: what the page shows.
-            python: text of the Python that makes the mechanism.
-
-        Raises:
-            DerivationError: if the program is too long, or does not give the scene's motion.
-        """
+        """Return the engine of a scene."""
         motion, mechanism = self._motion, self._mechanism
         columns = self._columns.row(scene)
         known = [0.0 if column is None else column for column in columns]
@@ -314,11 +292,7 @@ class Maker:
 
 
 def refuse(mechanism: Mechanism) -> None:
-    """Refuse a mechanism for which a page cannot have a program.
-
-    Raises:
-        DerivationError: saying why.
-    """
+    """Refuse a mechanism for which a page cannot have a program."""
     if mechanism.nv > MOST_VELOCITIES:
         raise DerivationError(f"a program for {mechanism.nv} velocities would be too long")
     for signal in mechanism.inputs:
@@ -353,14 +327,7 @@ _SEED = 0
 def computed_scene(
     motion: Motion, document: Document, actions: Sequence[Action], equations: Sequence[Equations]
 ) -> Scene:
-    """Return the scene of a motion with its engine; without one, the page says why.
-
-    Args:
-        motion: what was simulated.
-        document: the texts of the page.
-        actions: the forces on the moving bodies, as many states as the motion has samples.
-        equations: derived equations, one per method; the first is taken.
-    """
+    """Return the scene of a motion with its engine; without one, the page says why."""
     try:
         first = equations[0] if equations else derive(motion.mechanism)
         scene, maker = equip(motion, document, actions, first)
@@ -374,17 +341,7 @@ def computed_scene(
 def equip(
     motion: Motion, document: Document, actions: Sequence[Action], equations: Equations
 ) -> tuple[Scene, Maker]:
-    """Return the scene of a motion with its engine, and what made it.
-
-    Args:
-        motion: what was simulated.
-        document: the texts of the page.
-        actions: the forces on the moving bodies, as many states as the motion has samples.
-        equations: of motion.
-
-    Raises:
-        MecaniqueError: if a page cannot compute this motion.
-    """
+    """Return the scene of a motion with its engine, and what made it."""
     mechanism = motion.mechanism
     maker = Maker(motion, equations)
     scene = maker.thin(scene_of(motion, document, actions, complete=True))
@@ -395,44 +352,31 @@ def equip(
 
 
 def judge_page(maker: Maker) -> CodeVerdict:
-    """Run a page's program under node, or else as text in Python, and compare it with Pinocchio.
-
-    Raises:
-        MecaniqueError: if they disagree, or Pinocchio cannot treat the mechanism.
-    """
+    """Run a page's program under node, or else as text in Python, and compare it with Pinocchio."""
     program = maker.proof()
     target = JavaScript() if shutil.which("node") else Python()
     return judge(program, target, cases_of(program, SAMPLES, _SEED), _SEED)
 
 
 def add_row(table: VerdictTable, code: CodeVerdict) -> VerdictTable:
-    """Return the verdict with a row on the page's program.
-
-    Args:
-        table: the verdict on the equations.
-        code: the verdict on the program.
-    """
+    """Return the verdict with a row on the page's program."""
     title = {
         "rhs": "rates of the state",
         "energy": "energies",
         "poses": "poses of bodies",
         "closure": "closure of loops",
     }
-    own = tuple((title[name], f"{worst:.1e}") for name, worst in code.worst.items())
+    worst_of = tuple((title[name], f"{worst:.1e}") for name, worst in code.worst.items())
     run = code.versions.get("run by", "")
     note = (
         f"The program that this page computes with was run by {run} at {code.samples} random "
         f"states (seed {code.seed}), {code.varied} of them with other parameters."
     )
-    return replace(table, own=own, own_note=note)
+    return replace(table, own=worst_of, own_note=note)
 
 
 def write_python(mechanism: Mechanism) -> str:
-    """Return the Python that makes a mechanism: from the catalogue, or from the URDF of the page.
-
-    Args:
-        mechanism: what moves.
-    """
+    """Return the Python that makes a mechanism, from the catalogue or the page's URDF."""
     if is_known(mechanism.name):
         known = load(mechanism.name)
         if tuple(known.coordinates) == tuple(mechanism.coordinates):

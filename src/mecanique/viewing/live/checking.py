@@ -25,12 +25,7 @@ WAITING = VerdictTable(headline="checking …")
 
 
 def pending(mechanism: Mechanism, document: Document) -> Document:
-    """Return a document that says that equations and verdict are on their way.
-
-    Args:
-        mechanism: to be derived and compared.
-        document: the rest of the texts.
-    """
+    """Return a document that says that equations and verdict are on their way."""
     waiting = Derivation("Being derived …", ())
     derivations = (waiting,) if mechanism.nv <= MOST_DERIVED else ()
     return replace(document, derivations=derivations, verdict=WAITING)
@@ -63,11 +58,7 @@ class Checking:
             self._cancelled = True
 
     def finish(self, seconds: float) -> None:
-        """Cancel, and wait for the thread.
-
-        Args:
-            seconds: at most so long.
-        """
+        """Cancel, and wait for the thread."""
         self.cancel()
         self._thread.join(seconds)
 

@@ -48,13 +48,8 @@ class PacedClock:
             self._wall, self._rate = wall, rate
         return self._shown + (time.monotonic() - self._wall) * self._rate
 
-    def forgive(self, t: float, most: float = 0.1) -> None:
-        """Set the clock back to a source that has fallen behind.
-
-        Args:
-            t: the time the source has reached [s].
-            most: tolerated delay [s of wall time].
-        """
+    def skip_delay(self, t: float, most: float = 0.1) -> None:
+        """Set the clock back to a source that is more than `most` seconds of wall time behind."""
         if self.now() - t > most * max(self._rate, 1e-9):
             self._shown, self._wall = t, time.monotonic()
 
@@ -63,11 +58,7 @@ class PacedClock:
         return max(0.0, (t - self.now()) / self._rate) if self._rate > 0 else FRAME
 
     def rest(self, period: float) -> None:
-        """Sleep until the next picture is due, on a grid that does not drift.
-
-        Args:
-            period: from picture to picture [s].
-        """
+        """Sleep until the next picture is due, on a grid that does not drift."""
         wall = time.monotonic()
         self._due = max(self._due + period, wall)
         self._controls.rest(self._due - wall)
@@ -151,13 +142,7 @@ class LiveView:
         return self._latest
 
     def show(self, scene: Scene, *, keep: bool = False) -> None:
-        """Replace the scene; open pages load the new one.
-
-        Args:
-            scene: the new scene.
-            keep: whether to keep the equations and the verdict, including those that have just
-                arrived.
-        """
+        """Replace the scene; open pages load the new one."""
         with self._texts:
             if keep:
                 now = self._scene.document
@@ -186,29 +171,17 @@ class LiveView:
             self._server.note({"alarm": f"Derivation and reference disagree: {verdict.headline}"})
 
     def warn(self, text: str) -> None:
-        """Warn in every page that something went wrong.
-
-        Args:
-            text: what is wrong; an empty one withdraws the warning.
-        """
+        """Warn in every page that something went wrong."""
         self._server.note({"warning": text})
 
     def send(self, frame: Frame) -> None:
-        """Show an instant at once, without waiting for any clock.
-
-        Raises:
-            InputError: if it has other bodies, arrows, lines, traces or series than the scene.
-        """
+        """Show an instant at once, without waiting for any clock."""
         points = np.asarray(frame.traces).astype("<f4").tobytes()
         self._server.publish(frame.t, row(frame, self._scene), points)
         self._latest = frame
 
     def await_page(self) -> None:
-        """Wait until the page is made; a view without one is closed.
-
-        Raises:
-            InputError: if a mesh cannot be read.
-        """
+        """Wait until the page is made; a view without one is closed."""
         try:
             self._page.result()
         except MecaniqueError:
@@ -216,20 +189,12 @@ class LiveView:
             raise
 
     def announce(self) -> None:
-        """Print the page's address, and wait until the page is made.
-
-        Raises:
-            InputError: if a mesh cannot be read.
-        """
+        """Print the page's address, and wait until the page is made."""
         print(f"{self.url}\nCtrl-C ends the view.", flush=True)
         self.await_page()
 
     def wait(self, period: float = 0.2) -> bool:
-        """Wait until a page has shown something or the view is closed; return whether one has.
-
-        Args:
-            period: interval at which Ctrl-C is noticed [s].
-        """
+        """Wait until a page has shown something or the view is closed; return whether one has."""
         while not (self._controls.closed or self._server.seen.wait(period)):
             pass
         return self._server.seen.is_set()
@@ -239,12 +204,6 @@ class LiveView:
 
         The page's pause and speed are obeyed; its reset and its sliders start the stream again, if
         `frames` is a function.
-
-        Args:
-            frames: instants in order of time, or a function that gives them, called with the values
-                set in the page; it may call `show` first.
-            speed: seconds shown per second.
-            hold: whether to stay at the end, ready to start again, until the view is closed.
         """
         self._controls.begin(speed)
         self._server.announce()
@@ -270,7 +229,7 @@ class LiveView:
             if self._controls.closed or self._controls.restart_wanted:
                 return
             # after a delay the picture does not catch up at double speed
-            clock.forgive(frame.t)
+            clock.skip_delay(frame.t)
             self.send(frame)
 
     def close(self) -> None:
@@ -295,15 +254,7 @@ class LiveView:
 
 
 def row(frame: Frame, scene: Scene) -> bytes:
-    """Pack a frame for the page: the numbers of one instant in single precision.
-
-    Args:
-        frame: the instant.
-        scene: what it must fit.
-
-    Raises:
-        InputError: if it does not fit, or holds a number that is not finite.
-    """
+    """Pack a frame for the page: the numbers of one instant in single precision."""
     ledger = scene.document.ledger
     expected = {
         "positions": (len(scene.bodies), 3),

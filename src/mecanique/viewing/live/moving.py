@@ -46,22 +46,12 @@ class Presenter:
         self.first = fit(complete, self._names)
 
     def check(self, live: LiveView) -> None:
-        """Derive and compare what moves, unless this has already begun.
-
-        Args:
-            live: the view that shows what is found.
-        """
+        """Derive and compare what moves, unless this has already begun."""
         if self._checking is None:
             self._checking = Checking(self._mechanism, live.annotate)
 
     def begin(self, live: LiveView, mechanism: Mechanism, complete: Scene) -> Scene:
-        """Return the start of a motion as the view shows it.
-
-        Args:
-            live: the view.
-            mechanism: what moves, with the parameters as they are now.
-            complete: the complete scene of the start.
-        """
+        """Return the start of a motion as the view shows it."""
         parameters = _values(mechanism)
         if parameters != self._parameters:
             self._mechanism, self._parameters, self._names = (
@@ -80,12 +70,7 @@ class Presenter:
         return shown
 
     def go_on(self, live: LiveView, complete: Scene) -> Scene:
-        """Return a later stretch as the view shows it.
-
-        Args:
-            live: the view.
-            complete: the complete scene of the stretch.
-        """
+        """Return a later stretch as the view shows it."""
         names = self._names | names_of(complete)
         shown = fit(complete, names)
         if names != self._names:
@@ -143,12 +128,7 @@ class Moving:
         self.presenter = Presenter(mechanism, self._first)
 
     def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
-        """Yield the motion's instants; the page reports what cannot be computed.
-
-        Args:
-            live: what shows them.
-            changes: the values set in the page.
-        """
+        """Yield the motion's instants; the page reports what cannot be computed."""
         live.warn("")
         try:
             motion, scene = self._restart, self._first
@@ -201,12 +181,7 @@ class Recorded:
         self.presenter = Presenter(motion.mechanism, self._first)
 
     def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
-        """Yield the motion's instants; the page reports what cannot be computed.
-
-        Args:
-            live: what shows them.
-            changes: the values set in the page.
-        """
+        """Yield the motion's instants; the page reports what cannot be computed."""
         from mecanique.motion import simulate
 
         live.warn("")

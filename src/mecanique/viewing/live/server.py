@@ -141,11 +141,7 @@ class Controls:
             return dict(self._values)
 
     def rest(self, seconds: float) -> None:
-        """Sleep, but wake when a page asks for something.
-
-        Args:
-            seconds: at most so long.
-        """
+        """Sleep, but wake when a page asks for something."""
         if seconds > 0 and self._wake.wait(seconds):
             self._wake.clear()
 
@@ -226,11 +222,7 @@ class Server:
         return f"{ADDRESS}:{self.port}", f"localhost:{self.port}"
 
     def show(self, scene: Scene) -> Future[str]:
-        """Serve a new scene; pages that show another one load it.
-
-        Returns:
-            The page in the making: meshes take their time.
-        """
+        """Serve a new scene; pages that show another one load it."""
         identity = secrets.token_urlsafe(9)
         stream = Stream(identity, tuple(f"ws://{host}" for host in self.hosts))
         made: Future[str] = Future()
@@ -245,13 +237,7 @@ class Server:
         return made
 
     def publish(self, t: float, row: bytes, points: bytes = b"") -> None:
-        """Make a frame the present one; a page gets it when ready unless a later one comes.
-
-        Args:
-            t: its time [s].
-            row: its numbers, as a page reads them.
-            points: the places of the traces, which a page gets of every frame.
-        """
+        """Make a frame the present one; a page gets it when ready unless a later one comes."""
         with self._lock:
             if t < self._frame[0]:
                 self._passed.clear()
@@ -260,11 +246,7 @@ class Server:
         self._wake()
 
     def note(self, notes: dict[str, str]) -> None:
-        """Send notes on the scene to every page, including those opened later.
-
-        Args:
-            notes: texts by their place on the page; an empty one withdraws a note.
-        """
+        """Send notes on the scene to every page, including those opened later."""
         with self._lock:
             self._notes |= notes
         self._call(self._spread, json.dumps({"notes": notes}))
@@ -298,12 +280,7 @@ class Server:
             return dict(self._notes)
 
     def latest(self, since: int = 0) -> tuple[int, bytes | None]:
-        """Return the present frame's number, and the frame as a page reads it.
-
-        Args:
-            since: number of the frame that the page has had before; what the traces passed since
-                then comes with the frame, so that a slow page draws no chords.
-        """
+        """Return the present frame's number, and the frame as a page reads it."""
         with self._lock:
             (t, row), number = self._frame, self._number
             passed = b"".join(points for k, points in self._passed if 0 < since < k < number)

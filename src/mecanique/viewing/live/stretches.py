@@ -68,15 +68,7 @@ def density(speed: float) -> float:
 
 
 def compute(check: Callable[[], None] | None = None, **arguments: Any) -> Motion:
-    """Return a stretch of a motion, short enough to be computed without a noticeable wait.
-
-    Args:
-        check: called now and then; an exception it raises ends the computation.
-        arguments: of `simulate`.
-
-    Raises:
-        MecaniqueError: if the motion cannot start, or stops.
-    """
+    """Return a stretch of a motion, short enough to be computed without a noticeable wait."""
     from mecanique.motion import simulate
 
     latest = time.monotonic() + PATIENCE
@@ -97,14 +89,7 @@ def compute(check: Callable[[], None] | None = None, **arguments: Any) -> Motion
 
 
 def compute_first(**arguments: Any) -> tuple[Motion, str]:
-    """Return the first stretch of a motion, and why it stops before its end; "" if it does not.
-
-    Args:
-        arguments: of `simulate`.
-
-    Raises:
-        MecaniqueError: if the motion cannot start.
-    """
+    """Return the first stretch of a motion, and why it stops before its end; "" if it does not."""
     try:
         return compute(**arguments), ""
     except IntegrationError as error:
@@ -133,11 +118,7 @@ class Stretches:
         self._thread = threading.Thread(target=self._run, name="mecanique integration", daemon=True)
 
     def __iter__(self) -> Iterator[Scene]:
-        """Yield the scenes.
-
-        Raises:
-            Exception: the error that stopped the motion, after all scenes before it.
-        """
+        """Yield the scenes."""
         self._thread.start()
         try:
             while True:

@@ -68,11 +68,7 @@ class Computing:
         self._checking: Checking | None = None
 
     def check(self, live: LiveView) -> None:
-        """Derive and compare what moves, and then the page's program, in the background.
-
-        Args:
-            live: the view that shows what is found.
-        """
+        """Derive and compare what moves, and then the page's program, in the background."""
         if self._remark:
             live.warn(self._remark)
         self._checking = Checking(self._mechanism, live.annotate, self._prove)
@@ -97,19 +93,7 @@ def begin(
     rtol: float,
     speed: float,
 ) -> Computing | None:
-    """Return a motion that its page computes, or None where the page cannot.
-
-    Args:
-        shown: a recorded motion, or a mechanism.
-        q: a mechanism's positions at the start.
-        v: its velocities at the start.
-        end: when a mechanism's motion ends [s]; infinity for never.
-        rtol: relative tolerance of each step of a mechanism's motion.
-        speed: seconds shown per second at first.
-
-    Raises:
-        MecaniqueError: if a mechanism's motion cannot start.
-    """
+    """Return a motion that its page computes, or None where the page cannot."""
     remark = ""
     if isinstance(shown, Motion):
         motion, end, rtol = shown, float(shown.t[-1]), shown.statistics.rtol
@@ -268,12 +252,7 @@ def _lint(mechanism: Mechanism) -> tuple[Finding, ...]:
 
 
 def scene_at_rest(mechanism: Mechanism, inspection: Inspection) -> Scene:
-    """Return the scene of a description at rest.
-
-    Args:
-        mechanism: what was described.
-        inspection: its links, joints and findings.
-    """
+    """Return the scene of a description at rest."""
     poses = inspection.poses()
     counted = say_count(len(mechanism.bodies) - 1, "moving link", "moving links")
     text = mechanism.origin.text.decode("utf-8", "replace") if mechanism.origin else ""

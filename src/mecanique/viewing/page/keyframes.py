@@ -47,11 +47,7 @@ class Packed:
 
 
 def pack(scene: Scene) -> Packed:
-    """Pack everything that moves in a scene.
-
-    Args:
-        scene: its times may be uneven; rates above 60 frames per second are thinned out.
-    """
+    """Pack everything that moves in a scene."""
     extent = float(np.clip(np.ptp(scene.positions, axis=(0, 1)).max(initial=0.0), 1e-6, 1.0))
     t = resample(scene.t)
     anchors = _anchors(scene, 1e-6 * extent)
@@ -88,9 +84,6 @@ def resample(t: Floats) -> Floats:
     """Return the evenly spaced times a page plays.
 
     They are 60 a second, at most 7200, and more where all is over in half a second.
-
-    Args:
-        t: shape (n,), the times of the scene [s].
     """
     if len(t) < 2:
         return t
@@ -105,11 +98,7 @@ def resample(t: Floats) -> Floats:
 
 
 def varints(whole: NDArray[np.int64]) -> bytes:
-    """Pack signed integers in as few bytes as they need: seven bits per byte, the sign last.
-
-    Args:
-        whole: shape (n,), each below 2**34 in magnitude.
-    """
+    """Pack integers below 2**34 in magnitude: seven bits per byte, the sign in the lowest."""
     folded = ((whole << 1) ^ (whole >> 63)).astype(np.uint64)
     longest = max(1, math.ceil(int(folded.max(initial=0)).bit_length() / 7))
     rest = folded[:, None] >> np.arange(0, 7 * longest, 7, dtype=np.uint64)
@@ -184,7 +173,7 @@ def _anchors(scene: Scene, tolerance: float) -> list[tuple[int, int, list[float]
     for trace in scene.traces:
         points.append((first, trace.points))
         first += 3
-    found = []
+    anchors = []
     few = spread(len(scene.t), 24)
     for column, point in points:
         if np.ptp(point, axis=0).max() == 0:
@@ -196,6 +185,6 @@ def _anchors(scene: Scene, tolerance: float) -> list[tuple[int, int, list[float]
                 continue
             local = turn(conjugate(q), point - p)
             if np.ptp(local, axis=0).max() <= tolerance:
-                found.append((column, b, local.mean(axis=0).tolist()))
+                anchors.append((column, b, local.mean(axis=0).tolist()))
                 break
-    return found
+    return anchors

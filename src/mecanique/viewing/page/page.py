@@ -105,16 +105,7 @@ class Stream:
 
 
 def page(scene: Scene, stream: Stream | None = None) -> str:
-    """Return a scene as one HTML document that needs no network.
-
-    Args:
-        scene: what to show.
-        stream: feeds the page of a live view; a page without one holds the whole motion.
-
-    Raises:
-        InputError: if a mesh file is missing or of an unknown format.
-        EngineError: if meshcat's viewer is not installed.
-    """
+    """Return a scene as one HTML document that needs no network."""
     window = RecorderWindow()
     draw_bodies(scene.bodies, window)
     packed = pack(scene)
@@ -159,13 +150,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
 
 
 def policy(scripts: list[str], styles: list[str], connect: str) -> str:
-    """Return the Content-Security-Policy that admits the given scripts and styles alone.
-
-    Args:
-        scripts: the texts of the scripts.
-        styles: the texts of the styles; those of meshcat's viewer are added.
-        connect: what the page may connect to.
-    """
+    """Return the Content-Security-Policy that admits the given scripts and styles alone."""
     inner = _viewer_styles()
     style = " ".join(map(_hash, [*styles, *inner])) if inner else "'unsafe-inline'"
     return (
@@ -207,14 +192,14 @@ def _header(scene: Scene) -> dict[str, Any]:
         ],
         "series": [
             {
-                "name": each.name,
-                "text": each.name,
-                "html": safe(each.label),
-                "unit": each.unit,
-                "group": each.group,
-                "shown": each.shown,
+                "name": curve.name,
+                "text": curve.name,
+                "html": safe(curve.label),
+                "unit": curve.unit,
+                "group": curve.group,
+                "shown": curve.shown,
             }
-            for each in scene.series
+            for curve in scene.series
         ],
         "ledger": {
             "coordinates": list(ledger.coordinates),
@@ -291,11 +276,11 @@ def _viewer_styles() -> list[str]:
     An empty list means that the panel's style was not found, as another version might write it
     differently.
     """
-    found = re.search(r'"(\.dg ul\{(?:[^"\\]|\\.)*)"', _viewer())
-    if not found:
+    style = re.search(r'"(\.dg ul\{(?:[^"\\]|\\.)*)"', _viewer())
+    if not style:
         return []
     plain = (
-        found[1].replace("\\n", "\n").replace('\\"', '"').replace("\\'", "'").replace("\\\\", "\\")
+        style[1].replace("\\n", "\n").replace('\\"', '"').replace("\\'", "'").replace("\\\\", "\\")
     )
     return ["", plain]
 
@@ -305,12 +290,12 @@ def _licenses() -> str:
     """The notices of meshcat's viewer and of the libraries bundled in it."""
     folder = viewer_directory()
     texts = []
-    own = folder.parent / "LICENSE"
-    if own.is_file():
-        texts.append("meshcat\n\n" + own.read_text(encoding="utf-8"))
+    meshcat = folder.parent / "LICENSE"
+    if meshcat.is_file():
+        texts.append("meshcat\n\n" + meshcat.read_text(encoding="utf-8"))
     bundled = folder / "main.min.js.THIRD_PARTY_LICENSES.json"
     if bundled.is_file():
-        for each in json.loads(bundled.read_text(encoding="utf-8")):
-            notice = each.get("licenseText") or each.get("license")
-            texts.append(f"{each.get('name')} {each.get('version')}\n\n{notice}")
+        for package in json.loads(bundled.read_text(encoding="utf-8")):
+            notice = package.get("licenseText") or package.get("license")
+            texts.append(f"{package.get('name')} {package.get('version')}\n\n{notice}")
     return "\n\n----\n\n".join(text.strip() for text in texts)

@@ -30,12 +30,7 @@ _OF_MOTION = ("plots", "parameters", "forces")
 
 
 def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
-    """Return the tabs and their panels, without those for which the scene has no content.
-
-    Args:
-        scene: what the page shows.
-        live: whether parameters and initial values get sliders.
-    """
+    """Return the tabs and their panels, without those for which the scene has no content."""
     makers: list[tuple[str, str, Callable[[], str]]] = [
         ("findings", "Findings", lambda: write_findings(scene.inspection)),
         ("joints", "Joints", lambda: write_joints(scene.inspection)),
@@ -109,7 +104,7 @@ def _plots(scene: Scene) -> str:
 def _forces(scene: Scene) -> str:
     hint = "" if scene.arrows else "This scene has no forces."
     head = "".join(
-        f'<th scope="col" class="number">{each}</th>' for each in ("x", "y", "z", "size")
+        f'<th scope="col" class="number">{column}</th>' for column in ("x", "y", "z", "size")
     )
     undetermined = scene.document.undetermined
     notes = "".join(f'<p class="note">{escape(note)}</p>' for note in undetermined)
@@ -210,13 +205,7 @@ _DEEPEST = 200
 
 
 def safe(text: str, *, display: bool = False) -> str:
-    """Return HTML for a text that may be MathML.
-
-    Args:
-        text: MathML (it begins with `<math` or is a run of MathML elements) or plain text, which is
-            escaped.
-        display: whether an equation stands on a line of its own.
-    """
+    """Return HTML for a text that may be MathML."""
     stripped = text.strip()
     if not stripped.startswith("<m"):
         return html.escape(text)
@@ -248,17 +237,13 @@ def _write(element: Element) -> str:
 
 
 def write_equations(document: Document) -> str:
-    """Return the panel: equations of motion, figure, symbols, then the derivations.
-
-    Args:
-        document: the texts of the page.
-    """
-    first = next((each for each in document.derivations if each.blocks), None)
+    """Return the panel: equations of motion, figure, symbols, then the derivations."""
+    first = next((derivation for derivation in document.derivations if derivation.blocks), None)
     parts = [_result(first) if first else ""]
     if document.about:
         parts.append(f"<p>{escape(document.about)}</p>")
     parts += [_figure(document), _symbols(document)]
-    parts += [_derivation(each) for each in document.derivations]
+    parts += [_derivation(derivation) for derivation in document.derivations]
     if document.source and document.source not in document.about:
         parts.append(f'<p class="note">Source: {escape(document.source)}</p>')
     return "".join(parts)
@@ -341,12 +326,7 @@ def _block(block: Block) -> str:
 
 
 def write_parameters(scene: Scene, live: bool) -> str:
-    """Return the panel: fields where the page or a server computes, numbers elsewhere.
-
-    Args:
-        scene: what the page shows.
-        live: whether a server computes the motion; then the scene has no engine.
-    """
+    """Return the panel: fields where the page or a server computes, numbers elsewhere."""
     document = scene.document
     parts = [_SETUP] if scene.engine else []
     if document.method:
@@ -364,7 +344,7 @@ def write_parameters(scene: Scene, live: bool) -> str:
     if document.freedom:
         parts.append(
             "<h3>Degrees of freedom</h3>"
-            + "".join(f"<p>{safe(each)}</p>" for each in document.freedom)
+            + "".join(f"<p>{safe(freedom)}</p>" for freedom in document.freedom)
         )
     return "".join(parts)
 
@@ -431,23 +411,23 @@ def _quantities(scene: Scene, kind: str, quantities: Iterable[Quantity], live: b
     known: tuple[str, ...] = ()
     if scene.engine:
         known = (*scene.engine.parameters, *scene.engine.coordinates, *scene.engine.velocities)
-    for each in quantities:
-        own = each.name in known
-        value = f"<output>{each.value:.6g}</output>"
-        if own:
-            value = _field(kind, each.name, each.value, each.unit)
-        if (own or live) and each.low < each.high:
+    for quantity in quantities:
+        settable, name = quantity.name in known, escape(quantity.name)
+        value = f"<output>{quantity.value:.6g}</output>"
+        if settable:
+            value = _field(kind, quantity.name, quantity.value, quantity.unit)
+        if (settable or live) and quantity.low < quantity.high:
             value += (
-                f' <input type="range" disabled data-kind="{kind}" data-name="{escape(each.name)}"'
-                f' data-unit="{escape(each.unit)}" aria-label="{escape(each.name)}"'
-                f' min="{each.low!r}" max="{each.high!r}" step="any"'
-                f' value="{each.value!r}">'
+                f' <input type="range" disabled data-kind="{kind}" data-name="{name}"'
+                f' data-unit="{escape(quantity.unit)}" aria-label="{name}"'
+                f' min="{quantity.low!r}" max="{quantity.high!r}" step="any"'
+                f' value="{quantity.value!r}">'
             )
         cells = (
-            f'<td class="number">{value}</td><td>{escape(each.unit)}</td>'
-            f'<td class="words">{escape(each.meaning)}</td>'
+            f'<td class="number">{value}</td><td>{escape(quantity.unit)}</td>'
+            f'<td class="words">{escape(quantity.meaning)}</td>'
         )
-        rows.append(f'<tr><th scope="row">{safe(each.symbol)}</th>{cells}</tr>')
+        rows.append(f'<tr><th scope="row">{safe(quantity.symbol)}</th>{cells}</tr>')
     head = (
         '<th scope="col">Symbol</th><th scope="col" class="number">Value</th>'
         '<th scope="col">Unit</th>'
@@ -463,11 +443,7 @@ _OPEN = '<p class="note">Sliders move the tree of joints; what closes loops is o
 
 
 def write_findings(inspection: Inspection | None) -> str:
-    """Return the panel of findings on a description; empty without an inspection.
-
-    Args:
-        inspection: the description.
-    """
+    """Return the panel of findings on a description; empty without an inspection."""
     if inspection is None:
         return ""
     if not inspection.notes:
@@ -484,25 +460,22 @@ def write_findings(inspection: Inspection | None) -> str:
 
 
 def _finding(note: Note) -> str:
-    found = note.finding
+    finding = note.finding
     bodies = " ".join(map(str, note.bodies))
-    button = f"{found.severity} {found.code}, line {found.line}"
+    severity = finding.severity
+    button = f"{severity} {finding.code}, line {finding.line}"
     attributes = f' data-bodies="{bodies}" aria-pressed="false"' if bodies else " disabled"
     return (
-        f'<li class="finding {found.severity}"><button type="button"{attributes}>{button}</button>'
-        f' {escape(found.sentence)}<p class="note">{escape(found.remedy)}</p></li>'
+        f'<li class="finding {severity}"><button type="button"{attributes}>{button}</button>'
+        f' {escape(finding.sentence)}<p class="note">{escape(finding.remedy)}</p></li>'
     )
 
 
 def write_joints(inspection: Inspection | None) -> str:
-    """Return the panel of sliders; empty without any.
-
-    Args:
-        inspection: the description.
-    """
+    """Return the panel of sliders; empty without any."""
     if inspection is None or not inspection.sliders:
         return ""
-    rows = "".join(_slider(k, each) for k, each in enumerate(inspection.sliders))
+    rows = "".join(_slider(k, slider) for k, slider in enumerate(inspection.sliders))
     return (
         '<div class="bar"><button type="button" id="joints-back">Back to the start</button></div>'
         f"{_OPEN if inspection.closed else ''}"

@@ -34,14 +34,7 @@ class Latest:
         self._blobs = blobs or {}
 
     def put(self, key: Key, blob: bytes, *, keep_deletions: bool) -> None:
-        """Add a command; a deletion removes everything below its path.
-
-        Args:
-            key: what the command sets.
-            blob: the packed command.
-            keep_deletions: whether a deletion is itself remembered, for viewers that have already
-                received what it deletes.
-        """
+        """Add a command; a deletion removes everything below its path."""
         if key[1] == "delete":
             self._blobs = {
                 k: b
@@ -86,11 +79,7 @@ class RecorderWindow:
         self.put(command.lower())
 
     def put(self, command: dict[str, Any]) -> None:
-        """Take a command to meshcat's viewer as plain data.
-
-        Raises:
-            InputError: if the command holds a number that is not finite, or is of another type.
-        """
+        """Take a command to meshcat's viewer as plain data."""
         import umsgpack
 
         data = _plain(command)
@@ -122,11 +111,11 @@ class RecorderWindow:
 def _plain(value: Any) -> Any:
     """Make numpy's numbers Python's own, as the packer needs them, and refuse NaN."""
     if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(each) for each in value]
+        return [_plain(entry) for entry in value]
     if isinstance(value, np.ndarray):
-        return [_plain(each) for each in value.tolist()]
+        return [_plain(entry) for entry in value.tolist()]
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not np.isfinite(value):
@@ -135,18 +124,14 @@ def _plain(value: Any) -> Any:
 
 
 def viewer_directory() -> Path:
-    """Return the directory of meshcat's built viewer.
-
-    Raises:
-        EngineError: if meshcat is not installed, or is installed without its viewer.
-    """
+    """Return the directory of meshcat's built viewer."""
     from importlib.util import find_spec
 
     spec = find_spec("meshcat")
     for place in (spec.submodule_search_locations or []) if spec else []:
-        found = Path(place) / "viewer" / "dist"
-        if (found / "main.min.js").is_file():
-            return found
+        folder = Path(place) / "viewer" / "dist"
+        if (folder / "main.min.js").is_file():
+            return folder
     raise EngineError(
         "meshcat's viewer (viewer/dist/main.min.js) is not installed; try: pip install meshcat"
     )

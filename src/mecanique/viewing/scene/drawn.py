@@ -104,7 +104,7 @@ def spans_of(mechanism: Mechanism) -> Iterator[Span]:
         if loop.kind == "distance":
             a, b = Spot(loop.body_a, loop.frame_a.xyz), Spot(loop.body_b, loop.frame_b.xyz)
             yield Span(loop.name, "rod", (a, b))
-    cords = [each for each in mechanism.elements if isinstance(each, Cord | Belt)]
+    cords = [element for element in mechanism.elements if isinstance(element, Cord | Belt)]
     held = {stop.body for cord in cords for stop in cord.stops}
     for joint in mechanism.joints:
         # a slide without a visible body is shown by the cable or the spring that spans it
@@ -165,11 +165,7 @@ AnyAction = TypeVar("AnyAction", bound=Named)
 def name_arrows(
     actions: Iterable[AnyAction],
 ) -> Iterator[tuple[str, AnyAction, ArrowUnit]]:
-    """Yield the name of each arrow, its action and the unit of what it shows, force or moment.
-
-    Args:
-        actions: the forces on the bodies, in the order of `actions_of`.
-    """
+    """Yield the name of each arrow, its action and the unit of what it shows, force or moment."""
     used: dict[str, int] = {}
     for action in actions:
         plain = {"weight": f"weight of {action.body}", "inertia": f"inertia of {action.body}"}
@@ -184,22 +180,17 @@ def name_arrows(
 def group_work(
     mechanism: Mechanism, actions: Iterable[AnyAction]
 ) -> list[tuple[str, list[AnyAction]]]:
-    """Return the actions of each force, with its name in the ledger.
-
-    Args:
-        mechanism: on whose bodies they act.
-        actions: every force on the moving bodies.
-    """
-    held = {each.name for each in (*mechanism.joints, *mechanism.loops, *mechanism.contacts)}
+    """Return the actions of each force, with its name in the ledger."""
+    held = {part.name for part in (*mechanism.joints, *mechanism.loops, *mechanism.contacts)}
     groups: dict[tuple[str, str], list[AnyAction]] = {}
     for action in actions:
         groups.setdefault((action.kind, action.name), []).append(action)
-    found = []
+    named = []
     for (kind, name), group in groups.items():
         titles = {
             "weight": f"weight of {name}",
             "inertia": f"inertia of {name}",
             "reaction": f"reaction at {name}" if name in held else name,
         }
-        found.append((titles.get(kind, name), group))
-    return found
+        named.append((titles.get(kind, name), group))
+    return named

@@ -28,12 +28,7 @@ ENERGIES = {"kinetic": "T", "potential": "V", "total": "T + V", "work": "work of
 
 
 def curves_of(motion: Motion, *, complete: bool = False) -> tuple[Series, ...]:
-    """Return the curves of a motion.
-
-    Args:
-        motion: the `Motion`.
-        complete: whether to keep reactions that are always zero.
-    """
+    """Return the curves of a motion."""
     few = len(motion.mechanism.coordinates) <= FEW_COORDINATES
     return (
         *_states(motion, shown=few),
@@ -93,16 +88,7 @@ def scene_of(
     *,
     complete: bool = False,
 ) -> Scene:
-    """Return the scene of a motion.
-
-    Args:
-        motion: the `Motion`.
-        document: the texts around the picture.
-        actions: the forces to draw, with as many states as the motion has samples; those of
-            `actions_of` by default.
-        complete: whether to keep arrows and bodies that are always zero or at rest, so that all
-            stretches of a motion have the same parts.
-    """
+    """Return the scene of a motion."""
     mechanism: Mechanism = motion.mechanism
     poses: Floats = motion.poses()
     at = {body.name: k for k, body in enumerate(mechanism.bodies)}
@@ -197,10 +183,10 @@ def _follow(mechanism: Mechanism, poses: Floats, at: dict[str, int], end: Spot) 
 
 def _cords(motion: Motion) -> Iterator[Line]:
     """The stretches of cords, from one touch to the next."""
-    cords = [each for each in motion.mechanism.elements if isinstance(each, (Cord, Belt))]
+    cords = [e for e in motion.mechanism.elements if isinstance(e, (Cord, Belt))]
     names = {name for cord in cords for name in cord.forces}
     actions = motion.reference.guide_actions(motion.q, motion.v, motion.t) if cords else ()
-    points = [each.point for each in actions if each.name in names]
+    points = [action.point for action in actions if action.name in names]
     for k, ends in enumerate(zip(points[::2], points[1::2], strict=True)):
         yield Line(f"stretch {k + 1}", "rod", np.stack(ends, axis=1))
 

@@ -140,32 +140,22 @@ class Inspection:
     closed: bool = False
 
     def poses(self, values: Sequence[float] | None = None) -> Array:
-        """Return the bodies' poses, shape (nb, 4, 4).
-
-        Args:
-            values: of the sliders; those at first by default.
-        """
+        """Return the bodies' poses, shape (nb, 4, 4)."""
         at = [slider.value for slider in self.sliders] if values is None else values
-        found = np.tile(np.eye(4), (len(self.links), 1, 1))
+        poses = np.tile(np.eye(4), (len(self.links), 1, 1))
         for path in self.paths:
-            pose = found[path.parent] @ np.array(path.place)
+            pose = poses[path.parent] @ np.array(path.place)
             for move in path.moves:
                 value = move.constant + sum(factor * at[k] for k, factor in move.factors)
                 pose = pose @ _motion(move.kind, move.axis, value)
-            found[path.child] = pose
-        return found
+            poses[path.child] = pose
+        return poses
 
 
 def inspection_of(
     mechanism: Mechanism, findings: Sequence[Finding], q: Array | None = None
 ) -> Inspection:
-    """Return the inspection of a mechanism.
-
-    Args:
-        mechanism: what was read.
-        findings: about its text.
-        q: shape (nq,), where it stands at first; the neutral position by default.
-    """
+    """Return the inspection of a mechanism."""
     start = mechanism.neutral() if q is None else q
     sliders = tuple(_sliders(mechanism, start))
     return Inspection(
@@ -293,9 +283,9 @@ def _bodies(mechanism: Mechanism, finding: Finding) -> Iterator[int]:
     """The bodies that a finding names, and those that the joints it names move."""
     number = {body.name: k for k, body in enumerate(mechanism.bodies)}
     child = {joint.name: number[joint.child] for joint in mechanism.joints}
-    found = dict[int, None]()
+    places = dict[int, None]()
     for kind, name in re.findall(r"(link|joint)s? '([^']+)'", finding.sentence):
         place = number.get(name) if kind == "link" else child.get(name)
         if place is not None:
-            found[place] = None
-    yield from found
+            places[place] = None
+    yield from places

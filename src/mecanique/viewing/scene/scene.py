@@ -565,12 +565,12 @@ class Scene:
 
     def _check_names(self) -> None:
         groups: dict[str, list[str]] = {
-            "body": [each.name for each in self.bodies],
-            "arrow": [each.name for each in self.arrows],
-            "line": [each.name for each in self.lines],
-            "trace": [each.name for each in self.traces],
-            "joint": [each.name for each in self.joints],
-            "series": [each.name for each in self.series],
+            "body": [part.name for part in self.bodies],
+            "arrow": [part.name for part in self.arrows],
+            "line": [part.name for part in self.lines],
+            "trace": [part.name for part in self.traces],
+            "joint": [part.name for part in self.joints],
+            "series": [part.name for part in self.series],
         }
         for what, names in groups.items():
             if len(set(names)) < len(names):
@@ -595,14 +595,14 @@ class Scene:
 
 
 def _array(values: Floats, shape: tuple[int, ...], what: str) -> Floats:
-    found = np.asarray(values, dtype=np.float64)
-    if found.shape != shape:
-        raise InputError(f"{what}: expected shape {shape}, got {found.shape}")
-    if not np.all(np.isfinite(found)):
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != shape:
+        raise InputError(f"{what}: expected shape {shape}, got {array.shape}")
+    if not np.all(np.isfinite(array)):
         raise InputError(
-            f"{what}: expected finite numbers, got {np.sum(~np.isfinite(found))} that are not"
+            f"{what}: expected finite numbers, got {np.sum(~np.isfinite(array))} that are not"
         )
-    return found
+    return array
 
 
 def _continuous(quaternions: Floats) -> Floats:

@@ -44,29 +44,22 @@ def document_of(
     verdict: Verdict | None,
     actions: Sequence[Action],
 ) -> Document:
-    """Return the texts of a motion's page.
-
-    Args:
-        motion: the `Motion`.
-        equations: derived `Equations`, one per method.
-        verdict: the `Verdict`, or None.
-        actions: every force on the moving bodies, as many states as the motion has samples.
-    """
+    """Return the texts of a motion's page."""
     mechanism: Mechanism = motion.mechanism
     # other methods have reactions among their symbols, which the equations of motion have not
-    symbolic = [each.document for each in equations if each.symbolic]
-    lists = [each.symbols() for each in symbolic]
-    own = mechanism.about.splitlines()
+    symbolic = [derived.document for derived in equations if derived.symbolic]
+    lists = [derived.symbols() for derived in symbolic]
+    about = mechanism.about.splitlines()
     known = entry(mechanism.name) if is_known(mechanism.name) else None
     method = f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}"
     return Document(
         subtitle=known.title if known else method,
-        about=symbolic[0].introduction if symbolic else " ".join(own),
+        about=symbolic[0].introduction if symbolic else " ".join(about),
         source=known.source if known else "",
         figure=_figure(motion),
         symbols=min(lists, key=len) if lists else _symbols_of(equations),
         method=method,
-        derivations=tuple(derivation_of(each) for each in equations),
+        derivations=tuple(derivation_of(derived) for derived in equations),
         verdict=table_of(verdict) if verdict is not None else VerdictTable(),
         parameters=tuple(_parameters(mechanism)),
         initial=tuple(_initial(motion)),
@@ -89,11 +82,7 @@ def _figure(motion: Motion) -> str:
 
 
 def letter(name: str) -> str:
-    """Return the name of a quantity as it stands in equations, in MathML.
-
-    Args:
-        name: e.g. "theta'".
-    """
+    """Return the name of a quantity as it stands in equations, in MathML."""
     from mecanique.derivation.printing.writers import MathML
 
     return MathML().letter(name, False, "")
@@ -273,12 +262,7 @@ def _urdf(mechanism: Mechanism) -> str:
 
 
 def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
-    """Return each force's virtual work; a force that acts on several bodies has one row.
-
-    Args:
-        motion: the `Motion`.
-        actions: every force on the moving bodies, as many states as the motion has samples.
-    """
+    """Return each force's virtual work; a force that acts on several bodies has one row."""
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
     groups = group_work(mechanism, actions)
