@@ -95,6 +95,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "derivation.mechanics": [
         "letters vectors",
+        "elements",
         "chart",
         "recursion",
         "forces",

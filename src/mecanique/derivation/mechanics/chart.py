@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -12,6 +12,7 @@ from mecanique.derivation.tree.links import Link
 from mecanique.errors import DerivationError
 from mecanique.model.expression import symbols_in
 from mecanique.program.sweeps import push_forward
+from mecanique.program.tape import Value
 from mecanique.program.traced import Traced, trace, value_of
 
 
@@ -46,20 +47,23 @@ class Chart:
         return products(columns, products(columns, M))
 
 
-def along(letters: Letters, scalars: Sequence[Any]) -> list[Any]:
+def along(
+    letters: Letters, scalars: Sequence[Any], known: Mapping[int, Value] | None = None
+) -> list[Any]:
     """Return the rates of scalars at constant velocities v.
 
     Args:
         letters: the inputs.
         scalars: functions of t, q and v.
+        known: rates of results on the tape that need not be differentiated again, by their place.
     """
     tape = letters.tape
     rates = {
         name.place: value_of(rate) for name, rate in zip(letters.q, letters.rates, strict=True)
     }
     rates[letters.t.place] = 1.0
-    found = push_forward(tape, [value_of(scalar) for scalar in scalars], rates)
-    return [trace(tape, value) for value in found]
+    outputs = [value_of(scalar) for scalar in scalars]
+    return [trace(tape, value) for value in push_forward(tape, outputs, {**(known or {}), **rates})]
 
 
 def chart_of(letters: Letters, tree: Sequence[Link]) -> Chart:

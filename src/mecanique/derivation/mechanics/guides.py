@@ -13,12 +13,11 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any, TypeAlias, final
 
+from mecanique.derivation.mechanics.elements import UnitForce, unit_forces
 from mecanique.derivation.mechanics.forces import Action
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.recursion import Recursion
-from mecanique.derivation.mechanics.vectors import Triple, add, apply, dot, products, scale
-from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
-from mecanique.derivation.tree.poses import times_point
+from mecanique.derivation.mechanics.vectors import add, apply, dot, products, scale
 from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.expression import Scalar
 from mecanique.program.solving import factorize
@@ -80,7 +79,7 @@ class Guides:
     @cached_property
     def _pairs(self) -> list[tuple[UnitForce, UnitForce | None]]:
         """Pair each unit force with the separating force at the same point, if any."""
-        units = unit_forces(self._letters.mechanism, self._ground())
+        units = unit_forces(self._letters.mechanism, self._recursion.ground)
         following = zip(units, [*units[1:], None], strict=True)
         return [
             (unit, after if after is not None and after.pressed else None)
@@ -112,23 +111,3 @@ class Guides:
 
     def _number(self, scalar: Scalar) -> Any:
         return self._letters.arithmetic(scalar, self._recursion.chart.r)
-
-    def _ground(self) -> Ground:
-        letters, recursion, number = self._letters, self._recursion, self._number
-
-        def point(body: str, xyz: Sequence[Scalar]) -> Triple:
-            return times_point(recursion.pose(body), [number(c) for c in xyz])
-
-        def turn(body: str) -> Sequence[Sequence[Any]]:
-            return [row[:3] for row in recursion.pose(body)]
-
-        def wave(angle: Scalar) -> tuple[Any, Any]:
-            size = number(angle)
-            return letters.call("cos", size), letters.call("sin", size)
-
-        def root(square: Any) -> Any:
-            return letters.call("sqrt", square)
-
-        return Ground(
-            point=point, turn=turn, scalar=number, root=root, wave=wave, ratio=lambda a, b: a / b
-        )

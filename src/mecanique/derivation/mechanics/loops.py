@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, final
 
 from mecanique.derivation.mechanics.chart import along
-from mecanique.derivation.mechanics.contacts import Demand, demands_of
+from mecanique.derivation.mechanics.contacts import ConstraintRow, velocity_rows
+from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.forces import on_velocities
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.recursion import Recursion
-from mecanique.derivation.mechanics.vectors import Rows, apply_transpose, dot
-from mecanique.derivation.tree.poses import Matrix, origin, product
+from mecanique.derivation.mechanics.vectors import Rows, add, dot, scale
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.loops import CLOSED, Loop
 
@@ -28,7 +29,7 @@ class Loops:
         rate: Φ', or ψ.
         jacobian: rows of J.
         gamma: γ.
-        demands: the equations of contacts and velocity constraints, which come last.
+        velocity_rows: the equations of contacts and velocity constraints, which come last.
     """
 
     names: tuple[str, ...]
@@ -37,7 +38,7 @@ class Loops:
     rate: list[Any]
     jacobian: Rows
     gamma: list[Any]
-    demands: list[Demand]
+    velocity_rows: list[ConstraintRow]
 
 
 def loops_of(letters: Letters, recursion: Recursion) -> Loops:
@@ -49,51 +50,59 @@ def loops_of(letters: Letters, recursion: Recursion) -> Loops:
     """
     names: list[str] = []
     blocks: list[int] = []
+
+    def angle(y: Any, x: Any) -> Any:
+        return letters.call("atan2", y, x)
+
     residual: list[Any] = []
     for k, loop in enumerate(letters.mechanism.loops):
         names += [f"{loop.name}: {row}" for row in CLOSED[loop.kind]]
         blocks += [2 * k + row.startswith("r") for row in CLOSED[loop.kind]]
-        residual += _demands(letters, recursion, loop)
+        residual += closure(loop, recursion.ground, angle)
     rate = along(letters, residual)
     jacobian = [on_velocities(letters, [row], [1.0]) for row in residual]
-    demands = demands_of(letters, recursion)
+    rows = velocity_rows(letters, recursion)
     return Loops(
-        names=(*names, *(demand.name for demand in demands)),
-        blocks=(*blocks, *(2 * len(letters.mechanism.loops) + demand.block for demand in demands)),
-        residual=[*residual, *(demand.gap for demand in demands)],
-        rate=[*rate, *(demand.slip for demand in demands)],
-        jacobian=[*jacobian, *(demand.slopes for demand in demands)],
-        gamma=[*along(letters, rate), *(demand.rate for demand in demands)],
-        demands=demands,
+        names=(*names, *(row.name for row in rows)),
+        blocks=(*blocks, *(2 * len(letters.mechanism.loops) + row.block for row in rows)),
+        residual=[*residual, *(row.gap for row in rows)],
+        rate=[*rate, *(row.slip for row in rows)],
+        jacobian=[*jacobian, *(row.slopes for row in rows)],
+        gamma=[*along(letters, rate), *(row.rate for row in rows)],
+        velocity_rows=rows,
     )
 
 
-def _demands(letters: Letters, recursion: Recursion, loop: Loop) -> list[Any]:
-    """Return Φ of one loop, in the axes of frame a."""
-    frames: list[Matrix] = []
-    for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)):
-        placed = origin(frame, letters.values, letters.arithmetic)
-        frames.append(product(recursion.pose(body), placed))
-    A, B = frames
-    apart = [b[3] - a[3] for a, b in zip(A, B, strict=True)]
-    if loop.kind == "distance":
-        length = letters.arithmetic(loop.length, letters.values)
-        return [letters.call("sqrt", dot(apart, apart)) - length]
-    x, y, z = apply_transpose(A, apart)
+def closure(loop: Loop, ground: Ground, angle: Callable[[Any, Any], Any]) -> list[Any]:
+    """Return Φ of one loop, in the axes of frame a and in the arithmetic of the poses.
 
-    def turn(i: int, k: int) -> Any:
-        return dot([row[i] for row in A], [row[k] for row in B])
+    There frame b has the position p and the rotation matrix R; a hinge keeps R z = z, a weld keeps
+    the skew part of R at zero.
+
+    Args:
+        loop: the loop.
+        ground: the poses.
+        angle: returns the angle of a point (x, y) from y and x.
+    """
+    A, a = ground.frame(loop.body_a, loop.frame_a)
+    B, b = ground.frame(loop.body_b, loop.frame_b)
+    apart = add(b, scale(-1.0, a))
+    if loop.kind == "distance":
+        return [ground.root(dot(apart, apart)) - ground.scalar(loop.length)]
+    x, y, z = (dot(axis, apart) for axis in A)
+
+    def R(i: int, k: int) -> Any:
+        return dot(A[i], B[k])
 
     match loop.kind:
         case "pin":
             return [x, y]
         case "plate":
-            return [x, y, letters.call("atan2", turn(1, 0), turn(0, 0))]
+            return [x, y, angle(R(1, 0), R(0, 0))]
         case "hinge":
-            return [x, y, z, -turn(1, 2), turn(0, 2)]
+            return [x, y, z, -R(1, 2), R(0, 2)]
         case "weld":
-            skew = [(turn(i, k) - turn(k, i)) * 0.5 for i, k in ((2, 1), (0, 2), (1, 0))]
-            return [x, y, z, *skew]
+            return [x, y, z, *((R(i, k) - R(k, i)) * 0.5 for i, k in ((2, 1), (0, 2), (1, 0)))]
         case "ball":
             return [x, y, z]
-    raise DerivationError(f"no program is known for loop {loop.name!r}, a {loop.kind!r}")
+    raise DerivationError(f"no equations are known for loop {loop.name!r}, a {loop.kind!r}")

@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import Any, final
 
 from mecanique.derivation.mechanics.chart import Chart, chart_of
+from mecanique.derivation.mechanics.elements import Ground, ground_of
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.vectors import (
     Rows,
@@ -31,6 +32,8 @@ from mecanique.derivation.mechanics.vectors import (
 )
 from mecanique.derivation.tree.links import Link, links, place_of
 from mecanique.derivation.tree.poses import IDENTITY, Matrix, local, moments, origin, product
+from mecanique.program.tape import Value
+from mecanique.program.traced import Traced, value_of
 
 
 @final
@@ -367,6 +370,11 @@ class Recursion:
         seat = self.seats[body]
         return product(self.poses[seat.place], seat.pose) if seat.place >= 0 else seat.pose
 
+    @cached_property
+    def ground(self) -> Ground:
+        """The poses of all bodies."""
+        return ground_of(self.pose, self.chart.r, self.letters.arithmetic)
+
 
 def _motions(link: Link, first: int) -> tuple[dict[int, Triple], dict[int, Triple]]:
     """Return the unit motions of a link, angular and linear, by velocity index."""
@@ -487,33 +495,23 @@ class World:
                 )
             )
 
-    def pose(self, body: str) -> Matrix:
-        """Return the pose of a body."""
-        return self._recursion.pose(body)
+    @cached_property
+    def pose_rates(self) -> dict[int, Value]:
+        """Rates of the entries of all poses by their place on the tape: v, and ω × the axes.
 
-    def moves(self, body: str) -> bool:
-        """Return whether a body is not fixed to the ground."""
-        return self._recursion.seats[body].place >= 0
-
-    def spin(self, body: str) -> Triple:
-        """Return the angular velocity of a body."""
-        return self._of(self._recursion.seats[body].place).w
-
-    def carrier_spin(self, body: str, axis: Sequence[float]) -> Triple:
-        """Return an angular velocity that moves an axis of a body in the same way as the body's.
-
-        For a hinge about the axis it is that of the parent link, as the hinge does not move it.
-
-        Args:
-            body: name of the body.
-            axis: shape (3,), in the body's frame.
+        They take fewer operations than derivatives of the products that poses are made of. An axis
+        that a link shares with its parent has the parent's rate, in which the link's own turn about
+        it is left out.
         """
-        seat = self._recursion.seats[body]
-        link = self._recursion.links[seat.place]
-        along = apply([row[:3] for row in seat.pose], list(axis))
-        if not link.linear and list(link.angular.values()) in ([along], [scale(-1.0, along)]):
-            return self._of(link.parent).w
-        return self.spin(body)
+        rates: dict[int, Value] = {}
+        for motion, pose in zip(self._motions, self._recursion.poses, strict=True):
+            *axes, p = transpose(pose)
+            moved = [(p, motion.v), *((e, cross(motion.w, e)) for e in axes)]
+            for vector, rate in moved:
+                for entry, slope in zip(vector, rate, strict=True):
+                    if isinstance(entry, Traced):
+                        rates.setdefault(entry.place, value_of(slope))
+        return rates
 
     def velocity(self, body: str, place: Triple) -> Triple:
         """Return the velocity of a body's point at a place."""
@@ -548,7 +546,7 @@ class World:
 
     def jacobian(self, body: str) -> Rows:
         """Return a body's Jacobian: velocity of its origin, then angular, shape (6, nv)."""
-        place = [row[3] for row in self.pose(body)]
+        place = [row[3] for row in self._recursion.pose(body)]
         G, nothing = self._recursion.chart.G, [0.0] * len(self._recursion.letters.v)
         rows: Rows = []
         for columns in (self.columns(body, place), self.turns(body)):

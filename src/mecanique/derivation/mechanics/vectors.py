@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
+from mecanique.derivation.tree.poses import combination
+
 Triple: TypeAlias = "list[Any]"
 """Three scalars."""
 
@@ -24,10 +26,7 @@ def products(A: Sequence[Sequence[Any]], B: Sequence[Sequence[Any]]) -> Rows:
 
 def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
     """Return a · b."""
-    total: Any = 0.0
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
+    return _as_float(combination(a, b))
 
 
 def cross(a: Sequence[Any], b: Sequence[Any]) -> Triple:
@@ -41,15 +40,13 @@ def cross(a: Sequence[Any], b: Sequence[Any]) -> Triple:
 
 def add(*vectors: Sequence[Any]) -> Triple:
     """Return the sum of vectors."""
-    total: Triple = [0.0, 0.0, 0.0]
-    for vector in vectors:
-        total = [x + y for x, y in zip(total, vector, strict=True)]
-    return total
+    ones = (1.0,) * len(vectors)
+    return [dot(components, ones) for components in zip(*vectors, strict=True)]
 
 
 def scale(factor: Any, vector: Sequence[Any]) -> Triple:
     """Return a multiple of a vector."""
-    return [factor * x for x in vector]
+    return [dot((factor,), (x,)) for x in vector]
 
 
 def apply(R: Sequence[Sequence[Any]], vector: Sequence[Any]) -> Triple:
@@ -60,3 +57,7 @@ def apply(R: Sequence[Sequence[Any]], vector: Sequence[Any]) -> Triple:
 def apply_transpose(R: Sequence[Sequence[Any]], vector: Sequence[Any]) -> Triple:
     """Return Rᵀ x."""
     return apply(transpose(R)[:3], vector)
+
+
+def _as_float(scalar: Any) -> Any:
+    return float(scalar) if isinstance(scalar, int) else scalar

@@ -9,21 +9,19 @@ transmits nothing along or about its own directions n; hence for each of them
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
+from mecanique.derivation.mechanics.elements import Ground, UnitForce, ground_of, unit_forces
 from mecanique.derivation.numeric.free_bodies import Snapshot
-from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
-from mecanique.derivation.tree.poses import combination
+from mecanique.derivation.tree.poses import IDENTITY, Arithmetic, Matrix, combination
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.constraints.gears import Gear, Rack
-from mecanique.model.expression import Scalar
 from mecanique.model.guides.fit import cord_fault, mesh_fault, work_fault
 from mecanique.model.guides.guide import Guide
 from mecanique.model.joint_base import Single
@@ -144,30 +142,17 @@ def _shift_to(unit: UnitForce, center: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 def _ground(mechanism: Mechanism, at: Snapshot) -> Ground:
     bodies = {body.name: body for body in at.bodies}
-    n = len(at.springs)
 
-    def turn(name: str) -> list[list[np.ndarray]]:
-        turns = bodies[name].turn if name in bodies else np.broadcast_to(np.eye(3), (n, 3, 3))
-        return [list(row) for row in np.moveaxis(turns, 0, -1)]
+    def pose(name: str) -> Matrix:
+        if name not in bodies:
+            return IDENTITY
+        body = bodies[name]
+        return [
+            [*row, start]
+            for row, start in zip(body.turn.transpose(1, 2, 0), body.seat.T, strict=True)
+        ]
 
-    def point(name: str, xyz: Sequence[object]) -> list[np.ndarray]:
-        here = mechanism.evaluate_all(xyz)
-        seat = bodies[name].seat if name in bodies else np.zeros((n, 3))
-        pairs = zip(seat.T, turn(name), strict=True)
-        return [start + combination(here, row) for start, row in pairs]
-
-    def wave(angle: Scalar) -> tuple[float, float]:
-        size = mechanism.evaluate(angle)
-        return math.cos(size), math.sin(size)
-
-    return Ground(
-        point=point,
-        turn=turn,
-        scalar=mechanism.evaluate,
-        root=np.sqrt,
-        wave=wave,
-        ratio=lambda a, b: a / b,
-    )
+    return ground_of(pose, mechanism.values, Arithmetic())
 
 
 def find_unexplained(

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
 
+from mecanique.derivation.mechanics.elements import Ground, ground_of
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import Link
-from mecanique.derivation.tree.poses import Arithmetic, joint_values
+from mecanique.derivation.tree.poses import IDENTITY, Arithmetic, Matrix, joint_values
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate, symbols_in
+from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
 JETS = Arithmetic(function)
@@ -86,6 +89,40 @@ def stack_jets(rows: Sequence[Sequence[Any]], shape: tuple[int, ...]) -> Jet:
             else:
                 c[0, 0, :, i, k] = entry
     return Jet(c)
+
+
+def constant_jet(value: Any, shape: tuple[int, ...]) -> Jet:
+    """Return a number as a jet with coefficients of a shape."""
+    c = np.zeros(shape)
+    c[0, 0] = value
+    return Jet(c)
+
+
+def stack_column(entries: Sequence[Any], shape: tuple[int, ...]) -> Jet:
+    """Return a vector of jets and numbers as a jet of columns, trailing shape (n, 3, 1)."""
+    c = np.zeros((*shape, 3, 1))
+    for i, entry in enumerate(entries):
+        if isinstance(entry, Jet):
+            c[..., i, 0] = entry.c
+        else:
+            c[0, 0, :, i, 0] = entry
+    return Jet(c)
+
+
+def ground_on_jets(mechanism: Mechanism, place: Mapping[str, int], poses: list[Jet]) -> Ground:
+    """Return the poses of bodies as scalar jets, given the place of each body's pose."""
+
+    @cache
+    def pose(body: str) -> Matrix:
+        if place[body] < 0:
+            return IDENTITY
+        moved = poses[place[body]]
+        rows = []
+        for i in range(3):
+            rows.append([moved[:, i, k] for k in range(4)])
+        return rows
+
+    return ground_of(pose, mechanism.values, JETS)
 
 
 def delay(x: Jet) -> Jet:

@@ -12,6 +12,7 @@ from functools import partial
 from itertools import combinations
 from typing import Any, final
 
+from mecanique.derivation.mechanics.elements import Ground, UnitForce, unit_forces
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Kind, Series
@@ -35,7 +36,6 @@ from mecanique.derivation.symbolic.vectors import (
     total,
     zero,
 )
-from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
 from mecanique.derivation.tree.links import Link
 from mecanique.derivation.tree.poses import combination
 from mecanique.model.constraints.cords import Belt, Cord

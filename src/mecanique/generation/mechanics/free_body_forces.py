@@ -184,12 +184,12 @@ class Actions:
     def _press(self, contact: Contact) -> tuple[Action, Action]:
         """Return the actions of a contact on its two bodies, at the point of contact."""
         loops = self._dynamics.loops
-        first = len(loops.names) - len(loops.demands)
+        first = len(loops.names) - len(loops.velocity_rows)
         place, force = NOTHING, NOTHING
-        for k, demand in enumerate(loops.demands, first):
-            if demand.name.rpartition(": ")[0] == contact.name and demand.place is not None:
-                push = scale(self._dynamics.multipliers[k], demand.direction or NOTHING)
-                place, force = demand.place, add(force, push)
+        for k, row in enumerate(loops.velocity_rows, first):
+            if row.name.rpartition(": ")[0] == contact.name and row.place is not None:
+                push = scale(self._dynamics.multipliers[k], row.direction or NOTHING)
+                place, force = row.place, add(force, push)
         held = Action(contact.name, "reaction", contact.body, place, force, NOTHING)
         return held, held.opposite(contact.on)
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from mecanique.derivation.equations import Equations
-from mecanique.derivation.mechanics.contacts import demands_of
+from mecanique.derivation.mechanics.contacts import velocity_rows
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import Loops
 from mecanique.derivation.mechanics.recursion import Recursion, Wrench
@@ -164,7 +164,9 @@ class _Holds:
         self._loops: Loops = dynamics.loops
         self._method = method
         recursion = dynamics.tree.recursion
-        self._demands = demands_of(self._letters, recursion) if method == "newton_euler" else []
+        self._velocity_rows = (
+            velocity_rows(self._letters, recursion) if method == "newton_euler" else []
+        )
         self.multipliers: list[str] = []
         """The names of the multipliers, one for each row; none with virtual work."""
         if method != "virtual_work":
@@ -189,7 +191,7 @@ class _Holds:
             motion = [_Row(dict(zip(moved, range(count), strict=True)))]
             allowed = [_Row(dict(zip(moved, row, strict=True))) for row in A]
         else:
-            acting = {demand.name for demand in self._demands if demand.place is not None}
+            acting = {demand.name for demand in self._velocity_rows if demand.place is not None}
             every = zip(self.multipliers, loops.names, A, strict=True)
             pairs = [(own, row) for own, name, row in every if name not in acting]
             motion = []
@@ -228,7 +230,7 @@ class _Holds:
         mechanism, tape = self._letters.mechanism, self._letters.tape
         own = {contact.name: contact for contact in mechanism.contacts}
         names = dict(zip(self._loops.names, self.multipliers, strict=False))
-        for demand in self._demands:
+        for demand in self._velocity_rows:
             if demand.place is None or demand.direction is None:
                 continue
             size = trace(tape, tape.input(names[demand.name]))

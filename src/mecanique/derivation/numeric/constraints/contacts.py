@@ -8,10 +8,11 @@ the virtual displacement δH s.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, final
+from typing import Any, final
 
 import numpy as np
 
+from mecanique.derivation.mechanics.contacts import touch
 from mecanique.derivation.numeric.constraints.loops import (
     Constraints,
     RowUnits,
@@ -19,30 +20,15 @@ from mecanique.derivation.numeric.constraints.loops import (
     shift_sizes,
     turn_sizes,
 )
-from mecanique.derivation.numeric.paths import coordinate_paths
+from mecanique.derivation.numeric.paths import coordinate_paths, ground_on_jets, stack_column
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import links, place_of
-from mecanique.derivation.tree.poses import placement_matrix
-from mecanique.model.constraints.contacts import Blade, Contact, Rolling, row_names
+from mecanique.model.constraints.contacts import Contact, row_names
 from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length
-
-
-class Touch(NamedTuple):
-    """The place of a contact and the directions in which it prevents motion.
-
-    Args:
-        place: trailing shape (n, 3, 1), in the world [m].
-        directions: one for each row, trailing shape (n, 3, 1).
-        gap: shape (n,), Φ of the first row.
-    """
-
-    place: Jet
-    directions: tuple[Jet, ...]
-    gap: np.ndarray
 
 
 @final
@@ -75,55 +61,24 @@ class VelocityLaws:
         """
         found = []
         for contact in self._mechanism.contacts:
-            touch = self.touch(contact, poses)
+            place, directions, gap = self.touch(contact, poses)
             A, B = (self._pose(body, poses) for body in (contact.body, contact.on))
-            rows = [_no_slip(A, B, touch.place, direction) for direction in touch.directions]
+            rows = [_no_slip(A, B, place, direction) for direction in directions]
             jacobian, gamma = (np.stack(parts, axis=1) for parts in zip(*rows, strict=True))
             residual = np.zeros(gamma.shape)
-            residual[:, 0] = touch.gap
+            residual[:, 0] = gap
             found.append(Constraints(residual, jacobian, gamma))
         found.append(self._state_laws(states))
         parts = zip(*((one.residual, one.jacobian, one.gamma) for one in found), strict=True)
         return Constraints(*(np.concatenate(part, axis=1) for part in parts))
 
-    def touch(self, contact: Contact, poses: list[Jet]) -> Touch:
-        """Return the place of a contact and the directions in which it prevents motion."""
-        number = self._mechanism.evaluate
-        A, B = (self._pose(body, poses) for body in (contact.body, contact.on))
-        turn = A[:, :3, :3]
-        if isinstance(contact, Blade):
-            place = turn @ _column([number(c) for c in contact.point]) + A[:, :3, 3:]
-            return Touch(place, (turn @ _column(contact.side),), np.zeros(len(place.value)))
-        frame = B @ placement_matrix(contact.plane, self._mechanism.values)
-        x, y, n = (frame[:, :3, k : k + 1] for k in range(3))
-        crown = number(contact.crown)
-        hub = turn @ _column([number(c) for c in contact.center]) + A[:, :3, 3:]
-        if contact.curved:
-            return self._touch_sphere(contact, hub, frame)
-        place = hub - n * crown
-        if contact.axis is None:
-            squares = _column([(crown * number(factor)) ** 2 for factor in contact.stretch])
-            u = turn.T @ n
-            place = hub - turn @ (u * squares) * (_dot(u, u * squares) ** -0.5)
-        else:
-            e = turn @ _column(contact.axis)
-            up = n - e * _dot(n, e)
-            place = place - up * (_dot(up, up) ** -0.5 * (number(contact.radius) - crown))
-        gap = _dot(n, place - frame[:, :3, 3:])
-        return Touch(place, (n, x, y), gap.value[:, 0, 0])
-
-    def _touch_sphere(self, contact: Rolling, hub: Jet, frame: Jet) -> Touch:
-        """Find where a ball touches a bowl or a dome: on the line to the sphere's center."""
-        radius, bowl = (self._mechanism.evaluate(s) for s in (contact.radius, contact.bowl))
-        x, y, z = (frame[:, :3, k : k + 1] for k in range(3))
-        side = 1.0 if bowl > 0 else -1.0
-        d = (frame[:, :3, 3:] + z * bowl - hub) * side
-        square = _dot(d, d)
-        n = d * square**-0.5
-        between = (z + n) * (1 + _dot(n, z)) ** -1
-        turned = [e - between * _dot(n, e) for e in (x, y)]
-        gap = bowl - side * np.sqrt(square.value[:, 0, 0]) - radius
-        return Touch(hub - n * radius, (n, *turned), gap)
+    def touch(self, contact: Contact, poses: list[Jet]) -> tuple[Jet, list[Jet], np.ndarray]:
+        """Return the place and the directions of a contact, trailing shape (n, 3, 1), and its Φ."""
+        ground = ground_on_jets(self._mechanism, self._place, poses)
+        place, directions, gap = touch(self._mechanism, contact, ground)
+        shape = poses[0].c.shape[:3]
+        columns = [stack_column(vector, shape) for vector in (place, *directions)]
+        return columns[0], columns[1:], gap.value if isinstance(gap, Jet) else np.zeros(shape[2])
 
     def _state_laws(self, states: States) -> Constraints:
         """Return the rows Σ A_i v_i − b of the velocity constraints."""
@@ -179,11 +134,3 @@ def _carry(H: Jet, place: Jet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     rate = 2 * H.c[2, 0] @ at + H.c[1, 0] @ moving
     shifts = H.c[0, 1:] @ at
     return velocity[..., :3, 0], rate[..., :3, 0], shifts[..., :3, 0]
-
-
-def _column(components: Any) -> np.ndarray:
-    return np.array(components, dtype=float)[:, None]
-
-
-def _dot(a: Jet, b: Jet) -> Jet:
-    return a.T @ b

@@ -18,15 +18,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
-from typing import NamedTuple, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.derivation.mechanics.loops import closure
+from mecanique.derivation.numeric.paths import constant_jet, ground_on_jets
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import placement_matrix
-from mecanique.model.constraints.loops import CLOSED, Loop
+from mecanique.model.constraints.loops import CLOSED
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length, velocity_scales
@@ -97,15 +99,14 @@ class Closure:
     """The constraints of a mechanism's loops, as jets."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self._loops = mechanism.loops
-        place = place_of(links(mechanism), mechanism)
+        self._mechanism = mechanism
+        self._place = place = place_of(links(mechanism), mechanism)
         self._ends: list[list[tuple[int, np.ndarray]]] = []
         """For each end of each loop: index of its link in the tree, and its pose in that link."""
         for loop in mechanism.loops:
             X_a = placement_matrix(loop.frame_a, mechanism.values)
             X_b = placement_matrix(loop.frame_b, mechanism.values)
             self._ends.append([(place[loop.body_a], X_a), (place[loop.body_b], X_b)])
-        self._lengths = [mechanism.evaluate(loop.length) for loop in mechanism.loops]
         self.names = tuple(
             f"{loop.name}: {row}" for loop in mechanism.loops for row in CLOSED[loop.kind]
         )
@@ -128,15 +129,9 @@ class Closure:
         Args:
             poses: pose of every link, in the order of the tree, each of trailing shape (n, 4, 4).
         """
-        found: list[Jet] = []
-        for loop, (A, B), length in zip(
-            self._loops, self._frames(poses), self._lengths, strict=True
-        ):
-            turn = A[:, :3, :3].T
-            p = turn @ (B[:, :3, 3:] - A[:, :3, 3:])
-            R = turn @ B[:, :3, :3]
-            found += _rows(loop, p, R, length)
-        return found
+        ground, shape = ground_on_jets(self._mechanism, self._place, poses), poses[0].c.shape[:3]
+        rows = [row for loop in self._mechanism.loops for row in closure(loop, ground, _angle)]
+        return [row if isinstance(row, Jet) else constant_jet(row, shape) for row in rows]
 
     def at(self, poses: list[Jet]) -> Constraints:
         """Return Φ, J and γ of the poses along a path without acceleration."""
@@ -151,7 +146,7 @@ class Closure:
     def _terms(self, poses: list[Jet]) -> np.ndarray:
         """Return the size of what is summed in each entry of J, shape (n, m, nv)."""
         terms = []
-        for loop, (A, B) in zip(self._loops, self._frames(poses), strict=True):
+        for loop, (A, B) in zip(self._mechanism.loops, self._frames(poses), strict=True):
             turn = turn_sizes(A)
             # p = Rᵀ (p_B − p_A) turns with frame a, and p_B − p_A is as certain as its two terms
             far = sum(np.linalg.norm(X.value[:, :3, 3], axis=-1) for X in (A, B))
@@ -161,25 +156,8 @@ class Closure:
         return np.stack(terms, axis=1)
 
 
-def _rows(loop: Loop, p: Jet, R: Jet, length: float) -> list[Jet]:
-    x, y, z = (p[:, k, 0] for k in range(3))
-    match loop.kind:
-        case "distance":
-            return [(x * x + y * y + z * z).sqrt() - length]
-        case "pin":
-            return [x, y]
-        case "plate":
-            return [x, y, R[:, 1, 0].atan2(R[:, 0, 0])]
-        case "hinge":
-            return [x, y, z, -R[:, 1, 2], R[:, 0, 2]]
-        case "weld":
-            return [
-                x,
-                y,
-                z,
-                *((R[:, i, k] - R[:, k, i]) * 0.5 for i, k in ((2, 1), (0, 2), (1, 0))),
-            ]
-    return [x, y, z]
+def _angle(y: Any, x: Any) -> Any:
+    return y.atan2(x) if isinstance(y, Jet) else np.arctan2(y, x)
 
 
 def _carry(poses: list[Jet], place: int, X: np.ndarray) -> Jet:

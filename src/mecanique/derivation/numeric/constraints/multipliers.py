@@ -100,10 +100,10 @@ class Held:
         _, poses = self._definition.motion(states, np.zeros_like(states.v))
         found, row = {}, len(self._loops.names)
         for contact in self._mechanism.contacts:
-            touch = self._laws.touch(contact, poses)
-            for direction in touch.directions:
+            place, directions, _ = self._laws.touch(contact, poses)
+            for direction in directions:
                 found[row] = Push(
-                    touch.place.value[:, :, 0],
+                    place.value[:, :, 0],
                     direction.value[:, :, 0],
                     (contact.body, contact.on),
                 )

@@ -8,11 +8,14 @@ d² e = l d + h d × n.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias, final
 
-from mecanique.derivation.tree.poses import combination
+import numpy as np
+
+from mecanique.derivation.mechanics.vectors import apply
+from mecanique.derivation.tree.poses import Arithmetic, Matrix, combination, times_point
 from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import CLOSED, Loop
@@ -20,6 +23,7 @@ from mecanique.model.expression import Scalar
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.element_laws import Bevel, bevel_of
+from mecanique.model.placement import Placement
 
 _HERE = (0.0, 0.0, 0.0)
 
@@ -69,6 +73,41 @@ class Ground:
     root: Callable[[Any], Any]
     wave: Callable[[Scalar], tuple[Any, Any]]
     ratio: Callable[[Any, Any], Any]
+
+    def frame(self, body: str, placement: Placement) -> tuple[list[Three], Three]:
+        """Return the axes and the origin of a frame fixed in a body, in the world."""
+        turn, axes = self.turn(body), list[Three]()
+        for axis in zip(*placement.rotation, strict=True):
+            axes.append(apply(turn, [self.scalar(c) for c in axis]))
+        return axes, self.point(body, placement.xyz)
+
+
+def ground_of(
+    pose: Callable[[str], Matrix], values: Mapping[str, Any], arithmetic: Arithmetic
+) -> Ground:
+    """Return the poses of bodies in some arithmetic.
+
+    Args:
+        pose: returns the pose of a body in the world.
+        values: value of each symbol, by name.
+        arithmetic: the arithmetic.
+    """
+
+    def number(scalar: Scalar) -> Any:
+        return arithmetic(scalar, values)
+
+    def wave(angle: Scalar) -> tuple[Any, Any]:
+        sine, cosine = arithmetic.sine_cosine(number(angle))
+        return cosine, sine
+
+    return Ground(
+        point=lambda body, xyz: times_point(pose(body), [number(c) for c in xyz]),
+        turn=lambda body: [row[:3] for row in pose(body)],
+        scalar=number,
+        root=np.sqrt if arithmetic.function is None else arithmetic.function("sqrt"),
+        wave=wave,
+        ratio=lambda a, b: a / b,
+    )
 
 
 def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
