@@ -8,8 +8,15 @@ import pytest
 from click.testing import CliRunner
 
 from mecanique.cli import app
-from mecanique.textbook.register import register
-from mecanique.textbook.register.row import Row, agreement, decision, identity, misprint, open_point
+from mecanique.verification.chapter import register
+from mecanique.verification.chapter.row import (
+    Row,
+    agreement,
+    decision,
+    identity,
+    misprint,
+    open_point,
+)
 
 ERRORS = {"1.26", "Ex. 1.2 2", "Ex. 1.2 5"}
 
@@ -122,7 +129,7 @@ def test_the_command_prints_text_and_json(
     )
     assert "12 in error as printed (sect. 1.2 a, after 1.3," in text.output
     assert "; 11 points not checked" in text.output
-    monkeypatch.setattr("mecanique.textbook.register.register", lambda: every_row)
+    monkeypatch.setattr("mecanique.verification.chapter.register", lambda: every_row)
     data = json.loads(CliRunner().invoke(app, ["book", "--json"]).output)
     assert {row["number"] for row in data if row["holds"] is False} == ERRORS | WRONG_IN_WORDS
     assert sum(row["holds"] is None for row in data) == 11

@@ -126,7 +126,7 @@ def book(as_json: bool) -> None:
     its right form is not proven.
     """
     from mecanique.cli.formats import book as printed
-    from mecanique.textbook.register import register
+    from mecanique.verification.chapter import register
 
     with working("Checking the equations of the chapter"):
         rows = register()

@@ -164,10 +164,9 @@ def mistake_turn(rpy: Array) -> Iterator[Slip]:
         )
         for i, j, k in permutations(range(3))
     ]
-    found += [
-        (f"rpy in the order {', '.join('rpy'[k] for k in order)}", turn_of(rpy[list(order)]))
-        for order in permutations(range(3))
-    ]
+    for order in permutations(range(3)):
+        said = ", ".join("rpy"[k] for k in order)
+        found.append((f"rpy in the order {said}", turn_of(rpy[list(order)])))
     names = ("roll", "pitch", "yaw")
     for signs in sorted(product((1, -1), repeat=3), key=lambda s: s.count(-1)):
         said = ", ".join(name for name, s in zip(names, signs, strict=True) if s < 0)

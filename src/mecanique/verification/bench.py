@@ -152,6 +152,11 @@ class Bench:
         K = jacobian(static_forces, q)
         return np.asarray(self.dynamics.mass_matrix(q, 0.0)), K
 
+    def squares(self, at: State) -> Array:
+        """Return ω² of small motion about an equilibrium, in order, shape (nv,) [rad²/s²]."""
+        found: Array = np.sort(np.linalg.eigvals(np.linalg.solve(*self.stiffness(at))).real)
+        return found
+
 
 def jacobian(function: Callable[[Array], Any], at: Array) -> Array:
     """Return the derivative of a function, shape (m, n)."""

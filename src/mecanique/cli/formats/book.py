@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mecanique.textbook.register.row import Row
+    from mecanique.verification.chapter.row import Row
 
 
 _KINDS = ("equation", "sentence")

@@ -15,7 +15,7 @@ from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.model.states import States
 from mecanique.textbook import load
-from mecanique.textbook.register.row import Row, agreement, identity
+from mecanique.verification.chapter.row import Row, agreement, identity
 
 _OPERATOR = (
     "the operator applied to T and V of {}, against Newton and Euler's equations of the same system"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from mecanique.textbook.register.row import Row, misread, open_point
+from mecanique.verification.chapter.row import Row, misread, open_point
 
 
-def rows() -> Iterator[Row]:
+def sentences() -> Iterator[Row]:
     """Yield the rows."""
     yield from _wording()
     yield from _open_points()

@@ -11,7 +11,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mecanique.textbook.register.row import Row
+    from mecanique.verification.chapter.row import Row
 
 __all__ = ["register"]
 
@@ -25,20 +25,10 @@ def register() -> tuple[Row, ...]:
     """
     from dataclasses import replace
 
-    from mecanique.textbook.register import (
-        energies,
-        example_1,
-        example_2,
-        laws,
-        pendulum,
-        words_of_examples,
-        words_of_laws,
-        words_of_pendulum,
-        words_read,
-    )
+    from mecanique.verification.chapter import energies, examples, laws, pendulum, words_read
 
     numbered = (*laws.rows(), *pendulum.rows(), *energies.rows())
     in_order = sorted(numbered, key=lambda row: row.place)
-    said = (words_of_laws, words_of_pendulum, words_of_examples, words_read)
-    sentences = [replace(row, about="sentence") for part in said for row in part.rows()]
-    return (*in_order, *example_1.rows(), *example_2.rows(), *sentences)
+    said = (laws, pendulum, examples, words_read)
+    sentences = [replace(row, about="sentence") for part in said for row in part.sentences()]
+    return (*in_order, *examples.list_blocks(), *examples.list_bars(), *sentences)
