@@ -1,13 +1,30 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and files that are not what their name says."""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from secrets import token_hex
 from typing import IO
+
+_MISTAKEN = (
+    (
+        rb"(?:\xef\xbb\xbf)?\s*(?:<\?xml[^>]*>\s*)?(?:<!--.{0,1000}?-->\s*)*<(?:!doctype\s+)?html\b",
+        "a web page",
+        "Save the file itself, not the page that shows it.",
+    ),
+    (
+        rb"version https://git-lfs",
+        "a pointer of Git LFS to the file",
+        "Fetch the file itself: git lfs pull.",
+    ),
+    (rb"PK\x03\x04", "a zip archive", "Unpack it first."),
+    (rb"\x1f\x8b", "compressed by gzip", "Unpack it first."),
+)
+"""How files begin that are often taken for others, what they are, and what to do."""
 
 
 @contextmanager
@@ -16,12 +33,23 @@ def write_whole(path: Path) -> Iterator[IO[bytes]]:
 
     Args:
         path: its directory must exist.
+
+    Raises:
+        OSError: that names the path, e.g. when the disk is full.
     """
     beside = path.parent / f".{path.name}.{token_hex(6)}.part"
     try:
         with beside.open("xb") as file:
             yield file
+            # a name must not stand for a content that a crash may still lose
+            file.flush()
+            os.fsync(file.fileno())
         os.replace(beside, path)
+    except OSError as error:
+        if error.filename in (None, str(beside), beside):
+            # writing names no file, and opening one that nobody has heard of
+            error.filename = str(path)
+        raise
     finally:
         beside.unlink(missing_ok=True)
 
@@ -33,3 +61,12 @@ def as_bytes(content: str | bytes) -> bytes:
         content: text, or bytes as they are.
     """
     return content.encode() if isinstance(content, str) else content
+
+
+def recognize(content: bytes) -> tuple[str, str] | None:
+    """Return what a file is that was taken for another, and a remedy; None for anything else."""
+    head = content[:4000]
+    for pattern, name, remedy in _MISTAKEN:
+        if re.match(pattern, head, re.IGNORECASE | re.DOTALL):
+            return name, remedy
+    return None

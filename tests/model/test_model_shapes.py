@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from itertools import product
 from typing import Any
 
@@ -19,9 +20,21 @@ from mecanique.model import (
     Body,
     Box,
     Cylinder,
+    Fixed,
+    Floating,
+    Helical,
+    Limits,
+    Mesh,
     Parameter,
+    Placement,
+    Planar,
+    Prismatic,
+    Revolute,
     Shape,
     Sphere,
+    Spherical,
+    Universal,
+    Visual,
     ball,
     bar,
     box,
@@ -268,8 +281,75 @@ def test_drawings_have_the_stated_sizes_and_places() -> None:
         (lambda: cloud([], []), "expected one mass for each point"),
         (lambda: Shape(1.0, inertia=untyped((1.0, 1.0))), "expected six entries"),
         (lambda: Body("b", untyped(3)), "expected shapes for body 'b', got 3"),
+        (lambda: rod(1, 1, radius=-1), "expected a radius from 0 to 1e\\+100 m, got -1"),
+        (lambda: rod(1, 1e200), "expected a length from 0 to 1e\\+100 m, got 1e\\+200"),
+        (lambda: cone(1, 1, -2), "expected a height from 0 to 1e\\+100 m, got -2"),
+        (lambda: box(1, (1, math.nan, 1)), "expected a box's edge from 0 to 1e\\+100 m, got nan"),
+        (lambda: plate(1, untyped((1, 2, 3))), r"expected two edges of a plate, got \(1, 2, 3\)"),
+        (lambda: particle(1.0, untyped(2.0)), "expected three components for position xyz, got 2"),
+        (lambda: cloud(untyped(1.0), [(0, 0, 0)]), "expected masses, got 1.0"),
+        (lambda: Shape(1.0, visuals=untyped(3)), "expected visuals, got 3"),
+        (lambda: Body(untyped(3)), "expected a text for the name of a body, got 3"),
+        (lambda: Visual(untyped(3)), "expected a Box, Cylinder, Sphere or Mesh, got 3"),
+        (lambda: Visual(Sphere(1), rgba=untyped((1, 2))), "expected red, green, blue and opacity"),
+        (lambda: Visual(Sphere(1), untyped(3)), "expected a Placement of a visual, got 3"),
+        (lambda: Mesh("a", scale=untyped((1, "x", 1))), "expected a number, a parameter or an"),
+        (lambda: Revolute("j", "a", untyped(1)), "expected a text for the child of a joint, got 1"),
+        (lambda: Fixed("j", "a", "b", origin=untyped(1)), "expected a Placement for its origin"),
+        (lambda: Revolute("j", "a", "b", limits=untyped(1)), "joint 'j': expected Limits, got 1"),
+        (lambda: Revolute("j", "a", "b", coordinate=untyped(1)), "expected a text for its coord"),
+        (lambda: Spherical("j", "a", "b", names=untyped(1)), "joint 'j': expected 4 names"),
+        (lambda: Limits(math.nan), "expected a number for lower of limits, got nan"),
     ],
 )
 def test_bad_shapes_are_refused(make: Callable[[], object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         make()
+
+
+NUMBERS = st.one_of(
+    st.floats(),
+    st.integers(),
+    st.just(10**400),
+    st.none(),
+    st.booleans(),
+    st.text(max_size=3),
+    st.binary(max_size=3),
+    st.lists(st.floats(), max_size=7),
+    st.complex_numbers(),
+)
+SOUND: dict[str, Any] = {
+    "size": (1, 2),
+    "length": 1.0,
+    "radius": 1.0,
+    "height": 1.0,
+    "mass": 1.0,
+    "masses": [1.0],
+    "points": [(0, 0, 0)],
+    "uri": "a.stl",
+    "geometry": Sphere(1.0),
+    "name": "j",
+    "parent": "a",
+    "child": "b",
+    "pitch": 1.0,
+}
+CONSTRUCTORS: tuple[Callable[..., object], ...] = (
+    *(ball, bar, box, cloud, cone, cylinder, disk, particle, plate, ring, rod, shell, massless),
+    *(Body, Box, Cylinder, Mesh, Placement, Shape, Sphere, Visual, Limits),
+    *(Fixed, Floating, Helical, Planar, Prismatic, Revolute, Spherical, Universal),
+)
+
+
+@given(st.sampled_from(CONSTRUCTORS), st.data())
+def test_constructors_refuse_in_words(make: Callable[..., object], data: st.DataObject) -> None:
+    from inspect import signature
+
+    parameters = signature(make).parameters
+    plain = [name for name, p in parameters.items() if p.kind != p.VAR_POSITIONAL]
+    given = {name: SOUND[name] for name in plain if name in SOUND}
+    if make in (box, Box):
+        given["size"] = (1, 2, 3)
+    if plain:
+        given[data.draw(st.sampled_from(plain))] = data.draw(NUMBERS)
+    with suppress(InputError):
+        make(**given)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -334,6 +335,63 @@ def test_point_mass_on_its_axis_does_not_resist() -> None:
     assert not [
         f for f in lint(text.replace('xyz="0 0 0.1"', 'xyz="0.1 0 0.1"')) if f.code == "M206"
     ]
+
+
+ROD = """<robot name="a"><link name="base"/><link name="rod"><inertial><mass value="1"/>
+<inertia ixx="0.1" iyy="0.1" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 0 1"/>
+</joint></robot>"""
+TIP = """<link name="tip"><inertial><mass value="{}"/></inertial></link>
+<joint name="weld" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="{} 0 1"/>
+</joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda text: text, "link 'rod' does not resist this motion"),
+        (lambda text: text.replace('izz="0"', 'izz="1e-9"'), None),
+        (lambda text: text.replace('"0 0 1"', '"0 0.6 0.8"'), None),
+        (
+            lambda text: text.replace("</robot>", TIP.format(2, 0)),
+            "links 'rod' and 'tip' do not resist this motion",
+        ),
+        (lambda text: text.replace("</robot>", TIP.format(2, 0.1)), None),
+        (lambda text: text.replace("continuous", "prismatic"), None),
+        (lambda text: text.replace("continuous", "floating"), "link 'rod' does not resist"),
+        (lambda text: text.replace("continuous", "planar"), "link 'rod' does not resist"),
+    ],
+)
+def test_a_rod_about_its_own_axis_does_not_resist(
+    change: Callable[[str], str], said: str | None
+) -> None:
+    found = [f.message for f in lint(change(ROD)) if f.code == "M206"]
+    assert len(found) == (said is not None)
+    assert not said or said in found[0]
+
+
+def test_a_mass_that_no_motion_meets_is_named() -> None:
+    with pytest.raises(mq.EngineError, match="its bodies have mass, but none resists"):
+        mq.verify(mq.read_urdf(ROD))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<!DOCTYPE html>\n<html><head></head></html>", "the file is a web page"),
+        ('<?xml version="1.0"?>\n<!DOCTYPE HTML PUBLIC "-//W3C"><html>', "the file is a web page"),
+        ("<!-- saved --><html><br></html>", "the file is a web page"),
+        ("version https://git-lfs.github.com/spec/v1\noid", "the file is a pointer of Git LFS"),
+        ("PK\x03\x04abc", "the file is a zip archive"),
+        ("\x1f\x8b\x08abc", "the file is compressed by gzip"),
+    ],
+)
+def test_files_that_are_something_else_are_called_so(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_bytes(text.encode("latin-1"))
+    (finding,) = lint(path)
+    assert finding.code == "M005"
+    assert finding.message.startswith(said)
 
 
 def test_mass_at_the_origin_with_inertia_about_elsewhere() -> None:

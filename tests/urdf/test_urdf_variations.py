@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -202,6 +203,12 @@ def test_letters_have_the_documented_names_units_and_values() -> None:
     inertias = mq.read_urdf(ARM, parameters=("inertias", "m_hand"))
     assert (inertias.values["Izz_fore"], inertias.values["m_hand"]) == (0.002, 0.4)
     assert {p.unit for p in inertias.parameters} == {"kg·m²", "kg"}
+
+
+def test_letters_of_a_plain_urdf_need_no_xacro(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xacro", None)  # as if it were not installed
+    text = mq.write_urdf(mq.textbook.load("double_pendulum"))
+    assert "m_rod1" in {p.symbol for p in mq.read_urdf(text, parameters="masses").parameters}
 
 
 def test_a_letter_that_is_taken_gets_a_number() -> None:

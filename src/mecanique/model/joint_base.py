@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -95,6 +96,13 @@ class Limits:
     effort: float = float("inf")
     velocity: float = float("inf")
 
+    def __post_init__(self) -> None:
+        for name in ("lower", "upper", "effort", "velocity"):
+            value = plain(getattr(self, name))
+            if not isinstance(value, float) or math.isnan(value):
+                raise InputError(f"expected a number for {name} of limits, got {value!r}")
+            object.__setattr__(self, name, value)
+
     @property
     def bounded(self) -> bool:
         """Whether its position has a bound."""
@@ -116,6 +124,15 @@ class BaseJoint(ABC):
     parent: str
     child: str
     origin: Placement = field(default_factory=Placement, kw_only=True)
+
+    def __post_init__(self) -> None:
+        for what in ("name", "parent", "child"):
+            if not isinstance(value := getattr(self, what), str):
+                raise InputError(f"expected a text for the {what} of a joint, got {value!r}")
+        if not isinstance(self.origin, Placement):
+            raise InputError(
+                f"joint {self.name!r}: expected a Placement for its origin, got {self.origin!r}"
+            )
 
     @property
     @abstractmethod
@@ -213,7 +230,14 @@ class Single(BaseJoint):
     noun: ClassVar[str]
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         set_axis(self, self.axis)
+        if not isinstance(self.coordinate, str):
+            raise InputError(
+                f"joint {self.name!r}: expected a text for its coordinate, got {self.coordinate!r}"
+            )
+        if not isinstance(self.limits, Limits | None):
+            raise InputError(f"joint {self.name!r}: expected Limits, got {self.limits!r}")
         object.__setattr__(self, "coordinate", self.coordinate or self.name)
         object.__setattr__(self, "armature", plain(self.armature))
 
@@ -239,6 +263,7 @@ class Several(BaseJoint):
     _suffixes: ClassVar[tuple[str, ...]]
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         self._name_coordinates()
 
     def renamed(self: _N, names: tuple[str, ...]) -> _N:
@@ -246,8 +271,9 @@ class Several(BaseJoint):
         return replace(self, names=names)
 
     def _name_coordinates(self) -> None:
-        names = tuple(self.names) or tuple(f"{self.name}_{suffix}" for suffix in self._suffixes)
-        if len(names) != len(self._suffixes):
+        given = self.names if isinstance(self.names, (tuple, list)) else (self.names,)
+        names = tuple(given) or tuple(f"{self.name}_{suffix}" for suffix in self._suffixes)
+        if len(names) != len(self._suffixes) or not all(isinstance(name, str) for name in names):
             expected = ", ".join(self._suffixes)
             raise InputError(
                 f"joint {self.name!r}: expected {len(self._suffixes)} names ({expected}), "

@@ -190,7 +190,7 @@ class Planar(Several):
     _suffixes: ClassVar[tuple[str, ...]] = ("x", "y", "theta")
 
     def __post_init__(self) -> None:
-        self._name_coordinates()
+        super().__post_init__()
         set_axis(self, self.axis)
 
     @property

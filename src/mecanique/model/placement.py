@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, TypeAlias, final
 
+import numpy as np
+
 from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
@@ -89,6 +91,14 @@ def angles_of(turn: Array) -> tuple[float, float, float]:
     if level < _UPRIGHT:
         return 0.0, math.atan2(-c, 0.0), math.atan2(-d, e)
     return math.atan2(s, k), math.atan2(-c, level), math.atan2(b, a)
+
+
+def pose_of(place: Placement) -> Array:
+    """Return a placement in numbers as a homogeneous matrix, shape (4, 4)."""
+    pose = np.eye(4)
+    pose[:3, :3] = place.rotation
+    pose[:3, 3] = place.xyz
+    return pose
 
 
 def rotate(matrix: Matrix3, components: Vector) -> tuple[Scalar, Scalar, Scalar]:

@@ -35,6 +35,8 @@ class Body:
     """
 
     def __init__(self, name: str, *shapes: Shape, as_given: bool = False) -> None:
+        if not isinstance(name, str):
+            raise InputError(f"expected a text for the name of a body, got {name!r}")
         for shape in shapes:
             if not isinstance(shape, Shape):
                 raise InputError(f"expected shapes for body {name!r}, got {shape!r}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias, final
 
@@ -40,14 +40,15 @@ class Shape:
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", plain(self.mass))
         object.__setattr__(self, "center", vector(self.center, "center of mass"))
-        inertia = tuple(plain(entry) for entry in self.inertia)
+        given = listed(self.inertia, "six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia")
+        inertia = tuple(plain(entry) for entry in given)
         if len(inertia) != 6:
             raise InputError(
                 "expected six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia, "
                 f"got {len(inertia)}"
             )
         object.__setattr__(self, "inertia", inertia)
-        object.__setattr__(self, "visuals", tuple(self.visuals))
+        object.__setattr__(self, "visuals", listed(self.visuals, "visuals", Visual))
 
     def at(self, xyz: Vector = (0.0, 0.0, 0.0), rpy: Vector = (0.0, 0.0, 0.0)) -> Shape:
         """Return the shape moved to another place in the body.
@@ -56,7 +57,7 @@ class Shape:
             xyz: shape (3,), where its origin goes [m].
             rpy: shape (3,), how it is turned: roll, pitch, yaw [rad].
         """
-        place = Placement(tuple(xyz), tuple(rpy))
+        place = Placement(xyz, rpy)  # type: ignore[arg-type]  # it takes any three
         turn = place.rotation
         return replace(
             self,
@@ -72,6 +73,26 @@ class Shape:
             rgba: red, green, blue, opacity, each from 0 to 1.
         """
         return replace(self, visuals=tuple(replace(visual, rgba=rgba) for visual in self.visuals))
+
+
+def listed(values: object, what: str, kind: type = object) -> tuple[Any, ...]:
+    """Return a sequence as a tuple.
+
+    Args:
+        values: the sequence given.
+        what: what it holds, for the message.
+        kind: what each of them must be.
+
+    Raises:
+        InputError: if it is something else.
+    """
+    if not isinstance(values, Iterable) or isinstance(values, (str, bytes)):
+        raise InputError(f"expected {what}, got {values!r}")
+    items = tuple(values)
+    for item in items:
+        if not isinstance(item, kind):
+            raise InputError(f"expected {what}, got {item!r} among them")
+    return items
 
 
 def combine(shapes: Sequence[Shape]) -> Shape:

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from mecanique.errors import InputError
-from mecanique.model.bodies.shape import Shape, combine
-from mecanique.model.bodies.visuals import Box, Cylinder, Rgba, Sphere, Visual
+from mecanique.model.bodies.shape import Shape, combine, listed
+from mecanique.model.bodies.visuals import Box, Cylinder, Rgba, Sphere, Visual, extent, extents
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector
 
@@ -72,7 +72,8 @@ def cloud(masses: Sequence[Scalar], points: Sequence[Vector], radius: Scalar = 0
         >>> mq.cloud([1.0, 1.0], [(0, 0, 0), (1, 0, 0)]).center
         (0.5, 0.0, 0.0)
     """
-    if len(masses) != len(points) or not len(masses):
+    masses, points = listed(masses, "masses"), listed(points, "points")
+    if len(masses) != len(points) or not masses:
         raise InputError(
             f"expected one mass for each point, got {len(masses)} masses and {len(points)} points"
         )
@@ -106,7 +107,7 @@ def rod(
         l**2*m/12
     """
     d = _unit(direction)
-    mass, length = plain(mass), plain(length)
+    mass, length = plain(mass), extent(length, "length")
     across = mass * length**2 / 12
     inertia = (
         across * _number(1 - d[0] * d[0]),
@@ -167,7 +168,7 @@ def box(mass: Scalar, size: Vector) -> Shape:
         >>> mq.box(12.0, (1, 2, 3)).inertia[:3]
         (13.0, 10.0, 5.0)
     """
-    a, b, c = vector(size, "size of a box")
+    a, b, c = extents(size, "box")
     mass = plain(mass)
     inertia = (
         mass * (b**2 + c**2) / 12,
@@ -195,12 +196,14 @@ def plate(mass: Scalar, size: Sequence[Scalar], thickness: Scalar = 0.02) -> Sha
         >>> mq.plate(12.0, (1, 2)).inertia[2]
         5.0
     """
-    a, b = (plain(edge) for edge in size)
+    try:
+        a, b = size
+    except (TypeError, ValueError):
+        raise InputError(f"expected two edges of a plate, got {size!r}") from None
+    a, b, thickness = extents((a, b, thickness), "plate")
     mass = plain(mass)
     inertia = (mass * b**2 / 12, mass * a**2 / 12, mass * (a**2 + b**2) / 12, 0.0, 0.0, 0.0)
-    return Shape(
-        mass, inertia=inertia, visuals=(Visual(Box((a, b, plain(thickness))), rgba=_BLUE),)
-    )
+    return Shape(mass, inertia=inertia, visuals=(Visual(Box((a, b, thickness)), rgba=_BLUE),))
 
 
 def disk(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
@@ -218,7 +221,7 @@ def disk(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
         >>> mq.disk(2.0, 1.0).inertia[2]
         1.0
     """
-    mass, radius = plain(mass), plain(radius)
+    mass, radius = plain(mass), extent(radius, "radius")
     inertia = (mass * radius**2 / 4, mass * radius**2 / 4, mass * radius**2 / 2, 0.0, 0.0, 0.0)
     return Shape(mass, inertia=inertia, visuals=(Visual(Cylinder(radius, thickness), rgba=_BLUE),))
 
@@ -238,7 +241,7 @@ def ring(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
         >>> mq.ring(2.0, 1.0).inertia[2]
         2.0
     """
-    mass, radius = plain(mass), plain(radius)
+    mass, radius = plain(mass), extent(radius, "radius")
     inertia = (mass * radius**2 / 2, mass * radius**2 / 2, mass * radius**2, 0.0, 0.0, 0.0)
     return Shape(
         mass,
@@ -262,7 +265,8 @@ def cylinder(mass: Scalar, radius: Scalar, length: Scalar) -> Shape:
         >>> mq.cylinder(2.0, 1.0, 3.0).inertia[2]
         1.0
     """
-    mass, radius, length = plain(mass), plain(radius), plain(length)
+    mass = plain(mass)
+    radius, length = extent(radius, "radius"), extent(length, "length")
     across = mass * (3 * radius**2 + length**2) / 12
     inertia = (across, across, mass * radius**2 / 2, 0.0, 0.0, 0.0)
     return Shape(mass, inertia=inertia, visuals=(Visual(Cylinder(radius, length), rgba=_BLUE),))
@@ -282,7 +286,7 @@ def ball(mass: Scalar, radius: Scalar) -> Shape:
         >>> mq.ball(5.0, 1.0).inertia[0]
         2.0
     """
-    mass, radius = plain(mass), plain(radius)
+    mass, radius = plain(mass), extent(radius, "radius")
     i = 2 * mass * radius**2 / 5
     return Shape(
         mass, inertia=(i, i, i, 0.0, 0.0, 0.0), visuals=(Visual(Sphere(radius), rgba=_ORANGE),)
@@ -303,7 +307,7 @@ def shell(mass: Scalar, radius: Scalar) -> Shape:
         >>> mq.shell(3.0, 1.0).inertia[0]
         2.0
     """
-    mass, radius = plain(mass), plain(radius)
+    mass, radius = plain(mass), extent(radius, "radius")
     i = 2 * mass * radius**2 / 3
     return Shape(
         mass,
@@ -327,7 +331,8 @@ def cone(mass: Scalar, radius: Scalar, height: Scalar) -> Shape:
         >>> mq.cone(1.0, 0.5, 4.0).center
         (0.0, 0.0, 3.0)
     """
-    mass, radius, height = plain(mass), plain(radius), plain(height)
+    mass = plain(mass)
+    radius, height = extent(radius, "radius"), extent(height, "height")
     across = 3 * mass * (4 * radius**2 + height**2) / 80
     inertia = (across, across, 3 * mass * radius**2 / 10, 0.0, 0.0, 0.0)
     base = Visual(Cylinder(radius, height / 8), Placement((0.0, 0.0, 15 * height / 16)), _BLUE)

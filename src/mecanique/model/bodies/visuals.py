@@ -2,14 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias, final
 
-from mecanique.model.expression import Scalar, plain
+from mecanique.errors import InputError
+from mecanique.model.expression import Scalar, Vector, finite, plain
 from mecanique.model.placement import Placement, rotate, vector
 
 Rgba: TypeAlias = "tuple[float, float, float, float]"
+
+_LONGEST = 1e100
+"""Squares of lengths up to it, times any mass up to it, are floats [m]."""
+
+
+def extent(length: Scalar, what: str) -> Scalar:
+    """Return a radius, edge or length as a plain scalar; letters may have any value.
+
+    Args:
+        length: [m].
+        what: what it is, for the message.
+
+    Raises:
+        InputError: if it is a number that is negative, not finite or too large.
+    """
+    length = plain(length)
+    if isinstance(length, float) and not 0 <= length <= _LONGEST:
+        raise InputError(f"expected a {what} from 0 to {_LONGEST:g} m, got {length:g}")
+    return length
+
+
+def extents(edges: Vector, what: str) -> tuple[Scalar, Scalar, Scalar]:
+    """Return three edges as plain scalars, as `extent` does.
+
+    Args:
+        edges: shape (3,) [m].
+        what: what they are the edges of, for the message.
+    """
+    a, b, c = (extent(edge, f"{what}'s edge") for edge in vector(edges, f"size of a {what}"))
+    return a, b, c
 
 
 @final
@@ -29,7 +61,7 @@ class Box:
     size: tuple[Scalar, Scalar, Scalar]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "size", vector(self.size, "size of a box"))
+        object.__setattr__(self, "size", extents(self.size, "box"))
 
 
 @final
@@ -51,8 +83,8 @@ class Cylinder:
     length: Scalar
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", plain(self.radius))
-        object.__setattr__(self, "length", plain(self.length))
+        object.__setattr__(self, "radius", extent(self.radius, "radius"))
+        object.__setattr__(self, "length", extent(self.length, "length"))
 
 
 @final
@@ -72,7 +104,7 @@ class Sphere:
     radius: Scalar
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", plain(self.radius))
+        object.__setattr__(self, "radius", extent(self.radius, "radius"))
 
 
 @final
@@ -95,6 +127,10 @@ class Mesh:
     uri: str
     path: Path | None = None
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        scale = tuple(finite(x, "scale of a mesh") for x in vector(self.scale, "scale of a mesh"))
+        object.__setattr__(self, "scale", scale)
 
 
 Geometry: TypeAlias = Box | Cylinder | Sphere | Mesh
@@ -122,6 +158,19 @@ class Visual:
     placement: Placement = field(default_factory=Placement)
     rgba: Rgba | None = None
     name: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.geometry, Geometry):
+            raise InputError(f"expected a Box, Cylinder, Sphere or Mesh, got {self.geometry!r}")
+        if not isinstance(self.placement, Placement):
+            raise InputError(f"expected a Placement of a visual, got {self.placement!r}")
+        if self.rgba is not None:
+            if not isinstance(self.rgba, Iterable) or len(rgba := tuple(self.rgba)) != 4:
+                raise InputError(
+                    f"expected red, green, blue and opacity from 0 to 1, got {self.rgba!r}"
+                )
+            rgba = tuple(finite(share, "a color's share") for share in rgba)
+            object.__setattr__(self, "rgba", rgba)
 
     def at(self, place: Placement) -> Visual:
         """Return the visual moved with a shape.

@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.model.bodies.tensor import tensor_of
+from mecanique.model.placement import pose_of
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import Document
 from mecanique.urdf.reading.joints import JointText
 from mecanique.urdf.reading.links import Link
 
 _TINY = 2.2e-16
+"""Pinocchio loses the lever of masses below [kg]."""
+
+_ROUNDING, _LEVER = 1e-14, 1e-12
+"""What a turn or an arm leaves of an inertia and of a lever that are zero, relative to size."""
 
 
 def check(document: Document, report: Report) -> None:
@@ -40,36 +50,81 @@ def _massless(document: Document, root: str, report: Report) -> None:
     order = [root]
     for name in order:
         order.extend(joint.child for joint in below.get(name, ()))
-    carried: dict[str, list[Link]] = {}
+    heavy: dict[str, bool] = {}
     for name in reversed(order):
-        # two are enough to distinguish none, one and several
-        heavy = [link for joint in below.get(name, ()) for link in carried[joint.child]][:2]
-        carried[name] = [*([] if links[name].massless else [links[name]]), *heavy][:2]
+        heavy[name] = not links[name].massless or any(
+            heavy[joint.child] for joint in below.get(name, ())
+        )
     for joint in document.joints:
         if not joint.moving or joint.armature or joint.name in document.mimics:
             continue
-        if not carried[joint.child]:
+        if not heavy[joint.child]:
             report.add("M206", joint.element, joint.where, "it moves nothing that has mass")
-        elif carried[joint.child] == [links[joint.child]] and _no_resistance(
-            joint, links[joint.child]
-        ):
-            report.add(
-                "M206",
-                joint.element,
-                joint.where,
-                f"link {joint.child!r} does not resist this motion",
-            )
+            continue
+        rigid = _rigid(links[joint.child], links, below)
+        if any(heavy[moving.child] for _, _, moving in rigid if moving is not None):
+            continue  # what moves further may resist in other positions
+        carried = [(link, pose) for link, pose, _ in rigid if not link.massless]
+        if _no_resistance(joint, carried):
+            names = " and ".join(repr(link.name) for link, _ in carried)
+            verb = "link {} does" if len(carried) == 1 else "links {} do"
+            message = f"{verb.format(names)} not resist this motion"
+            report.add("M206", joint.element, joint.where, message)
 
 
-def _no_resistance(joint: JointText, link: Link) -> bool:
-    """Whether a single body has neither inertia about the joint's axis nor mass along it."""
-    if joint.kind == "prismatic":
-        return link.mass == 0
-    if joint.kind in ("ball", "floating", "planar", "universal"):
-        return not any(link.inertia) and joint.kind != "floating" and not any(link.frame.xyz)
-    if any(link.inertia):
-        return False
-    length = math.hypot(*joint.axis)
-    (x, y, z), (a, b, c) = link.frame.xyz, (component / length for component in joint.axis)
-    lever = math.hypot(y * c - z * b, z * a - x * c, x * b - y * a)
-    return lever <= 1e-12 * max(1.0, math.hypot(x, y, z))
+def _rigid(
+    first: Link, links: Mapping[str, Link], below: Mapping[str, list[JointText]]
+) -> list[tuple[Link, Array, JointText | None]]:
+    """The links welded to one, with their poses in it, and the joints at which others move."""
+    found: list[tuple[Link, Array, JointText | None]] = [(first, np.eye(4), None)]
+    for link, pose, moving in found:
+        for joint in () if moving else below.get(link.name, ()):
+            place = pose @ pose_of(joint.origin)
+            found.append((links[joint.child], place, joint if joint.moving else None))
+    return found
+
+
+def _no_resistance(joint: JointText, carried: Sequence[tuple[Link, Array]]) -> bool:
+    """Whether a motion of the joint meets no inertia: its block of the mass matrix is singular."""
+    motions = _motions(joint)
+    inertia = np.zeros((6, 6))
+    size = 0.0
+    for link, pose in carried:
+        at = pose @ pose_of(link.frame)
+        turn, arm = at[:3, :3], at[:3, 3]
+        cross = np.array([[0, -arm[2], arm[1]], [arm[2], 0, -arm[0]], [-arm[1], arm[0], 0]])
+        tensor = turn @ tensor_of(link.inertia) @ turn.T
+        inertia += np.block(
+            [
+                [tensor - link.mass * cross @ cross, link.mass * cross],
+                [-link.mass * cross, link.mass * np.eye(3)],
+            ]
+        )
+        # what rounding leaves of an arm or a tensor that lies along the axis
+        size += _ROUNDING * float(np.trace(tensor)) + link.mass * _LEVER**2 * max(1.0, arm @ arm)
+    block = motions @ inertia @ motions.T
+    if len(block) == 1:
+        # a slide meets the mass, however small; a turn the inertia that is more than rounding
+        return bool(block[0, 0] <= (0.0 if joint.kind == "prismatic" else size))
+    scale = np.sqrt(np.maximum(np.diag(block), 1e-300))
+    return bool(np.linalg.eigvalsh(block / np.outer(scale, scale))[0] <= _LEVER)
+
+
+def _motions(joint: JointText) -> Array:
+    """The velocities of the child's origin that a joint allows: rows (ω, v), each shape (6,)."""
+    axis = np.array(joint.axis) / math.hypot(*joint.axis)
+    turns, slides = np.eye(6)[:3], np.eye(6)[3:]
+    match joint.kind:
+        case "prismatic":
+            return np.hstack([np.zeros(3), axis])[None]
+        case "planar":
+            across = np.linalg.svd(axis[None])[2][1:]
+            normal = np.hstack([axis, np.zeros(3)])[None]
+            return np.vstack([np.hstack([np.zeros((2, 3)), across]), normal])
+        case "ball":
+            return turns
+        case "universal":
+            return turns[:2]
+        case "floating":
+            return np.vstack([turns, slides])
+    return np.hstack([axis, np.zeros(3)])[None]

@@ -14,7 +14,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.model.placement import Placement
+from mecanique.model.placement import Placement, pose_of
 from mecanique.urdf.reading.joints import JointText
 
 _CLOSE = 1e-9
@@ -79,9 +79,9 @@ def in_joint(
         )
     joint = between[0]
     on_parent, on_child = (a, c) if a.link == joint.parent else (c, a)
-    inverse = np.linalg.inv(_matrix(joint.origin))
-    before = inverse @ _matrix(on_parent.place)
-    after = _matrix(on_child.place)
+    inverse = np.linalg.inv(pose_of(joint.origin))
+    before = inverse @ pose_of(on_parent.place)
+    after = pose_of(on_child.place)
     axis = np.asarray(joint.axis) / math.hypot(*joint.axis)
     along = before[:3, :3].T @ axis
     k = int(np.argmax(abs(along)))
@@ -118,10 +118,3 @@ def in_joint(
     return InJoint(
         joint.name, values[f"{what}_stiffness"][k], values[f"{what}_damping"][k], reference, turns
     )
-
-
-def _matrix(place: Placement) -> np.ndarray:
-    matrix = np.eye(4)
-    matrix[:3, :3] = place.rotation
-    matrix[:3, 3] = place.xyz
-    return matrix

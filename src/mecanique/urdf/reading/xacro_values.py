@@ -68,18 +68,19 @@ class Values:
 
         An argument and a property of one name are one letter if they have one value.
         """
-        from xacro import substitution_args_context
+        texts: dict[str, list[object]] = {name: [text] for name, text in self.arguments.items()}
+        if self._tables:  # noted by the library, which a plain URDF does without
+            from xacro import substitution_args_context
 
-        found: dict[str, list[object]] = {name: [text] for name, text in self.arguments.items()}
-        substitution_args_context["arg"] = self.arguments
-        for name, table in self._tables:
-            try:
-                value = table[name]
-            except Exception:
-                continue  # a block, or what can be computed inside of a macro only
-            found.setdefault(name, []).append(value)
-        substitution_args_context["arg"] = {}
-        numbers = {name: _number(values) for name, values in found.items()}
+            substitution_args_context["arg"] = self.arguments
+            for name, table in self._tables:
+                try:
+                    value = table[name]
+                except Exception:
+                    continue  # a block, or what can be computed inside of a macro only
+                texts.setdefault(name, []).append(value)
+            substitution_args_context["arg"] = {}
+        numbers = {name: _number(values) for name, values in texts.items()}
         return numbers | dict.fromkeys(self._redefined, "is defined more than once")
 
     def choose(self, wanted: Collection[str]) -> tuple[dict[str, float], list[str]]:

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, field
 from typing import final
 
+from mecanique.files import recognize
 from mecanique.safe_xml import Reader, XmlRefusedError
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
@@ -38,6 +39,10 @@ def parse(data: bytes | str, report: Report) -> Element | None:
         return None
     if not raw.strip():
         report.add("M002", 1, "", "the text is empty")
+        return None
+    if (mistaken := recognize(raw)) is not None:
+        name, remedy = mistaken
+        report.add("M005", 1, "", f"the file is {name}", remedy)
         return None
     builder = _Builder("UTF-8" if isinstance(data, str) else None)
     try:

@@ -1,0 +1,49 @@
+"""Files are written whole, and a fault names the file that was asked for."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import mecanique as mq
+from mecanique.cli import app
+from mecanique.files import write_whole
+
+
+def full(*_: object) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_a_full_disk_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = tmp_path / "motion.csv"
+    target.write_text("before")
+    with pytest.raises(OSError, match="No space left") as caught, write_whole(target):
+        full()
+    assert caught.value.filename == str(target)
+    assert target.read_text() == "before"
+    assert [path.name for path in tmp_path.iterdir()] == ["motion.csv"]
+    monkeypatch.setattr("os.fsync", full)
+    result = CliRunner().invoke(app, ["urdf", "simple_pendulum", "-o", str(tmp_path / "a.urdf")])
+    assert result.exit_code == 2
+    assert f"{tmp_path / 'a.urdf'}" in result.stderr
+    assert "No space left on device" in result.stderr
+
+
+def test_a_missing_folder_is_named_by_the_file(tmp_path: Path) -> None:
+    target = tmp_path / "nowhere" / "a.html"
+    with pytest.raises(OSError, match="No such file") as caught, write_whole(target):
+        pass
+    assert caught.value.filename == str(target)
+
+
+def test_what_is_named_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    done: list[str] = []
+    monkeypatch.setattr("os.fsync", lambda _: done.append("synced"))
+    replace = os.replace
+    monkeypatch.setattr("os.replace", lambda a, b: (done.append("named"), replace(a, b)))
+    mq.write_urdf(mq.textbook.load("simple_pendulum"), tmp_path / "a.urdf")
+    assert done == ["synced", "named"]
