@@ -13,7 +13,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.urdf.read import read_urdf
-from mecanique.urdf.reading.meshes import MeshSearch, OutsideError
+from mecanique.urdf.reading.packages import MeshSearch, OutsideError
 from mecanique.urdf.robots import robot, robots
 from mecanique.urdf.write import write_urdf
 

@@ -12,10 +12,11 @@ from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
+from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.placement import Placement
 from mecanique.urdf.lint.sides import mirror_name
 from mecanique.urdf.lint.solids import solid_of
+from mecanique.urdf.meshes import read_mesh
 
 EDGES = (0.2, 0.3, 0.5)
 CORNERS = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
@@ -95,6 +96,84 @@ def test_a_mesh_is_the_solid_it_encloses(
     a, b, c = EDGES
     moments = 81 / 12 * np.array([b * b + c * c, a * a + c * c, a * a + b * b])
     assert np.allclose(link.inertia, np.diag(moments), rtol=1e-6, atol=1e-9)
+
+
+def test_a_mirrored_and_turned_mesh_is_the_same_solid(tmp_path: Path) -> None:
+    write_mesh(tmp_path / "block.stl")
+    place = Placement((7.0, -5.0, 9.0), (0.4, 0.5, 0.6))
+    mirrored = (0.001, -0.001, 0.001)
+    solid = solid_of([Visual(Mesh("", tmp_path / "block.stl", mirrored), place)], meshes=True)
+    middle = np.array(EDGES) / 2 * (1, -1, 1)
+    same = solid_of([Visual(Box(EDGES), place)], meshes=False)
+    assert solid is not None
+    assert same is not None
+    assert (solid.kind, solid.volume) == ("mesh", pytest.approx(0.03, rel=1e-12))
+    turn = np.array(place.rotation, float)
+    assert np.allclose(solid.center, same.center + turn @ middle, rtol=1e-14, atol=0)
+    assert np.allclose(solid.inertia, same.inertia, rtol=0, atol=1e-15)
+
+
+HEAD = b"\0" * 80
+DOUBLED = "".join(
+    f'<node id="n{k}"><instance_node url="#n{k + 1}"/><instance_node url="#n{k + 1}"/></node>'
+    for k in range(35)
+)
+SCENE = """<COLLADA><library_visual_scenes><visual_scene id="s"><node><instance_node url="#n0"/>
+</node>{}<node id="n35"/></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.stl", HEAD + (50_000_000).to_bytes(4, "little"), "one that breaks off"),
+        (
+            "b.stl",
+            b"version https://git-lfs.github.com/spec/v1",
+            "a pointer of Git LFS to the file",
+        ),
+        ("c.stl", b"", "holds no triangles"),
+        ("d.stl", b"solid a\nendsolid a", "it holds no triangles"),
+        ("e.stl", b"solid vertex 0 0 0 vertex 1 0 0 vertex 0 1 0", "it encloses no volume"),
+        ("a.dae", SCENE.format(DOUBLED).encode(), "at most 100,000 nodes and instances"),
+        ("b.dae", b'<COLLADA><asset><unit meter="x"/></asset></COLLADA>', "missing or wrong"),
+        ("a.obj", b"v 0 0\n", "line 1: expected numbers, got 'v 0 0'"),
+        ("b.obj", b"v 0 0 0\nf 1 9223372036854775809 1\n", "line 2: expected numbers"),
+        ("a.ply", b"ply", "expected STL, OBJ or DAE, got 'ply'"),
+    ],
+)
+def test_meshes_that_cannot_be_read_are_found(
+    tmp_path: Path, name: str, content: bytes, said: str
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    file = robot(tmp_path, f'<mesh filename="{name}"/>')
+    (finding,) = (f for f in mq.lint(file, meshes=True) if f.code == "M508")
+    assert said in finding.message
+    assert str(tmp_path / name) in finding.message
+    assert said in str(mq.compare_inertias(file))
+
+
+def test_large_meshes_are_refused_before_they_are_held(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    count = 2_000_001
+    path = tmp_path / "a.stl"
+    with path.open("wb") as file:
+        file.write(HEAD + count.to_bytes(4, "little"))
+        file.truncate(84 + 50 * count)
+    with pytest.raises(mq.InputError, match="at most 100,000,000 bytes, got 100,000,134"):
+        read_mesh(path)
+    monkeypatch.setattr("mecanique.urdf.meshes.MOST_BYTES", 200_000_000)
+    with pytest.raises(mq.InputError, match="at most 2,000,000 triangles, got 2,000,001"):
+        read_mesh(path)
+    monkeypatch.setattr("mecanique.urdf.meshes.MOST_TRIANGLES", 1)
+    for name, text in (
+        ("a.obj", "v 0 0 0\n" * 4 + "f 1 2 3 4\n"),
+        ("b.stl", "solid " + "vertex 0 0 0 " * 6),
+    ):
+        (tmp_path / name).write_text(text)
+        with pytest.raises(mq.InputError, match="at most 1 triangles, got 2"):
+            read_mesh(tmp_path / name)
 
 
 def test_the_copy_has_the_inertias_by_shape(tmp_path: Path) -> None:

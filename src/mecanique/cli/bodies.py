@@ -45,8 +45,8 @@ def inertia(
 ) -> None:
     """Compare masses and inertias with those of homogeneous bodies of the same shape.
 
-    Primitives are computed in closed form, meshes by trimesh (extra 'mesh'); a mesh with holes
-    stands for its convex hull.
+    Primitives are computed in closed form, meshes (STL, OBJ, COLLADA) by their triangles; a mesh
+    with holes stands for its convex hull.
     """
     path = find_file(file)
     if path.suffix == ".xacro":

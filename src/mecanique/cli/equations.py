@@ -253,8 +253,7 @@ def verify(
 @click.option(
     "--meshes",
     is_flag=True,
-    help="Read mesh files, too, for centers of mass outside of them and impossible "
-    "densities (extra 'mesh').",
+    help="Read mesh files, too, for centers of mass outside of them and impossible densities.",
 )
 @report_errors
 @reads_files

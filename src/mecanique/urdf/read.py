@@ -28,7 +28,7 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.document import Document, Source, read_document
 from mecanique.urdf.reading.letters import with_armature, with_letters
-from mecanique.urdf.reading.meshes import PackagePath
+from mecanique.urdf.reading.packages import PackagePath
 from mecanique.urdf.reading.xacro_values import Letters
 from mecanique.urdf.toml_loops import with_loops
 from mecanique.urdf.xacro_letters import with_properties

@@ -10,7 +10,7 @@ from mecanique.model.mechanism.origin import Finding
 from mecanique.urdf.lint import added, blanks, engines, homogeneous, masses, sides, spelling, units
 from mecanique.urdf.read import mechanism_of
 from mecanique.urdf.reading.document import Source, read_document
-from mecanique.urdf.reading.meshes import PackagePath
+from mecanique.urdf.reading.packages import PackagePath
 
 
 def lint(
@@ -31,13 +31,13 @@ def lint(
             AMENT_PREFIX_PATH.
         arguments: values of the arguments of a xacro file, which is expanded first.
         meshes: whether to read mesh files, too, for centers of mass outside of them and densities
-            that no material has (extra `mesh`).
+            that no material has.
 
     Returns:
         What was found, to print or to loop over.
 
     Raises:
-        InputError: if it is neither a path nor a text, or if trimesh is needed and not installed.
+        InputError: if it is neither a path nor a text.
 
     Example:
         >>> len(mq.lint(mq.write_urdf(mq.textbook.load('rigid_bar_pendulum'))))

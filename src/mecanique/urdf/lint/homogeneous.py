@@ -21,7 +21,7 @@ from mecanique.urdf.lint.blanks import start_tag
 from mecanique.urdf.lint.solids import Solid, solid_of
 from mecanique.urdf.reading.document import read_document
 from mecanique.urdf.reading.links import ENTRIES, Link
-from mecanique.urdf.reading.meshes import PackagePath
+from mecanique.urdf.reading.packages import PackagePath
 
 _OUTSIDE = 0.02
 """How far outside of its shape a center of mass may lie, relative to the shape's diagonal."""
@@ -72,6 +72,7 @@ class Inertias:
         unknown: the names of links with mass whose shape is not.
         collisions: whether the shapes are those of <collision>.
         elsewhere: those of the unknown with a shape of the other kind.
+        faults: the meshes that cannot be read, with the reason.
         text: of the file.
         elements: of the links, by name.
     """
@@ -80,6 +81,7 @@ class Inertias:
     unknown: tuple[str, ...]
     collisions: bool
     elsewhere: tuple[str, ...]
+    faults: tuple[str, ...]
     text: bytes
     elements: dict[str, Element]
 
@@ -102,6 +104,7 @@ class Inertias:
             other = "<visual> (without" if self.collisions else "<collision> (with"
             names = ", ".join(self.elsewhere)
             lines.append(f"shapes in {other} --collisions) alone: {names}")
+        lines += self.faults
         return "\n".join(lines) or "no link has a mass or a closed shape"
 
     def to_json(self) -> str:
@@ -165,7 +168,7 @@ def compare_inertias(
 
     Raises:
         UrdfError: if the file cannot be read.
-        InputError: if the density is not positive, or trimesh is needed and not installed.
+        InputError: if the density is not positive.
 
     Example:
         >>> print(mq.compare_inertias(mq.robot("double_pendulum")).links[0].solid.kind)
@@ -177,22 +180,24 @@ def compare_inertias(
     report.refuse(strict=False)
     if document is None:
         raise InputError(f"expected a URDF file, got {path!r}")
-    found, unknown, elsewhere = [], [], []
+    known, unknown, elsewhere = [], [], []
+    faults: list[str] = []
     for link in document.links:
         taken, others = link.visuals, link.collisions
         if collisions:
             taken, others = others, taken
-        solid = solid_of(taken, meshes=True)
+        solid = solid_of(taken, meshes=True, faults=faults)
         if solid is not None:
-            found.append(_compare(link, solid, density))
+            known.append(_compare(link, solid, density))
         elif link.mass:
             unknown.append(link.name)
             elsewhere += [link.name] if others else []
     return Inertias(
-        links=tuple(found),
+        links=tuple(known),
         unknown=tuple(unknown),
         collisions=collisions,
         elsewhere=tuple(elsewhere),
+        faults=tuple(dict.fromkeys(faults)),
         text=document.text,
         elements={link.name: link.element for link in document.links},
     )
@@ -210,7 +215,10 @@ def check(link: Link, report: Report, *, meshes: bool) -> None:
         return
     # what is drawn may lack a motor; what collides may be larger than the part
     shapes = (*link.visuals, *link.collisions)
-    whole = solid_of(shapes, meshes=meshes)
+    faults: list[str] = []
+    whole = solid_of(shapes, meshes=meshes, faults=faults)
+    for fault in dict.fromkeys(faults):
+        report.add("M508", link.element, link.where, fault)
     if whole is None:
         return
     off = whole.outside(np.array(link.frame.xyz, float))

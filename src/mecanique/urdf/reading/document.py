@@ -17,8 +17,8 @@ from mecanique.urdf.reading.extensions import Extensions, read_extensions, with_
 from mecanique.urdf.reading.fields import name_of
 from mecanique.urdf.reading.joints import JointText, read_joints
 from mecanique.urdf.reading.links import Link, implied_world, read_links
-from mecanique.urdf.reading.meshes import MeshSearch, PackagePath
 from mecanique.urdf.reading.mimic import Follower, followers
+from mecanique.urdf.reading.packages import MeshSearch, PackagePath
 from mecanique.urdf.reading.pictures import Pictures
 from mecanique.urdf.reading.structure import root_of
 from mecanique.urdf.reading.xacro import expand

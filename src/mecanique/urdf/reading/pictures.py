@@ -9,7 +9,7 @@ from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Rgba, 
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.fields import number, numbers, placement, single
-from mecanique.urdf.reading.meshes import MeshSearch, OutsideError
+from mecanique.urdf.reading.packages import MeshSearch, OutsideError
 
 _SHAPES = ("box", "cylinder", "sphere", "mesh")
 

@@ -12,7 +12,7 @@ from typing import Any
 from xml.dom import minidom
 
 from mecanique.urdf.findings import Report
-from mecanique.urdf.reading.meshes import MeshSearch
+from mecanique.urdf.reading.packages import MeshSearch
 from mecanique.urdf.reading.xacro_places import Places
 from mecanique.urdf.reading.xacro_values import Values
 

@@ -36,4 +36,11 @@ RULES = (
         "Contact is not modeled: bodies pass through one another; MuJoCo and Drake collide them.",
         "Know it when comparing.",
     ),
+    Rule(
+        "M508",
+        "unreadable-mesh",
+        "warning",
+        "Neither its volume nor its inertia is known, and no page shows it.",
+        "Write it as STL, OBJ or COLLADA again.",
+    ),
 )

@@ -17,8 +17,8 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from mecanique.urdf.meshes import Surface
 from mecanique.viewing.page.keyframes import varints
-from mecanique.viewing.page.meshes.surface import Surface
 from mecanique.viewing.scene.scene import Floats, Rgba
 
 STEPS = 2**13

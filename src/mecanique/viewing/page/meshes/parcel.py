@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from mecanique.errors import InputError
+from mecanique.urdf.meshes import read_mesh
 from mecanique.viewing.page.meshes.packing import PackedSurface, pack_surfaces
-from mecanique.viewing.page.meshes.reading import read_mesh
 from mecanique.viewing.scene.scene import GREY, SceneBody, Shape
 
 
