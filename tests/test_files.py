@@ -44,6 +44,11 @@ def test_what_is_named_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.Monkey
     done: list[str] = []
     monkeypatch.setattr("os.fsync", lambda _: done.append("synced"))
     replace = os.replace
-    monkeypatch.setattr("os.replace", lambda a, b: (done.append("named"), replace(a, b)))
+
+    def name(part: Path, whole: Path) -> None:
+        done.append("named")
+        replace(part, whole)
+
+    monkeypatch.setattr("os.replace", name)
     mq.write_urdf(mq.textbook.load("simple_pendulum"), tmp_path / "a.urdf")
     assert done == ["synced", "named"]

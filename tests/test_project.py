@@ -104,6 +104,24 @@ def test_the_recipe_has_every_dependency() -> None:
     assert set(re.findall(r"- (.+)", run)) == {"python >=3.10", *wanted}
 
 
+def test_the_constraints_name_every_dependency_and_no_place() -> None:
+    text = read(".ci/constraints.txt")
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    shape = r"[\w.-]+==[\w.+!]+(?: ; python_version >= \"3\.\d+\")?"
+    assert [line for line in lines if not re.fullmatch(shape, line)] == []
+    pinned = {re.sub(r"[-_.]+", "-", line.partition("==")[0]).lower() for line in lines}
+    project = pytest.importorskip("tomllib").loads(read("pyproject.toml"))["project"]
+    extras = project["optional-dependencies"]
+    wanted = [
+        *project["dependencies"],
+        *(one for name in ("test", "docs", "lint") for one in extras[name]),
+    ]
+    elsewhere = {"tomli"}  # of Python 3.10 alone
+    for requirement in wanted:
+        name = re.split(r"[ ;<>=\[]", requirement)[0].lower()
+        assert name in pinned | elsewhere, name
+
+
 def test_the_paper_cites_what_it_lists() -> None:
     listed = set(re.findall(r"^@\w+\{(\w+),", read("docs/paper/paper.bib"), re.MULTILINE))
     assert set(re.findall(r"@(\w+)", read("docs/paper/paper.md"))) == listed

@@ -10,7 +10,7 @@ import pytest
 import mecanique as mq
 from mecanique.urdf import read_urdf
 from mecanique.urdf.lint import find_balances, lint, mend
-from mecanique.urdf.lint.balance import nearest_inertia
+from mecanique.urdf.lint.repair import nearest_inertia
 
 ARM = """<robot name="r">
 <link name="base"/>

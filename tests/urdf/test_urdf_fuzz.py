@@ -13,8 +13,8 @@ from urdf_mutations import SAMPLE, STRANGE, mutated, outcome
 import mecanique as mq
 from mecanique.safe_xml import MOST_ELEMENTS
 from mecanique.urdf.lint import lint
+from mecanique.urdf.parse import MOST_BYTES
 from mecanique.urdf.read import read_urdf
-from mecanique.urdf.xml.parse import MOST_BYTES
 
 
 def test_the_sample_is_read() -> None:

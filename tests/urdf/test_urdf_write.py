@@ -55,7 +55,7 @@ from mecanique.model.placement import rotation
 from mecanique.textbook import load, names
 from mecanique.urdf import write_urdf
 from mecanique.urdf.dialect import EXTENSIONS, SPRING_DAMPER
-from mecanique.urdf.writing.chains import chains
+from mecanique.urdf.write import chains
 
 DRAKE = "{http://drake.mit.edu}"
 FILES = Path(__file__).parents[2] / "urdf"

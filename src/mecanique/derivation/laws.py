@@ -7,7 +7,7 @@ bodies cut free use the pull. A load on a single body needs no law: its componen
 
 To add a force: its class in `mecanique.model.forces` and that module's export in the two
 `__init__` files, its laws here and in `mecanique.reference.engine.forces.laws`, its tag in
-`mecanique.urdf.writing.forces` and, if the tag is read back, `mecanique.urdf.reading.extensions`.
+`mecanique.urdf.write` and, if the tag is read back, `mecanique.urdf.reading.extensions`.
 """
 
 from __future__ import annotations

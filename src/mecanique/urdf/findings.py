@@ -8,7 +8,7 @@ from typing import final
 
 from mecanique.errors import UrdfError
 from mecanique.model.mechanism.origin import Finding
-from mecanique.urdf.element import Element
+from mecanique.urdf.markup import Element
 from mecanique.urdf.rules import RULES, Rule
 
 _MOST_LISTED = 40

@@ -27,11 +27,10 @@ from mecanique.urdf.dialect import SCREW, WORLD
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.document import Document, Source, read_document
-from mecanique.urdf.reading.letters import with_armature, with_letters
+from mecanique.urdf.reading.letters import with_armature, with_letters, with_properties
 from mecanique.urdf.reading.packages import PackagePath
-from mecanique.urdf.reading.xacro_values import Letters
+from mecanique.urdf.reading.xacro import Letters
 from mecanique.urdf.toml_loops import with_loops
-from mecanique.urdf.xacro_letters import with_properties
 
 GRAVITY = (0.0, 0.0, -9.81)
 """Acceleration of free fall that a URDF does not state [m/s²]."""

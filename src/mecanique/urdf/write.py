@@ -2,40 +2,42 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias, final
 
-from mecanique.errors import UrdfError
+from mecanique.errors import InputError, UrdfError
 from mecanique.files import write_whole
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Visual
-from mecanique.model.expression import plain, symbols_in
-from mecanique.model.joint_base import Single
+from mecanique.model.expression import Scalar, plain, symbols_in
+from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, loads_in
+from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring, Spring
+from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Helical, Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement
+from mecanique.model.placement import Matrix3, Placement, rotate, rotation
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
+    BUSHING,
     DRAKE_JOINT,
     DRAKE_NAMESPACE,
     OWN_NAMESPACE,
     SCREW,
+    SPRING_DAMPER,
     UNBOUNDED,
     WORLD,
+    Extension,
 )
-from mecanique.urdf.reading.constraints.loops import has_own_loops
-from mecanique.urdf.writing.chains import SimpleJoint, chains, free_name
-from mecanique.urdf.writing.forces import (
-    dynamics,
-    ends_of_tags,
-    forces_and_loops,
-    format_scalars,
-    load_lines,
-)
-from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers, text
+from mecanique.urdf.markup import Comment, Node, Tag, number, numbers, text
+from mecanique.urdf.reading.contacts import contact_tag
+from mecanique.urdf.reading.elements import element_nodes
+from mecanique.urdf.reading.loops import has_own_loops, loop_nodes
+from mecanique.urdf.reading.velocities import constraint_node
 
 _KNOWN_COLORS: dict[Rgba, str] = {
     (0.0, 0.447, 0.698, 1.0): "blue",
@@ -64,7 +66,7 @@ def write_urdf(
     - the armature of a joint becomes the rotor inertia of an actuator with gear ratio 1;
     - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`;
     - other loops become `mecanique:loop`, what rolls `mecanique:rolling`, a blade `mecanique:blade`
-      and a cord `mecanique:cord`, as `mecanique.urdf.reading.constraints` describes them; other
+      and a cord `mecanique:cord`, as `mecanique.urdf.reading.elements` describes them; other
       programs ignore these, so their loops are open and their wheels slip.
 
     A joint that follows one other joint linearly gets a `mimic`; other maps are comments, and the
@@ -331,3 +333,309 @@ def _colors(mechanism: Mechanism) -> dict[Rgba, str]:
             if visual.rgba is not None and visual.rgba not in colors:
                 colors[visual.rgba] = _KNOWN_COLORS.get(visual.rgba, f"color{len(colors) + 1}")
     return colors
+
+
+Kind: TypeAlias = Literal["fixed", "continuous", "revolute", "prismatic", "floating", "ball"]
+
+
+@final
+@dataclass(frozen=True)
+class SimpleJoint:
+    """A joint of URDF.
+
+    Args:
+        name: its name.
+        kind: its type; "ball" for the type that only Drake has.
+        parent: name of the parent link.
+        child: name of the child link.
+        coordinate: name of its coordinate, if it has one alone.
+        xyz: shape (3,), position of its frame in the parent [m].
+        rpy: shape (3,), orientation of its frame in the parent [rad].
+        axis: shape (3,), None for a joint without.
+        limits: bounds, if any.
+    """
+
+    name: str
+    kind: Kind
+    parent: str
+    child: str
+    coordinate: str | None = None
+    xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axis: tuple[float, float, float] | None = None
+    limits: Limits | None = None
+
+
+def chains(
+    mechanism: Mechanism, spherical: Literal["ball", "floating"] = "ball"
+) -> dict[str, tuple[SimpleJoint, ...]]:
+    """Return the simple joints of each joint, by its name; the last has its name and child.
+
+    Args:
+        mechanism: the mechanism.
+        spherical: the type a `Spherical` joint becomes.
+    """
+    if spherical not in ("ball", "floating"):
+        raise InputError(f"expected 'ball' or 'floating' for a spherical joint, got {spherical!r}")
+    joints = {joint.name for joint in mechanism.joints}
+    links = {body.name for body in mechanism.bodies}
+    return {
+        joint.name: tuple(_chain(mechanism, joint, spherical, joints, links))
+        for joint in mechanism.joints
+    }
+
+
+def free_name(name: str, taken: Iterable[str]) -> str:
+    """Return the name, with underscores behind it until it is none of those taken."""
+    taken = set(taken)
+    while name in taken:
+        name += "_"
+    return name
+
+
+def _chain(
+    mechanism: Mechanism,
+    joint: Joint,
+    spherical: Literal["ball", "floating"],
+    joints: set[str],
+    links: set[str],
+) -> list[SimpleJoint]:
+    types: dict[str, Kind] = {
+        "fixed": "fixed",
+        "turn": "continuous",
+        "slide": "prismatic",
+        "ball": spherical,
+        "free": "floating",
+    }
+    chain: list[SimpleJoint] = []
+    parent = joint.parent
+    for motion in joint.chain:
+        name, child, kind = joint.name, joint.child, types[motion.kind]
+        axis = motion.axis if kind in ("continuous", "prismatic") else None
+        limits = None
+        if motion.part:
+            name = free_name(f"{name}_{motion.part}", joints)
+            child = free_name(f"{child}_{motion.part}", links)
+            joints.add(name)
+            links.add(child)
+        elif isinstance(joint, Single):
+            limits = joint.limits
+            if kind == "continuous" and limits is not None and limits.bounded:
+                kind = "revolute"
+        coordinate = motion.coordinates[0] if axis is not None else None
+        chain.append(SimpleJoint(name, kind, parent, child, coordinate, axis=axis, limits=limits))
+        parent = child
+    place = joint.origin
+    x, y, z = mechanism.evaluate_all(place.xyz)
+    roll, pitch, yaw = mechanism.evaluate_all(place.rpy)
+    chain[0] = replace(chain[0], xyz=(x, y, z), rpy=(roll, pitch, yaw))
+    return chain
+
+
+def ends_of_tags(mechanism: Mechanism) -> set[str]:
+    """Return the names of the bodies at which a spring, a damper, a loop or a cord ends.
+
+    Args:
+        mechanism: whose forces and loops they are.
+    """
+    ends: set[str] = set()
+    for force in mechanism.forces:
+        if isinstance(force, LineLoad):
+            ends.update(force.bodies)
+        elif isinstance(force, JointSpring):
+            joint = mechanism.joint(force.joint)
+            ends |= {joint.parent, joint.child}
+    for closure in (*mechanism.loops, *mechanism.elements):
+        ends |= {*closure.bodies}
+    for contact in mechanism.contacts:
+        ends |= {contact.body, contact.on}
+    return ends
+
+
+def forces_and_loops(
+    mechanism: Mechanism, anchors: Mapping[str, str], *, mimicked: bool
+) -> Iterator[Node]:
+    """Give the tags of springs, dampers, loops and cords, each after a comment with its name.
+
+    Args:
+        mechanism: whose forces and loops they are.
+        anchors: body -> the link that stands for it in the tags.
+        mimicked: whether mimic joints say all that the coordinate map does.
+    """
+    for force in mechanism.forces:
+        match force:
+            case Spring():
+                yield from _spring(mechanism, force, anchors)
+            case Damper():
+                yield Comment(f"damper {force.name}")
+                constants = {
+                    "free_length": 1.0,
+                    "stiffness": 0.0,
+                    "damping": mechanism.evaluate(force.damping),
+                }
+                yield _between(mechanism, force, anchors, constants)
+            case JointSpring():
+                yield from _joint_spring(mechanism, force, anchors)
+            case JointDamper() | BodyLoad() | JointForce():
+                pass  # written by `dynamics` and `load_lines`
+            case _:
+                yield Comment(f"{force.kind} {force.name}: URDF has no tag for it")
+    for loop in mechanism.loops:
+        yield from loop_nodes(mechanism, loop, anchors)
+    for contact in mechanism.contacts:
+        yield contact_tag(mechanism, contact, anchors)
+    for constraint in mechanism.velocity_constraints:
+        yield constraint_node(mechanism, constraint)
+    yield from element_nodes(mechanism, anchors, mimicked=mimicked)
+
+
+def dynamics(mechanism: Mechanism, joint: str, where: str) -> Iterator[Tag]:
+    """Yield the element with a joint's damping, if it has any."""
+    dampers = loads_in(mechanism.forces, joint, "damper")
+    if dampers:
+        damping = sum(mechanism.evaluate(damper.coefficient) for damper in dampers)
+        yield Tag("dynamics", damping=number(damping, where))
+
+
+def load_lines(mechanism: Mechanism) -> Iterator[str]:
+    """Describe, in a line each, loads and drives that URDF cannot express."""
+    for force in mechanism.forces:
+        if isinstance(force, BodyLoad):
+            wrench = force.wrench
+            body, axes = wrench.body, f"axes of {wrench.axes}"
+            if wrench.force is not None:
+                at = f"{body} at ({format_scalars(*wrench.point)})"
+                yield f"{force.name}: force ({format_scalars(*wrench.force)}) N on {at}, {axes}"
+            if wrench.torque is not None:
+                torque = format_scalars(*wrench.torque)
+                yield f"{force.name}: torque ({torque}) N·m on {body}, {axes}"
+        elif isinstance(force, JointLoad) and force.kind == "load":
+            drive = format_scalars(force.coefficient)
+            yield f"{force.name}: {drive} on the child of joint {force.joint}"
+
+
+def format_scalars(*scalars: Scalar) -> str:
+    """Return scalars as text that reads back to the same numbers."""
+    return ", ".join(number(s, "a load") if isinstance(s, float) else str(s) for s in scalars)
+
+
+def _spring(mechanism: Mechanism, spring: Spring, anchors: Mapping[str, str]) -> Iterator[Node]:
+    stiffness, free = mechanism.evaluate_all((spring.stiffness, spring.free_length))
+    if free > 0:
+        yield Comment(f"spring {spring.name}")
+        constants = {"free_length": free, "stiffness": stiffness, "damping": 0.0}
+        yield _between(mechanism, spring, anchors, constants)
+        return
+    where = f"spring {spring.name!r}"
+    ends = (
+        f"{end.body} ({numbers(mechanism.evaluate_all(end.point), where)})" for end in spring.ends
+    )
+    yield Comment(
+        f"spring {spring.name}: {number(stiffness, spring.name)} N/m, free length 0, "
+        f"from {' to '.join(ends)};",
+        "no tag, because Drake demands a free length above zero",
+    )
+
+
+def _between(
+    mechanism: Mechanism,
+    force: LineLoad,
+    anchors: Mapping[str, str],
+    constants: Mapping[str, float],
+) -> Tag:
+    where = f"force {force.name!r}"
+    point_a, point_b = map(mechanism.evaluate_all, (force.point_a, force.point_b))
+    contents = {
+        "body_a": anchors.get(force.body_a, force.body_a),
+        "point_a": numbers(point_a, where),
+        "body_b": anchors.get(force.body_b, force.body_b),
+        "point_b": numbers(point_b, where),
+        **{role: number(value, where) for role, value in constants.items()},
+    }
+    return _extension(SPRING_DAMPER, contents)
+
+
+def _joint_spring(
+    mechanism: Mechanism, spring: JointSpring, anchors: Mapping[str, str]
+) -> Iterator[Node]:
+    """A bushing between two frames with x along the joint's axis; A stands at the reference."""
+    joint = mechanism.joint(spring.joint)
+    if not isinstance(joint, Single):
+        return
+    where = f"spring {spring.name!r}"
+    reference, stiffness = mechanism.evaluate_all((spring.reference, spring.stiffness))
+    across = _x_along(joint.axis)
+    origin = mechanism.evaluate_all(joint.origin.xyz)
+    place = rotation(mechanism.evaluate_all(joint.origin.rpy))
+    in_parent = _product(place, across)
+    if joint.turns:
+        c, s = math.cos(reference), math.sin(reference)
+        in_parent = _product(in_parent, ((1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c)))
+        turning, pushing = (stiffness, 0.0, 0.0), (0.0, 0.0, 0.0)
+        yield Comment(
+            f"spring {spring.name}: {number(stiffness, where)} N·m/rad about joint {joint.name} "
+            f"from {number(reference, where)} rad; the same within half a turn"
+        )
+    else:
+        axis = _times(place, joint.axis)
+        origin = [o + reference * a for o, a in zip(origin, axis, strict=True)]
+        turning, pushing = (0.0, 0.0, 0.0), (stiffness, 0.0, 0.0)
+        yield Comment(
+            f"spring {spring.name}: {number(stiffness, where)} N/m along joint {joint.name} "
+            f"from {number(reference, where)} m"
+        )
+    frame_a, frame_c = f"{spring.name}_frame_A", f"{spring.name}_frame_C"
+    for name, link, xyz, turn in (
+        (frame_a, joint.parent, origin, in_parent),
+        (frame_c, joint.child, (0.0, 0.0, 0.0), across),
+    ):
+        yield Tag(
+            "frame",
+            name=name,
+            link=anchors.get(link, link),
+            xyz=numbers(xyz, where),
+            rpy=numbers(_rpy(turn), where),
+        )
+    contents = {
+        "frame_a": frame_a,
+        "frame_c": frame_c,
+        "torque_stiffness": numbers(turning, where),
+        "torque_damping": "0 0 0",
+        "force_stiffness": numbers(pushing, where),
+        "force_damping": "0 0 0",
+    }
+    yield _extension(BUSHING, contents)
+
+
+def _extension(extension: Extension, contents: dict[str, str]) -> Tag:
+    children = (
+        Tag(child.tag, **{child.attribute: contents[role]})
+        for role, child in extension.children.items()
+    )
+    return Tag(extension.tag, *children)
+
+
+def _x_along(axis: tuple[float, float, float]) -> Matrix3:
+    """A rotation that takes x to the axis."""
+    x, y, z = axis
+    pitch, yaw = math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)
+    return rotation((0.0, pitch, yaw))
+
+
+def _product(a: Matrix3, b: Matrix3) -> Matrix3:
+    columns = [_times(a, column) for column in zip(*b, strict=True)]
+    return tuple(zip(*columns, strict=True))
+
+
+def _times(matrix: Matrix3, vector: tuple[float, ...]) -> tuple[float, float, float]:
+    x, y, z = map(float, rotate(matrix, vector))
+    return x, y, z
+
+
+def _rpy(turn: Matrix3) -> tuple[float, float, float]:
+    """Roll, pitch, yaw of a rotation (inverse of the URDF formula)."""
+    (r00, r01, _), (r10, r11, _), (r20, r21, r22) = turn
+    level = math.hypot(r00, r10)
+    if level > 1e-12:
+        return math.atan2(r21, r22), math.atan2(-r20, level), math.atan2(r10, r00)
+    return 0.0, math.atan2(-r20, level), math.atan2(-r01, r11)

@@ -12,8 +12,8 @@ from mecanique.generation.targets.target import Cases
 from mecanique.model import Body, Mechanism, Parameter, Prismatic, box
 from mecanique.reference.originals.original import ByJoint, Original
 from mecanique.textbook.system import System
-from mecanique.urdf.element import Element
-from mecanique.urdf.lint.added import AddedRule
+from mecanique.urdf.lint.check import AddedRule
+from mecanique.urdf.markup import Element
 from mecanique.urdf.rules import Rule
 from mecanique.verification.originals.engines import Engine
 

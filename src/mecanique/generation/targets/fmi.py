@@ -14,7 +14,7 @@ from mecanique.errors import DerivationError
 from mecanique.generation.program import Answer, Program
 from mecanique.model.dimensions import read_unit
 from mecanique.model.units import per_second
-from mecanique.urdf.xml.markup import quote
+from mecanique.urdf.markup import quote
 
 TOLERANCE = 1e-8
 """Default relative tolerance of a simulation."""

@@ -40,7 +40,7 @@ class Shape:
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", plain(self.mass))
         object.__setattr__(self, "center", vector(self.center, "center of mass"))
-        given = listed(self.inertia, "six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia")
+        given = as_tuple(self.inertia, "six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia")
         inertia = tuple(plain(entry) for entry in given)
         if len(inertia) != 6:
             raise InputError(
@@ -48,7 +48,7 @@ class Shape:
                 f"got {len(inertia)}"
             )
         object.__setattr__(self, "inertia", inertia)
-        object.__setattr__(self, "visuals", listed(self.visuals, "visuals", Visual))
+        object.__setattr__(self, "visuals", as_tuple(self.visuals, "visuals", Visual))
 
     def at(self, xyz: Vector = (0.0, 0.0, 0.0), rpy: Vector = (0.0, 0.0, 0.0)) -> Shape:
         """Return the shape moved to another place in the body.
@@ -75,7 +75,7 @@ class Shape:
         return replace(self, visuals=tuple(replace(visual, rgba=rgba) for visual in self.visuals))
 
 
-def listed(values: object, what: str, kind: type = object) -> tuple[Any, ...]:
+def as_tuple(values: object, what: str, kind: type = object) -> tuple[Any, ...]:
     """Return a sequence as a tuple.
 
     Args:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from mecanique.errors import InputError
-from mecanique.model.bodies.shape import Shape, combine, listed
+from mecanique.model.bodies.shape import Shape, as_tuple, combine
 from mecanique.model.bodies.visuals import Box, Cylinder, Rgba, Sphere, Visual, extent, extents
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector
@@ -72,7 +72,7 @@ def cloud(masses: Sequence[Scalar], points: Sequence[Vector], radius: Scalar = 0
         >>> mq.cloud([1.0, 1.0], [(0, 0, 0), (1, 0, 0)]).center
         (0.5, 0.0, 0.0)
     """
-    masses, points = listed(masses, "masses"), listed(points, "points")
+    masses, points = as_tuple(masses, "masses"), as_tuple(points, "points")
     if len(masses) != len(points) or not masses:
         raise InputError(
             f"expected one mass for each point, got {len(masses)} masses and {len(points)} points"

@@ -15,8 +15,7 @@ from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.package import engine_package
 from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
-from mecanique.urdf.write import write_urdf
-from mecanique.urdf.writing.chains import SimpleJoint, chains
+from mecanique.urdf.write import SimpleJoint, chains, write_urdf
 
 _WIDTHS = {
     "continuous": (2, 1),

@@ -3,9 +3,8 @@
 from mecanique.model.mechanism.origin import Finding
 from mecanique.urdf.lint.check import lint
 from mecanique.urdf.lint.homogeneous import compare_inertias
-from mecanique.urdf.lint.output import as_json, as_text
+from mecanique.urdf.lint.output import as_json, as_sarif, as_text
 from mecanique.urdf.lint.repair import find_balances, mend
-from mecanique.urdf.lint.sarif import as_sarif
 
 __all__ = [
     "Finding",

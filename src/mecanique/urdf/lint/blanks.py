@@ -14,8 +14,8 @@ from html import unescape
 from typing import final
 
 from mecanique.urdf.dialect import DRAKE_JOINT
-from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
+from mecanique.urdf.markup import Element
 from mecanique.urdf.reading.document import Document
 
 _VECTORS = {("origin", "xyz"), ("origin", "rpy"), ("axis", "xyz")}

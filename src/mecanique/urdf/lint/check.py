@@ -3,14 +3,36 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias, final
 
 from mecanique.errors import InputError
 from mecanique.model.mechanism.origin import Finding
-from mecanique.urdf.lint import added, blanks, engines, homogeneous, masses, sides, spelling, units
+from mecanique.plugins import list_plugins, load_plugin
+from mecanique.urdf.lint import blanks, engines, homogeneous, masses, sides, spelling, units
+from mecanique.urdf.markup import Element
 from mecanique.urdf.read import mechanism_of
 from mecanique.urdf.reading.document import Source, read_document
 from mecanique.urdf.reading.packages import PackagePath
+from mecanique.urdf.rules import Rule
+
+Fault: TypeAlias = tuple[Element, str, str]
+"""The element at fault, where it is (e.g. "link 'arm'"), and what is wrong."""
+
+
+@final
+@dataclass(frozen=True)
+class AddedRule:
+    """A rule of another package, an entry point of the group `mecanique.lint_rules`.
+
+    Args:
+        rule: its code, name, severity, reason and remedy.
+        check: yields the faults in a document, from its outermost element.
+    """
+
+    rule: Rule
+    check: Callable[[Element], Iterable[Fault]]
 
 
 def lint(
@@ -48,8 +70,12 @@ def lint(
     document, report = read_document(path_or_text, package_path, arguments)
     if document is not None:
         mechanism_of(document, report)
-        for rules in (spelling, blanks, masses, sides, units, engines, added):
+        for rules in (spelling, blanks, masses, sides, units, engines):
             rules.check(document, report)
+        for name in list_plugins("lint_rules"):
+            added = load_plugin("lint_rules", name, AddedRule)
+            for element, where, message in added.check(document.element):
+                report.add(added.rule, element, where, message)
         for link in document.links:
             homogeneous.check(link, report, meshes=meshes)
     return tuple(sorted(report.findings, key=lambda finding: (finding.line, finding.code)))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from mecanique.urdf.dialect import DRAKE_JOINT, WORLD
-from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
+from mecanique.urdf.markup import Element
 from mecanique.urdf.reading.document import Document
 from mecanique.urdf.reading.joints import SINGLE, JointText
 

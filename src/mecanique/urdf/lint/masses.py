@@ -101,7 +101,9 @@ def _no_resistance(joint: JointText, carried: Sequence[tuple[Link, Array]]) -> b
             ]
         )
         # what rounding leaves of an arm or a tensor that lies along the axis
-        size += _ROUNDING * float(np.trace(tensor)) + link.mass * _LEVER**2 * max(1.0, arm @ arm)
+        size += _ROUNDING * float(np.trace(tensor)) + link.mass * _LEVER**2 * max(
+            1.0, float(arm @ arm)
+        )
     block = motions @ inertia @ motions.T
     if len(block) == 1:
         # a slide meets the mass, however small; a turn the inertia that is more than rounding

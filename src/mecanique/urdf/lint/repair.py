@@ -4,20 +4,102 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
+
+from mecanique.model.bodies.tensor import entries_of, tensor_of
+from mecanique.model.mechanism.validation import inertia_fault
 from mecanique.urdf.dialect import DRAKE_NAMESPACE
-from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
-from mecanique.urdf.lint.balance import Balance, balances
 from mecanique.urdf.lint.blanks import blanks, start_tag
-from mecanique.urdf.reading.fields import numbers
+from mecanique.urdf.markup import Element, quote
+from mecanique.urdf.parse import parse
+from mecanique.urdf.reading.fields import number, numbers
 from mecanique.urdf.reading.joints import SINGLE
 from mecanique.urdf.reading.links import ENTRIES
-from mecanique.urdf.xml.markup import quote
-from mecanique.urdf.xml.parse import parse
+
+_FACES = np.array([[1.0, 1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, 1.0, 1.0]])
+"""Each product with the moments is at least zero."""
+
+
+@final
+@dataclass(frozen=True)
+class Balance:
+    """An inertia that no real body has, and the nearest one that a body can have.
+
+    Args:
+        link: name of the link.
+        element: its <inertia>.
+        before: ixx, iyy, izz, ixy, ixz, iyz as written [kg·m²].
+        after: the same of the nearest real body.
+    """
+
+    link: str
+    element: Element
+    before: tuple[float, ...]
+    after: tuple[float, ...]
+
+    def __str__(self) -> str:
+        changed = [
+            f"{name} {old:.6g} → {new:.6g}"
+            for name, old, new in zip(ENTRIES, self.before, self.after, strict=True)
+            if f"{old:.6g}" != f"{new:.6g}"
+        ]
+        most = max(abs(new - old) for old, new in zip(self.before, self.after, strict=True))
+        part = 100 * most / max(map(abs, self.before))
+        what = ", ".join(changed) or "its last digits"
+        return (
+            f"line {self.element.line}: link {self.link!r}: {what} kg·m² "
+            f"(at most {part:.2g} % of its largest entry)"
+        )
+
+
+def balances(robot: Element) -> Iterator[Balance]:
+    """Yield every inertia of a robot that no real body has, with the nearest one.
+
+    Args:
+        robot: the <robot> element.
+    """
+    for link in robot.all("link"):
+        inertial = link.child("inertial")
+        mass, inertia = (
+            (None, None) if inertial is None else map(inertial.child, ("mass", "inertia"))
+        )
+        if mass is None or inertia is None:
+            continue
+        unheard = Report(None)
+        kilograms = number(mass, "value", unheard, "")
+        given = [number(inertia, name, unheard, "") for name in ENTRIES]
+        before = tuple(entry for entry in given if entry is not None)
+        if kilograms is None or kilograms < 0 or len(before) < len(ENTRIES):
+            continue
+        if inertia_fault(kilograms, before):
+            yield Balance(link.attributes.get("name", ""), inertia, before, nearest_inertia(before))
+
+
+def nearest_inertia(inertia: Sequence[float]) -> tuple[float, ...]:
+    """Return the nearest inertia that a real body can have, by the Frobenius norm.
+
+    Args:
+        inertia: ixx, iyy, izz, ixy, ixz, iyz [kg·m²].
+    """
+    moments, axes = np.linalg.eigh(tensor_of(inertia))
+    return entries_of(axes @ np.diag(_project(moments)) @ axes.T)
+
+
+def _project(moments: np.ndarray) -> np.ndarray:
+    """Return the nearest point of the cone: the nearest feasible foot on a face, edge or tip."""
+    feet = [moments, np.zeros(3)]
+    for faces in ([0], [1], [2], [0, 1], [0, 2], [1, 2]):
+        normals = _FACES[faces]
+        feet.append(moments - np.linalg.pinv(normals) @ (normals @ moments))
+    slack = 1e-12 * np.abs(moments).max()
+    feasible = [foot for foot in feet if (_FACES @ foot >= -slack).all()]
+    return min(feasible, key=lambda foot: float(np.linalg.norm(foot - moments)))
+
 
 _PARSED = "an element that was parsed has a start tag"
 
@@ -44,7 +126,7 @@ def mend(text: str, *, name: str = "robot", balance: bool = False) -> str:
         text: the URDF text.
         name: for a robot without one.
         balance: whether an inertia that no real body has becomes the nearest one that a body can
-            have (`mecanique.urdf.lint.balance`); `find_balances` lists what that changes.
+            have (`mecanique.urdf.lint.repair`); `find_balances` lists what that changes.
 
     Returns:
         The repaired text; the text itself if there is nothing to repair or it is not XML.

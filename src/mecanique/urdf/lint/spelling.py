@@ -22,8 +22,8 @@ from mecanique.urdf.dialect import (
     TERM,
     VELOCITY_CONSTRAINT,
 )
-from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
+from mecanique.urdf.markup import Element
 from mecanique.urdf.reading.document import Document
 
 _JOINT = (

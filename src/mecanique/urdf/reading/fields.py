@@ -6,8 +6,8 @@ import math
 import re
 
 from mecanique.model.placement import Placement
-from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
+from mecanique.urdf.markup import Element
 
 LARGEST = 1e50
 """Largest length, mass or inertia that is read: products of a few still are finite."""

@@ -2,17 +2,167 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from fractions import Fraction
+from itertools import product
+from typing import TYPE_CHECKING, Any, final
 
-from mecanique.errors import InputError, UnknownNameError
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.errors import InputError, MecaniqueError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Parameter
 from mecanique.urdf.names import Names
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+
+MOST = 4
+"""At most so many properties become letters at once."""
+
+_DEGREES = {1: 6, 2: 6, 3: 5, 4: 4}
+"""The highest total degree, by the number of letters: the inertia of a cylinder by density has 6 at
+most in its three letters."""
+
+_EXACT, _NONE = 1e-8, 1e-9
+"""Relative errors of what a polynomial gives elsewhere, and terms that are rounding."""
+
+_ENTRIES = ("mass", "x", "y", "z", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+
+Read = Callable[[Mapping[str, float]], Mechanism]
+
+
+def with_properties(mechanism: Mechanism, values: Mapping[str, float], read: Read) -> Mechanism:
+    """Return a mechanism whose numbers are polynomials in some properties of its file.
+
+    Args:
+        mechanism: as read with the values that are written.
+        values: of the arguments and properties, by name; each becomes a parameter.
+        read: returns the mechanism with other values.
+
+    Raises:
+        InputError: if something depends on them that is no polynomial, or no mass, center, inertia
+            or place of a joint.
+    """
+    names, count = tuple(values), len(values)
+    if count > MOST:
+        raise InputError(f"expected at most {MOST} letters of a xacro file, got {count}")
+    degree = _DEGREES[count]
+    lattice = [n for n in product(range(degree + 1), repeat=count) if sum(n) <= degree]
+    base = np.array([values[name] or 1.0 for name in names])
+    random = np.random.default_rng(1788)
+    exponents = np.array(lattice)
+    points = np.vstack([1.0 + exponents, random.uniform(0.7, 1.9, (2, count))])
+    rows = []
+    for point in points:
+        other = _read(read, dict(zip(names, (base * point).tolist(), strict=True)))
+        _refuse_others(mechanism, other, names)
+        rows.append(_numbers(other))
+    found = np.array(rows)
+    powers = np.prod(points[:, None, :] ** exponents, axis=2)
+    fitted = len(lattice)
+    terms = np.linalg.solve(powers[:fitted], found[:fitted])
+    size = np.abs(found).max(axis=0)
+    off = np.abs(powers[fitted:] @ terms - found[fitted:]).max(axis=0)
+    for label, error, most in zip(_labels(mechanism), off, size, strict=True):
+        if error > _EXACT * most:
+            raise InputError(
+                f"{label} is no polynomial of degree {degree} in {', '.join(names)}; "
+                "read the file in numbers"
+            )
+    moves = np.ptp(found, axis=0) > _NONE * size
+    given = _numbers(mechanism)
+    written = [
+        _polynomial(column, lattice, names, base) if moving else value
+        for column, moving, value in zip(terms.T, moves, given.tolist(), strict=True)
+    ]
+    return _write(mechanism, written, [Parameter(name, values[name]) for name in names])
+
+
+def _read(read: Read, values: Mapping[str, float]) -> Mechanism:
+    try:
+        return read(values)
+    except MecaniqueError as error:
+        with_these = ", ".join(f"{name} = {value!r}" for name, value in values.items())
+        raise InputError(
+            f"the file cannot be read with {with_these}, so {' and '.join(values)} cannot be "
+            f"{'a letter' if len(values) == 1 else 'letters'}: {error}"
+        ) from error
+
+
+def _numbers(mechanism: Mechanism) -> Array:
+    numbers: list[Any] = []
+    for body in mechanism.bodies:
+        numbers += [body.mass, *body.center, *body.inertia]
+    for joint in mechanism.joints:
+        numbers += joint.origin.xyz
+    return np.array(mechanism.evaluate_all(numbers))
+
+
+def _labels(mechanism: Mechanism) -> Iterator[str]:
+    for body in mechanism.bodies:
+        yield from (f"{entry} of link {body.name!r}" for entry in _ENTRIES)
+    for joint in mechanism.joints:
+        yield from (f"{axis} of joint {joint.name!r}" for axis in "xyz")
+
+
+def _refuse_others(mechanism: Mechanism, other: Mechanism, names: Collection[str]) -> None:
+    """Refuse what changes otherwise: links, joints, their directions, springs."""
+    values = f"the value of {', '.join(names)}"
+    if [body.name for body in mechanism.bodies] != [body.name for body in other.bodies]:
+        raise InputError(f"which links there are depends on {values}; read the file in numbers")
+    for ours, theirs in zip(mechanism.joints, other.joints, strict=True):
+        if replace(theirs, origin=replace(theirs.origin, xyz=ours.origin.xyz)) != ours:
+            raise InputError(
+                f"joint {ours.name!r} depends on {values} otherwise than by its place; "
+                "read the file in numbers"
+            )
+    if mechanism.forces != other.forces or mechanism.loops != other.loops:
+        raise InputError(f"a force or loop depends on {values}; read the file in numbers")
+
+
+def _polynomial(
+    terms: Array, lattice: Sequence[tuple[int, ...]], names: Sequence[str], base: Array
+) -> Expr:
+    from sympy import Integer, Rational, Symbol
+
+    total: Any = Integer(0)
+    for term, exponents in zip(terms.tolist(), lattice, strict=True):
+        if abs(term) <= _NONE * float(np.abs(terms).max()):
+            continue
+        factor = term / float(np.prod(base ** np.array(exponents)))
+        near = Fraction(factor).limit_denominator(1000)
+        exact = near if abs(float(near) - factor) < _EXACT * abs(factor) else f"{factor:.10g}"
+        monomial = Rational(exact)
+        for name, exponent in zip(names, exponents, strict=True):
+            monomial *= Symbol(name) ** exponent
+        total += monomial
+    return total
+
+
+def _write(mechanism: Mechanism, numbers: list[Any], parameters: list[Parameter]) -> Mechanism:
+    rest = iter(numbers)
+    bodies = []
+    for body in mechanism.bodies:
+        mass, *own = (next(rest) for _ in _ENTRIES)
+        bodies.append(body.replace(mass=mass, center=own[:3], inertia=own[3:]))
+    joints = []
+    for joint in mechanism.joints:
+        xyz = (next(rest), next(rest), next(rest))
+        joints.append(replace(joint, origin=replace(joint.origin, xyz=xyz)))
+    return replace(
+        mechanism,
+        bodies=tuple(bodies),
+        joints=tuple(joints),
+        parameters=(*mechanism.parameters, *parameters),
+    )
+
 
 KINDS = ("masses", "lengths", "inertias")
 """Kinds of numbers that get letters together."""

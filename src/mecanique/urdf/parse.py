@@ -8,8 +8,8 @@ from typing import final
 
 from mecanique.files import recognize
 from mecanique.safe_xml import Reader, XmlRefusedError
-from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
+from mecanique.urdf.markup import Element
 
 _LATE = re.compile(
     rb"""\s+(<\?xml\s+version\s*=\s*["']1\.0["'](?:\s+encoding\s*=\s*["']utf-8["'])?\s*\?>)""",

@@ -25,12 +25,11 @@ from mecanique.urdf.dialect import (
     UNBOUNDED,
     Extension,
 )
-from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
+from mecanique.urdf.markup import Comment, Element, Node, Tag, number, numbers
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.fields import name_of, placement_of, single
 from mecanique.urdf.reading.fields import number as read_number
-from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
 
 _IN_DRAKE = ("ball", "distance")
 _OWN = ("hinge", "weld", "pin", "plate")

@@ -21,13 +21,12 @@ from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement, vector
 from mecanique.urdf.dialect import BLADE, ROLLING
-from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
+from mecanique.urdf.markup import Element, Tag
+from mecanique.urdf.markup import number as write_number
+from mecanique.urdf.markup import numbers as write_numbers
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.fields import name_of, number, numbers
-from mecanique.urdf.xml.markup import Tag
-from mecanique.urdf.xml.markup import number as write_number
-from mecanique.urdf.xml.markup import numbers as write_numbers
 
 _NONE = (0.0, 0.0, 0.0)
 _ONES = (1.0, 1.0, 1.0)

@@ -23,11 +23,10 @@ from mecanique.model.joint_base import Single
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.urdf.dialect import TERM, VELOCITY_CONSTRAINT
-from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
+from mecanique.urdf.markup import Comment, Element, Node, Tag
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.fields import name_of
-from mecanique.urdf.xml.markup import Comment, Node, Tag
 
 _LONGEST = 2000
 """Characters of an expression; longer ones are refused."""

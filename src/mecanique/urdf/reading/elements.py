@@ -18,7 +18,7 @@
 
 The joints that a cord, a belt or teeth tie mimic one another; the tag says what ties them. A pin
 that mimic joints close already is a `mecanique:loop` with `redundant="true"`
-(`mecanique.urdf.reading.constraints.loops`).
+(`mecanique.urdf.reading.loops`).
 """
 
 from __future__ import annotations
@@ -34,14 +34,13 @@ from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
 from mecanique.urdf.dialect import BELT, CORD, CORD_STOPS, GEAR, RACK
-from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
+from mecanique.urdf.markup import Comment, Element, Node, Tag
+from mecanique.urdf.markup import number as written
+from mecanique.urdf.markup import numbers as all_written
 from mecanique.urdf.names import Names
-from mecanique.urdf.reading.constraints.loops import loop_nodes
 from mecanique.urdf.reading.fields import name_of, number, numbers
-from mecanique.urdf.xml.markup import Comment, Node, Tag
-from mecanique.urdf.xml.markup import number as written
-from mecanique.urdf.xml.markup import numbers as all_written
+from mecanique.urdf.reading.loops import loop_nodes
 
 _END, _PULLEY = CORD_STOPS
 _SENSES = {"1": 1, "-1": -1}

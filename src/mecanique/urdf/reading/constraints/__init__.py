@@ -1,1 +1,0 @@
-"""Loops, contacts, elements that guide and constraints on velocities in a URDF."""

@@ -1,1 +1,0 @@
-"""The parts of a URDF file, written one by one."""

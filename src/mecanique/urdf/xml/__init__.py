@@ -1,1 +1,0 @@
-"""XML text: parse it with line numbers, write it."""
