@@ -77,6 +77,6 @@ def test_a_mechanism_is_shown_by_its_figure(monkeypatch: pytest.MonkeyPatch) -> 
     assert shown.startswith("<svg")
     bare = mq.Mechanism("bare", bodies=(mq.Body("ground"),), joints=(), gravity=(0, 0, 0))
     assert bare._repr_html_() is None
-    monkeypatch.setattr(notebook, "_makers", [])
+    monkeypatch.setattr(notebook, "_makers", {})
     assert mechanism._repr_html_() is None
     assert np.isfinite(mechanism.neutral()).all()

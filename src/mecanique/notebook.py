@@ -1,22 +1,24 @@
-"""Show a mechanism in a notebook, by the function registered for drawing it.
+"""Show mechanisms and motions in a notebook, by the functions registered for drawing them.
 
-Pictures lie above the model and are never imported from here; their room names a function once,
-when it is imported.
+Pictures lie above what they show and are never imported from here; their room names a function for
+each once, when it is imported.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
-_makers: list[Callable[[Any], str | None]] = []
+_Shown: TypeAlias = Literal["mechanism", "motion"]
 
-
-def drawn_by(maker: Callable[[Any], str | None]) -> None:
-    """Name the function that gives a mechanism's figure in HTML; the last one named counts."""
-    _makers[:] = [maker]
+_makers: dict[_Shown, Callable[[Any], str | None]] = {}
 
 
-def draw(mechanism: Any) -> str | None:
-    """Return the figure of a mechanism in HTML, or None if no maker is named or it cannot."""
-    return _makers[0](mechanism) if _makers else None
+def drawn_by(what: _Shown, maker: Callable[[Any], str | None]) -> None:
+    """Name the function that shows such an object in HTML; the last one named counts."""
+    _makers[what] = maker
+
+
+def draw(what: _Shown, shown: Any) -> str | None:
+    """Return an object in HTML, or None if no maker is named or it cannot."""
+    return _makers[what](shown) if what in _makers else None

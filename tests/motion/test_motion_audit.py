@@ -6,7 +6,7 @@ import pytest
 import mecanique as mq
 from mecanique.motion import Audit, Event
 from mecanique.motion.analysis.forces import Actions
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.motion import Motion
 
 BALANCES = (
     "energy",

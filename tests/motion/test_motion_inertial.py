@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.analysis.turning_earth import EARTH_RATE, on_turning_earth
+from mecanique.motion.inertial import EARTH_RATE, on_turning_earth
 
 LATITUDE = np.radians(48.0)
 G = 9.81

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mecanique import assemble, textbook
-from mecanique.errors import ClosureError, InputError
+from mecanique.errors import ClosureError, InputError, IntegrationError
 from mecanique.model import (
     Body,
     JointDamper,
@@ -179,6 +179,28 @@ def test_arms_that_fall_together_pass_the_position_in_which_they_may_part() -> N
     np.testing.assert_allclose(motion["theta1"], motion["theta2"], rtol=0, atol=1e-11)
     np.testing.assert_allclose(motion["s"], 2 * 0.5 * np.cos(motion["theta1"]), rtol=0, atol=1e-12)
     assert energy_error(motion) < 1e-9
+
+
+@pytest.mark.parametrize("eps", [1e-4, 1e-6, 1e-8])
+def test_a_linkage_near_its_change_point_turns_sharply_in_little_time(eps: float) -> None:
+    """The follower then swings; where branches cross it would go round as well."""
+    linkage = textbook.load("four_bar_linkage", a=1, b=2, c=1 + eps, d=2)
+    motion, finer = (
+        simulate(linkage, q={"phi": 1}, v={"phi'": 3}, duration=6, rtol=rtol)
+        for rtol in (1e-10, 1e-12)
+    )
+    assert motion["phi"][-1] > 25, "the crank goes round"
+    assert motion["psi"].max() < math.pi + 0.1, "the follower does not"
+    assert motion.energy().balance == pytest.approx(0, abs=1e-9 * motion.energy().scale)
+    rounding = 3e-16 / eps  # enlarged by 1/σ² at the turn
+    assert motion.q[-1] == pytest.approx(finer.q[-1], abs=1e-9 + rounding)
+    assert motion.statistics.evaluations < 80_000
+
+
+def test_where_rounding_decides_the_branch_a_motion_stops() -> None:
+    linkage = textbook.load("four_bar_linkage", a=1, b=2, c=1 + 1e-11, d=2)
+    with pytest.raises(IntegrationError, match="come within 7e-12 of crossing, so that rounding"):
+        simulate(linkage, q={"phi": 1}, v={"phi'": 3}, duration=6)
 
 
 def test_a_bar_next_to_a_singular_position_accelerates_as_anywhere_else() -> None:

@@ -14,7 +14,7 @@ from viewing_browser import Visit
 from viewing_engines import engine_of, needs_node, run
 
 import mecanique as mq
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.motion import Motion
 from mecanique.textbook import entry, load
 from mecanique.viewing.live.view import begin
 from mecanique.viewing.show import scene

@@ -17,7 +17,7 @@ from mecanique.cli.printing import complain, progress
 from mecanique.cli.reading import Reading
 
 if TYPE_CHECKING:
-    from mecanique.motion.record.motion import Motion
+    from mecanique.motion.motion import Motion
 
 
 P = ParamSpec("P")

@@ -15,7 +15,7 @@ from mecanique.figure.paper.svg import svg
 from mecanique.figure.setting import HEIGHT, WIDTH, Setting, posture, setting
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.motion import Motion
 from mecanique.reference import Reference
 
 FORMS = (".svg", ".png", ".pdf")

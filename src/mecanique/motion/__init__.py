@@ -8,14 +8,13 @@ from mecanique.lazy import import_name
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.audit import Audit, AuditRow
-    from mecanique.motion.analysis.inertial import InertialCheck, inertial_check
     from mecanique.motion.analysis.trust import Trust
     from mecanique.motion.ensemble.runs import Runs
     from mecanique.motion.ensemble.simulate_many import simulate_many
+    from mecanique.motion.inertial import InertialCheck, inertial_check
     from mecanique.motion.linear.equilibria import Equilibrium, equilibria
-    from mecanique.motion.linear.linearization import Linearization
+    from mecanique.motion.linear.linearization import Linearization, Response, frequency_response
     from mecanique.motion.linear.linearize import linearize
-    from mecanique.motion.linear.response import Response, frequency_response
     from mecanique.motion.linear.speeds import (
         SpeedMatrices,
         SpeedRange,
@@ -23,12 +22,11 @@ if TYPE_CHECKING:
         sweep_speeds,
     )
     from mecanique.motion.linear.steady import SteadyLinearization, linearize_steady
+    from mecanique.motion.motion import Motion, simulate
     from mecanique.motion.record.curve import State
     from mecanique.motion.record.energies import Energies
     from mecanique.motion.record.events import Event, Occurrence
-    from mecanique.motion.record.motion import Motion
     from mecanique.motion.record.statistics import Statistics
-    from mecanique.motion.simulation.simulate import simulate
     from mecanique.motion.simulation.watching.validity import contact_events
 
 __all__ = [
@@ -67,11 +65,11 @@ _HOMES = {
     "Energies": ".record.energies",
     "Equilibrium": ".linear.equilibria",
     "Event": ".record.events",
-    "InertialCheck": ".analysis.inertial",
+    "InertialCheck": ".inertial",
     "Linearization": ".linear.linearization",
-    "Motion": ".record.motion",
+    "Motion": ".motion",
     "Occurrence": ".record.events",
-    "Response": ".linear.response",
+    "Response": ".linear.linearization",
     "Runs": ".ensemble.runs",
     "SpeedMatrices": ".linear.speeds",
     "SpeedRange": ".linear.speeds",
@@ -82,11 +80,11 @@ _HOMES = {
     "contact_events": ".simulation.watching.validity",
     "equilibria": ".linear.equilibria",
     "expand_in_speed": ".linear.speeds",
-    "frequency_response": ".linear.response",
-    "inertial_check": ".analysis.inertial",
+    "frequency_response": ".linear.linearization",
+    "inertial_check": ".inertial",
     "linearize": ".linear.linearize",
     "linearize_steady": ".linear.steady",
-    "simulate": ".simulation.simulate",
+    "simulate": ".motion",
     "simulate_many": ".ensemble.simulate_many",
     "sweep_speeds": ".linear.speeds",
 }

@@ -20,7 +20,7 @@ from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.kinematics import Kinematics
 from mecanique.reference.loop_constraints import LoopConstraints
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.freedom.singular import branch_acceleration, closed_rhs, plain_rhs
+from mecanique.reference.loops.freedom.singular import ClosedRhs, branch_acceleration, plain_rhs
 from mecanique.reference.loops.loading import Loaded, load_once
 from mecanique.reference.wrenches import Wrenches
 
@@ -208,7 +208,7 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         if not self.mechanism.loops:  # what rolls has no branches to cross
             return plain_rhs(self._closed)
         if self._closed.most is not None:
-            return closed_rhs(self._closed)
+            return ClosedRhs(self._closed)
         return self._count_first(self._closed)
 
     def _count_first(self, closed: Closed) -> Rhs:
@@ -218,7 +218,7 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         def rhs(t: float, y: Array) -> Array:
             if not counted:
                 self._look_for_locks(self._accelerate)(y[:nq], y[nq:], t)
-                counted.append(closed_rhs(closed.with_rank(self._generic)))
+                counted.append(ClosedRhs(closed.with_rank(self._generic)))
             return counted[0](t, y)
 
         return rhs

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mecanique.motion.output.notebook import shown_by
 from mecanique.notebook import drawn_by
 
 if TYPE_CHECKING:
     from mecanique.model.mechanism import Mechanism
-    from mecanique.motion.record.motion import Motion
+    from mecanique.motion.motion import Motion
 
 __all__: list[str] = []
 
@@ -33,5 +32,5 @@ def _draw(mechanism: Mechanism) -> str | None:
         return None
 
 
-shown_by(_frame)
-drawn_by(_draw)
+drawn_by("motion", _frame)
+drawn_by("mechanism", _draw)

@@ -16,8 +16,7 @@ from typing import final
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.figure.draw import figure_text
 from mecanique.files import write_whole
-from mecanique.motion.record.motion import Motion
-from mecanique.motion.simulation.simulate import simulate
+from mecanique.motion.motion import Motion, simulate
 from mecanique.reference import degrees_of_freedom
 from mecanique.textbook import entry, load, names
 from mecanique.viewing.page.page import policy

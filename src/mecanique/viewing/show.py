@@ -13,7 +13,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.motion import Motion
 from mecanique.verification import verify
 from mecanique.verification.verdict import Verdict
 from mecanique.viewing.engine.make import computed_scene

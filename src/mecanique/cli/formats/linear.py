@@ -11,9 +11,8 @@ import numpy as np
 from mecanique.errors import DerivationError
 
 if TYPE_CHECKING:
-    from mecanique.motion.analysis.inertial import InertialCheck
-    from mecanique.motion.linear.linearization import Linearization
-    from mecanique.motion.linear.response import Response
+    from mecanique.motion.inertial import InertialCheck
+    from mecanique.motion.linear.linearization import Linearization, Response
     from mecanique.motion.linear.speeds import SpeedMatrices, SpeedRange
     from mecanique.motion.linear.steady import SteadyLinearization
 

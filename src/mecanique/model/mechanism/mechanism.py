@@ -115,7 +115,7 @@ class Mechanism(StateSpace, Variants):
 
     def _repr_html_(self) -> str | None:
         """The figure of the mechanism in a notebook, if pictures can be drawn."""
-        return draw(self)
+        return draw("mechanism", self)
 
     def __getstate__(self) -> dict[str, Any]:
         return {f.name: getattr(self, f.name) for f in fields(self)}

@@ -14,7 +14,7 @@ from mecanique.motion.simulation.watching.validity import Pressing, pressings
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.trust import Trust
-    from mecanique.motion.record.motion import Motion
+    from mecanique.motion.record.trajectory import Trajectory
 
 
 _SLACK = 1e-9
@@ -142,11 +142,11 @@ class Audit:
         return "\n".join(lines)
 
 
-def audit(motion: Motion, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
+def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
     """Check the balances of energy and momentum of a motion, and that its loops stay closed.
 
     Args:
-        motion: the `Motion`.
+        motion: the motion.
         refine: also integrate again with a smaller tolerance.
         accuracy: the error that is then accepted, relative to the largest coordinate.
 
@@ -182,7 +182,7 @@ def audit(motion: Motion, *, refine: bool = False, accuracy: float = 1e-6) -> Au
     )
 
 
-def _lifts(motion: Motion, pressed: tuple[Pressing, ...]) -> Iterator[AuditRow]:
+def _lifts(motion: Trajectory, pressed: tuple[Pressing, ...]) -> Iterator[AuditRow]:
     """The largest pull a contact would need where a body would leave the ground."""
     for each in pressed:
         pull = np.maximum(-np.nan_to_num(each.normal), 0.0)[:, None]
@@ -190,7 +190,7 @@ def _lifts(motion: Motion, pressed: tuple[Pressing, ...]) -> Iterator[AuditRow]:
         yield _row(f"pull of {each.contact.name}, off", pull, size, _SLACK, "N", motion.t)
 
 
-def _need(motion: Motion, pressed: Pressing) -> FrictionNeed:
+def _need(motion: Trajectory, pressed: Pressing) -> FrictionNeed:
     """The largest ratio of friction to normal force where the contact presses."""
     with np.errstate(all="ignore"):
         ratio = np.where(pressed.normal > 0, pressed.friction / pressed.normal, np.nan)
@@ -201,7 +201,7 @@ def _need(motion: Motion, pressed: Pressing) -> FrictionNeed:
     return FrictionNeed(name, float(ratio[worst]), float(motion.t[worst]))
 
 
-def _pulls(motion: Motion) -> Iterator[AuditRow]:
+def _pulls(motion: Trajectory) -> Iterator[AuditRow]:
     """The largest push a cord would need where it would go slack."""
     cords = [element for element in motion.mechanism.elements if isinstance(element, (Cord, Belt))]
     forces = motion.guide_forces() if cords else {}
@@ -221,7 +221,7 @@ def _row(
     )
 
 
-def _largest_speed(motion: Motion) -> float:
+def _largest_speed(motion: Trajectory) -> float:
     """The largest speed of a body's center of mass."""
     speeds = motion.reference.center_speeds(motion.q, motion.v, motion.t)
     return float(speeds.max(initial=0.0))

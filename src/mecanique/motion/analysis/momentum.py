@@ -13,7 +13,7 @@ from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.upheld import uphold
 
 if TYPE_CHECKING:
-    from mecanique.motion.record.motion import Motion
+    from mecanique.motion.record.trajectory import Trajectory
     from mecanique.reference.engine.answers import Momentum
 
 
@@ -39,7 +39,7 @@ class Balance:
     unit: str
 
 
-def momentum_balances(motion: Motion) -> Iterator[Balance]:
+def momentum_balances(motion: Trajectory) -> Iterator[Balance]:
     """Yield the balances of linear and angular momentum.
 
     The rate of change of momentum is the resultant of the external forces, support reactions
@@ -86,11 +86,11 @@ def momentum_balances(motion: Motion) -> Iterator[Balance]:
         yield Balance(name, residual[:, 3 * k : 3 * k + 3], float(scales[k]) or 1.0, unit)
 
 
-def momenta_along(motion: Motion) -> np.ndarray:
+def momenta_along(motion: Trajectory) -> np.ndarray:
     """Return linear momentum, angular about the origin and about the center, shape (n, 9).
 
     Args:
-        motion: the `Motion`.
+        motion: the motion.
     """
     reference, q, v, t = motion.reference, motion.q, motion.v, motion.t
 

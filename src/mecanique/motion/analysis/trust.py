@@ -7,10 +7,18 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.motion.simulation.integrators.methods import EquationsError, Task, advance
+from mecanique.errors import InputError
+from mecanique.motion.record.loops import ClosedLoops
+from mecanique.motion.simulation.arguments import longest_step
+from mecanique.motion.simulation.choice import COMPILED
+from mecanique.motion.simulation.failure import failure
+from mecanique.motion.simulation.integrate import integrate_by_choice
+from mecanique.motion.simulation.integrators.methods import METHODS, EquationsError, Task, advance
+from mecanique.motion.simulation.problem import Problem
+from mecanique.motion.simulation.watching.limits import limit_events
 
 if TYPE_CHECKING:
-    from mecanique.motion.record.motion import Motion
+    from mecanique.motion.record.trajectory import Trajectory
 
 
 SMALLER = 100.0
@@ -53,46 +61,64 @@ class Trust:
         return text
 
 
-def trust(motion: Motion, accuracy: float) -> Trust:
+def trust(motion: Trajectory, accuracy: float) -> Trust:
     """Integrate again with a smaller tolerance and follow a neighboring motion.
 
     The exponent is the mean of the neighbor's departure, brought back to its first distance after
     each stretch (Benettin, Galgani & Strelcyn, Phys. Rev. A 14 (1976) 2338).
 
     Args:
-        motion: the `Motion`.
+        motion: the motion.
         accuracy: the error accepted, relative to the largest coordinate.
     """
-    from mecanique.motion.simulation.simulate import simulate
-
-    statistics = motion.statistics
     begin, end = float(motion.curve.t[0]), float(motion.curve.t[-1])
-    rtol = max(statistics.rtol / SMALLER, 1e-14)
-    atol = max(statistics.atol / SMALLER, 1e-300)
-    finer = simulate(
-        motion.mechanism,
-        q=motion.curve.q[0],
-        v=motion.curve.v[0],
-        duration=end - begin,
-        t0=begin,
-        rtol=rtol,
-        atol=atol,
-        samples=motion.t,
-        method=motion.method.split()[0],
-        events=motion.watched or (),
-        reference=motion.reference,
-    )
-    count = min(len(finer.t), len(motion.t))
-    mine, other = (np.hstack([m.q[:count], m.v[:count]]) for m in (motion, finer))
-    size = np.maximum(np.abs(mine).max(axis=0), 1e-12 + np.abs(mine).max() * 1e-3)
-    error = np.abs((mine - other) / size).max(axis=1)
+    finer = _integrate_finer(motion, begin, end)
+    states = np.hstack([motion.q, motion.v])[: len(finer)]
+    size = np.maximum(np.abs(states).max(axis=0), 1e-12 + np.abs(states).max() * 1e-3)
+    error = np.abs((states - finer[: len(states)]) / size).max(axis=1)
     # an error once made does not count as gone because two motions happen to meet again
     beyond = np.flatnonzero(error > accuracy)
     until = end if not len(beyond) else float(motion.t[max(beyond[0] - 1, 0)])
     return Trust(until, end, accuracy, float(error.max()), _lyapunov(motion, begin, end))
 
 
-def _lyapunov(motion: Motion, begin: float, end: float) -> float:
+def _integrate_finer(motion: Trajectory, begin: float, end: float) -> np.ndarray:
+    """The states (q, v) at the motion's samples, from its start by a smaller tolerance."""
+    mechanism, reference, statistics = motion.mechanism, motion.reference, motion.statistics
+    rtol = max(statistics.rtol / SMALLER, 1e-14)
+    start = np.concatenate([motion.curve.q[0], motion.curve.v[0]])
+    ends = limit_events(mechanism, start)
+    events = (*(motion.watched or ()), *ends)
+    problem = Problem(
+        mechanism=mechanism,
+        reference=reference,
+        loops=ClosedLoops(reference, rtol) if mechanism.constrained else None,
+        start=start,
+        t0=begin,
+        end=end,
+        times=motion.t,
+        rtol=rtol,
+        atol=max(statistics.atol / SMALLER, 1e-300),
+        max_step=longest_step(mechanism, end - begin, None, events),
+        max_steps=1_000_000,
+        events=events,
+        ends=ends,
+        progress=None,
+    )
+    method = motion.method.split()[0]
+    if method not in (*METHODS, *COMPILED):
+        raise InputError(
+            f"expected a motion that was integrated, got one by {motion.method!r}: there is no "
+            "finer one to compare it with"
+        )
+    _, integration = integrate_by_choice(problem, method)
+    if integration.course is None or not integration.outcome.complete:
+        raise failure(problem, integration, None, start[: mechanism.nq])
+    samples = integration.course().samples
+    return np.hstack([samples.q, samples.v])
+
+
+def _lyapunov(motion: Trajectory, begin: float, end: float) -> float:
     """The largest exponent, averaged over the second half of the motion and the first alike."""
     rhs = motion.reference.rhs()
     task = Task(

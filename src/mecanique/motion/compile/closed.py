@@ -53,8 +53,11 @@ class ClosedProgram:
         self, program: Program, landing: Landing, reference: Reference, quick: RightHandSide
     ) -> None:
         assert reference.closed is not None, "the mechanism has loops"
+        from mecanique.reference.loops.freedom.singular import ClosedRhs
+
         self._quick = quick
-        self._slow = reference.rhs()
+        self._slow = slow = reference.rhs()
+        self._turns_at = slow.turns_at if isinstance(slow, ClosedRhs) else _nowhere
         self._changes = list_values(program, landing.changes)
         self._firmness = list_values(program, (landing.firmness,))
         self._plain = velocity_scales(program.mechanism)
@@ -95,7 +98,9 @@ class ClosedProgram:
         return None
 
     def _is_regular(self, t: float, y: np.ndarray) -> bool:
-        """Whether no singular position is near; it is remembered where none is."""
+        """Whether no singular position is to be passed; it is remembered where none is near."""
+        if self._turns_at(y[: self._nq]):
+            return True
         off = (y[: self._nq] - self._regular) * self._per_unit
         if max(off.max(), -off.min()) < self._radius:
             return True
@@ -119,3 +124,7 @@ class ClosedProgram:
         ahead[: self._nq] += _PROBE / speed * self._quick(t, y)[: self._nq]
         change = abs(self._firmness(t, ahead)[0] - firmness)
         return firmness * _PROBE / change if change else float("inf")
+
+
+def _nowhere(q: np.ndarray) -> bool:
+    return False

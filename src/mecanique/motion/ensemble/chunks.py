@@ -285,7 +285,7 @@ def _close_starts(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndar
 
 
 def _single(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
-    from mecanique.motion.simulation.simulate import simulate
+    from mecanique.motion.motion import simulate
 
     states: np.ndarray = np.full(
         (len(part), len(part.times), part.q.shape[1] + part.v.shape[1]), np.nan

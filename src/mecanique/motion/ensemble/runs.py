@@ -21,7 +21,7 @@ from mecanique.motion.output.provenance import provenance
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
-    from mecanique.motion.record.motion import Motion
+    from mecanique.motion.motion import Motion
 
 
 FORMAT = "mecanique runs 1"
@@ -208,7 +208,7 @@ class Runs:
         Raises:
             InputError: if there is no such run.
         """
-        from mecanique.motion.simulation.simulate import simulate
+        from mecanique.motion.motion import simulate
 
         if not -len(self) <= index < len(self):
             raise InputError(

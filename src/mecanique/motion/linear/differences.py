@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from mecanique.errors import ClosureError, InputError
-from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.parameters import Input
 from mecanique.model.states import list_left_out
 from mecanique.motion.linear.equilibrium import effort
 from mecanique.motion.linear.linearization import Linearization
@@ -168,20 +165,6 @@ def _near(free: Independent, step: np.ndarray) -> np.ndarray:
             "the loops cannot be closed near this state, which is next to a singular position; "
             f"linearize about another one: {error}"
         ) from error
-
-
-def _changes(signal: Input) -> bool:
-    return callable(signal.signal) or "t" in symbols_in(signal.signal)
-
-
-def drop_disturbances(mechanism: Mechanism) -> Mechanism:
-    """Return a mechanism whose inputs that change with time are zero."""
-    if not any(_changes(signal) for signal in mechanism.inputs):
-        return mechanism
-    inputs = tuple(
-        replace(signal, signal=0.0) if _changes(signal) else signal for signal in mechanism.inputs
-    )
-    return replace(mechanism, inputs=inputs)
 
 
 def slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mecanique.errors import MecaniqueError
+from mecanique.model.expression import symbols_in
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.parameters import Input
 from mecanique.motion.record.rates import Rates
 
 if TYPE_CHECKING:
@@ -148,3 +152,17 @@ def _step(slope: np.ndarray, value: np.ndarray, longest: float) -> np.ndarray:
 
 def _size(values: np.ndarray) -> float:
     return float(np.abs(values).max(initial=0.0))
+
+
+def _changes(signal: Input) -> bool:
+    return callable(signal.signal) or "t" in symbols_in(signal.signal)
+
+
+def drop_disturbances(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism whose inputs that change with time are zero."""
+    if not any(_changes(signal) for signal in mechanism.inputs):
+        return mechanism
+    inputs = tuple(
+        replace(signal, signal=0.0) if _changes(signal) else signal for signal in mechanism.inputs
+    )
+    return replace(mechanism, inputs=inputs)

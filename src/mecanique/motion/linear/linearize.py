@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from mecanique.errors import EngineError, InputError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.linear.differences import drop_disturbances, linearize_about, refuse_rolling
+from mecanique.motion.linear.differences import linearize_about, refuse_rolling
 from mecanique.motion.linear.equilibria import Found, random_starts
-from mecanique.motion.linear.equilibrium import equilibrium_near
+from mecanique.motion.linear.equilibrium import drop_disturbances, equilibrium_near
 from mecanique.motion.linear.family import find_family, say_family
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.curve import State

@@ -9,10 +9,10 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.units import add_unit, units
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.record.trajectory import Trajectory
 
 
-def plot(motion: Motion, what: str = "coordinates", joint: str | None = None) -> Any:
+def plot(motion: Trajectory, what: str = "coordinates", joint: str | None = None) -> Any:
     """Plot a motion; return the matplotlib Figure, which no window shows yet.
 
     Args:
@@ -24,7 +24,7 @@ def plot(motion: Motion, what: str = "coordinates", joint: str | None = None) ->
         InputError: if matplotlib is not installed.
         UnknownNameError: if there is no such plot or joint.
     """
-    kinds: dict[str, Callable[[Motion, Any, str | None], None]] = {
+    kinds: dict[str, Callable[[Trajectory, Any, str | None], None]] = {
         "coordinates": _coordinates,
         "phase": _phase,
         "energies": _energies,
@@ -43,7 +43,7 @@ def plot(motion: Motion, what: str = "coordinates", joint: str | None = None) ->
     return figure
 
 
-def _coordinates(motion: Motion, figure: Any, joint: str | None) -> None:
+def _coordinates(motion: Trajectory, figure: Any, joint: str | None) -> None:
     m, unit = motion.mechanism, units(motion.mechanism)
     groups = (m.coordinates.names, m.velocities)
     for axes, names in zip(figure.subplots(2, 1, sharex=True), groups, strict=True):
@@ -56,7 +56,7 @@ def _coordinates(motion: Motion, figure: Any, joint: str | None) -> None:
     figure.suptitle(m.name)
 
 
-def _phase(motion: Motion, figure: Any, joint: str | None) -> None:
+def _phase(motion: Trajectory, figure: Any, joint: str | None) -> None:
     m, unit = motion.mechanism, units(motion.mechanism)
     pairs = [(name, f"{name}'") for name in m.coordinates if f"{name}'" in m.velocities]
     if not pairs:
@@ -77,7 +77,7 @@ def _phase(motion: Motion, figure: Any, joint: str | None) -> None:
     figure.suptitle(f"{m.name}, phase portrait")
 
 
-def _energies(motion: Motion, figure: Any, joint: str | None) -> None:
+def _energies(motion: Trajectory, figure: Any, joint: str | None) -> None:
     energy = motion.energy()
     axes = figure.subplots()
     for name, values in (
@@ -96,7 +96,7 @@ def _energies(motion: Motion, figure: Any, joint: str | None) -> None:
     figure.suptitle(motion.mechanism.name)
 
 
-def _reactions(motion: Motion, figure: Any, joint: str | None) -> None:
+def _reactions(motion: Trajectory, figure: Any, joint: str | None) -> None:
     m = motion.mechanism
     if joint is None:
         if not m.joints:

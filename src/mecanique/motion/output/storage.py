@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import IO, Any, final
+from typing import IO, Any, TypeVar, final
 
 import numpy as np
 
@@ -21,17 +21,19 @@ from mecanique.model.units import add_unit, per_second, units
 from mecanique.motion.output.provenance import provenance, recover
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
-from mecanique.motion.record.motion import Motion
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.statistics import Statistics
+from mecanique.motion.record.trajectory import Trajectory
 
 FORMAT = "mecanique motion 1"
 """First line of every file's description."""
 
+_Kind = TypeVar("_Kind", bound=Trajectory)
+
 _STEPS = ("t", "q", "v", "a", "breaks")
 
 
-def save(motion: Motion, path: str | PathLike[str]) -> None:
+def save(motion: Trajectory, path: str | PathLike[str]) -> None:
     """Write a motion to an npz file, whole or not at all; nothing in it is pickled.
 
     Args:
@@ -75,7 +77,7 @@ def save(motion: Motion, path: str | PathLike[str]) -> None:
     _write(path, lambda file: np.savez_compressed(file, about=text, **arrays))
 
 
-def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motion:
+def load(path: str | PathLike[str], mechanism: Mechanism | None, kind: type[_Kind]) -> _Kind:
     """Read a motion that `save` wrote.
 
     The mechanism's names and parameters must be the file's, and it must have the accelerations that
@@ -84,6 +86,7 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
     Args:
         path: the file.
         mechanism: what moved; not needed for a system of the catalogue.
+        kind: the class of what is returned.
 
     Raises:
         InputError: if the file is no motion, is damaged, or belongs to another mechanism.
@@ -108,7 +111,7 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
     for name, row in zip(saved.names, saved.happened, strict=True):
         time, *state = np.split(row, cut)
         events.append(Occurrence(name, float(time[0]), *state))
-    motion = Motion(
+    motion = kind(
         mechanism=mechanism,
         t=saved.t,
         q=saved.q,
@@ -231,7 +234,7 @@ def _read(path: str | PathLike[str]) -> _Saved:
         ) from None
 
 
-def to_csv(motion: Motion, path: str | PathLike[str]) -> None:
+def to_csv(motion: Trajectory, path: str | PathLike[str]) -> None:
     """Write t, q, v and a to a CSV file: a header with units, then one row per sample, all digits.
 
     Raises:
@@ -248,7 +251,7 @@ def to_csv(motion: Motion, path: str | PathLike[str]) -> None:
     _write(Path(path), write)
 
 
-def to_frame(motion: Motion) -> Any:
+def to_frame(motion: Trajectory) -> Any:
     """Return q, v and a as a pandas DataFrame with t as index; units are in `frame.attrs["units"]`.
 
     Raises:
@@ -269,7 +272,7 @@ def to_frame(motion: Motion) -> Any:
     return frame
 
 
-def to_parquet(motion: Motion, path: str | PathLike[str]) -> None:
+def to_parquet(motion: Trajectory, path: str | PathLike[str]) -> None:
     """Write t, q, v and a to a Parquet file, with the units in the schema's metadata.
 
     Raises:
@@ -292,12 +295,12 @@ def to_parquet(motion: Motion, path: str | PathLike[str]) -> None:
     _write(Path(path), lambda file: pq.write_table(table, file))
 
 
-def _units(motion: Motion) -> dict[str, str]:
+def _units(motion: Trajectory) -> dict[str, str]:
     known = units(motion.mechanism)
     return known | {f"{name}'": per_second(known[name]) for name in motion.mechanism.velocities}
 
 
-def _titles(motion: Motion) -> list[str]:
+def _titles(motion: Trajectory) -> list[str]:
     known = _units(motion)
     return ["t [s]", *(add_unit(name, known[name]) for name in motion.names)]
 
@@ -310,7 +313,7 @@ def _write(path: Path, write: Callable[[Any], object]) -> None:
         raise InputError(f"cannot write {os.fspath(path)!r}: {error.strerror or error}") from None
 
 
-def _check_accelerations(motion: Motion, path: str) -> None:
+def _check_accelerations(motion: Trajectory, path: str) -> None:
     """Refuse a file of another mechanism that has the same names."""
     curve = motion.curve
     at = spread(len(curve.t), 5)

@@ -10,7 +10,7 @@ import numpy as np
 from mecanique.model.joint_base import Single
 
 if TYPE_CHECKING:
-    from mecanique.motion.record.motion import Motion
+    from mecanique.motion.record.trajectory import Trajectory
 
 
 _ROUNDING = 1e-9
@@ -47,7 +47,7 @@ class Exceeded:
         )
 
 
-def find_exceeded(motion: Motion) -> tuple[Exceeded, ...]:
+def find_exceeded(motion: Trajectory) -> tuple[Exceeded, ...]:
     """Return the joints that go beyond their limits at a sample, in order of time.
 
     Args:

@@ -8,7 +8,7 @@ from mecanique.errors import IntegrationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import explain_defaults
 from mecanique.model.values import Given
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.record.trajectory import Trajectory
 from mecanique.motion.simulation.problem import Integration, Problem
 from mecanique.wording import say_count
 
@@ -17,7 +17,7 @@ MAX_LISTED = 8
 
 
 def failure(
-    problem: Problem, integration: Integration, motion: Motion | None, asked: Given
+    problem: Problem, integration: Integration, motion: Trajectory | None, asked: Given
 ) -> IntegrationError:
     """Return the error that explains why an integration is not complete.
 

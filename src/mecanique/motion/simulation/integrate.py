@@ -17,7 +17,13 @@ from mecanique.motion.compile.python import owning
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.steps import Steps
 from mecanique.motion.simulation.arguments import kinks
-from mecanique.motion.simulation.choice import Choice, may_change, worth_reconsidering
+from mecanique.motion.simulation.choice import (
+    Choice,
+    first_choice,
+    may_change,
+    next_choice,
+    worth_reconsidering,
+)
 from mecanique.motion.simulation.integrators.compiled import Watched, integrate_in_c
 from mecanique.motion.simulation.integrators.methods import (
     METHODS,
@@ -30,6 +36,16 @@ from mecanique.motion.simulation.integrators.taylor import integrate_series
 from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
 from mecanique.motion.simulation.watching.watcher import Interruption, Watcher
+
+
+def integrate_by_choice(problem: Problem, method: str) -> tuple[Choice, Integration]:
+    """Integrate by one choice after another until none promises more."""
+    choice = first_choice(problem, method)
+    integration = integrate(problem, choice)
+    while (other := next_choice(problem, choice, integration)) is not None:
+        choice = other
+        integration = integrate(problem, choice)
+    return choice, integration
 
 
 def integrate(problem: Problem, choice: Choice) -> Integration:

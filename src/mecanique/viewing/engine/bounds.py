@@ -12,7 +12,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.expression import Scalar, evaluate, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.rules import MASS, MOMENT, TRIANGLE, rules_of
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.motion import Motion
 from mecanique.motion.simulation.watching.limits import MARGIN
 from mecanique.viewing.scene.scene import Bound, Condition
 

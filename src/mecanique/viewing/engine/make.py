@@ -28,7 +28,7 @@ from mecanique.model.meshing.teeth import visuals_of
 from mecanique.model.quaternions import to_matrices
 from mecanique.model.states import States
 from mecanique.motion.analysis.forces import Action
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.motion import Motion
 from mecanique.motion.simulation.watching.validity import margins_along
 from mecanique.program.evaluation import evaluate
 from mecanique.program.traced import value_of, values_of

@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.motion import Motion
 from mecanique.motion.simulation.arguments import Values
 from mecanique.viewing.live.checking import Checking, pending
 from mecanique.viewing.live.live import Changes, LiveView

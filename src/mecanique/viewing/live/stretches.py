@@ -12,7 +12,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import IntegrationError
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.motion import Motion
 from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Document, Scene
 from mecanique.viewing.scene.texts import ledger_of

@@ -14,7 +14,7 @@ from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding
 from mecanique.model.quaternions import from_matrices
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.motion import Motion
 from mecanique.urdf.lint import lint
 from mecanique.viewing.engine.bounds import is_cut_short
 from mecanique.viewing.engine.make import add_row, equip, judge_page, refuse

@@ -11,8 +11,8 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.quaternions import from_matrices
 from mecanique.model.units import per_second, units
 from mecanique.motion.analysis.forces import Action, Actions
+from mecanique.motion.motion import Motion
 from mecanique.motion.record.events import break_names
-from mecanique.motion.record.motion import Motion
 from mecanique.viewing.scene.drawn import Spot, bodies_of, marks_of, name_arrows, spans_of, tips_of
 from mecanique.viewing.scene.scene import Arrow, Break, Document, Floats, Line, Scene, Series, Trace
 from mecanique.viewing.scene.texts import letter

@@ -14,7 +14,7 @@ from mecanique.figure.draw import figure_text
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
 from mecanique.motion.analysis.forces import TOGETHER, Action
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.motion import Motion
 from mecanique.textbook import entry
 from mecanique.textbook.catalogue import is_known
 from mecanique.urdf.write import write_urdf

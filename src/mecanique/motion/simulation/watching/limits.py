@@ -12,7 +12,7 @@ from mecanique.errors import InputError, IntegrationError
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.events import Event
-from mecanique.motion.record.motion import Motion
+from mecanique.motion.record.trajectory import Trajectory
 
 MARGIN = 1e-3
 """A coordinate this near to its limit has reached it, relative to the limits' distance or 1.
@@ -119,7 +119,7 @@ def joint_events(
     return tuple(found)
 
 
-def refuse_limit(motion: Motion) -> None:
+def refuse_limit(motion: Trajectory) -> None:
     """Raise if a motion stopped because a coordinate reached its limit.
 
     Raises:
@@ -141,7 +141,7 @@ def refuse_limit(motion: Motion) -> None:
             )
 
 
-def report_end(progress: Callable[[float], object] | None, motion: Motion) -> None:
+def report_end(progress: Callable[[float], object] | None, motion: Trajectory) -> None:
     """Report that a motion is complete; what `progress` raises then does not lose it.
 
     Raises:

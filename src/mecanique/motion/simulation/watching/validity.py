@@ -7,7 +7,7 @@ from there on is that of no real mechanism.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -20,7 +20,6 @@ from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, Occurrence, break_names
 
 if TYPE_CHECKING:
-    from mecanique.motion.record.motion import Motion
     from mecanique.reference import Reference
 
 
@@ -61,24 +60,7 @@ def contact_events(mechanism: Mechanism, *, stop: bool = False) -> tuple[Event, 
     return tuple(Event(name, _Margin(mechanism, k), -1, stop) for k, name in enumerate(names))
 
 
-def add_breaks(motion: Motion, reference: Reference) -> Motion:
-    """Return a motion with the events at which its contacts and cords cease to hold.
-
-    Args:
-        motion: the motion; of events that it watched for itself nothing is added.
-        reference: the mechanism inside the engine.
-    """
-    if not break_names(motion.mechanism):
-        return motion
-    known = {event.name for event in motion.watched or ()}
-    found = _find_breaks(motion.mechanism, reference, motion.curve)
-    events = (*motion.events, *(each for each in found if each.name not in known))
-    return replace(motion, events=tuple(sorted(events, key=lambda each: each.t)))
-
-
-def _find_breaks(
-    mechanism: Mechanism, reference: Reference, curve: Curve
-) -> tuple[Occurrence, ...]:
+def find_breaks(mechanism: Mechanism, reference: Reference, curve: Curve) -> tuple[Occurrence, ...]:
     """Return where along a motion contacts and cords cease to hold, amiss at its start or later.
 
     Args:

@@ -7,6 +7,11 @@ therefore first projected on the loops, which also keeps the equations from beco
 close to it the acceleration is interpolated along the path, between closed states far enough away
 on both sides. These are found in coordinates of the tangent space (Potra & Rheinboldt, Mech.
 Struct. Mach. 19 (1991) 1).
+
+Next to a change point branches come near each other but do not cross: the motion turns sharply from
+one into the other, and σ passes a small minimum. The position interpolated between the sides then
+leaves the loops open, by as much as the mechanism differs from one whose branches cross. Through
+such a turn the equations are integrated as they are.
 """
 
 from __future__ import annotations
@@ -38,6 +43,22 @@ States nearer than the first are projected on the loops, those farther than the 
 _NEXT = 0.01
 """Distance below which accelerations are interpolated."""
 
+_JUDGED = 0.3
+"""Distance ahead below which it is judged whether branches cross there."""
+
+_AROUND, _UNDECIDED = 0.6, 0.05
+"""Distances around the place ahead within which that is remembered, and if it cannot be judged."""
+
+_CROSSED, _TURNED = 1e-12, 1e-10
+"""Gap halfway between the sides, in natural units, of branches that cross and of those that turn.
+
+The least singular value of a turn is about the root of its gap g, and rounding of the accelerations
+is enlarged by 1/σ²: by 1e-16/g. Between the two bounds rounding decides where the motion goes.
+"""
+
+_EVIDENT = 1e-6
+"""Gap that is no error of the interpolation, even between the states farthest apart."""
+
 _APART, _SIDE = 0.025, 8
 """Distance between the states of the interpolation, and their number on each side."""
 
@@ -54,11 +75,6 @@ _SWEEPS = 12
 
 _LANDING = 1e-11
 """Gap below which further sweeps of Newton's method change only rounding errors."""
-
-
-def closed_rhs(closed: Closed) -> Rhs:
-    """Return f(t, y) = y' for a mechanism with loops."""
-    return _ClosedRhs(closed)
 
 
 def plain_rhs(closed: Closed) -> Rhs:
@@ -154,8 +170,8 @@ class _Way(NamedTuple):
     metric: Metric
 
 
-class _Regular(NamedTuple):
-    """A neighborhood of a position, without any singular position near it."""
+class _Neighborhood(NamedTuple):
+    """The positions around one."""
 
     q: Array
     radius: float
@@ -165,25 +181,56 @@ class _Regular(NamedTuple):
 
 
 @final
-class _ClosedRhs:
-    """The function f(t, y) = y'; it remembers a neighborhood without singular positions."""
+class ClosedRhs:
+    """f(t, y) = y' for a mechanism with loops.
+
+    It remembers a neighborhood without singular positions, and one in which branches turn.
+    """
 
     def __init__(self, closed: Closed) -> None:
         self._closed = closed
         self._nq = closed.mechanism.nq
         self._unit = min(1.0, closed.closures.length)
-        self._regular = _Regular(np.full(self._nq, np.inf), 0.0)
+        nowhere = _Neighborhood(np.full(self._nq, np.inf), 0.0)
+        self._regular = self._judged = self._undecided = nowhere
+        self._turns = False
 
     def __call__(self, t: float, y: Array) -> Array:
+        """Return the rates of a state."""
         state = _State(y[: self._nq], y[self._nq :], t)
+        if self.turns_at(state.q):
+            return self._plain(state)
         slope = _slope(self._closed, state)
         if not self._regular.holds(state.q):
             way = _find_way(self._closed, state)
-            distance = _distance(self._closed, way, state)
+            ahead = _distance(self._closed, way, state)
+            distance = abs(ahead)
             radius = min(distance - _FAR, _FAR) / 2 * self._unit
-            self._regular = _Regular(state.q.copy(), radius)
+            self._regular = _Neighborhood(state.q.copy(), radius)
+            if distance < _JUDGED and self._judge(state, way, ahead):
+                return self._plain(state)
             slope = _pass(self._closed, state, slope, way, distance)
         return np.concatenate(slope)
+
+    def turns_at(self, q: Array) -> bool:
+        """Return whether branches are known to come near each other there, but not to cross."""
+        return self._turns and self._judged.holds(q)
+
+    def _judge(self, state: _State, way: _Way, ahead: float) -> bool:
+        """Return whether branches are found to turn; it is remembered around where they do."""
+        if self._judged.holds(state.q) or self._undecided.holds(state.q):
+            return False
+        turns = _turns_ahead(self._closed, way, state, ahead)
+        if turns is None:  # often a trial state far off; what is known stays so
+            self._undecided = _Neighborhood(state.q.copy(), _UNDECIDED * self._unit)
+            return False
+        there = displace(self._closed, state.q, way.metric.columns @ way.along * ahead)
+        self._judged, self._turns = _Neighborhood(there, _AROUND * self._unit), turns
+        return turns
+
+    def _plain(self, state: _State) -> Array:
+        q, v, t = state
+        return np.concatenate([self._closed.rates(q, v), self._closed.solve(q, v, t).acceleration])
 
 
 def _pass(closed: Closed, state: _State, slope: _Slope, way: _Way, distance: float) -> _Slope:
@@ -246,7 +293,7 @@ def _find_way(closed: Closed, state: _State) -> _Way:
 
 
 def _distance(closed: Closed, way: _Way, state: _State) -> float:
-    """Estimate, to first order, the distance along the path to a vanishing singular value."""
+    """Estimate, to first order, how far ahead along the path a singular value vanishes."""
     if not way.along.any() or not way.singular.size:
         return np.inf
     if way.singular[-1] <= WEAK:
@@ -256,7 +303,7 @@ def _distance(closed: Closed, way: _Way, state: _State) -> float:
     J = way.metric.scale(closed.closures.at(ahead, v, t).jacobian)
     least = float(way.singular[-1])
     change = float(way.left[:, -1] @ J @ way.right[:, -1]) - least
-    return abs(least * _PROBE / change) if change else np.inf
+    return -least * _PROBE / change if change else np.inf
 
 
 def _interpolate(closed: Closed, way: _Way, state: _State) -> Array | None:
@@ -264,19 +311,61 @@ def _interpolate(closed: Closed, way: _Way, state: _State) -> Array | None:
 
     These have the same velocity along the path.
     """
+    landings = _land_around(closed, way, state, 0.0, _APART)
+    if landings is None:
+        return None
     acceleration: Array = np.zeros_like(state.v)
+    for weight, landing in zip(_WEIGHTS * 2, landings, strict=True):
+        v = _velocity_on(state, way, landing)
+        acceleration += weight * closed.solve(landing.q, v, state.t).acceleration
+    return acceleration
+
+
+def _turns_ahead(closed: Closed, way: _Way, state: _State, ahead: float) -> bool | None:
+    """Return whether the branches that come near each other ahead do not cross; None if unknown.
+
+    Raises:
+        EngineError: if rounding decides that.
+    """
+    gaps = []
+    for apart in (2 * _APART, _APART, _APART / 2):
+        landings = _land_around(closed, way, state, ahead, apart)
+        if landings is None:
+            break  # nearer to the turn than this, loops cannot be closed on every side
+        bend = sum(w * landing.bend for w, landing in zip(_WEIGHTS * 2, landings, strict=True))
+        there = way.metric.columns @ (ahead * way.along + way.right @ bend)
+        middle = displace(closed, state.q, there)
+        residual = closed.closures.at(middle, state.v, state.t).residual
+        gaps.append(float(np.abs(way.metric.units.rows * residual).max()))
+    if not gaps or (len(gaps) == 1 and gaps[0] < _EVIDENT):
+        return None
+    # an error of the interpolation would fall by 2^16
+    gap = gaps[-1] if gaps[-1] > 0.1 * gaps[0] else 0.0
+    if _CROSSED < gap < _TURNED:
+        raise EngineError(
+            f"mechanism {closed.mechanism.name!r}: near q = {state.q.tolist()} branches of its "
+            f"motion come within {gap:.0e} of crossing, so that rounding decides which one it "
+            "takes; change a length until they cross, or by more than that"
+        )
+    return gap >= _TURNED
+
+
+def _land_around(
+    closed: Closed, way: _Way, state: _State, ahead: float, apart: float
+) -> list[Landing] | None:
+    """Return the closed positions on both sides of a place ahead; None if there are none."""
+    landings = []
     for side in (1, -1):
         bend: Array = np.zeros(way.right.shape[1])
         last = bend
-        for k, weight in enumerate(_WEIGHTS, 1):
-            guess = Tangent(side * k * _APART * way.along, way.right, 2 * bend - last)
-            landing = _land(closed, state, way, guess)
+        for k in range(1, _SIDE + 1):
+            along = (ahead + side * k * apart) * way.along
+            landing = _land(closed, state, way, Tangent(along, way.right, 2 * bend - last))
             if landing is None:
                 return None
             last, bend = bend, landing.bend
-            v = _velocity_on(state, way, landing)
-            acceleration += weight * closed.solve(landing.q, v, state.t).acceleration
-    return acceleration
+            landings.append(landing)
+    return landings
 
 
 def _land(closed: Closed, state: _State, way: _Way, tangent: Tangent) -> Landing | None:

@@ -9,14 +9,14 @@ from mecanique.motion.record.exceeded_limits import find_exceeded
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
-    from mecanique.motion.record.motion import Motion
+    from mecanique.motion.record.trajectory import Trajectory
 
 
 MAX_LISTED = 12
 """Most coordinates that are listed."""
 
 
-def summary(motion: Motion) -> str:
+def summary(motion: Trajectory) -> str:
     """Return a summary: mechanism, duration, method and energy balance."""
     mechanism, statistics = motion.mechanism, motion.statistics
     energy = motion.energy()

@@ -1,19 +1,17 @@
-"""The motion of a mechanism: states by time, and what follows from them."""
+"""The states of a mechanism by time, and what follows from them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from os import PathLike
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mecanique.errors import UnknownNameError
 from mecanique.model.free_body import FloatingState, floating_state
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.analysis.audit import Audit, audit
 from mecanique.motion.record.curve import Curve, State, Times
 from mecanique.motion.record.energies import Energies, energies
 from mecanique.motion.record.events import Event, Occurrence, break_names
@@ -22,9 +20,6 @@ from mecanique.motion.record.statistics import Statistics
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
-    import pandas
-    from matplotlib.figure import Figure
-
     from mecanique.reference import Reference
     from mecanique.reference.engine.answers import PointMotion, Twist, Wrench
 
@@ -33,36 +28,11 @@ _MARKS = ("", "'", "''")
 """What a coordinate's name is followed by for itself, its rate and its second rate."""
 
 
-@final
 @dataclass(frozen=True, eq=False)
-class Motion:
-    """The motion of a mechanism, as `simulate` returns it.
+class Trajectory:
+    """The states of a mechanism by time, and what its reference says of them: what a `Motion` is.
 
-    `motion["q"]`, `motion["q'"]` and `motion["q''"]` are the samples of a coordinate, its velocity
-    and acceleration, also of a joint that follows the coordinate map; `motion(t)` is the state at
-    any time, as accurate as the integration.
-
-    Args:
-        mechanism: what moved.
-        t: shape (n,), times of the samples [s].
-        q: shape (n, nq), positions.
-        v: shape (n, nv), velocities.
-        path: the motion as a function of time, or what gives it when it is asked for.
-        method: which method integrated it and why.
-        statistics: what that took.
-        events: what took place, in order of time.
-        watched: the events that were watched for; None if that is not known, as of a file.
-        event_names: their names where these alone are known.
-        engine: the mechanism's `Reference`, if one was given.
-        rank: how many of the loops' constraints are independent, if that is known.
-
-    Example:
-        >>> pendulum = mq.textbook.load("rigid_bar_pendulum")
-        >>> motion = mq.simulate(pendulum, q={"q": 0.1}, duration=2.0)
-        >>> motion(0.5).q.round(3)
-        array([-0.034])
-        >>> motion.reactions("pin", [0.5]).force.round(3)
-        array([[0.252, 0.   , 9.867]])
+    Its arguments are those of `Motion`, which adds what audits, draws and stores it.
     """
 
     mechanism: Mechanism
@@ -279,110 +249,6 @@ class Motion:
             if event not in known:
                 raise UnknownNameError("event", event, known)
         return np.array([occurrence.t for occurrence in self.events if occurrence.name == event])
-
-    def audit(self, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
-        """Check the motion against the balances of energy and momentum.
-
-        The forces on the whole are asked of the reference at eight instants of each step. Of robots
-        this takes about three times the simulation; of a small mechanism that generated code moves
-        in a tenth of a second it takes seconds, with loops up to 20 times the simulation.
-
-        Args:
-            refine: also integrate again with a smaller tolerance, to find until when the motion can
-                be trusted.
-            accuracy: the error that is then accepted, relative to the largest coordinate.
-        """
-        return audit(self, refine=refine, accuracy=accuracy)
-
-    def summary(self) -> str:
-        """Return a summary: mechanism, duration, method and energy balance."""
-        from mecanique.motion.record.report import summary
-
-        return summary(self)
-
-    def save(self, path: str | PathLike[str]) -> None:
-        """Write the motion to an npz file, whole or not at all.
-
-        Args:
-            path: the file; ".npz" is added if it has no ending.
-
-        Raises:
-            InputError: if the file cannot be written.
-        """
-        from mecanique.motion.output.storage import save
-
-        save(self, path)
-
-    @staticmethod
-    def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motion:
-        """Read a motion that `save` wrote.
-
-        Args:
-            path: the file.
-            mechanism: what moved; not needed for a system of the catalogue.
-
-        Raises:
-            InputError: if the file is no motion, or another mechanism's.
-        """
-        from mecanique.motion.output.storage import load
-
-        return load(path, mechanism)
-
-    def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write t, q, v and a to a CSV file, with units in the header.
-
-        Args:
-            path: the file.
-
-        Raises:
-            InputError: if the file cannot be written.
-        """
-        from mecanique.motion.output.storage import to_csv
-
-        to_csv(self, path)
-
-    def to_parquet(self, path: str | PathLike[str]) -> None:
-        """Write t, q, v and a to a Parquet file, with the units in the schema's metadata.
-
-        Args:
-            path: the file.
-
-        Raises:
-            InputError: if pyarrow is not installed, or the file cannot be written.
-        """
-        from mecanique.motion.output.storage import to_parquet
-
-        to_parquet(self, path)
-
-    def to_frame(self) -> pandas.DataFrame:
-        """Return t (as index), q, v and a as a pandas DataFrame.
-
-        Raises:
-            InputError: if pandas is not installed.
-        """
-        from mecanique.motion.output.storage import to_frame
-
-        return to_frame(self)
-
-    def plot(self, what: str = "coordinates", joint: str | None = None) -> Figure:
-        """Plot the motion; return the matplotlib Figure.
-
-        Args:
-            what: "coordinates", "phase", "energies" or "reactions".
-            joint: for "reactions", the joint; the first by default.
-
-        Raises:
-            InputError: if matplotlib is not installed, or there is no such plot.
-        """
-        from mecanique.motion.output.plot import plot
-
-        figure: Figure = plot(self, what, joint)
-        return figure
-
-    def _repr_html_(self) -> str | None:
-        from mecanique.motion.output.notebook import html
-
-        return html(self)
 
     def __repr__(self) -> str:
         span = f"t = {self.t[0]:g}…{self.t[-1]:g} s"
