@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, final
@@ -24,7 +24,7 @@ from mecanique.derivation.term_units import unit_of
 from mecanique.errors import DerivationError
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import States
+from mecanique.model.states import States, explain_defaults
 from mecanique.model.values import Given
 
 if TYPE_CHECKING:
@@ -86,6 +86,10 @@ class Equations(Dynamics):
     title: str
     numeric: BatchDynamics
     derive_symbols: Callable[[], Derivation]
+
+    def __getstate__(self) -> dict[str, object]:
+        # what has been derived and written out is left behind, and derived again when asked for
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @cached_property
     def _outcome(self) -> Derivation | DerivationError:
@@ -253,14 +257,27 @@ class Equations(Dynamics):
         )
 
     def _compute(self, quantity: Quantity, states: States) -> np.ndarray:
+        with np.errstate(all="ignore"):
+            answers = self._answer(quantity, states)
+        finite = np.isfinite(answers).reshape(len(states), -1).all(axis=1)
+        if not finite.all():
+            k = int(np.argmin(finite))
+            q, v, t = states.q[k].tolist(), states.v[k].tolist(), float(states.t[k])
+            raise DerivationError(
+                f"mechanism {self.mechanism.name!r} has no finite {quantity.replace('_', ' ')} at "
+                f"q = {q}, v = {v}, t = {t:g}{explain_defaults(self.mechanism, states.asked)}"
+            )
+        return states.unbatch(answers)
+
+    def _answer(self, quantity: Quantity, states: States) -> np.ndarray:
         itself = self.mechanism.rolls and self.numeric.rolls
         if quantity == "acceleration" and self.mechanism.constrained and not itself:
-            return states.unbatch(self._constrained.motion(states).acceleration)
+            return np.asarray(self._constrained.motion(states).acceleration)
         if quantity == "inverse_dynamics":
             needed = self.numeric.inverse_dynamics(states, states.a)
-            return states.unbatch(needed - self.numeric.forces(states))
+            return np.asarray(needed - self.numeric.forces(states))
         found: np.ndarray = getattr(self.numeric, quantity)(states)
-        return states.unbatch(found)
+        return found
 
     def multipliers(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, np.ndarray]:
         """Return Lagrange's multipliers λ of the constraints, each shape () or (n,).

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 from mecanique.derivation.equations import Equations
@@ -76,8 +77,12 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
         method=method,
         title=chosen.title,
         numeric=chosen.numeric(mechanism),
-        derive_symbols=lambda: chosen.symbolic(mechanism, None).derivation(),
+        derive_symbols=partial(_derive_symbols, mechanism, method),
     )
+
+
+def _derive_symbols(mechanism: Mechanism, method: str) -> Derivation:
+    return METHODS[method].symbolic(mechanism, None).derivation()
 
 
 def readable(mechanism: Mechanism) -> tuple[str, ...]:

@@ -73,6 +73,17 @@ def seated_velocities(mechanism: Mechanism) -> set[str]:
     return {joint.velocities[-1] for joint in mechanism.joints if isinstance(joint, Single)}
 
 
+def expect_mechanism(given: object) -> Mechanism:
+    """Return a mechanism, or raise.
+
+    Raises:
+        InputError: if something else was given.
+    """
+    if isinstance(given, Mechanism):
+        return given
+    raise InputError(f"expected a Mechanism, got {type(given).__name__}")
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class States:

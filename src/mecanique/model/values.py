@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -62,7 +62,7 @@ def numbers_of(
         return np.ascontiguousarray(np.array(values, dtype=float).T)
     try:
         numbers: np.ndarray = np.array(given, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(
             f"expected {say_count(len(names), 'number')} for the {kind} values, got {given!r}"
         ) from None
@@ -83,17 +83,30 @@ def column_of(value: Any, what: str) -> np.ndarray:
     Raises:
         InputError: if the shape is wrong or a number is not finite.
     """
-    if isinstance(value, str) or np.ndim(value) == 0:
-        return np.array(finite(value, what))
     try:
-        column: np.ndarray = np.array(value, dtype=float)
-    except (TypeError, ValueError):
+        single = isinstance(value, str) or np.ndim(value) == 0
+        column: np.ndarray = np.zeros(1) if single else np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"expected numbers for {what}, got {value!r}") from None
-    if column.ndim > 1:
+    if single:
+        return np.array(finite(value, what))
+    if column.ndim > 1 or not column.size:
         raise InputError(f"expected a number or shape (n,) for {what}, got shape {column.shape}")
     if not np.isfinite(column).all():
         raise InputError(f"expected finite numbers for {what}, got {_shorten(column)}")
     return column
+
+
+def names_of(given: object, what: str) -> tuple[str, ...]:
+    """Return names given as one or several, or raise.
+
+    Raises:
+        InputError: if they are no names.
+    """
+    names = (given,) if isinstance(given, str) else given
+    if isinstance(names, (Sequence, Set, Mapping)) and all(isinstance(name, str) for name in names):
+        return tuple(names)
+    raise InputError(f"expected names for {what}, got {given!r}")
 
 
 def _shorten(numbers: np.ndarray) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import States, explain_defaults
+from mecanique.model.states import States, expect_mechanism, explain_defaults
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.engine.whole import Whole
 from mecanique.reference.loops.closed import Closed
@@ -32,7 +32,7 @@ class Answering:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
+        self.mechanism = expect_mechanism(mechanism)
         self._tree = Tree(mechanism)
         self._closed = Closed(self._tree) if mechanism.constrained else None
 
@@ -43,6 +43,11 @@ class Answering:
         answering.mechanism = loaded.tree.mechanism
         answering._tree, answering._closed = loaded
         return answering
+
+    def __reduce__(self) -> tuple[Callable[..., Answering], tuple[object, ...]]:
+        """Pickle the mechanism, which another process loads into its own Pinocchio."""
+        rank = None if self._closed is None else self._closed.most
+        return _load, (type(self), self.mechanism, rank)
 
     @cached_property
     def _whole(self) -> Whole:
@@ -80,10 +85,11 @@ class Answering:
         rows: list[Array] = []
         each = zip(states.q, states.v, states.a, states.t.tolist(), strict=True)
         try:
-            for k, (q, v, a, t) in enumerate(each):
-                if states.efforts is not None:
-                    self._tree.drive(states.efforts, k, q, v, t)
-                rows.append(np.asarray(one(q, v, t, a) if accelerations else one(q, v, t)))
+            with np.errstate(all="ignore"):  # what is not finite is refused below
+                for k, (q, v, a, t) in enumerate(each):
+                    if states.efforts is not None:
+                        self._tree.drive(states.efforts, k, q, v, t)
+                    rows.append(np.asarray(one(q, v, t, a) if accelerations else one(q, v, t)))
         except MecaniqueError:
             raise
         except (ArithmeticError, ValueError) as error:
@@ -92,11 +98,15 @@ class Answering:
         finally:
             if states.efforts is not None:
                 self._tree.loads.drive(0.0)
-        answers = np.array(rows)
-        finite = np.isfinite(answers).reshape(len(rows), -1).all(axis=1)
+        answers = self._refuse_infinite(states, np.array(rows))
+        return rows[0] if states.single else answers
+
+    def _refuse_infinite(self, states: States, answers: Array) -> Array:
+        """Return answers, shape (n, …), all of which must be finite."""
+        finite = np.isfinite(answers).reshape(len(answers), -1).all(axis=1)
         if not finite.all():
             raise self._no_answer(states, int(np.argmin(finite)))
-        return rows[0] if states.single else answers
+        return answers
 
     def _no_answer(self, states: States, k: int, reason: str = "") -> EngineError:
         q, v, t = states.q[k].tolist(), states.v[k].tolist(), float(states.t[k])
@@ -104,3 +114,11 @@ class Answering:
             f"mechanism {self.mechanism.name!r} has no finite answer at q = {q}, v = {v}, "
             f"t = {t:g}{reason}{explain_defaults(self.mechanism, states.asked)}"
         )
+
+
+def _load(kind: type[_Asked], mechanism: Mechanism, rank: int | None) -> _Asked:
+    """Load a mechanism anew; rank is that of its constraints, if it was known."""
+    loaded = kind(mechanism)
+    if loaded._closed is None or rank is None:
+        return loaded
+    return kind._over(Loaded(loaded._tree, loaded._closed.with_rank(rank)))

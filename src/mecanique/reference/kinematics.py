@@ -96,7 +96,9 @@ class Kinematics(Answering):
             t: time [s].
         """
         states = States.of(self.mechanism, q, v, t)
-        speeds = center_speeds(self._tree, states.q, states.v, states.t)
+        with np.errstate(all="ignore"):
+            speeds = center_speeds(self._tree, states.q, states.v, states.t)
+        self._refuse_infinite(states, speeds)
         return speeds[0] if states.single else speeds
 
     def point(

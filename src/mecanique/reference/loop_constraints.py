@@ -13,7 +13,7 @@ from mecanique.errors import InputError
 from mecanique.model.expression import finite
 from mecanique.model.joint_base import Single
 from mecanique.model.states import States
-from mecanique.model.values import Given
+from mecanique.model.values import Given, names_of, numbers_of
 from mecanique.reference.answering import Answering
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.freedom.freedom import generic_rank
@@ -149,7 +149,7 @@ class LoopConstraints(Answering):
         Raises:
             EngineError: if a loop is open.
         """
-        states = States.of(self.mechanism, q, t=t)
+        states = States.of(self.mechanism, self.mechanism.position(q), t=finite(t, "time t"))
         M = self._answer(states, self._tree.mass).reshape(self.mechanism.nv, -1)
         if self._closed is None:
             return self.mechanism.velocities, M
@@ -185,7 +185,7 @@ class LoopConstraints(Answering):
             EngineError: if a loop is open.
             ClosureError: if the loops do not allow v or a, or the drives cannot produce them.
         """
-        drives = (drives,) if isinstance(drives, str) else drives
+        drives = names_of(drives, "drives")
         owners = {j.coordinate: j.name for j in self.mechanism.joints if isinstance(j, Single)}
         joints = [self.mechanism.joint(owners.get(name, name)) for name in drives]
         for joint in joints:
@@ -211,12 +211,14 @@ class LoopConstraints(Answering):
         Raises:
             ClosureError: if a motion that the loops allow moves no mass.
         """
-        states = States.of(self.mechanism, q, t=t)
-        M, push = self._answer(states, self._tree.mass), np.asarray(impulse, dtype=float)
-        if self._closed is None:
-            change: Array = np.linalg.solve(M, push)
-            return change
-        closures = self._closed.closures
-        J = closures.at(np.asarray(q, dtype=float), np.zeros(len(push)), t).jacobian
-        metric = self._closed.measure(J)
-        return solve(metric, -push, J, np.zeros(len(J)), most=self._closed.most).acceleration
+        mechanism = self.mechanism
+        push = numbers_of(impulse, mechanism.velocities, "impulse", np.zeros(mechanism.nv))
+        return self._answer(States.of(mechanism, q, t=t), partial(self._respond, push))
+
+    def _respond(self, push: Array, q: Array, v: Array, t: float) -> Array:
+        closed = self._closed
+        if closed is None:
+            return np.asarray(np.linalg.solve(self._tree.mass(q, v, t), push), dtype=float)
+        J = closed.closures.at(q, v, t).jacobian
+        rest = np.zeros(len(J))
+        return solve(closed.measure(J), -push, J, rest, most=closed.most).acceleration

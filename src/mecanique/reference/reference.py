@@ -11,7 +11,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import States
+from mecanique.model.states import States, expect_mechanism
 from mecanique.model.values import Given
 from mecanique.reference.engine.answers import Energy, Momentum, Resultant
 from mecanique.reference.engine.many import energies, momenta, resultants
@@ -67,7 +67,7 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         Raises:
             EngineError: if it is too large for Pinocchio, or is not read as it is written.
         """
-        tree, closed = load_once(mechanism)
+        tree, closed = load_once(expect_mechanism(mechanism))
         return cls._over(Loaded(tree, None if closed is None else closed.with_rank(rank)))
 
     @cached_property
@@ -150,7 +150,9 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         """
         states = States.of(self.mechanism, q, v, t, a)
         changes = states.a if a is not None else self.quick_accelerations(states)
-        parts = resultants(self._tree, states.q, states.v, states.t, changes)
+        with np.errstate(all="ignore"):
+            parts = resultants(self._tree, states.q, states.v, states.t, changes)
+        self._refuse_infinite(states, parts)
         return Resultant(*np.moveaxis(parts[0] if states.single else parts, -2, 0))
 
     def quick_accelerations(self, states: States) -> Array:

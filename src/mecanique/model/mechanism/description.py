@@ -141,6 +141,6 @@ _T = TypeVar("_T")
 
 
 def _lookup(kind: str, name: str, known: dict[str, _T]) -> _T:
-    if name not in known:
+    if not isinstance(name, str) or name not in known:
         raise UnknownNameError(kind, name, known)
     return known[name]

@@ -216,6 +216,8 @@ def by_leaders(space: StateSpace, given: Given, names: tuple[str, ...], primes: 
 
 def _stem(name: str, primes: int) -> str:
     """Return the name of the coordinate whose rate a name means."""
+    if not isinstance(name, str):
+        raise InputError(f"expected values by name, got {name!r} for a name")
     for _ in range(primes):
         name = name.removesuffix("'")
     return name

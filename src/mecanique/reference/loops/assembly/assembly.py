@@ -11,7 +11,8 @@ from mecanique.arrays import Array
 from mecanique.errors import ClosureError, UnknownNameError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.values import Given, whole
+from mecanique.model.states import expect_mechanism
+from mecanique.model.values import Given, names_of, whole
 from mecanique.reference.loops.assembly.closing import close_position, is_open, refuse_open, settle
 from mecanique.reference.loops.assembly.newton import displace, newton
 from mecanique.reference.loops.closed import Closed
@@ -66,8 +67,8 @@ def assemble(
         >>> bool(mq.Reference(crank).drift(q)[0] < 1e-9)
         True
     """
-    q, t = mechanism.position(guess), finite(t, "time t")
-    held = held_columns(mechanism, keep)
+    q, t = expect_mechanism(mechanism).position(guess), finite(t, "time t")
+    held = held_columns(mechanism, names_of(keep, "keep"))
     if not mechanism.constrained:
         return q
     return position_near(load_loops(mechanism), guess, q, t, held)
@@ -154,7 +155,8 @@ def assembly_branches(
         >>> len(ways)
         2
     """
-    most, tries = whole(most, "most"), whole(tries, "tries")
+    most, tries, seed = whole(most, "most"), whole(tries, "tries"), whole(seed, "seed", 0)
+    keep = names_of(keep, "keep")
     start = assemble(mechanism, guess, keep=keep, t=t)
     if not mechanism.constrained:
         return (start,)

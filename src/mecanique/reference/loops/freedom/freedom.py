@@ -18,7 +18,8 @@ from mecanique.errors import ClosureError, InputError
 from mecanique.model.constraints.loops import explain_lock
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.values import Given
+from mecanique.model.states import expect_mechanism
+from mecanique.model.values import Given, whole
 from mecanique.reference.loops.assembly.assembly import position_near
 from mecanique.reference.loops.assembly.closing import close_position
 from mecanique.reference.loops.assembly.newton import displace
@@ -146,7 +147,8 @@ def degrees_of_freedom(
         >>> mq.degrees_of_freedom(mq.textbook.load('slider_crank')).N
         1
     """
-    given, t = mechanism.position(q), finite(t, "time t")
+    given, t = expect_mechanism(mechanism).position(q), finite(t, "time t")
+    seed = whole(seed, "seed", 0)
     if not mechanism.constrained:
         return Freedom(
             coordinates=mechanism.nv,
