@@ -251,12 +251,9 @@ ORDER: dict[str, list[str]] = {
     "viewing.page": ["keyframes panels window", "meshes", "page"],
     "viewing.live": ["server", "live", "checking stretches", "moving", "view"],
     "cli": [
-        "options printing",
-        "formats",
-        "reading",
+        "linear options printing",
         "words",
-        "checks",
-        "bodies code equations formulas motions pictures",
+        "derive describe formulas motions pictures verify",
         "commands",
     ],
 }

@@ -175,7 +175,7 @@ def test_a_tolerance_acts_on_one_system_and_is_refused_with_all() -> None:
 
 def test_lint_balances_inertias_and_says_what_changed() -> None:
     result = call("lint", "bad.urdf", "--fix", "--balance", "-o", "balanced.urdf")
-    assert "nearest inertia of a real body, line 1: link 'b': " in result.stderr
+    assert "nearest possible inertia, line 1: link 'b': " in result.stderr
     assert "M203" not in call("lint", "balanced.urdf").stdout
     alone = call("lint", "bad.urdf", "--balance")
     assert (alone.exit_code, "expected --fix with --balance" in alone.stderr) == (2, True)

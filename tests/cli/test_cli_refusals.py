@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 import mecanique as mq
-from mecanique.cli import app, equations
+from mecanique.cli import app, derive
 
 COMMANDS = sorted(app.commands)
 
@@ -98,7 +98,12 @@ def test_help_and_version() -> None:
     text = CliRunner().invoke(app, ["--help"]).stdout
     assert all(command in text for command in COMMANDS)
     assert "mecanique run rigid_bar_pendulum" in " ".join(text.split())
-    assert re.findall(r"^  (\w+)  ", text.split("Commands:")[1], re.MULTILINE) == list(app.commands)
+    groups = text.partition("\nDescribe:\n")[2]
+    assert re.findall(r"^  (\w+)  ", groups, re.MULTILINE) == list(app.commands)
+    titles = ["Derive", "Verify", "Move", "Show", "Check", "Hand out"]
+    assert re.findall(r"^([A-Z][a-z ]+):$", groups, re.MULTILINE) == titles
+    sentences = [line for line in groups.splitlines() if line.startswith("  ")]
+    assert len(sentences) == len(COMMANDS) + 2, "each command takes one line of 80 characters"
     result = CliRunner().invoke(app, ["--version"])
     assert (result.exit_code, result.stdout) == (0, f"mecanique {mq.__version__}\n")
 
@@ -132,7 +137,7 @@ def test_ctrl_c_before_there_is_a_motion_needs_no_message(monkeypatch: pytest.Mo
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(equations, "choose", interrupt)
+    monkeypatch.setattr(derive, "choose", interrupt)
     result = CliRunner().invoke(app, ["derive", "two_blocks"])
     assert (result.exit_code, result.output) == (130, "")
 

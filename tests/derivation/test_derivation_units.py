@@ -6,7 +6,7 @@ import pytest
 from systems import derive_system
 
 from mecanique import textbook
-from mecanique.cli.formats import derivations
+from mecanique.cli import derive as derivations
 from mecanique.derivation.term_units import find_units
 
 NUMBERS = {"squeezer"}

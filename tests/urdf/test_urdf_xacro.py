@@ -137,7 +137,7 @@ def test_the_command_takes_arguments(arm: Path) -> None:
     wrong = CliRunner().invoke(app, ["verify", str(arm), "--arg", "length"])
     assert (wrong.exit_code, "expected NAME=VALUE after --arg" in wrong.stderr) == (2, True)
     fix = CliRunner().invoke(app, ["lint", *words, "--fix"])
-    assert (fix.exit_code, "a xacro file is mended by hand" in fix.stderr) == (2, True)
+    assert (fix.exit_code, "repair a xacro file by hand" in fix.stderr) == (2, True)
 
 
 @pytest.mark.parametrize(("tag", "said"), [("sdf", "this is SDF"), ("mujoco", "this is MJCF")])

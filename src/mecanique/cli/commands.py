@@ -7,16 +7,35 @@ from typing import final
 import click
 
 import mecanique as mq
-from mecanique.cli import bodies, code, equations, formulas, motions, pictures
+from mecanique.cli import derive, describe, formulas, motions, pictures, verify
+
+GROUPS = {
+    "Describe": (describe.list_, describe.urdf, describe.lint, describe.diff, describe.inertia),
+    "Derive": (derive.derive, derive.code),
+    "Verify": (verify.verify, verify.book),
+    "Move": (motions.simulate, motions.linearize, motions.steady, motions.inertial),
+    "Show": (pictures.run, pictures.export, pictures.view, pictures.picture, pictures.gallery),
+    "Check": (formulas.check, formulas.grade),
+    "Hand out": (formulas.exercise, formulas.agents),
+}
+"""The commands by what a user wants to do, in the order of the work."""
 
 
 @final
 class _Program(click.Group):
-    """A program whose help lists the commands in the order of a user's work."""
+    """A program whose help lists the commands by what a user wants to do."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of the commands, in the order in which they were added."""
         return list(self.commands)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write a section for each group."""
+        width = max(map(len, self.commands))
+        for title, commands in GROUPS.items():
+            rows = [(f"{c.name:{width}}", c.get_short_help_str(formatter.width)) for c in commands]
+            with formatter.section(title):
+                formatter.write_dl(rows)
 
 
 @click.group(
@@ -37,28 +56,6 @@ def app() -> None:
     """
 
 
-for command in (
-    equations.list_,
-    equations.derive,
-    equations.book,
-    equations.verify,
-    equations.lint,
-    equations.diff,
-    equations.urdf,
-    bodies.inertia,
-    formulas.check,
-    formulas.grade,
-    formulas.exercise,
-    formulas.agents,
-    code.code,
-    motions.simulate,
-    motions.linearize,
-    motions.steady,
-    motions.inertial,
-    pictures.run,
-    pictures.export,
-    pictures.view,
-    pictures.picture,
-    pictures.gallery,
-):
-    app.add_command(command)
+for _commands in GROUPS.values():
+    for _command in _commands:
+        app.add_command(_command)

@@ -10,8 +10,8 @@ from click.exceptions import Exit
 
 import mecanique as mq
 from mecanique.cli import options
+from mecanique.cli.options import Reading, reads_files
 from mecanique.cli.printing import progress, say, working, write_text
-from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import choose, report_errors
 
 
@@ -22,14 +22,14 @@ from mecanique.cli.words import choose, report_errors
     nargs=-1,
     required=True,
     metavar="FORMULA…",
-    help="Equations in plain text, LaTeX, SymPy's text or MathML; the path of a file with "
-    "one a line; or - to read them from standard input.",
+    help="Equations in plain text, LaTeX, SymPy's text or MathML; a file with one equation "
+    "per line; or - for standard input.",
 )
 @click.option(
     "--ask",
     default="equation of motion",
     metavar="WORDS",
-    help="What it is meant to be: equation of motion, kinetic energy, potential energy, "
+    help="What the formula is meant to be: equation of motion, kinetic energy, potential energy, "
     "Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency, "
     "equilibrium, equilibrium of BODY (cut free) or reaction.",
 )
@@ -72,7 +72,7 @@ def check(
     "answers",
     type=options.PATH,
     metavar="ANSWERS",
-    help="A folder with a folder (1a.txt, 1b.tex …) or a .toml for each student.",
+    help="A folder with one folder (1a.txt, 1b.tex …) or one .toml per student.",
 )
 @click.option("--csv", type=options.PATH, metavar="FILE", help="Write the marks to this file.")
 @report_errors
@@ -95,8 +95,8 @@ def grade(sheet: Path, answers: Path, csv: Path | None) -> None:
     "--ask",
     default="equation of motion",
     metavar="WORDS",
-    help="equation of motion, kinetic energy, potential energy, Lagrangian, mass matrix "
-    "or frequency.",
+    help="What it asks for: equation of motion, kinetic energy, potential energy, "
+    "Lagrangian, mass matrix or frequency.",
 )
 @options.seed
 @click.option(
@@ -104,11 +104,11 @@ def grade(sheet: Path, answers: Path, csv: Path | None) -> None:
     "-o",
     type=options.PATH,
     metavar="DIR",
-    help="Write problem.md, figure.svg and solution.md there; printed by default.",
+    help="Write problem.md, figure.svg and solution.md here; printed by default.",
 )
 @report_errors
 def exercise(system: str, ask: str, seed: int, output: Path | None) -> None:
-    """Make an exercise: a problem with figure and numbers, and its verified solution."""
+    """Make an exercise with figure, numbers and verified solution."""
     from mecanique.teaching import make_exercise
 
     with working("Making the exercise"):
@@ -118,11 +118,11 @@ def exercise(system: str, ask: str, seed: int, output: Path | None) -> None:
 
 
 @click.command(
-    epilog="Example: mecanique agents, as the command of a server in a client's settings"
+    epilog="Example: mecanique agents, entered in the client's settings as a server's command"
 )
 @report_errors
 def agents() -> None:
-    """Serve agents by the Model Context Protocol over standard input and output."""
+    """Serve agents over the Model Context Protocol (stdio)."""
     from mecanique.serving.agents import serve
 
     serve()

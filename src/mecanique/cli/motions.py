@@ -12,8 +12,8 @@ import click
 
 import mecanique as mq
 from mecanique.cli import options
+from mecanique.cli.options import Reading, reads_files
 from mecanique.cli.printing import say, working
-from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import choose, numbers, report_errors, simulate_motion
 
 _MOST_SPEEDS = 1000
@@ -31,7 +31,7 @@ _MOST_SPEEDS = 1000
 @click.option(
     "--limits",
     metavar="stop|NUMBER",
-    help="Stop where a joint reaches its limit, or bounce with this restitution.",
+    help="Stop where a joint reaches its limit, or bounce with this coefficient of restitution.",
 )
 @click.option("--csv", type=options.PATH, metavar="FILE", help="Write t, q, v, a as CSV.")
 @click.option(
@@ -56,7 +56,7 @@ def simulate(
 ) -> None:
     """Simulate a motion; print its final state and energy balance.
 
-    Exit code 2 where nothing can be set in motion: a mechanism without coordinates, or locked.
+    Exit code 2 if nothing can move: there are no coordinates, or the mechanism is locked.
     """
     motion = simulate_motion(choose(system, parameters, reading), q, v, duration, rtol, limits)
     if csv is not None:
@@ -77,19 +77,19 @@ def simulate(
     "--at",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Near this position, in rad or m: --at theta=3",
+    help="Search near this position, in rad or m: --at theta=3",
 )
 @click.option(
     "--mode",
     type=int,
     metavar="NUMBER",
-    help="Mode for --compare and --page, 1 the slowest; by default the first to oscillate.",
+    help="Mode for --compare and --page, 1 being the slowest; by default the first to oscillate.",
 )
 @click.option(
     "--amplitude",
     type=float,
     metavar="NUMBER",
-    help="Largest component of the mode in --compare and --page [rad or m].",
+    help="Largest component of the mode for --compare and --page [rad or m].",
 )
 @click.option("--compare", is_flag=True, help="Compare the mode with the exact motion.")
 @click.option(
@@ -119,10 +119,10 @@ def linearize(
 ) -> None:
     """Linearize about an equilibrium: M, C, K, frequencies, modes.
 
-    Without --at, one that is found from the neutral position or, failing that, from random ones; it
-    is named. Exit code 2 where there is none; where nothing can move, a sentence and code 0.
+    Without --at, the search starts from the neutral position, then from random ones; the output
+    names what it found. Exit code 2 if there is none, 0 with a sentence if nothing can move.
     """
-    from mecanique.cli.formats.linear import figures, response_table, small_motions
+    from mecanique.cli.linear import figures, response_table, small_motions
 
     mechanism = choose(system, parameters, reading).mechanism
     linearization = mq.linearize(mechanism, near=numbers(at, "--at") or None)
@@ -148,19 +148,21 @@ def linearize(
 @click.option("--at", multiple=True, metavar="NAME=VALUE", help="Position, in rad or m: --at z=0.3")
 @options.velocities
 @click.option(
-    "--speeds", metavar="FROM:TO:COUNT", help="A table over so many multiples of the velocities."
+    "--speeds",
+    metavar="FROM:TO:COUNT",
+    help="Tabulate over COUNT multiples of the velocities.",
 )
 @click.option(
-    "--by", multiple=True, metavar="NAME", help="A coordinate to be independent; repeatable."
+    "--by", multiple=True, metavar="NAME", help="Take this coordinate as independent; repeatable."
 )
 @click.option(
     "--expand",
     multiple=True,
     metavar="NAME",
-    help="M, C, K of it as functions of the speed; repeatable.",
+    help="Print M, C, K of this coordinate as functions of the speed; repeatable.",
 )
 @click.option(
-    "--plot", type=options.PATH, metavar="FILE", help="Draw the table, as SVG, PDF or PNG."
+    "--plot", type=options.PATH, metavar="FILE", help="Plot the table as SVG, PDF or PNG."
 )
 @options.as_json
 @report_errors
@@ -178,11 +180,11 @@ def steady(
     *,
     reading: Reading,
 ) -> None:
-    """Linearize about a steady motion: exponents, and where stability changes.
+    """Linearize about a steady motion: exponents, stability.
 
-    Exit code 2 where the motion is not steady.
+    Exit code 2 if the motion is not steady.
     """
-    from mecanique.cli.formats.linear import exponents, matrix_figures, speed_figures
+    from mecanique.cli.linear import exponents, matrix_figures, speed_figures
 
     mechanism = choose(system, parameters, reading).mechanism
     place, moving = numbers(at, "--at"), numbers(v, "-v")
@@ -254,12 +256,12 @@ def inertial(
 ) -> None:
     """Check whether the ground may be taken as inertial.
 
-    The motion is repeated on the turning earth and compared.
+    The motion is repeated on the rotating earth and compared.
     """
-    from mecanique.cli.formats.linear import inertial_figures
+    from mecanique.cli.linear import inertial_figures
 
     motion = simulate_motion(choose(system, parameters, reading), q, v, duration, 1e-10)
-    with working("Repeating the motion on the turning earth"):
+    with working("Repeating the motion on the rotating earth"):
         check = mq.inertial_check(motion.mechanism, motion, math.radians(latitude), facing=facing)
     say(inertial_figures(check) if as_json else str(check))
 

@@ -1,15 +1,22 @@
-"""The arguments and options that several commands have, each in one place.
+"""The arguments and options that several commands have, and how a robot's file is read.
 
-They are decorators of a command: `@options.system`, `@options.seed`.
+They are decorators of a command: `@options.system`, `@options.seed`, `@options.reads_files`.
 """
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, Literal, TypeAlias, TypeVar, final
 
 import click
 
+import mecanique as mq
+
 PATH = click.Path(path_type=Path)
+
 
 system = click.argument(
     "system",
@@ -17,43 +24,176 @@ system = click.argument(
     help="A textbook system (see 'mecanique list'), the path of a URDF file, "
     "or the name of a robot, e.g. panda.",
 )
+
+
 parameters = click.option(
     "--parameter",
     "-p",
     "parameters",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Set a parameter, in its SI unit: -p l=2",
+    help="Set a parameter, in SI units: -p l=2",
 )
+
+
 coordinates = click.option(
     "-q",
     multiple=True,
     metavar="NAME=VALUE",
     help="Set an initial coordinate, in rad or m: -q theta=1.5",
 )
+
+
 velocities = click.option(
     "-v",
     multiple=True,
     metavar="NAME=VALUE",
     help="Set an initial velocity, in rad/s or m/s: -v theta=0.5",
 )
+
+
 duration = click.option(
     "--duration",
     type=float,
     metavar="SECONDS",
-    help="How long to simulate; the catalogue has a default for each system.",
+    help="How long to simulate; each system has its default.",
 )
+
+
 tolerance = click.option(
     "--rtol", default=1e-10, metavar="NUMBER", help="Relative tolerance of the integration."
 )
+
+
 samples = click.option(
     "--samples",
     type=int,
     metavar="NUMBER",
-    help="Number of random states at which to compare; 100, fewer above 60 velocities.",
+    help="Number of random states to compare; 100 by default, fewer above 60 velocities.",
 )
+
+
 seed = click.option("--seed", default=0, metavar="NUMBER", help="Seed of the random states.")
+
+
 page = click.option(
     "--output", "-o", type=PATH, help="The page to write; ./SYSTEM.html by default."
 )
+
+
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON for scripts.")
+
+
+R = TypeVar("R")
+
+
+Root: TypeAlias = Literal["fixed", "floating"]
+
+
+@final
+@dataclass(frozen=True)
+class Reading:
+    """How a file is read.
+
+    Args:
+        root: how its root link is held.
+        strict: whether every error refuses it.
+        package_path: folders to search for packages.
+        arguments: of a xacro file, by name.
+        loops: a TOML file with loops and springs beside it.
+        keep: what stays a letter.
+    """
+
+    root: Root = "fixed"
+    strict: bool = False
+    package_path: tuple[Path, ...] = ()
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    loops: Path | None = None
+    keep: tuple[str, ...] = ()
+
+    def read(self, path: Path) -> mq.Mechanism:
+        """Return the mechanism of a file."""
+        return mq.read_urdf(
+            path,
+            root=self.root,
+            strict=self.strict,
+            package_path=self.package_path or None,
+            arguments=self.arguments,
+            loops=self.loops,
+            parameters=self.keep,
+        )
+
+
+def reads_files(command: Callable[..., R]) -> Callable[..., R]:
+    """Give a command the options of reading; it takes them together as `reading`."""
+
+    @click.option(
+        "--root",
+        type=click.Choice(["fixed", "floating"]),
+        default="fixed",
+        help="Whether the root link of a URDF is fixed or floating.",
+    )
+    @click.option("--floating", is_flag=True, help="The same as --root floating.")
+    @click.option(
+        "--strict",
+        is_flag=True,
+        help="Refuse a file with any error, even one that does not affect the equations.",
+    )
+    @click.option(
+        "--package-path",
+        multiple=True,
+        type=PATH,
+        metavar="DIR",
+        help="Search this directory for packages, before ROS_PACKAGE_PATH; repeatable.",
+    )
+    @click.option(
+        "--arg",
+        multiple=True,
+        metavar="NAME=VALUE",
+        help="Set an argument of a xacro file; repeatable.",
+    )
+    @click.option(
+        "--loops",
+        type=PATH,
+        metavar="FILE.toml",
+        help="A TOML file with loops, springs and dampers to add to a URDF.",
+    )
+    @click.option(
+        "--keep",
+        multiple=True,
+        metavar="NAMES",
+        help="Quantities to keep symbolic, comma-separated: masses, lengths, inertias, letters, "
+        "or properties of a xacro file.",
+    )
+    @functools.wraps(command)
+    def reads(
+        *args: Any,
+        root: Root,
+        floating: bool,
+        strict: bool,
+        package_path: tuple[Path, ...],
+        arg: tuple[str, ...],
+        loops: Path | None,
+        keep: tuple[str, ...],
+        **kwargs: Any,
+    ) -> R:
+        reading = Reading(
+            "floating" if floating else root,
+            strict,
+            package_path,
+            dict(map(_split, arg)),
+            loops,
+            tuple(word for words in keep for word in words.split(",") if word),
+        )
+        return command(*args, reading=reading, **kwargs)
+
+    return reads
+
+
+def _split(word: str) -> tuple[str, str]:
+    """Return name and value of "name=value", or of "name:=value" as xacro itself writes it."""
+    name, sign, value = word.partition("=")
+    name = name.removesuffix(":")
+    if not (name and sign):
+        raise mq.InputError(f"expected NAME=VALUE after --arg, got {word!r}")
+    return name, value

@@ -9,6 +9,7 @@ from click.exceptions import Exit
 
 import mecanique as mq
 from mecanique.cli import options
+from mecanique.cli.options import Reading, reads_files
 from mecanique.cli.printing import (
     complain,
     heading,
@@ -18,7 +19,6 @@ from mecanique.cli.printing import (
     verdict_table,
     working,
 )
-from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import choose, find_file, report_errors, simulate_motion, start_of
 from mecanique.wording import say_count
 
@@ -115,14 +115,17 @@ def export(
 @options.coordinates
 @options.velocities
 @click.option(
-    "--duration", type=float, metavar="SECONDS", help="How long to simulate; forever by default."
+    "--duration",
+    type=float,
+    metavar="SECONDS",
+    help="How long to simulate; endless by default.",
 )
 @options.tolerance
 @click.option(
     "--speed",
     type=float,
     metavar="NUMBER",
-    help="Simulated seconds per second; 1 by default, less for very short motions.",
+    help="Simulated seconds per second of real time; 1 by default, less for very short motions.",
 )
 @click.option(
     "--port", default=0, metavar="NUMBER", help="Port on this machine; 0 for any free one."
@@ -136,8 +139,8 @@ def export(
 @click.option(
     "--move",
     is_flag=True,
-    help="Simulate a file or robot, too; by default, and without -v, --duration and "
-    "--speed, it is shown at rest with its findings and a slider for each joint.",
+    help="Simulate a file or a robot. Without this, -v, --duration or --speed, it is shown at "
+    "rest with its findings and a slider for each joint.",
 )
 @report_errors
 @reads_files
@@ -155,7 +158,10 @@ def view(
     *,
     reading: Reading,
 ) -> None:
-    """Simulate a system live in a browser, or look into a robot at rest, until Ctrl-C."""
+    """Show a live motion, or a robot at rest, in a browser.
+
+    Ctrl-C ends it.
+    """
     chosen = choose(system, parameters, reading)
     start, velocity = start_of(chosen, q, v)
     moving = move or v or duration is not None or speed is not None
@@ -189,12 +195,14 @@ def view(
     "--output",
     "-o",
     type=options.PATH,
-    help="The file: .svg, .png or .pdf; ./SYSTEM.svg by default.",
+    help="The file (.svg, .png or .pdf); ./SYSTEM.svg by default.",
 )
-@click.option("--time", type=float, metavar="SECONDS", help="Draw this instant of the motion.")
+@click.option("--time", type=float, metavar="SECONDS", help="Draw the motion at this time.")
 @click.option("--free-body", metavar="BODY", help="Draw this body cut free, with all forces on it.")
-@click.option("--resultants", is_flag=True, help="Draw each reaction on it as one arrow.")
-@click.option("--numbers", is_flag=True, help="Write the values of the forces on it.")
+@click.option(
+    "--resultants", is_flag=True, help="Draw each reaction as one arrow, with --free-body."
+)
+@click.option("--numbers", is_flag=True, help="Write the values of the forces, with --free-body.")
 @options.parameters
 @options.coordinates
 @options.velocities
@@ -239,14 +247,12 @@ def picture(
     "--only", "systems", multiple=True, metavar="SYSTEM", help="Only this system; repeatable."
 )
 @options.duration
-@click.option(
-    "--pictures", "only_pictures", is_flag=True, help="Write only the pictures, as SVG files."
-)
+@click.option("--pictures", "only_pictures", is_flag=True, help="Write only the pictures, as SVG.")
 @report_errors
 def gallery(
     directory: Path, systems: tuple[str, ...], duration: float | None, only_pictures: bool
 ) -> None:
-    """Write an offline page for every textbook system, and an index."""
+    """Write a page for every textbook system, and an index."""
     from mecanique.viewing.gallery import gallery as write
     from mecanique.viewing.gallery import pictures
 

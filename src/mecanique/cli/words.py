@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, final
 from click.exceptions import Exit
 
 import mecanique as mq
+from mecanique.cli.options import Reading
 from mecanique.cli.printing import complain, progress
-from mecanique.cli.reading import Reading
 
 if TYPE_CHECKING:
     from mecanique.motion.motion import Motion

@@ -46,7 +46,7 @@ def serve() -> None:
 
 
 def _say_errors(tool: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a tool whose errors are told in the client's terms: what is wrong, what to do."""
+    """Return a tool whose errors are phrased in the client's terms: what is wrong, what to do."""
     from mcp.server.mcpserver.exceptions import ToolError
 
     @functools.wraps(tool)

@@ -97,7 +97,7 @@ def check(
 
     Args:
         system: name of a textbook system.
-        formula: equations in plain text or LaTeX, one a line; they are never executed.
+        formula: equations in plain text or LaTeX, one per line; they are never executed.
         ask: what it is meant to be: equation of motion, kinetic energy, potential energy,
             Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency,
             equilibrium, equilibrium of BODY (cut free, in its reactions) or reaction.

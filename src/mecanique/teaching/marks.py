@@ -92,10 +92,10 @@ def grade(
 
     Args:
         sheet: a TOML or JSON file, see `mecanique.teaching.sheet`.
-        answers: a folder with a folder for each student, whose files are called after the
-            questions, e.g. anna/1a.txt; or with a table for each student, e.g. anna.toml with
-            1a = "…". What of them cannot be read is a mark with its reason: files that are
-            broken, too long, not UTF-8, pipes or links, and answers that are there twice.
+        answers: a folder with one folder per student, whose files are named after the
+            questions, e.g. anna/1a.txt; or with one table per student, e.g. anna.toml with
+            1a = "…". Whatever cannot be read gets a mark with the reason: files that are
+            broken, too long, not UTF-8, pipes or links, and answers given twice.
         progress: is told the part that is done, from 0 to 1.
 
     Raises:

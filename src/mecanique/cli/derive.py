@@ -1,0 +1,238 @@
+"""Commands that derive equations of motion and write them as text or as code."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import click
+
+import mecanique as mq
+from mecanique.cli import options
+from mecanique.cli.options import Reading, reads_files
+from mecanique.cli.printing import inform, say, working
+from mecanique.cli.words import choose, report_errors, start_of
+
+Form: TypeAlias = Literal["text", "latex", "mathml"]
+
+
+@click.command(epilog="Example: mecanique derive two_blocks --method all --steps")
+@options.system
+@click.option(
+    "--method",
+    default="lagrange",
+    metavar="METHOD",
+    help="lagrange, newton_euler, virtual_work, or all of them with every step.",
+)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "latex", "mathml"]),
+    default="text",
+    help="Output format.",
+)
+@click.option("--steps", is_flag=True, help="Show every step of the derivation.")
+@click.option("--units", is_flag=True, help="Show the unit of each line's terms, in text.")
+@click.option("--document", is_flag=True, help="Print a complete LaTeX file with every step.")
+@click.option(
+    "--routh",
+    is_flag=True,
+    help="Eliminate the cyclic coordinates by their momenta (Routh), and compare with the "
+    "full equations.",
+)
+@click.option(
+    "--in",
+    "alone",
+    metavar="COORDINATE",
+    help="Reduce a mechanism with loops and one degree of freedom to one equation in this "
+    "coordinate, by kinematic coefficients.",
+)
+@options.parameters
+@report_errors
+@reads_files
+def derive(
+    system: str,
+    method: str,
+    form: Literal["text", "latex", "mathml"],
+    steps: bool,
+    units: bool,
+    document: bool,
+    routh: bool,
+    alone: str | None,
+    parameters: tuple[str, ...],
+    *,
+    reading: Reading,
+) -> None:
+    """Derive the equations of motion; explain the symbols."""
+    if units and (form != "text" or steps or document or method == "all"):
+        raise click.BadParameter("expected --units without --steps, --format and --method all")
+    reduced = routh or alone is not None
+    if reduced and (units or method != "lagrange" or (routh and alone is not None)):
+        raise click.BadParameter("expected one of --routh, --in, --units, --method")
+    chosen = choose(system, parameters, reading)
+    form, steps = ("latex" if document else form), steps or document
+    with working("Deriving the equations of motion"):
+        if routh:
+            text = reduction(chosen.mechanism, form, steps)
+        elif alone is not None:
+            text = in_one_coordinate(chosen.mechanism, alone, form, steps)
+        elif method == "all":
+            text = derivations(chosen.mechanism, form)
+        else:
+            text = derivation(chosen.mechanism, method, form, steps, units=units)
+    say(as_document([text]) if document else text)
+
+
+@click.command(epilog="Example: mecanique code cart_pole --target c --what rhs,energy -o cart")
+@options.system
+@click.option(
+    "--target",
+    default="c",
+    metavar="LANGUAGE",
+    help="c, javascript, python, jax, casadi or fmu (FMI 3.0).",
+)
+@click.option(
+    "--what",
+    default="acceleration,energy",
+    metavar="NAMES",
+    help="Quantities, comma-separated: rhs, acceleration, mass_matrix, bias, gravity, "
+    "forces, inverse_dynamics, energy, poses, jacobians, reactions; with loops also "
+    "multipliers, closure; derivatives such as rhs_by_y, rhs_by_tau, energy_by_p.",
+)
+@click.option(
+    "--output",
+    "-o",
+    type=options.PATH,
+    default=Path(),
+    metavar="DIR",
+    help="Directory to write in.",
+)
+@options.parameters
+@click.option("--numbers", is_flag=True, help="Write parameters as numbers, not as arguments.")
+@click.option("--name", metavar="NAME", help="Prefix of functions and files.")
+@click.option("--samples", default=100, metavar="NUMBER", help="Number of states to compare.")
+@options.seed
+@options.coordinates
+@options.velocities
+@options.as_json
+@report_errors
+@reads_files
+def code(
+    system: str,
+    target: str,
+    what: str,
+    output: Path,
+    parameters: tuple[str, ...],
+    numbers: bool,
+    name: str | None,
+    samples: int,
+    seed: int,
+    q: tuple[str, ...],
+    v: tuple[str, ...],
+    as_json: bool,
+    *,
+    reading: Reading,
+) -> None:
+    """Write the equations of motion as code, checked by running it.
+
+    A comparison test is written alongside. -q and -v apply to FMUs only.
+    """
+    chosen = choose(system, parameters, reading)
+    start, start_velocity = start_of(chosen, q, v)
+    with working(f"Writing and running {target}"):
+        made = mq.generate(
+            mq.derive(chosen.mechanism),
+            target,
+            what,
+            parameters=() if numbers else None,
+            name=name,
+            q=start,
+            v=start_velocity,
+            samples=samples,
+            seed=seed,
+        )
+    paths = made.write(output)
+    if as_json:
+        say(
+            json.dumps(
+                {
+                    "files": [str(path) for path in paths],
+                    "operations": {
+                        answer.quantity.name: made.count(answer.quantity.name).total
+                        for answer in made.program.answers
+                    },
+                    "worst": None if made.verdict is None else made.verdict.worst,
+                },
+                indent=2,
+            )
+        )
+        return
+    for path in paths:
+        say(f"Wrote {path}")
+    say("Not run here; see the head of the file." if made.verdict is None else str(made.verdict))
+
+
+def derivation(
+    mechanism: mq.Mechanism, method: str, form: Form, steps: bool, *, units: bool = False
+) -> str:
+    """Return the equations of motion by one method, with what each symbol means.
+
+    Equations without a closed form, or with too long a one, are a list of named results.
+    """
+    equations = mq.derive(mechanism, method=method)
+    if not equations.legible:
+        if equations.symbolic:
+            inform(
+                f"The equations have {equations.terms:,} terms: here they are a list of named "
+                "results; in Python, mecanique.derive(…).text() writes them out"
+            )
+        written = mq.write_recursion(equations)
+        return {"text": written.text, "latex": written.latex, "mathml": written.mathml}[form]()
+    if units:
+        from mecanique.model.units import add_unit
+
+        lines = zip(map(str, equations.equations), equations.units, strict=True)
+        return "\n".join(add_unit(line, unit) for line, unit in lines)
+    return {"text": equations.text, "latex": equations.latex, "mathml": equations.mathml}[form](
+        steps=steps, symbols=True
+    )
+
+
+def derivations(mechanism: mq.Mechanism, form: Form) -> str:
+    """Return the derivations by all methods with every step, and whether they agree."""
+    from mecanique.derivation import readable
+    from mecanique.derivation.methods import agreement
+    from mecanique.derivation.printing.prose import to_latex
+
+    shortest = mq.derive(mechanism)
+    if shortest.symbolic and not shortest.legible:  # the others are longer and take minutes
+        return derivation(mechanism, shortest.method, form, steps=True)
+    parts = [derivation(mechanism, method, form, steps=True) for method in readable(mechanism)]
+    try:
+        said = agreement(mechanism)
+    except mq.DerivationError as error:
+        said = f"Not compared with other closed forms: {error}."
+    shown = {"text": said, "mathml": f"<p>{said}</p>", "latex": to_latex(said, ())}
+    parts.append(shown[form])
+    return ("\n\n\n" if form == "text" else "\n\n").join(parts)
+
+
+def reduction(mechanism: mq.Mechanism, form: Form, steps: bool) -> str:
+    """Return the equations reduced by the momenta of the cyclic coordinates."""
+    found = mq.routh(mechanism)
+    return {"text": found.text, "latex": found.latex, "mathml": found.mathml}[form](steps=steps)
+
+
+def in_one_coordinate(mechanism: mq.Mechanism, coordinate: str, form: Form, steps: bool) -> str:
+    """Return the equation of a mechanism with loops in one coordinate alone."""
+    found = mq.reduce_loops(mechanism, coordinate)
+    return {"text": found.text, "latex": found.latex, "mathml": found.mathml}[form](steps=steps)
+
+
+def as_document(fragments: Sequence[str]) -> str:
+    """Return fragments of LaTeX as a complete file."""
+    from mecanique.derivation.document import to_page
+
+    return to_page(fragments)

@@ -1,0 +1,249 @@
+"""Commands on descriptions: list them, write URDF, look for what is wrong, compare."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.exceptions import Exit
+
+import mecanique as mq
+from mecanique.cli import options
+from mecanique.cli.options import Reading, reads_files
+from mecanique.cli.printing import inform, say, write_text
+from mecanique.cli.words import choose, find_file, report_errors
+
+if TYPE_CHECKING:
+    from mecanique.model.mechanism.origin import Finding
+
+
+@click.command("list", epilog="Example: mecanique list --tag pendulum")
+@click.option("--tag", multiple=True, metavar="TAG", help="Only systems with this tag; repeatable.")
+@options.as_json
+@report_errors
+def list_(tag: tuple[str, ...], as_json: bool) -> None:
+    """List the textbook systems with their degrees of freedom N."""
+    entries = {name: mq.textbook.entry(name) for name in mq.textbook.names()}
+    known = sorted(set().union(*(entry.tags for entry in entries.values())))
+    for word in tag:
+        if word not in known:
+            raise mq.UnknownNameError("tag", word, known)
+    rows = [_row(name) for name, entry in entries.items() if set(tag) <= set(entry.tags)]
+    if as_json:
+        say(json.dumps(rows, ensure_ascii=False, indent=2))
+        return
+    name_width = max((len(row["name"]) for row in rows), default=0)
+    title_width = max((len(row["title"]) for row in rows), default=0)
+    for row in rows:
+        columns = f"{row['name']:{name_width}}  {row['title']:{title_width}}"
+        say(f"{columns}  N = {row['N']}  {', '.join(row['tags'])}")
+
+
+@click.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")
+@options.system
+@click.option("--output", "-o", type=options.PATH, help="Write to this file instead of printing.")
+@options.parameters
+@report_errors
+@reads_files
+def urdf(
+    system: str, output: Path | None, parameters: tuple[str, ...], *, reading: Reading
+) -> None:
+    """Write a system as URDF."""
+    mechanism = choose(system, parameters, reading).mechanism
+    if output is None:
+        click.echo(mq.write_urdf(mechanism), nl=False)
+    else:
+        mq.write_urdf(mechanism, output)
+        say(f"Wrote {output}")
+
+
+@click.command(epilog="Example: mecanique lint panda --json")
+@click.argument("file", metavar="FILE", help="A URDF file, or the name of a robot.")
+@options.as_json
+@click.option("--sarif", "as_sarif", is_flag=True, help="Print SARIF, for editors and code hosts.")
+@click.option("--fix", is_flag=True, help="Make every safe repair in a copy.")
+@click.option(
+    "--balance",
+    is_flag=True,
+    help="With --fix: replace each physically impossible inertia by the nearest possible one, "
+    "and report the changes.",
+)
+@click.option(
+    "--output",
+    "-o",
+    type=options.PATH,
+    help="Where to write the repaired copy; printed by default.",
+)
+@click.option(
+    "--meshes",
+    is_flag=True,
+    help="Also read mesh files, to find centers of mass outside them and impossible densities.",
+)
+@report_errors
+@reads_files
+def lint(
+    file: str,
+    as_json: bool,
+    as_sarif: bool,
+    fix: bool,
+    balance: bool,
+    output: Path | None,
+    meshes: bool,
+    *,
+    reading: Reading,
+) -> None:
+    """Report what is wrong in a URDF file.
+
+    The exit code is 1 if there are errors, 2 if the file cannot be read.
+    """
+    form = "text"
+    if as_json or as_sarif:
+        form = "json" if as_json else "sarif"
+    code = lint_file(file, form, reading, fix=fix, output=output, balance=balance, meshes=meshes)
+    raise Exit(code)
+
+
+@click.command(epilog="Example: mecanique diff old.urdf new.urdf")
+@click.argument("first", metavar="A", help="A URDF file, robot or system.")
+@click.argument("second", metavar="B", help="The other.")
+@options.as_json
+@report_errors
+@reads_files
+def diff(first: str, second: str, as_json: bool, *, reading: Reading) -> None:
+    """List how two descriptions differ, largest effect first.
+
+    Differences are weighed by their part in the dynamics. The exit code is 1 if there are any.
+    """
+    found = mq.diff(*(choose(word, (), reading).mechanism for word in (first, second)))
+    say(found.to_json() if as_json else str(found))
+    if not found.same:
+        raise Exit(1)
+
+
+@click.command(epilog="Example: mecanique inertia arm.urdf --density 2700 --link wrist -o new.urdf")
+@click.argument("file", metavar="FILE", help="A URDF file, or the name of a robot.")
+@click.option(
+    "--density",
+    type=float,
+    metavar="NUMBER",
+    help="Density of the bodies [kg/m³], e.g. 2700 for aluminum; by default each keeps its mass.",
+)
+@click.option("--collisions", is_flag=True, help="Use the <collision> shapes, not <visual>.")
+@click.option(
+    "--link",
+    "links",
+    multiple=True,
+    metavar="NAME",
+    help="With -o: change only this link; repeatable.",
+)
+@click.option("--output", "-o", type=options.PATH, help="Write a copy with those inertias.")
+@options.as_json
+@report_errors
+@reads_files
+def inertia(
+    file: str,
+    density: float | None,
+    collisions: bool,
+    links: tuple[str, ...],
+    output: Path | None,
+    as_json: bool,
+    *,
+    reading: Reading,
+) -> None:
+    """Compare masses and inertias with those of the shapes.
+
+    The shapes count as homogeneous. Primitives are computed in closed form, meshes (STL, OBJ,
+    COLLADA) by their triangles; a mesh with holes is replaced by its convex hull.
+    """
+    path = find_file(file)
+    if path.suffix == ".xacro":
+        raise mq.InputError("expected a URDF file: expand the xacro file first")
+    found = mq.compare_inertias(
+        path, density=density, collisions=collisions, package_path=reading.package_path or None
+    )
+    if links and output is None:
+        raise mq.InputError("expected -o FILE with --link, which selects what to change in a copy")
+    say(found.to_json() if as_json else str(found))
+    if output is not None:
+        write_text(output, found.write(links))
+        inform(f"Wrote {output}")
+
+
+def lint_file(
+    file: str,
+    form: str,
+    reading: Reading,
+    *,
+    fix: bool,
+    output: Path | None,
+    balance: bool = False,
+    meshes: bool = False,
+) -> int:
+    """Report what is wrong in a URDF file, or repair it; return the exit code."""
+    from mecanique.urdf.lint import as_json, as_sarif, as_text, find_balances, lint, mend
+
+    if output is not None and not fix:
+        raise mq.InputError("expected --fix with --output, which takes the repaired copy")
+    if fix and Path(file).suffix == ".xacro":
+        raise mq.InputError("expected a URDF file with --fix: repair a xacro file by hand")
+    if balance and not fix:
+        raise mq.InputError("expected --fix with --balance, which repairs a copy")
+    path = Path(file) if Path(file).exists() or not _is_word(file) else mq.robot(file)
+    findings = lint(
+        path,
+        package_path=reading.package_path or None,
+        arguments=reading.arguments,
+        meshes=meshes,
+    )
+    if fix and not any(_unreadable(finding.code) for finding in findings):
+        given = path.read_text(encoding="utf-8-sig")
+        text = mend(given, name=path.stem, balance=balance)
+        for change in find_balances(given) if balance else ():
+            inform(f"nearest possible inertia, {change}")
+        if output is None:
+            click.echo(text, nl=False)
+            return _code(lint(text))
+        write_text(output, text)
+        findings = lint(output)
+    say({"text": as_text, "json": as_json, "sarif": as_sarif}[form](findings))
+    return _code(findings)
+
+
+def _code(findings: tuple[Finding, ...]) -> int:
+    if any(_unreadable(finding.code) for finding in findings):
+        return 2
+    return 1 if any(finding.severity == "error" for finding in findings) else 0
+
+
+def _unreadable(code: str) -> bool:
+    return code.startswith("M0")
+
+
+def _is_word(text: str) -> bool:
+    return not text.endswith((".urdf", ".xml", ".xacro")) and text in mq.robots()
+
+
+def _row(name: str) -> dict[str, Any]:
+    """Return what `mecanique list` prints about a textbook system."""
+    entry = mq.textbook.entry(name)
+    parameters = {p.symbol: {"value": p.value, "unit": p.unit} for p in entry.parameters}
+    return {
+        "name": name,
+        "title": entry.title,
+        "N": _freedom(name),
+        "source": entry.source,
+        "parameters": parameters,
+        "tags": list(entry.tags),
+    }
+
+
+def _freedom(name: str) -> int:
+    """Return the degrees of freedom of a textbook system; only constraints need the engine."""
+    mechanism = mq.textbook.load(name)
+    if not mechanism.constrained:
+        return mechanism.nv
+    from mecanique.reference import degrees_of_freedom
+
+    return int(degrees_of_freedom(mechanism, mq.textbook.entry(name).start).N)
