@@ -20,7 +20,7 @@ ORDER: dict[str, list[str]] = {
     "": [
         "lazy notebook version wording",
         "arrays errors files safe_xml",
-        "plugins",
+        "doors plugins",
         "model",
         "textbook",
         "program",

@@ -321,7 +321,10 @@ def __getattr__(name: str) -> Any:
         return import_module("mecanique.version").__version__
     if name == "textbook":
         return import_module("mecanique.textbook")
-    return import_name(__name__, name, _HOMES)
+    from mecanique.doors import explain
+
+    value = globals()[name] = explain(import_name(__name__, name, _HOMES), __name__)
+    return value
 
 
 def __dir__() -> list[str]:
