@@ -58,7 +58,7 @@ def test_what_is_no_mechanism_is_refused_in_words(name: str, wrong: str) -> None
         ),
         (
             lambda: MQ.assemble(PENDULUM, keep=2),
-            "several, each a text for 'keep', got 2, of type",
+            "names for keep, got 2",
         ),
         (lambda: MQ.write_urdf(PENDULUM, 2.5), "a text or a path or None for 'path', got 2.5"),
         (lambda: MQ.check(PENDULUM, 3), "a text for 'text', got 3, of type int"),
