@@ -1,6 +1,7 @@
 """How many changes of one operator the tests of the core catch. Run by hand.
 
-    python tests/benchmarks/mutate.py [NUMBER] [--seed SEED] [--again OUTPUT] [--tests FILE …]
+    python tests/benchmarks/mutate.py [NUMBER] [--seed SEED] [--room ROOM] [--again OUTPUT]
+        [--tests FILE …]
 
 Takes NUMBER places of derivation, reference and verification at random and changes one operator
 at each: a sign, + for −, · for /, a product's order, a comparison, an index or a number. Each
@@ -8,7 +9,8 @@ change meets the tests that run its line, fastest first, in a fork of a process 
 all tests; the code of the loaded functions is exchanged, nothing is written into the source. A
 test that fails, or that never ends, has caught the change. Text is left alone: strings, error
 messages, functions that return a string. A part of a run is a fair sample: the order is random.
---again tries what survived a former run once more, --tests with these tests alone.
+--room changes one room alone, --again tries what survived a former run once more, --tests meets
+them with these tests alone.
 """
 
 from __future__ import annotations
@@ -172,10 +174,14 @@ def name_of(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def every_place() -> list[tuple[Path, int]]:
-    """Return every place that can be changed: a module and its number there."""
+def every_place(room: str | None = None) -> list[tuple[Path, int]]:
+    """Return every place that can be changed, of one room or all: a module and its number there."""
+    top = SOURCE / "mecanique" / (room or "")
     return [
-        (path, k) for path in modules() for k, _ in enumerate(places(ast.parse(path.read_text())))
+        (path, k)
+        for path in modules()
+        if path.is_relative_to(top)
+        for k, _ in enumerate(places(ast.parse(path.read_text())))
     ]
 
 
@@ -401,6 +407,7 @@ def main() -> None:
     asked = argparse.ArgumentParser(description="Count how many changed operators are caught.")
     asked.add_argument("number", type=int, nargs="?", default=300)
     asked.add_argument("--seed", type=int, default=1)
+    asked.add_argument("--room", choices=ROOMS, help="what to change; all of them by default")
     asked.add_argument("--again", type=Path, help="try what survived in this output once more")
     asked.add_argument("--tests", nargs="+", default=SUITES, help="files or folders")
     asked.add_argument("--record", type=Path, help="the file of what these tests run")
@@ -408,7 +415,7 @@ def main() -> None:
     drawn = (
         list(again(given.again))
         if given.again
-        else random.Random(given.seed).sample(every_place(), given.number)
+        else random.Random(given.seed).sample(every_place(given.room), given.number)
     )
     suites = [str(Path(suite).resolve()) for suite in given.tests]
     print(f"seed {given.seed}, {len(drawn)} changes", flush=True)
