@@ -5,13 +5,14 @@ from __future__ import annotations
 import errno
 import os
 from pathlib import Path
+from time import process_time
 
 import pytest
 from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.files import write_whole
+from mecanique.files import recognize, write_whole
 
 
 def full(*_: object) -> None:
@@ -52,3 +53,13 @@ def test_what_is_named_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr("os.replace", name)
     mq.write_urdf(mq.textbook.load("simple_pendulum"), tmp_path / "a.urdf")
     assert done == ["synced", "named"]
+
+
+def test_comments_before_a_robot_take_no_time() -> None:
+    start = process_time()
+    assert recognize(b"<!-- a -->\n" * 400 + b"<robot/>") is None
+    assert recognize(b"<!-- a -->\n" * 3 + b"<HTML>") == (
+        "a web page",
+        "Save the file itself, not the page that shows it.",
+    )
+    assert process_time() - start < 1

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from secrets import token_hex
 from typing import IO
 
+_PAGE = "Save the file itself, not the page that shows it."
 _MISTAKEN = (
+    (b"<!doctype html", "a web page", _PAGE),
+    (b"<html", "a web page", _PAGE),
     (
-        rb"(?:\xef\xbb\xbf)?\s*(?:<\?xml[^>]*>\s*)?(?:<!--.{0,1000}?-->\s*)*<(?:!doctype\s+)?html\b",
-        "a web page",
-        "Save the file itself, not the page that shows it.",
-    ),
-    (
-        rb"version https://git-lfs",
+        b"version https://git-lfs",
         "a pointer of Git LFS to the file",
         "Fetch the file itself: git lfs pull.",
     ),
-    (rb"PK\x03\x04", "a zip archive", "Unpack it first."),
-    (rb"\x1f\x8b", "compressed by gzip", "Unpack it first."),
+    (b"pk\x03\x04", "a zip archive", "Unpack it first."),
+    (b"\x1f\x8b", "compressed by gzip", "Unpack it first."),
 )
 """How files begin that are often taken for others, what they are, and what to do."""
 
@@ -65,8 +62,11 @@ def as_bytes(content: str | bytes) -> bytes:
 
 def recognize(content: bytes) -> tuple[str, str] | None:
     """Return what a file is that was taken for another, and a remedy; None for anything else."""
-    head = content[:4000]
-    for pattern, name, remedy in _MISTAKEN:
-        if re.match(pattern, head, re.IGNORECASE | re.DOTALL):
+    head = content[:4000].removeprefix(b"\xef\xbb\xbf").lstrip()
+    while head.startswith((b"<?xml", b"<!--")):
+        head = head.partition(b"?>" if head.startswith(b"<?") else b"-->")[2].lstrip()
+    start = head[:40].lower()
+    for beginning, name, remedy in _MISTAKEN:
+        if start.startswith(beginning):
             return name, remedy
     return None
