@@ -42,6 +42,9 @@ def test_every_cell_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyP
     names: dict[str, object] = {}
     for number, text in enumerate(CELL.findall(page.read_text(encoding="utf-8"))):
         exec(compile(text, f"{page.name}, cell {number}", "exec"), names)
+    if page.stem == "tour":
+        written = {path.name for path in tmp_path.iterdir()}
+        assert written == {"controller", "motion.npz", "page.html", "cart_pole.urdf"}
 
 
 def test_every_page_is_in_a_table_of_contents() -> None:
