@@ -17,7 +17,7 @@ import mecanique as mq
 from mecanique.generation.build import build_program
 from mecanique.urdf.dialect import EXTENSIONS
 from mecanique.urdf.rules import RULES
-from mecanique.verification.facts import check
+from mecanique.verification.facts import check_facts
 from mecanique.viewing.gallery import gallery
 
 BENCHMARKS = Path(__file__).parents[1] / "tests" / "benchmarks"
@@ -91,7 +91,7 @@ def validation(systems: list[str]) -> str:
     rows = []
     for name in systems:
         verdict = mq.verify(mq.textbook.load(name), samples=SAMPLES)
-        facts = check(name)
+        facts = check_facts(name)
         broken = [row.statement for row in facts if not row.holds]
         if broken or not verdict.agrees:
             raise RuntimeError(f"{verdict}\n" + "\n".join(broken))

@@ -28,7 +28,7 @@ ELSEWHERE = {
     # a joint's own damping is read where URDF's joints are, and varied with them; springs may stand
     # beside a URDF; a spring's forgotten free length is one of the mistakes a check looks for
     "force": {
-        "checking/mistakes/slips/parts.py",
+        "checking/mistakes/hypotheses.py",
         "model/mechanism/variants.py",
         "urdf/toml_loops.py",
         "urdf/read.py",

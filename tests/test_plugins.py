@@ -85,7 +85,7 @@ def test_a_lint_rule_is_applied() -> None:
 
 @pytest.mark.usefixtures("example")
 def test_an_engine_reads_the_file() -> None:
-    from mecanique.verification.originals.engines import read_by
+    from mecanique.verification.engines import read_by
 
     (reading,) = read_by(mq.read_urdf(ROBOT), ["echo"], seed=0)
     assert "it reads no file, not even one of" in str(reading)

@@ -134,8 +134,8 @@ if TYPE_CHECKING:
     from mecanique.urdf.lint import compare_inertias, lint
     from mecanique.urdf.robots import robot, robots
     from mecanique.verification import Verdict, verify
-    from mecanique.verification.descriptions.change import Difference
-    from mecanique.verification.descriptions.diff import diff
+    from mecanique.verification.change import Difference
+    from mecanique.verification.diff import diff
 
 __all__ = [
     "AnyForce",
@@ -307,8 +307,8 @@ _HOMES = find_homes(
         "mecanique.urdf.lint": "compare_inertias lint",
         "mecanique.urdf.robots": "robot robots",
         "mecanique.verification": "Verdict verify",
-        "mecanique.verification.descriptions.change": "Difference",
-        "mecanique.verification.descriptions.diff": "diff",
+        "mecanique.verification.change": "Difference",
+        "mecanique.verification.diff": "diff",
         "mecanique.viewing.live.view": "inspect view",
         "mecanique.viewing.show": "export",
     }

@@ -40,12 +40,11 @@ from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.threads import one_thread_for_loops
 from mecanique.verification import derivations
-from mecanique.verification.answers import Answers, ask
-from mecanique.verification.compare import judge
+from mecanique.verification import states as drawing
+from mecanique.verification.compare import Answers, ask, judge
 from mecanique.verification.difference import SMALL, scale
-from mecanique.verification.rounding.contributions import entry_rounding
+from mecanique.verification.rounding import entry_rounding
 from mecanique.verification.rows import least_size, moving_mass
-from mecanique.verification.states import random as drawing
 from mecanique.verification.verdict import TOLERANCE
 
 Array = npt.NDArray[np.float64]

@@ -21,8 +21,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "verify"))
 from verification_injections import INJECTIONS, Injection, seen
 
 import mecanique as mq
-from mecanique.verification.causes.cause import Cause
 from mecanique.verification.causes.search import causes_of
+from mecanique.verification.verdict import Cause
 
 SYSTEMS = (
     "double_pendulum",

@@ -30,7 +30,7 @@ from mecanique.generation.compiled import OPTIONS, Compiled, compile_program
 from mecanique.generation.program import Program
 from mecanique.generation.targets.c import C
 from mecanique.generation.targets.casadi import CasADi
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 STATES = 256
 TURNS, REPEATS = 15, 10

@@ -28,10 +28,9 @@ from mecanique.errors import MecaniqueError
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length
 from mecanique.threads import one_thread_for_loops
-from mecanique.verification.rounding.conditioning import rounding
-from mecanique.verification.rounding.contributions import entry_rounding
+from mecanique.verification.rounding import entry_rounding, rounding
 from mecanique.verification.rows import Values, evaluate, rows_of
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 from mecanique.verification.verdict import Row
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "verification"))

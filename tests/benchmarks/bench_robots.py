@@ -27,7 +27,7 @@ from pathlib import Path
 
 import mecanique as mq
 from mecanique.verification.compare import compare
-from mecanique.verification.originals.engines import engine_of, read_by
+from mecanique.verification.engines import engine_of, read_by
 
 PACKAGES = {
     "airo-models": "MIT",

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import mecanique as mq
-from mecanique.verification.causes.cause import Cause
+from mecanique.verification.verdict import Cause
 
 ROBOTS = (
     "panda",

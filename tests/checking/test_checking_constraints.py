@@ -76,7 +76,7 @@ x - r cos(theta) - l cos(theta + beta) = 0
 r sin(theta) + l sin(theta + beta) = 0""".replace("\n +", " +")
 
 LOOPS = (
-    ("m1 r^2/3", "m1 r^2/12", "inertia", "is taken about its center"),
+    ("m1 r^2/3", "m1 r^2/12", "parallel axis", "is taken about its center"),
     ("m1 r^2/3", "m1 r^2/4", "inertia", "as for a particle"),
     ("+ m1 g r/2", "- m1 g r/2", "potential sign", "gravity is wrong"),
     (" + m1 g r/2 cos(theta)", "", "missing", "gravity is missing"),

@@ -18,7 +18,7 @@ from mecanique import derive, textbook, write_recursion
 from mecanique.derivation.document import Document
 from mecanique.generation.writing.written import Written
 from mecanique.model.states import States
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 from mecanique.viewing.scene.texts import document_of
 
 ROLLING = ("ball_in_a_bowl", "ball_on_a_turntable", "rattleback", "snakeboard", "whipple_bicycle")

@@ -21,7 +21,7 @@ from mecanique.derivation.symbolic.derivation import Left, Result, along_displac
 from mecanique.derivation.symbolic.multipliers import independent_displacements
 from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, rod
 from mecanique.model.states import States
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 READ = [
     "slider_crank",

@@ -42,7 +42,7 @@ from mecanique.model import (
     time,
 )
 from mecanique.model.states import States
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 BOXES = (
     Body("ground"),

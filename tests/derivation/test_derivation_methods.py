@@ -37,7 +37,7 @@ from mecanique.model import (
     rod,
 )
 from mecanique.model.states import States
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 READ = (
     "rigid_bar_pendulum",

@@ -44,7 +44,7 @@ from mecanique.model import (
     disk,
 )
 from mecanique.model.states import States
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 
 def test_moments_are_taken_about_the_center_of_mass_of_a_body_that_moves_freely() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 SENTENCE = (
     r"x must stay within \(-R, R\) = \(-1, 1\), got {}: "

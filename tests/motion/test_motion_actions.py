@@ -7,7 +7,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.motion.analysis.forces import Actions
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 SYSTEMS = mq.textbook.names()
 

@@ -12,7 +12,7 @@ from mecanique.motion.compile.derive import program_of
 from mecanique.motion.compile.python import overwriting, owning, scalar, vectorize
 from mecanique.program.tape import Tape
 from mecanique.reference import Reference
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 SIGNS = {"base_excited_mass", "two_blocks"}
 """Systems with springs whose length changes sign."""

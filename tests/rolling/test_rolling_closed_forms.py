@@ -17,7 +17,7 @@ from mecanique import (
     sweep_speeds,
     textbook,
 )
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 
 def test_a_disk_down_a_slope() -> None:

@@ -6,7 +6,7 @@ import pytest
 from rolling_samples import bowl, sleigh, stone, turntable, wheel
 
 from mecanique import Mechanism, Placement, Reference, UrdfError, lint, read_urdf, write_urdf
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 ALL = [
     wheel(0.1, Placement((0, 0, 0.1), (0.2, 0.3, 0.1))),

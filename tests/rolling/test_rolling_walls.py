@@ -21,8 +21,8 @@ from mecanique import (
 from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.errors import DerivationError, EngineError
 from mecanique.reference.loops.closed import Closed
-from mecanique.verification.closed_form import ClosedForm
-from mecanique.verification.states.random import random_states
+from mecanique.verification.derivations import ClosedForm
+from mecanique.verification.states import random_states
 
 ALL = [
     coin(),

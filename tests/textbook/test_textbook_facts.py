@@ -29,7 +29,7 @@ from mecanique.textbook.facts import (
     Steady,
     Values,
 )
-from mecanique.verification.facts import FactRow, _frequencies, check
+from mecanique.verification.facts import FactRow, _frequencies, check_facts
 
 
 def failures(rows: tuple[FactRow, ...]) -> list[str]:
@@ -44,7 +44,7 @@ def test_facts_hold_for_other_values(name: str) -> None:
         p.symbol: p.value * (alike if p.unit == "kg·m²" else random.uniform(0.9, 1.1))
         for p in entry(name).parameters
     }
-    rows = check(name, values, seed=1, samples=5)
+    rows = check_facts(name, values, seed=1, samples=5)
     assert len(rows) == len(entry(name).facts) >= 2
     assert not failures(rows)
 
@@ -52,12 +52,12 @@ def test_facts_hold_for_other_values(name: str) -> None:
 @pytest.mark.parametrize("name", [name for name in names() if entry(name).options])
 @pytest.mark.parametrize("n", [1, 2, pytest.param(7, marks=pytest.mark.slow)])
 def test_facts_hold_for_any_number_of_links(name: str, n: int) -> None:
-    assert not failures(check(name, {"n": n}, samples=5))
+    assert not failures(check_facts(name, {"n": n}, samples=5))
 
 
 @pytest.mark.slow
 def test_rounding_of_a_long_chain_is_no_failure() -> None:
-    assert not failures(check("n_link_pendulum", {"n": 200}, samples=2))
+    assert not failures(check_facts("n_link_pendulum", {"n": 200}, samples=2))
 
 
 AT_A_STATE = (Acceleration, MassMatrix, KineticEnergy, Conserved, Frequencies, Eigenvalues, Steady)
@@ -68,7 +68,7 @@ AT_A_STATE = (Acceleration, MassMatrix, KineticEnergy, Conserved, Frequencies, E
 def test_facts_hold_for_the_equations_derived_in_house(name: str) -> None:
     facts = tuple(fact for fact in entry(name).facts if isinstance(fact, AT_A_STATE))
     assert facts
-    assert not failures(check(replace(entry(name), facts=facts), source="derive", samples=3))
+    assert not failures(check_facts(replace(entry(name), facts=facts), source="derive", samples=3))
 
 
 TRUE: dict[str, Fact] = {
@@ -101,12 +101,12 @@ WRONG: dict[str, Fact] = {
 
 @pytest.mark.parametrize("kind", TRUE)
 def test_a_true_fact_holds(kind: str) -> None:
-    assert not failures(check(replace(entry("rigid_bar_pendulum"), facts=(TRUE[kind],))))
+    assert not failures(check_facts(replace(entry("rigid_bar_pendulum"), facts=(TRUE[kind],))))
 
 
 @pytest.mark.parametrize("kind", WRONG)
 def test_a_wrong_fact_is_detected(kind: str) -> None:
-    (row,) = check(replace(entry("rigid_bar_pendulum"), facts=(WRONG[kind],)))
+    (row,) = check_facts(replace(entry("rigid_bar_pendulum"), facts=(WRONG[kind],)))
     assert row.kind == type(WRONG[kind]).__name__
     assert row.residual > 1e-8
     assert not row.holds
@@ -118,7 +118,7 @@ def test_a_fact_without_a_value_neither_holds_nor_fails() -> None:
         Steady("", lambda s: {"q": np.arccos(s.m + 1)}),
         Solution("", {}, lambda s: {"q": 1 / (s.m - s.m)}, lambda s: 1.0),
     ):
-        (row,) = check(replace(entry("rigid_bar_pendulum"), facts=(fact,)))
+        (row,) = check_facts(replace(entry("rigid_bar_pendulum"), facts=(fact,)))
         assert math.isnan(row.residual)
         assert row.reason
         assert not row.holds
@@ -140,7 +140,7 @@ def test_a_difference_within_the_rounding_of_a_mass_matrix_is_none(
 def test_two_periods_are_not_the_period() -> None:
     (period,) = (fact for fact in entry("rigid_bar_pendulum").facts if isinstance(fact, Period))
     twice = replace(period, seconds=lambda s: 2 * period.seconds(s))
-    (row,) = check(replace(entry("rigid_bar_pendulum"), facts=(twice,)))
+    (row,) = check_facts(replace(entry("rigid_bar_pendulum"), facts=(twice,)))
     assert row.residual == math.inf
 
 
@@ -149,7 +149,7 @@ def test_a_limit_of_stability_knows_its_side_and_its_value(name: str) -> None:
     (limit,) = (fact for fact in entry(name).facts if isinstance(fact, StabilityLimit))
     other = replace(limit, stable="above" if limit.stable == "below" else "below")
     off = replace(limit, formula=lambda s: limit.formula(s) * 1.001)
-    rows = check(replace(entry(name), facts=(limit, other, off)))
+    rows = check_facts(replace(entry(name), facts=(limit, other, off)))
     assert rows[0].holds
     assert rows[1].residual == math.inf
     assert rows[2].residual == pytest.approx(1e-3, rel=0.1)
@@ -162,7 +162,7 @@ def test_a_fact_may_suppose_parameters() -> None:
 
     supposing = MassMatrix("M = 4", seen, given={"m": 3.0})
     system = replace(entry("rigid_bar_pendulum"), facts=(supposing,))
-    (row,) = check(system, {"l": 2.0, "g": 1.0, "m": 7.0})
+    (row,) = check_facts(system, {"l": 2.0, "g": 1.0, "m": 7.0})
     assert row == FactRow(system.title, "MassMatrix", "M = 4", row.residual)
     assert row.holds
 
@@ -171,17 +171,17 @@ def test_refusals() -> None:
     with pytest.raises(
         InputError, match="expected a source among reference, derive, got 'pinocchio'"
     ):
-        check("rigid_bar_pendulum", source="pinocchio")
+        check_facts("rigid_bar_pendulum", source="pinocchio")
     with pytest.raises(UnknownNameError, match="unknown system 'pendulum'"):
-        check("pendulum")
+        check_facts("pendulum")
     with pytest.raises(UnknownNameError, match="unknown parameter 'L'"):
-        check("rigid_bar_pendulum", {"L": 1.0})
+        check_facts("rigid_bar_pendulum", {"L": 1.0})
     body = replace(entry("tennis_racket"), facts=(Eigenvalues("", lambda s: [0.0]),))
     with pytest.raises(
         InputError,
         match="expected a system without quaternions for eigenvalues, got 'tennis_racket'",
     ):
-        check(body)
+        check_facts(body)
 
 
 def test_the_example_of_the_contributors_guide_is_sound() -> None:
@@ -193,6 +193,6 @@ def test_the_example_of_the_contributors_guide_is_sound() -> None:
     assert "mecanique gallery examples/pictures --pictures --only block_and_spring" in guide
     names: dict[str, Any] = {}
     exec(compile(example, "CONTRIBUTING.md", "exec"), names)
-    rows = check(names["SYSTEM"])
+    rows = check_facts(names["SYSTEM"])
     assert len(rows) == 2
     assert not failures(rows)

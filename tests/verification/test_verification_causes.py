@@ -29,19 +29,17 @@ from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.model.placement import rotation
 from mecanique.model.states import States
 from mecanique.verification import derivations as sources
-from mecanique.verification.causes.cause import Cause
+from mecanique.verification.causes.change import Amount, deviations, say_turn, turn_about
 from mecanique.verification.causes.coordinates import state_changes
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.fitted import Amount, deviations, say_turn, turn_about
-from mecanique.verification.causes.frames import frame_changes
-from mecanique.verification.causes.inertias import fit_inertias
+from mecanique.verification.causes.frames import frame_changes, placement_changes
 from mecanique.verification.causes.joints import gravity_changes, joint_changes
-from mecanique.verification.causes.links import link_changes
-from mecanique.verification.causes.placements import placement_changes
+from mecanique.verification.causes.links import fit_inertias, link_changes
 from mecanique.verification.causes.search import causes_of
-from mecanique.verification.closed_form import ClosedForm
+from mecanique.verification.derivations import ClosedForm
 from mecanique.verification.rows import moving_mass
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
+from mecanique.verification.verdict import Cause
 
 IN_HOUSE = sources.derive_all
 MODELS = {

@@ -15,14 +15,12 @@ from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.states import States
 from mecanique.reference import Reference
-from mecanique.verification.answers import ask
-from mecanique.verification.compare import judge
+from mecanique.verification.compare import ask, judge
 from mecanique.verification.derivations import derive_quickly
 from mecanique.verification.difference import scale
-from mecanique.verification.rounding.conditioning import UNIT, rounding
-from mecanique.verification.rounding.contributions import ENTRY, entry_rounding
+from mecanique.verification.rounding import ENTRY, UNIT, entry_rounding, rounding
 from mecanique.verification.rows import evaluate, rows_of
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 from mecanique.verification.stencil import differences
 
 ERROR = 1e-6

@@ -11,12 +11,11 @@ from verification_injections import with_body
 import mecanique as mq
 from mecanique.reference import Reference
 from mecanique.verification import Verdict
-from mecanique.verification.answers import ask
-from mecanique.verification.compare import judge
+from mecanique.verification.compare import ask, judge
 from mecanique.verification.derivations import derive_all, derive_quickly
-from mecanique.verification.rounding.contributions import ENTRY, entry_rounding
+from mecanique.verification.rounding import ENTRY, entry_rounding
 from mecanique.verification.rows import evaluate
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 KINDS = (mq.Spherical, mq.Universal, mq.Floating, mq.Planar)
 

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.verification.descriptions.change import Change
+from mecanique.verification.change import Change
 
 ARM = """<robot name="arm">
 <link name="base"/>

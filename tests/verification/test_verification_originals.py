@@ -11,8 +11,8 @@ import pytest
 import mecanique as mq
 from mecanique.reference.originals import drake
 from mecanique.urdf import read_urdf
-from mecanique.verification.originals.engines import read_by
-from mecanique.verification.originals.reading import EngineReading
+from mecanique.verification.engines import read_by
+from mecanique.verification.verdict import EngineReading
 
 ARM = """<robot name="r">
 <link name="base"/>
@@ -126,7 +126,7 @@ def test_drake_and_mujoco_on_an_inertia_of_no_real_body() -> None:
 
 
 def test_an_engine_that_is_not_installed_or_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    from mecanique.verification.originals import engines
+    from mecanique.verification import engines
 
     drake = replace(engines.ENGINES["drake"], package="no-such-package")
     monkeypatch.setitem(engines.ENGINES, "drake", drake)

@@ -39,7 +39,7 @@ from mecanique.model import (
 from mecanique.model.units import characteristic_length
 from mecanique.reference import Reference
 from mecanique.verification.compare import verify
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 
 def slider(*forces: Any, **more: Any) -> Mechanism:

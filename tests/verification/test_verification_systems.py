@@ -21,7 +21,7 @@ from mecanique.verification import derivations as sources
 from mecanique.verification.derivations import balances, derive_all, reactions
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.rows import Values, evaluate, rows_of
-from mecanique.verification.states.random import random_states, usual_samples
+from mecanique.verification.states import random_states, usual_samples
 from mecanique.verification.verdict import versions
 
 UNREADABLE = (

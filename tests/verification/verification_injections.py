@@ -14,7 +14,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.placement import Placement, rotation
 from mecanique.model.states import States
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 Array = Any
 Ours = mq.Mechanism

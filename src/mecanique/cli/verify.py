@@ -185,9 +185,9 @@ def textbook_facts(system: str, parameters: Sequence[str], seed: int) -> tuple[F
     """Check the facts of a textbook system; there are none of any other."""
     if not mq.textbook.catalogue.is_known(system):
         return ()
-    from mecanique.verification.facts import check
+    from mecanique.verification.facts import check_facts
 
-    return check(system, numbers(parameters, "-p"), seed=seed)
+    return check_facts(system, numbers(parameters, "-p"), seed=seed)
 
 
 def survey(samples: int, seed: int, *, robots: bool) -> Survey:

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 from mecanique.lazy import import_name
 
 if TYPE_CHECKING:
-    from mecanique.verification.causes.cause import Cause
     from mecanique.verification.compare import verify
     from mecanique.verification.transformation import Transformation, compare_coordinates
-    from mecanique.verification.verdict import Row, Verdict
+    from mecanique.verification.verdict import Cause, Row, Verdict
 
 __all__ = ["Cause", "Row", "Transformation", "Verdict", "compare_coordinates", "verify"]
 
 _HOMES = {
-    "Cause": ".causes.cause",
+    "Cause": ".verdict",
     "Row": ".verdict",
     "Transformation": ".transformation",
     "Verdict": ".verdict",

@@ -15,17 +15,16 @@ from mecanique.errors import DerivationError, InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.causes.search import causes_of
-from mecanique.verification.descriptions.change import Difference
-from mecanique.verification.descriptions.diff import diff
+from mecanique.verification.change import Difference
+from mecanique.verification.diff import diff
 from mecanique.verification.difference import QUANTITIES
-from mecanique.verification.foreign.compiled import TAKES
+from mecanique.verification.foreign.compiled import LIBRARIES, TAKES, load_library
 from mecanique.verification.foreign.fmu import run_fmu
 from mecanique.verification.foreign.functions import Functions, read_samples
-from mecanique.verification.foreign.library import LIBRARIES, load_library
 from mecanique.verification.reduced import Reduced, blame_substitution
-from mecanique.verification.rounding.conditioning import rounding
+from mecanique.verification.rounding import rounding
 from mecanique.verification.rows import evaluate, rows_of
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 from mecanique.verification.verdict import Verdict, conclude
 from mecanique.wording import say_count
 

@@ -18,7 +18,7 @@ thousandth of the root mean square of ‖y‖ over all states, and not less than
 m/s² or 1 m/s makes of the moving mass.
 
 What is solved for may differ by more than a fixed tolerance at states where rounding alone explains
-it; `mecanique.verification.rounding.conditioning` has the bound.
+it; `mecanique.verification.rounding` has the bound.
 """
 
 from __future__ import annotations

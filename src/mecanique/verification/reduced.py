@@ -19,8 +19,8 @@ from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.causes.cause import Cause
 from mecanique.verification.stencil import differences
+from mecanique.verification.verdict import Cause
 
 _STEP = 1e-2
 """Of the differences along each independent velocity."""

@@ -123,9 +123,9 @@ def rows_of(
         states: where they were evaluated.
         mechanism: whose values they are.
         rounding: how far rounding may drive them apart, scaled, shape (n,) or more; see
-            `mecanique.verification.rounding.conditioning`.
+            `mecanique.verification.rounding`.
         entries: how far rounding may drive single entries apart; see
-            `mecanique.verification.rounding.contributions`.
+            `mecanique.verification.rounding`.
         tolerance: largest relative difference that counts as agreement wherever rounding makes
             less; None for the usual one, and none of what is judged entry by entry.
     """

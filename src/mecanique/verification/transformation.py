@@ -21,7 +21,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.difference import relative_difference, scale
 from mecanique.verification.rows import moving_mass
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 from mecanique.verification.verdict import TOLERANCE
 
 Expressions: TypeAlias = list[Any]

@@ -15,11 +15,124 @@ import numpy as np
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding
 from mecanique.reference.engine.package import MISSING, STAND_IN, engine_package, has_pinocchio
-from mecanique.verification.causes.cause import Cause
-from mecanique.verification.descriptions.change import Difference
-from mecanique.verification.originals.reading import EngineReading
+from mecanique.verification.change import Difference
 from mecanique.version import __version__
 from mecanique.wording import say_count, write_table
+
+READ_ALIKE = 1e-6
+"""A larger relative difference is one of what was read, not of how it is computed."""
+
+_MOST_LISTED = 6
+"""As many sentences on one engine's reading stand in the text of a verdict."""
+
+
+@final
+@dataclass(frozen=True)
+class EngineReading:
+    """What an engine makes of the file itself.
+
+    Args:
+        engine: its name, e.g. "Pinocchio 4.1.0".
+        worst: the largest relative difference in mass matrix and bias; None if it was not compared.
+        refused: why the engine does not read the file, or empty.
+        remarks: what differs, with lines and reasons.
+        missing: what to install so that the engine can read the file, or empty.
+    """
+
+    engine: str
+    worst: float | None
+    refused: str = ""
+    remarks: tuple[str, ...] = ()
+    missing: str = ""
+
+    @property
+    def differs(self) -> bool:
+        """Whether it reads something else than mecanique."""
+        return self.worst is not None and not self.worst <= READ_ALIKE
+
+    @property
+    def said(self) -> str:
+        """What it does with the file in a few words; empty if it reads it as mecanique does."""
+        if self.missing:
+            return f"{self.engine} did not read the file: it is not installed"
+        if self.refused:
+            return f"{self.engine} refuses the file itself"
+        return f"{self.engine} reads the file itself otherwise" if self.differs else ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data, ready for JSON."""
+        known = self.worst is not None and math.isfinite(self.worst)
+        return {**asdict(self), "worst": self.worst if known else None, "differs": self.differs}
+
+    def sentences(self) -> tuple[str, ...]:
+        """Return the remarks on it; none if it reads the file as mecanique does."""
+        head = self.said
+        if self.missing:
+            return (f"{head} ({self.missing})",)
+        if self.refused:
+            return (f"{head}: {self.refused}", *self.remarks)
+        if not self.differs:
+            return ()
+        if self.worst is not None and math.isfinite(self.worst):
+            head += f": its M and bias differ by up to {100 * self.worst:.2g} %"
+        rest = len(self.remarks) - _MOST_LISTED
+        more = (f"… and {say_count(rest, 'remark')} more in --json",) if rest > 0 else ()
+        return (head, *self.remarks[:_MOST_LISTED], *more)
+
+
+REMOVED = 1e-8
+"""A relative difference below this counts as removed."""
+
+
+@final
+@dataclass(frozen=True)
+class Cause:
+    """A likely cause of a difference.
+
+    Args:
+        kind: of the mistake, e.g. "armature".
+        where: link, joint or coordinate; empty for the whole mechanism.
+        text: what the other source seems to do, in words.
+        before: relative difference without the change.
+        after: relative difference with it.
+        alike: what explains the difference as well and cannot be told apart from it.
+        parts: the two mistakes that explain it together, if no single one does.
+    """
+
+    kind: str
+    where: str
+    text: str
+    before: float
+    after: float
+    alike: tuple[Cause, ...] = ()
+    parts: tuple[Cause, ...] = ()
+
+    @property
+    def removes(self) -> bool:
+        """Whether the change removes the difference."""
+        return self.after <= REMOVED
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data."""
+        return {
+            "kind": self.kind,
+            "where": self.where,
+            "text": self.text,
+            "before": self.before,
+            "after": self.after,
+            "alike": [cause.to_dict() for cause in self.alike],
+            "parts": [cause.to_dict() for cause in self.parts],
+        }
+
+    def __str__(self) -> str:
+        left = f"the difference falls from {self.before:.1e} to {self.after:.1e}"
+        others = (
+            f"; cannot be told apart from: {'; '.join(cause.text for cause in self.alike)}"
+            if self.alike
+            else ""
+        )
+        return f"{self.text} ({left}){others}"
+
 
 NOT_INSTALLED = "not installed"
 """The version of an engine that is missing."""

@@ -15,7 +15,7 @@ from mecanique.textbook.system import System
 from mecanique.urdf.lint.check import AddedRule
 from mecanique.urdf.markup import Element
 from mecanique.urdf.rules import Rule
-from mecanique.verification.originals.engines import Engine
+from mecanique.verification.engines import Engine
 
 
 def build(m: Parameter, g: Parameter) -> Mechanism:

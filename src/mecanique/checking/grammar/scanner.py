@@ -3,13 +3,668 @@
 from __future__ import annotations
 
 import re
+import unicodedata
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import final
 
-from mecanique.checking.grammar.latex import Latex
-from mecanique.checking.grammar.letters import Letters
-from mecanique.checking.grammar.lines import close_arguments, join_lines
-from mecanique.checking.grammar.tokens import LETTER, SINGLE, Token, Tokens
+from mecanique.checking.budget import spend
+from mecanique.checking.grammar.letters import SPELLINGS, Letters
+from mecanique.checking.grammar.tree import FUNCTIONS
 from mecanique.errors import FormulaError
+
+_SIGNS = {
+    "−": "-",
+    "–": "-",
+    "·": "*",
+    "×": "*",
+    "⋅": "*",
+    "∙": "*",
+    "∗": "*",
+    "÷": "/",
+    "∕": "/",
+    "⁄": "/",
+    "′": "'",
+    "’": "'",
+    "″": "''",
+    "”": "''",
+    '"': "''",
+    "‴": "'''",
+    "√": " sqrt ",
+    "ℓ": "l",
+    "ⅆ": "d",
+    "ϑ": "theta",
+    "ϕ": "phi",
+    "ε": "epsilon",
+    "∂": "∂",
+    "½": "(1/2)",
+    "⅓": "(1/3)",
+    "⅔": "(2/3)",
+    "¼": "(1/4)",
+    "¾": "(3/4)",
+    "\u2061": " ",
+    "\u2062": " ",
+    "\u2063": " ",
+    "\u00a0": " ",
+    "\u2009": " ",
+    "\u200b": " ",
+    "\ufeff": " ",
+    "≡": "=",
+    "≔": "=",
+}
+_RAISED = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True))
+_LOWERED = dict(zip("₀₁₂₃₄₅₆₇₈₉", "0123456789", strict=True))
+_DOTS = {"\u0307": "'", "\u0308": "''", "\u20db": "'''"}
+
+_NUMBERED = re.compile(r"^[^\S\n]*\(?(\d{1,2})\)[^\S\n]+(?=\S)", re.MULTILINE)
+_BOX = re.compile(r"\\(?:boxed|fbox|ensuremath)\s*\{")
+_FONT = re.compile(
+    r"\\(?:mathrm|mathit|mathbf|mathsf|text|textrm|operatorname\*?|boldsymbol|bm)\s*"
+    r"\{\s*(?P<word>(?:[A-Za-z0-9]|\\?_)+)\s*\}"
+)
+
+
+def normalize(text: str) -> tuple[str, list[int]]:
+    """Return a text with unified signs, and the original position of each sign."""
+    signs: list[str] = []
+    places: list[int] = []
+
+    def put(some: str, place: int) -> None:
+        signs.extend(some)
+        places.extend([place] * len(some))
+
+    raised = False
+    for place, original in enumerate(text):
+        if original in _RAISED:
+            put(("" if raised else "^") + _RAISED[original], place)
+            raised = True
+            continue
+        raised = False
+        if original in _LOWERED:
+            # the dots of a letter, three at most, come after its subscript
+            dots = len(signs)
+            while dots and len(signs) - dots < 3 and signs[dots - 1] == "'":
+                dots -= 1
+            signs.insert(dots, _LOWERED[original])
+            places.insert(dots, place)
+        elif original in _SIGNS:
+            put(_SIGNS[original], place)
+        elif original in "\r\x0b\x0c\u2028\u2029\x85":
+            put("\n", place)
+        else:
+            for sign in unicodedata.normalize("NFD", original):
+                put(_DOTS.get(sign, sign), place)
+    signs, places = _drop_spaces(signs, places)
+    return _drop_fonts(_drop_numbers(_open_boxes("".join(signs))), places)
+
+
+def _drop_spaces(signs: list[str], places: list[int]) -> tuple[list[str], list[int]]:
+    """Keep one sign of each run of spaces, a line end if there is one.
+
+    Patterns with several optional spaces would otherwise try every way to share a run among them.
+    """
+    kept: list[str] = []
+    where: list[int] = []
+    for sign, place in zip(signs, places, strict=True):
+        if not (sign.isspace() and kept and kept[-1].isspace()):
+            kept.append(sign)
+            where.append(place)
+        elif sign == "\n":
+            kept[-1] = sign
+    return kept, where
+
+
+def _drop_numbers(plain: str) -> str:
+    """Replace line numbers by spaces, if they count from 1 on."""
+    found = list(_NUMBERED.finditer(plain))
+    lines = sum(1 for line in plain.split("\n") if line.strip())
+    if [int(one[1]) for one in found] != list(range(1, lines + 1)):
+        return plain
+    for one in found:
+        plain = plain[: one.start()] + " " * len(one[0]) + plain[one.end() :]
+    return plain
+
+
+def _open_boxes(plain: str) -> str:
+    """Replace the braces of LaTeX's boxes by spaces."""
+    signs = list(plain)
+    boxes = {found.end() - 1 for found in _BOX.finditer(plain)}
+    for found in _BOX.finditer(plain):
+        signs[found.start() : found.end()] = " " * len(found[0])
+    opened: list[int] = []
+    for at, sign in enumerate(plain):
+        if sign == "{":
+            opened.append(at)
+        elif sign == "}" and opened and opened.pop() in boxes:
+            signs[at] = " "
+    return "".join(signs)
+
+
+def _drop_fonts(plain: str, places: list[int]) -> tuple[str, list[int]]:
+    """Remove LaTeX's font commands, keeping the words in them."""
+    kept: list[int] = []
+    end = 0
+    for found in _FONT.finditer(plain):
+        first, last = found.span("word")
+        # the backslash of the command becomes a space, as letters may touch it
+        kept += [*range(end, found.start()), -1]
+        kept += [k for k in range(first, last) if plain[k] != "\\"]
+        end = found.end()
+    kept += range(end, len(plain))
+    if end == 0:
+        return plain, places
+    signs = [plain[k] if k >= 0 else " " for k in kept]
+    where = [places[max(k, 0)] for k in kept]
+    return "".join(signs), where
+
+
+LETTER = r"\\?[^\W\d_]+(?:_?\{?[^\W_]*\}?)?"
+"""A letter with its subscript, in text or LaTeX, as a regular expression."""
+
+MOST_BRACKETS = 40
+"""Deepest nesting of brackets."""
+
+MOST_IN_WORD = 200
+"""Longest word, also of letters written without spaces."""
+
+_LONG = re.compile(rf"(?<!\d)[^\W\d]\w{{{MOST_IN_WORD}}}")
+_PRIMES = re.compile(r"\s?'+|\^\{?(?:\s*\\prime)+\s*\}?")
+_OF_TIME = re.compile(
+    r"\s*(?P<brace>\{)?\s*(?:\\left)?\s*\(\s*t\s*(?:\\right)?\s*\)(?(brace)\s*\})"
+)
+
+OPEN, CLOSE = {"LPAR", "LSQB", "LBRACE"}, {"RPAR", "RSQB", "RBRACE"}
+"""Kinds of brackets."""
+
+SINGLE = {
+    "+": "PLUS",
+    "-": "MINUS",
+    "*": "TIMES",
+    "/": "OVER",
+    "^": "POWER",
+    "=": "EQUALS",
+    "(": "LPAR",
+    ")": "RPAR",
+    "[": "LSQB",
+    "]": "RSQB",
+    "{": "LBRACE",
+    "}": "RBRACE",
+    ",": "COMMA",
+    ";": "SEMICOLON",
+}
+"""The kind of each sign that is a token by itself."""
+
+OPERATORS = {"PLUS", "MINUS", "TIMES", "OVER", "POWER", "EQUALS"}
+"""Kinds of tokens that a line cannot end with."""
+
+
+@final
+@dataclass(frozen=True)
+class Token:
+    """A piece of a formula.
+
+    Args:
+        kind: e.g. "NAME", "NUMBER", "PLUS".
+        value: the letter's name, the number or the sign.
+        start: its first position in the text.
+        end: the position after it.
+    """
+
+    kind: str
+    value: str
+    start: int
+    end: int
+
+
+@final
+class Tokens:
+    """The tokens found in one text so far.
+
+    Args:
+        text: the formula.
+        letters: the letters that it may contain.
+    """
+
+    def __init__(self, text: str, letters: Letters) -> None:
+        self.letters = letters
+        self.found: list[Token] = []
+        self.unknown: dict[str, int] = {}
+        self.tables = 0
+        self.depth = 0
+        self._text = text
+        self.plain, self._places = normalize(text)
+        if long := _LONG.search(self.plain):
+            raise self.explain(
+                f"a word of more than {MOST_IN_WORD} signs; write spaces between the letters",
+                long.start(),
+            )
+
+    def put_sign(self, sign: str, at: int) -> int:
+        """Add a sign that is a token by itself; return the position after it."""
+        return self.put(SINGLE[sign], sign, at, at + 1)
+
+    def put(self, kind: str, value: str, start: int, end: int) -> int:
+        """Add a token; return the position after it."""
+        self.depth += (kind in OPEN) - (kind in CLOSE)
+        if self.depth > MOST_BRACKETS:
+            raise self.explain(f"brackets are nested more than {MOST_BRACKETS} deep", start)
+        self.found.append(Token(kind, value, self._places[start], self.place_after(end)))
+        return end
+
+    def put_word(self, word: str, at: int, end: int) -> int:
+        """Read a word, with the primes after it, as a letter, a function or several of them."""
+        text = self.plain
+        primes = _PRIMES.match(text, end)
+        dots = _count_primes(primes) if primes else 0
+        if primes and dots:
+            end = primes.end()
+        name = self.letters.find(word + "'" * dots)
+        if name is not None:
+            self.put("NAME", name, at, end)
+            kind = self.letters.kinds[name]
+            of_time = _OF_TIME.match(text, end)
+            if of_time and kind in ("coordinate", "velocity", "acceleration", "input"):
+                end = of_time.end()
+                if (after := _PRIMES.match(text, end)) and _count_primes(after):
+                    self.found.pop()
+                    return self.put_word(word + "'" * _count_primes(after), at, after.end())
+            return end
+        if not dots and word in ("Eq", "Matrix", "Rational", "Derivative"):
+            return self.put("SYMPY", word, at, end)
+        function = SPELLINGS.get(word, word)
+        if not dots and function in FUNCTIONS:
+            return self.put("FUNCTION", function, at, end)
+        pieces = self._split(word, dots)
+        if pieces is None and not dots and (rate := self._find_rate(word)):
+            return self.put("NAME", rate, at, end)
+        if pieces is None:
+            self.unknown.setdefault(word + "'" * dots, at)
+            self.put("NAME", word, at, end)
+            return end
+        for k, (piece, start, stop) in enumerate(pieces):
+            last = k == len(pieces) - 1
+            place = (at + start, end if last else at + stop)
+            if piece.isdigit():
+                self.put("NUMBER", piece, *place)
+            elif piece in FUNCTIONS:
+                self.put("FUNCTION", piece, *place)
+            else:
+                self.put("NAME", piece, *place)
+        return end
+
+    def _find_rate(self, word: str) -> str | None:
+        """Return the rate that a word such as dq or ddq denotes, if any."""
+        for prefix, primes in (("dd", "''"), ("d", "'")):
+            stem = self.letters.find(word.removeprefix(prefix)) if word.startswith(prefix) else None
+            if stem is not None and stem in self.letters.rates:
+                return self.letters.find(stem + primes)
+        return None
+
+    def _split(self, word: str, dots: int) -> list[tuple[str, int, int]] | None:
+        """Split letters written without spaces, as in mgl; return None if a part is unknown."""
+        spots = [k for k, sign in enumerate(word) if sign != "_"]
+        whole = word.replace("_", "")
+        best: list[list[tuple[str, int, int]] | None] = [None] * len(whole) + [[]]
+        for first in range(len(whole) - 1, -1, -1):
+            spend()
+            for last in range(min(len(whole), first + self.letters.longest), first, -1):
+                rest = best[last]
+                if rest is None:
+                    continue
+                piece = whole[first:last]
+                own = "'" * dots if last == len(whole) else ""
+                name = self._meaning(piece, own, whole[last : last + 1])
+                if name is not None:
+                    place = (name, spots[first], spots[last - 1] + 1)
+                    best[first] = [place, *rest]
+                    break
+        return best[0]
+
+    def _meaning(self, piece: str, dots: str, following: str) -> str | None:
+        name = self.letters.by_key.get(piece + dots) or self.letters.find(piece + dots)
+        if name is not None:
+            return name
+        function = SPELLINGS.get(piece, piece)
+        if function in FUNCTIONS and not dots and len(piece) > 2 and following:
+            return function
+        return None
+
+    def is_moving(self, word: str) -> bool:
+        """Return whether a word is a letter with a rate."""
+        name = self.letters.find(clean(word))
+        return name is not None and name in self.letters.rates
+
+    def put_derivative(self, word: str, order: int, found: re.Match[str]) -> int:
+        """Add a letter's time derivative; return the position after it."""
+        return self.put_word(clean(word) + "'" * order, found.start(), found.end())
+
+    def explain_unknown(self) -> FormulaError:
+        """Return an error that names the unknown letters."""
+        names = list(self.unknown)
+        known = [name for name in self.letters.kinds if "'" not in name]
+        hints = []
+        for name in names[:6]:
+            near = get_close_matches(name.rstrip("'"), known, n=1, cutoff=0.6) or [
+                other for other in known if other.lower() == name.rstrip("'").lower()
+            ]
+            hints.append(f"{name!r}" + (f" (did you mean {near[0]!r}?)" if near else ""))
+        listed = ", ".join(sorted(known))
+        several = len(names) > 1
+        message = (
+            f"unknown letter{'s' if several else ''} {', '.join(hints)}; the letters of this "
+            f"system are {listed}. Say what {'others mean' if several else 'it means'}, e.g. "
+            f'--let "{names[0].rstrip(chr(39))} = …"'
+        )
+        return self.explain(message, self.unknown[names[0]], names)
+
+    def place_after(self, at: int) -> int:
+        """Return the position in the text after the sign before a position."""
+        return self._places[at - 1] + 1
+
+    def explain(self, message: str, at: int, unknown: list[str] | None = None) -> FormulaError:
+        """Return an error at a position."""
+        place = self._places[min(at, len(self._places) - 1)] if self._places else 0
+        return FormulaError(message, self._text, place, unknown or ())
+
+
+def clean(word: str) -> str:
+    """Return a letter's name without LaTeX's markup and without (t)."""
+    return re.sub(r"[\\{}\s]|\(t\)", "", word)
+
+
+def _count_primes(primes: re.Match[str]) -> int:
+    """Return the number of derivatives that primes denote."""
+    return primes[0].count("'") + primes[0].count("\\prime")
+
+
+_COMMAND = re.compile(r"\\(?:[A-Za-z]+|.)", re.DOTALL)
+_D = r"(?:\\mathrm\s*\{\s*d\s*\}|\\text\s*\{\s*d\s*\}|d)"
+_FRACTION = re.compile(
+    rf"\\[dt]?frac\s*\{{\s*{_D}\s*(?:\^\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{LETTER})?\s*"
+    rf"(?:\(\s*t\s*\)\s*)?\}}\s*\{{\s*{_D}\s*\\?,?\s*t\s*(?:\^\s*\{{?\s*[23]\s*\}}?)?\s*\}}"
+)
+_DOT = re.compile(
+    r"\\(?P<dots>d{1,3})ot\s*"
+    r"(?:\{\s*(?P<inner>[^{}]{0,80}(?:\{[^{}]{0,80}\}[^{}]{0,80})?)\}|(?P<word>\\[A-Za-z]+|[A-Za-z]))"
+    r"(?P<subscript>\s*_\s*(?:\{[^{}]{1,20}\}|\w))?"
+)
+_SUBSCRIPT = re.compile(
+    r"\s*_\s*(?:\{(?P<long>(?:[^{}]|\{[^{}]{0,20}\}){1,40})\}|(?P<short>\\?[A-Za-z]+|\d))"
+)
+_ENVIRONMENT = re.compile(r"\\(?P<which>begin|end)\s*\{\s*(?P<name>[a-z]+)\*?\s*\}(?:\{[lcr|]*\})?")
+_TABLES = {"matrix", "pmatrix", "bmatrix", "vmatrix", "smallmatrix", "Bmatrix"}
+_IGNORED = re.compile(
+    r"\\(?:left|right|[bB]igg?[lrm]?|displaystyle|textstyle|nonumber|notag|limits|quad|qquad"
+    r"|,|;|:|!| |>|\(|\)|\[|\]|(?:hspace|label|tag\*?)\{[^{}]{0,80}\})(?![A-Za-z])\s*\.?"
+)
+_CASES = re.compile(r"\\left\s*\\\{(?=\s*\\begin)")
+_SPACING = re.compile(r"\\(?:,|;|:|!| |>|\(|\)|\[|\])")
+
+
+@final
+class Latex:
+    """Reads commands of LaTeX into tokens.
+
+    Args:
+        tokens: the tokens found so far.
+        read: reads the next piece at a position, and returns the position after it.
+    """
+
+    def __init__(self, tokens: Tokens, read: Callable[[int], int]) -> None:
+        self._tokens = tokens
+        self._read = read
+        self._arrays: list[bool] = []
+
+    def read_command(self, at: int) -> int:
+        """Read the command at a position; return the position after it."""
+        text = self._tokens.plain
+        if text.startswith("\\\\", at):
+            skip = re.compile(r"\\\\\s*(?:\[[^\]\n]{0,10}\])?").match(text, at)
+            assert skip is not None
+            kind = "SEMICOLON" if self._tokens.tables else "NEWLINE"
+            return self._tokens.put(kind, ";", at, skip.end())
+        if found := _FRACTION.match(text, at):
+            return self._fraction_of_time(found)
+        if found := _DOT.match(text, at):
+            return self._read_dots(found)
+        if found := _ENVIRONMENT.match(text, at):
+            return self._environment(found)
+        if found := _CASES.match(text, at):
+            return found.end()
+        if found := _IGNORED.match(text, at):
+            # the dot of "\left." is no sign; elsewhere a dot after a space ends a sentence
+            before = self._tokens.found[-1:]
+            if before and before[0].kind == "NEWLINE" and "quad" in found[0]:
+                self._tokens.put("INDENT", " ", at, found.end())
+            return found.end()
+        if found := _SPACING.match(text, at):
+            return found.end()
+        found = _COMMAND.match(text, at)
+        if found is None:
+            raise self._tokens.explain("a backslash at the end has no meaning", at)
+        return self._plain_command(found)
+
+    def _plain_command(self, found: re.Match[str]) -> int:
+        name, at, end = found[0][1:], found.start(), found.end()
+        if name in ("cdot", "times", "ast"):
+            return self._tokens.put("TIMES", "*", at, end)
+        if name == "over":
+            raise self._tokens.explain("write \\frac{…}{…} for \\over", at)
+        if name == "div":
+            return self._tokens.put("OVER", "/", at, end)
+        if name in ("frac", "dfrac", "tfrac"):
+            self._tokens.put("FRACTION", "frac", at, end)
+            return self._brace(self._brace(end))
+        if name in ("lvert", "rvert", "vert", "mid"):
+            raise self._tokens.explain("write abs(…) for a magnitude", at)
+        function = SPELLINGS.get(name, name)
+        if function == "sqrt" and self._tokens.plain.startswith("[", end):
+            raise self._tokens.explain("write other roots than the square root as powers", at)
+        if function in FUNCTIONS:
+            self._tokens.put("FUNCTION", function, at, end)
+            return end
+        if name in ("{", "}"):
+            return self._tokens.put_sign("(" if name == "{" else ")", at) + 1
+        if not name.isalpha():
+            raise self._tokens.explain(f"the command \\{name} has no meaning in a formula", at)
+        subscript, end = self._subscript(end)
+        return self._tokens.put_word(name + subscript, at, end)
+
+    def _subscript(self, at: int) -> tuple[str, int]:
+        """Return the subscript at a position, and the position after it."""
+        found = _SUBSCRIPT.match(self._tokens.plain, at)
+        if not found:
+            return "", at
+        return re.sub(r"[\\\s,{}]", "", found["long"] or found["short"]), found.end()
+
+    def _brace(self, at: int) -> int:
+        """Put braces around an argument of a fraction without braces, as in frac12."""
+        text = self._tokens.plain
+        while at < len(text) and text[at].isspace():
+            at += 1
+        if at >= len(text) or text[at] == "{":
+            if at >= len(text):
+                raise self._tokens.explain("expected two arguments in braces after \\frac", at - 1)
+            return self._read_braces(at)
+        if text[at].isdigit():
+            self._tokens.put("LBRACE", "{", at, at + 1)
+            self._tokens.put("NUMBER", text[at], at, at + 1)
+            self._tokens.put("RBRACE", "}", at, at + 1)
+            return at + 1
+        if text[at].isalpha() or text[at] == "\\":
+            self._tokens.put("LBRACE", "{", at, at + 1)
+            end = (
+                self.read_command(at)
+                if text[at] == "\\"
+                else self._tokens.put_word(text[at], at, at + 1)
+            )
+            self._tokens.put("RBRACE", "}", end - 1, end)
+            return end
+        raise self._tokens.explain("expected an argument in braces after \\frac", at)
+
+    def _read_braces(self, at: int) -> int:
+        """Read an argument in braces to its end."""
+        depth = self._tokens.depth
+        at = self._read(at)
+        while at < len(self._tokens.plain) and self._tokens.depth > depth:
+            at = self._read(at)
+        if self._tokens.depth > depth:
+            raise self._tokens.explain("a brace is not closed", len(self._tokens.plain) - 1)
+        return at
+
+    def _fraction_of_time(self, found: re.Match[str]) -> int:
+        order = int(found["order"] or 1)
+        if found["word"]:
+            if not self._tokens.is_moving(found["word"]):
+                command = _COMMAND.match(self._tokens.plain, found.start())
+                assert command is not None
+                return self._plain_command(command)
+            return self._tokens.put_derivative(found["word"], order, found)
+        for _ in range(order):
+            self._tokens.put("RATE", "d/dt", found.start(), found.end())
+        return found.end()
+
+    def _read_dots(self, found: re.Match[str]) -> int:
+        inner = (found["inner"] or found["word"] or "").strip()
+        word = re.sub(r"[\\\s_{},]|\(t\)", "", inner + (found["subscript"] or ""))
+        if not word.isalnum():
+            raise self._tokens.explain(
+                "expected a single letter below the dots, e.g. \\ddot{\\theta}_1; write d/dt "
+                "before brackets",
+                found.start(),
+            )
+        return self._tokens.put_word(word + "'" * len(found["dots"]), found.start(), found.end())
+
+    def _environment(self, found: re.Match[str]) -> int:
+        tokens, opens = self._tokens, found["which"] == "begin"
+        table = found["name"] in _TABLES
+        if found["name"] == "array":
+            # a matrix within brackets, lines elsewhere
+            before = tokens.found[-1:]
+            if opens:
+                self._arrays.append(bool(before) and before[0].kind in ("LSQB", "LPAR"))
+            table = self._arrays[-1] if self._arrays else False
+            if not opens and self._arrays:
+                self._arrays.pop()
+        if table:
+            tokens.tables += 1 if opens else -1
+            kind = "LSQB" if opens else "RSQB"
+            return tokens.put(kind, "[" if opens else "]", found.start(), found.end())
+        return found.end()
+
+
+def join_lines(tokens: list[Token]) -> list[Token]:
+    """Drop line ends within an equation; all others, and ; and , separate equations."""
+    lines: list[list[Token]] = [[]]
+    depth = 0
+    for token in tokens:
+        depth = max(0, depth + (token.kind in OPEN) - (token.kind in CLOSE))
+        if depth == 0 and token.kind in ("NEWLINE", "SEMICOLON", "COMMA"):
+            lines.append([])
+        elif token.kind != "NEWLINE":
+            lines[-1].append(token)
+    joined: list[list[Token]] = []
+    for line in filter(None, lines):
+        indented = line[0].kind == "INDENT"
+        line = [token for token in line if token.kind != "INDENT"]
+        if not line:
+            continue
+        if joined and _continues(joined[-1], line, indented):
+            joined[-1] += line
+        else:
+            joined.append(list(line))
+    out: list[Token] = []
+    for k, line in enumerate(joined):
+        if k:
+            out.append(Token("NEXT", "\n", line[0].start, line[0].start))
+        out += line
+    return out
+
+
+def _continues(before: list[Token], line: list[Token], indented: bool) -> bool:
+    """Return whether a line continues the equation before it."""
+    first = line[0].kind
+    if before[-1].kind in OPERATORS or first in ("EQUALS", "TIMES", "OVER", "POWER"):
+        return True
+    if first not in ("PLUS", "MINUS"):
+        return False
+    if not _is_equation(before):
+        return True
+    # no line continues "= 0"; any other right side is continued by a line without =
+    ends = before[-2].kind == "EQUALS" and before[-1].value == "0"
+    return not ends and (indented or not _is_equation(line))
+
+
+def _is_equation(line: list[Token]) -> bool:
+    return any(token.kind == "EQUALS" for token in line)
+
+
+def close_arguments(tokens: list[Token], letters: Letters, text: str) -> Iterator[Token]:
+    """Put brackets around arguments that have none: sin 2 q, cos q1, sqrt 3."""
+    at = 0
+    while at < len(tokens):
+        token = tokens[at]
+        yield token
+        at += 1
+        if token.kind != "FUNCTION":
+            continue
+        if at < len(tokens) and tokens[at].kind == "POWER":
+            end = _find_end_of_exponent(tokens, at)
+            yield from tokens[at:end]
+            at = end
+        if at < len(tokens) and tokens[at].kind in ("LPAR", "LBRACE", "FRACTION", "LSQB"):
+            continue
+        end = _find_end_of_argument(tokens, at, letters)
+        if end == at:
+            place = tokens[at].start if at < len(tokens) else len(text) - 1
+            raise FormulaError(
+                f"expected an argument of {token.value}, e.g. {token.value}(q)", text, place
+            )
+        if end < len(tokens) and tokens[end].kind == "POWER":
+            name = token.value
+            raise FormulaError(
+                f"{name} of a letter with a power is ambiguous; write {name}(q)^2 or {name}(q^2)",
+                text,
+                tokens[end].start,
+            )
+        yield Token("LPAR", "(", tokens[at].start, tokens[at].start)
+        yield from tokens[at:end]
+        yield Token("RPAR", ")", tokens[end - 1].end, tokens[end - 1].end)
+        at = end
+
+
+def _find_end_of_exponent(tokens: list[Token], at: int) -> int:
+    """Return the end of an exponent between a function and its argument."""
+    at += 1
+    if at < len(tokens) and tokens[at].kind == "MINUS":
+        at += 1
+    if at < len(tokens) and tokens[at].kind in OPEN:
+        depth = 0
+        while at < len(tokens):
+            depth += (tokens[at].kind in OPEN) - (tokens[at].kind in CLOSE)
+            at += 1
+            if not depth:
+                break
+        return at
+    return min(at + 1, len(tokens))
+
+
+def _find_end_of_argument(tokens: list[Token], at: int, letters: Letters) -> int:
+    """Return the end of an argument without brackets: numbers, then an angle or W t."""
+    end = at
+    while end < len(tokens) and tokens[end].kind == "NUMBER":
+        end += 1
+    while end < len(tokens) and tokens[end].kind == "NAME":
+        name = tokens[end].value
+        end += 1
+        following = tokens[end] if end < len(tokens) else None
+        to_time = following is not None and following.kind == "NAME" and following.value == "t"
+        moving = letters.kinds.get(name) in ("coordinate", "time", "velocity")
+        if moving or (name in letters.angles and not to_time) or not to_time:
+            break
+    return end
+
 
 MOST_CHARACTERS = 20_000
 """Largest number of characters in a text."""

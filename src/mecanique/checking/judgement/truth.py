@@ -25,7 +25,7 @@ from mecanique.errors import DerivationError, InputError
 from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 STATES = 24
 """Number of states in which a formula is compared."""

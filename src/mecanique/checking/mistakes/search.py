@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
 from typing import final
@@ -12,20 +12,56 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.checking.budget import SECONDS, OutOfTimeError, stop_clock
+from mecanique.checking.budget import SECONDS, OutOfTimeError, spend, stop_clock
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.truth import Truth
-from mecanique.checking.mistakes.context import Context
-from mecanique.checking.mistakes.lacking_terms import find_lacking
-from mecanique.checking.mistakes.repairs.find import repairs
-from mecanique.checking.mistakes.repairs.repair import Repair
-from mecanique.checking.mistakes.slips.hypotheses import Hypotheses
+from mecanique.checking.mistakes.hypotheses import Hypotheses, list_parts
+from mecanique.checking.mistakes.repairs import ALIKE, Context, Repair, repairs
 from mecanique.checking.mistakes.units import UnitMisfitError, Units
 from mecanique.checking.verdict import Cause
+from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.model.dimensions import Dimension
+
+_WORDS = (
+    (1.0, "missing", "{} is missing"),
+    (2.0, "sign", "the sign of {} is wrong"),
+    (-1.0, "factor", "{} is counted twice"),
+    (0.5, "factor", "{} is halved"),
+)
+"""The truth minus the answer as a multiple of a part of the truth, with kind and words."""
+
+
+def find_lacking(one: Residual, series: Mapping[str, Series]) -> Iterator[Repair]:
+    """Yield parts of the true quantity whose absence or factor explains a formula.
+
+    Args:
+        one: the formula minus its true value.
+        series: the true values of the letters of quantities.
+    """
+    named = [name for name in series if name in one.root.letters]
+    if len(named) != 1:
+        return
+    slope = one.tape.along(one.slopes, named[0])
+    with np.errstate(all="ignore"):
+        lacks = one.values.whole / slope
+    usable = one.finite & np.isfinite(lacks)
+    if not usable.any():
+        return
+    truth = series[named[0]]
+    evaluated = Evaluation(truth.ring, one.sample.values)
+    for part in list_parts(truth, one.truth.velocities):
+        spend()
+        own = np.broadcast_to(evaluated(part), lacks.shape)
+        for factor, kind, words in _WORDS:
+            scale = np.abs(factor * own) + np.abs(lacks)
+            if (np.abs(lacks - factor * own) <= ALIKE * scale)[usable].all():
+                text = words.format(f"the term {expression(part).text()}")
+                yield Repair(kind, text, "", 1.1 if factor == 1.0 else 1.6)
+
 
 NOTHING: Mapping[str, Node] = MappingProxyType({})
 """No definitions of further letters."""
@@ -198,7 +234,7 @@ def _misfits(
     units: Units, one: Residual, number: int, text: str, defined: Mapping[str, Node] = NOTHING
 ) -> list[Cause]:
     try:
-        units.check(one.root, text)
+        units.find(one.root, text)
     except UnitMisfitError as fault:
         part = " ".join(text[fault.part.start : fault.part.end].split())
         if odd := units.list_odd(defined):

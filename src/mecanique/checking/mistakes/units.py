@@ -53,7 +53,7 @@ class Units:
                 except InputError:
                     continue
 
-    def check(self, node: Node, text: str) -> Dimension | None:
+    def find(self, node: Node, text: str) -> Dimension | None:
         """Return the dimension of a formula; None where a decimal number leaves it open.
 
         Raises:
@@ -66,16 +66,16 @@ class Units:
             case "letter":
                 return self.of.get(node.name)
             case "negative":
-                return self.check(node.parts[0], text)
+                return self.find(node.parts[0], text)
             case "sum":
                 return self._of_sum(node, text)
             case "product":
                 total: Dimension | None = PURE
                 for part in node.parts:
-                    total = _combine(total, self.check(part, text), 1)
+                    total = _combine(total, self.find(part, text), 1)
                 return total
             case "quotient":
-                above, below = (self.check(part, text) for part in node.parts)
+                above, below = (self.find(part, text) for part in node.parts)
                 return _combine(above, below, -1)
             case "power":
                 return self._of_power(node, text)
@@ -83,7 +83,7 @@ class Units:
 
     def describe(self, name: str, formula: Node) -> str:
         """Return in words the unit of the formula that defines a letter."""
-        its = self.check(formula, "")
+        its = self.find(formula, "")
         return f"{name} is defined in {say_unit(its)}" if its else f"see the definition of {name}"
 
     def list_odd(self, defined: Mapping[str, Node]) -> list[str]:
@@ -91,13 +91,13 @@ class Units:
         odd = []
         for name, formula in defined.items():
             try:
-                self.check(formula, "")
+                self.find(formula, "")
             except UnitMisfitError:
                 odd.append(name)
         return odd
 
     def _of_sum(self, node: Node, text: str) -> Dimension | None:
-        found = [(part, self.check(part, text)) for part in node.parts]
+        found = [(part, self.find(part, text)) for part in node.parts]
         known = [(part, its) for part, its in found if its is not None and _letters(part)]
         for part, its in known[1:]:
             first, other = known[0]
@@ -114,7 +114,7 @@ class Units:
 
     def _of_power(self, node: Node, text: str) -> Dimension | None:
         base, exponent = node.parts
-        its = self.check(base, text)
+        its = self.find(base, text)
         if its is None or exponent.kind not in ("number", "negative", "quotient"):
             return None
         value = _number(exponent)
@@ -123,7 +123,7 @@ class Units:
         return tuple(x * value for x in its)
 
     def _of_call(self, node: Node, text: str) -> Dimension | None:
-        inner = [self.check(part, text) for part in node.parts]
+        inner = [self.find(part, text) for part in node.parts]
         if node.name in ("abs", "sign"):
             return inner[0] if node.name == "abs" else PURE
         if node.name == "sqrt":

@@ -24,7 +24,7 @@ from mecanique.program.evaluation import evaluate
 from mecanique.program.solving import factorize
 from mecanique.program.sweeps import push_forward
 from mecanique.program.traced import trace, value_of, values_of
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 
 def sample(letters: Letters, tables: list[Any], states: States) -> list[np.ndarray]:

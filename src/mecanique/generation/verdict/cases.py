@@ -21,9 +21,9 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, seated_velocities
 from mecanique.reference import Reference
 from mecanique.verification.difference import scales
-from mecanique.verification.rounding.conditioning import UNIT, rounding
+from mecanique.verification.rounding import UNIT, rounding
 from mecanique.verification.rows import moving_mass
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 TOLERANCE = 1e-13
 """Largest relative difference that counts as agreement, unless rounding allows more."""

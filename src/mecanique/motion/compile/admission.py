@@ -14,9 +14,9 @@ from mecanique.motion.compile.derive import program_of
 from mecanique.motion.compile.program import SAMPLES, Program
 from mecanique.motion.compile.python import overwriting, owning
 from mecanique.motion.record.steps import RightHandSide
-from mecanique.verification.rounding.conditioning import rounding
+from mecanique.verification.rounding import rounding
 from mecanique.verification.rows import rows_of
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 from mecanique.verification.verdict import TOLERANCE
 
 if TYPE_CHECKING:

@@ -10,9 +10,8 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.model.force_base import loads_in
 from mecanique.model.joint_base import Single
-from mecanique.verification.causes.change import Change, fit
+from mecanique.verification.causes.change import Amount, Change, deviations, fit, give
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.fitted import Amount, deviations, give
 
 _UNITS = {
     ("armature", True): "kg·m²",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import permutations
+from typing import final
 
 import numpy as np
 
@@ -11,9 +13,343 @@ from mecanique.arrays import Array
 from mecanique.model import slips
 from mecanique.model.slips import Slip, say_factor
 from mecanique.model.states import States
-from mecanique.verification.causes.change import Change
+from mecanique.verification.causes.change import (
+    Amount,
+    Change,
+    descend,
+    deviations,
+    give,
+    give_all,
+    say_turn,
+    turn_about,
+)
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.moments import moments_of, parts_of
+
+
+def parts_of(J: Array) -> tuple[float, Array, Array]:
+    """Return mass, center of mass and inertia about it."""
+    m = float(J[3, 3])
+    c = J[:3, 3] / m if m else np.zeros(3)
+    second = J[:3, :3] - m * np.outer(c, c)
+    return m, c, np.trace(second) * np.eye(3) - second
+
+
+def moments_of(m: float, c: Array, inertia: Array) -> Array:
+    """Return the mass moments ∫ (p, 1)(p, 1)ᵀ dm, shape (4, 4)."""
+    J = np.empty((4, 4))
+    J[:3, :3] = np.trace(inertia) / 2 * np.eye(3) - inertia + m * np.outer(c, c)
+    J[:3, 3] = J[3, :3] = m * c
+    J[3, 3] = m
+    return J
+
+
+_UPPER = np.triu_indices(4)
+_POINT = np.diag([0.0, 0.0, 0.0, 1.0])
+"""Mass moments of a unit mass at the origin."""
+
+_SMALL = 1e-6
+_HEAVIEST = 100
+"""Masses that many times too large are no likely mistake, except those of units."""
+
+_CLOSER = 8
+"""Links whose numbers are fitted."""
+
+_TURNS = 6
+"""Random turns to begin with besides none."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Family:
+    """Ways to change a link that differ in a few numbers.
+
+    Args:
+        kind: of the mistake.
+        make: mass, center and inertia about it of some numbers.
+        say: what they mean, in words, with their standard deviations.
+        amount: how plain they are.
+        starts: where to begin, each shape (numbers,).
+    """
+
+    kind: str
+    make: Callable[[Array], tuple[float, Array, Array]]
+    say: Callable[[Array, Array], str]
+    amount: Callable[[Array], Amount]
+    starts: tuple[Array, ...]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class LinkEffect:
+    """The effect of a link's mass moments in all experiments, reduced to ten rows.
+
+    Args:
+        columns: what each mass moment adds, shape (n, nv, 10).
+        R: triangle of the weighted columns' QR factors.
+        y: the weighted differences along these columns.
+        rest: norm of what they leave.
+    """
+
+    columns: Array
+    R: Array
+    y: Array
+    rest: float
+
+    @classmethod
+    def of(cls, evidence: Evidence, Y: Array) -> LinkEffect:
+        """Return it of a link's regressor, shape (n, nv, 4, 4)."""
+        both = Y + np.swapaxes(Y, -1, -2)
+        both[..., range(4), range(4)] /= 2
+        columns = both[..., _UPPER[0], _UPPER[1]]
+        flat = evidence.weigh(np.moveaxis(columns, -1, 0)).T
+        off = evidence.weigh(evidence.tau - evidence.base)
+        Q, R = np.linalg.qr(flat)
+        y = Q.T @ off
+        return cls(columns, R, y, float(np.linalg.norm(off - Q @ y)))
+
+    @property
+    def any_change(self) -> tuple[Array, float]:
+        """The change of the mass moments that leaves least, shape (10,), and what it leaves."""
+        solution = np.asarray(np.linalg.lstsq(self.R, self.y, rcond=1e-12)[0], dtype=np.float64)
+        left = float(np.linalg.norm(self.R @ solution - self.y))
+        return solution, float(np.hypot(self.rest, left))
+
+    def answers(self, evidence: Evidence, change: Array) -> Array:
+        """Return what the other source would say of changed mass moments, shape (n, nv)."""
+        predicted: Array = evidence.base + self.columns @ change
+        return predicted
+
+
+def fit_inertias(evidence: Evidence) -> Iterator[Change]:
+    """Yield the changes of a link with numbers that fit, of the links that explain most."""
+    recursion = evidence.recursion
+    if not evidence.inputs.inertia.any():
+        return
+    found = []
+    for k, link in enumerate(recursion.tree):
+        if link.body is not None and recursion.moments[k].any():
+            effect = LinkEffect.of(evidence, evidence.regressor[:, :, k])
+            solution, least = effect.any_change
+            if least < evidence.before:
+                found.append((least, k, effect))
+                where = f"link {link.body!r}"
+                text = f"mass, center or inertia of {where} differ, in no way known as a mistake"
+                change = np.zeros((4, 4))
+                change[_UPPER] = solution
+                yield Change(
+                    "other inertia",
+                    where,
+                    text,
+                    effect.answers(evidence, solution),
+                    len(solution),
+                    moments={k: recursion.moments[k] + change + np.triu(change, 1).T},
+                    slopes=np.moveaxis(effect.columns, -1, 0),
+                )
+    for _, k, effect in sorted(found, key=lambda one: one[0])[:_CLOSER]:
+        yield from _fit(evidence, effect, k)
+
+
+def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Change]:
+    """The changes of a link at some place in the tree, with numbers that fit."""
+    link, J = evidence.recursion.tree[k], evidence.recursion.moments[k]
+    where, root = f"link {link.body!r}", link.parent < 0
+    m, c, inertia = parts_of(J)
+    if m <= 0:
+        return
+    families = list(_families(m, c, inertia, _principal(effect, J), root=root))
+    problems = [(family, start) for family in families for start in family.starts]
+
+    def residuals(trials: list[tuple[int, Array]]) -> Array:
+        changes = [moments_of(*problems[k][0].make(x)) - J for k, x in trials]
+        rows: Array = np.array([one[_UPPER] for one in changes]) @ effect.R.T - effect.y
+        return rows
+
+    unknowns, costs = descend(residuals, [start for _, start in problems])
+    for family in families:
+        of = [k for k, (one, _) in enumerate(problems) if one is family]
+        best = min(of, key=lambda k: float(costs[k]))
+        x = unknowns[best]
+        found = family.make(x)
+        likely = found[0] <= _HEAVIEST * m
+        if likely and (_is_physical(*found) or not _is_physical(m, c, inertia)):
+            sigma = np.zeros(len(x))
+            if evidence.is_measured:
+                moved = [(best, x), *((best, x + _SMALL * unit) for unit in np.eye(len(x)))]
+                at, *near = residuals(moved)
+                left = float(np.hypot(effect.rest, costs[best]))
+                sigma = deviations((np.array(near) - at) / _SMALL, left, evidence.tau.size)
+            other = moments_of(*found)
+            answers = effect.answers(evidence, (other - J)[_UPPER])
+            change = family.say(x, sigma).replace("LINK", where)
+            slopes = [
+                effect.columns @ (moments_of(*family.make(x + _SMALL * unit)) - other)[_UPPER]
+                for unit in np.eye(len(x))
+            ]
+            yield Change(
+                family.kind,
+                where,
+                change,
+                answers,
+                len(x),
+                family.amount(x),
+                moments={k: other},
+                slopes=np.array(slopes) / _SMALL,
+            )
+
+
+def _principal(effect: LinkEffect, J: Array) -> Array:
+    """The turn that carries the principal axes to those of the inertia that fits best, (3,)."""
+    m, c, inertia = parts_of(J)
+    units = [_symmetric(unit) for unit in np.eye(6)]
+    columns = [effect.R @ (moments_of(m, c, inertia + E) - J)[_UPPER] for E in units]
+    change = np.linalg.lstsq(np.array(columns).T, effect.y, rcond=1e-9)[0]
+    own, other = (np.linalg.eigh(I)[1] for I in (inertia, inertia + _symmetric(change)))
+    R = other @ own.T
+    if np.linalg.det(R) < 0:
+        R = other @ np.diag([1.0, 1.0, -1.0]) @ own.T
+    from scipy.spatial.transform import Rotation  # not wanted before a cause is looked for
+
+    turned: Array = Rotation.from_matrix(R).as_rotvec()
+    return turned
+
+
+def _families(
+    m: float, c: Array, inertia: Array, turned: Array, *, root: bool
+) -> Iterator[_Family]:
+    mass, one = "root mass" if root else "link mass", np.zeros(1)
+
+    def heavier(numbers: int) -> Callable[[Array], Amount]:
+        return lambda x: Amount.of(m * (1 + x[0]), m, ways=numbers)
+
+    J = moments_of(m, c, inertia)
+    yield _Family(
+        mass,
+        lambda x: (m * (1 + x[0]), c, inertia),
+        lambda x, s: f"mass of LINK: {give(m * (1 + x[0]), m * s[0])} kg instead of {m:.6g} kg",
+        heavier(1),
+        (one,),
+    )
+    yield _Family(
+        mass,
+        lambda x: (m * (1 + x[0]), c, inertia * (1 + x[0])),
+        lambda x, s: (
+            f"mass and inertia of LINK times {give(1 + x[0], s[0])} "
+            f"(mass {give(m * (1 + x[0]), m * s[0])} kg)"
+        ),
+        heavier(7),
+        (one,),
+    )
+    if c.any():
+        yield _Family(
+            mass,
+            lambda x: parts_of(J + m * x[0] * _POINT),
+            lambda x, s: (
+                f"a point mass of {give(m * abs(x[0]), m * s[0])} kg "
+                f"{'more' if x[0] > 0 else 'less'} at the origin of LINK (mass {m:.6g} kg)"
+            ),
+            heavier(10),
+            (one,),
+        )
+    size = float(np.sqrt(max(np.trace(inertia), 1e-12 * m) / m))
+    for axis, name in zip(np.eye(3), "xyz", strict=True):
+        yield _move_along(m, c, inertia, size * axis, name)
+    yield _Family(
+        "center of mass",
+        lambda x: (m, c + size * x, inertia),
+        lambda x, s: f"center of mass of LINK moved by ({give_all(size * x)}) m",
+        lambda x: Amount.of_all(size * x, float(np.linalg.norm(c))),
+        (np.zeros(3),),
+    )
+    if inertia.any():
+        yield from _inertias(m, c, inertia, turned)
+
+
+def _move_along(m: float, c: Array, inertia: Array, step: Array, name: str) -> _Family:
+    size = float(np.linalg.norm(step))
+    axis = step / size
+
+    def amount(x: Array) -> Amount:
+        old = float(c @ axis)
+        return Amount.of(old + size * x[0], old, float(np.linalg.norm(c)), ways=3)
+
+    return _Family(
+        "center of mass",
+        lambda x: (m, c + x[0] * step, inertia),
+        lambda x, s: (
+            f"center of mass of LINK moved by {give(size * x[0], size * s[0])} m along {name}"
+        ),
+        amount,
+        (np.zeros(1),),
+    )
+
+
+def _inertias(m: float, c: Array, inertia: Array, turned: Array) -> Iterator[_Family]:
+    size = float(np.trace(inertia)) / 3
+    yield _Family(
+        "inertia",
+        lambda x: (m, c, inertia * (1 + x[0])),
+        lambda x, s: f"inertia of LINK times {give(1 + x[0], s[0])}",
+        lambda x: Amount.of(1 + x[0], 1.0, ways=6),
+        (np.zeros(1),),
+    )
+    for i, k in zip(*np.triu_indices(3), strict=True):
+        yield _entry(m, c, inertia, (int(i), int(k)))
+    rng = np.random.default_rng(0)
+    yield _Family(
+        "inertia turn",
+        lambda x: (m, c, turn_about(x) @ inertia @ turn_about(x).T),
+        lambda x, s: f"inertia of LINK turned by {say_turn(x)}",
+        lambda x: Amount.of_all(np.degrees(x), 180.0),
+        (np.zeros(3), turned, *rng.uniform(-2, 2, size=(_TURNS, 3))),
+    )
+    yield _Family(
+        "inertia",
+        lambda x: (m, c, inertia + size * _symmetric(x)),
+        lambda x, s: (
+            "inertia of LINK about its center of mass: ixx, ixy, ixz, iyy, iyz, izz = "
+            f"{give_all((inertia + size * _symmetric(x))[np.triu_indices(3)])} kg·m²"
+        ),
+        lambda x: Amount.of_all(inertia[np.triu_indices(3)] + size * x, size),
+        (np.zeros(6),),
+    )
+
+
+def _entry(m: float, c: Array, inertia: Array, at: tuple[int, int]) -> _Family:
+    i, k = at
+    E = np.zeros((3, 3))
+    E[i, k] = E[k, i] = size = float(np.trace(inertia)) / 3
+    name, own = f"i{'xyz'[i]}{'xyz'[k]}", inertia[i, k]
+    return _Family(
+        "inertia",
+        lambda x: (m, c, inertia + x[0] * E),
+        lambda x, s: (
+            f"{name} of LINK: {give(own + size * x[0], size * s[0])} kg·m² "
+            f"instead of {own:.6g} kg·m²"
+        ),
+        lambda x: Amount.of(own + size * x[0], own, ways=6),
+        (np.zeros(1),),
+    )
+
+
+def _is_physical(m: float, c: Array, inertia: Array) -> bool:
+    """Whether a body may have them: no negative mass, and no negative moment of inertia.
+
+    Args:
+        m: mass [kg].
+        c: center of mass [m].
+        inertia: about it [kg·m²].
+    """
+    if not (m >= 0 and np.isfinite(c).all() and np.isfinite(inertia).all()):
+        return False
+    moments = np.linalg.eigvalsh(inertia)
+    return bool(moments[0] >= -1e-9 * max(abs(moments[0]), abs(moments[2])))
+
+
+def _symmetric(x: Array) -> Array:
+    found = np.zeros((3, 3))
+    found[np.triu_indices(3)] = x
+    upper: Array = found + np.triu(found, 1).T
+    return upper
 
 
 def link_changes(evidence: Evidence) -> Iterator[Change]:

@@ -10,15 +10,13 @@ import numpy as np
 from mecanique.arrays import Array, spread
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.causes.cause import REMOVED, Cause
 from mecanique.verification.causes.change import Change
 from mecanique.verification.causes.coordinates import map_changes, state_changes
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.frames import frame_changes
-from mecanique.verification.causes.inertias import fit_inertias
+from mecanique.verification.causes.frames import frame_changes, placement_changes
 from mecanique.verification.causes.joints import gravity_changes, joint_changes
-from mecanique.verification.causes.links import link_changes
-from mecanique.verification.causes.placements import placement_changes
+from mecanique.verification.causes.links import fit_inertias, link_changes
+from mecanique.verification.verdict import REMOVED, Cause
 
 _SAME = 1.2
 """Changes whose differences are within this factor of the least one explain equally well."""

@@ -19,8 +19,8 @@ from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.textbook import entry, load
-from mecanique.verification.bench import Bench
 from mecanique.verification.chapter.row import Row, agreement, decision, identity, misprint
+from mecanique.verification.facts import Bench
 
 Acting: TypeAlias = tuple[Any, Any]
 """A point, and the force or momentum there."""

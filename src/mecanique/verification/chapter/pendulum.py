@@ -13,8 +13,8 @@ from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.vectors import along
 from mecanique.derivation.symbolic.virtual_work import VirtualWork, distribution_of
 from mecanique.textbook import entry, load
-from mecanique.verification.bench import Bench
 from mecanique.verification.chapter.row import Row, agreement, decision, identity, misprint
+from mecanique.verification.facts import Bench
 
 _BY = "the derivation of the pendulum in the catalogue, term by term"
 

@@ -34,7 +34,7 @@ from mecanique.program.evaluation import evaluate
 from mecanique.program.traced import value_of, values_of
 from mecanique.textbook import load
 from mecanique.textbook.catalogue import is_known
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 from mecanique.viewing.engine.bounds import (
     bounds_of,
     conditions_of,

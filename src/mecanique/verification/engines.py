@@ -28,7 +28,7 @@ from mecanique.reference.originals.original import ByJoint, Original
 from mecanique.urdf.lint import lint
 from mecanique.urdf.read import read_urdf
 from mecanique.verification.difference import relative_difference, scale
-from mecanique.verification.originals.reading import TOLERANCE, EngineReading
+from mecanique.verification.verdict import READ_ALIKE, EngineReading
 
 
 @final
@@ -164,7 +164,7 @@ def _places(tree: Mechanism, joints: Sequence[Single], mass: Array, others: Arra
     wrong = {
         joint.child: (joint, float(x[0]), float(y[0]))
         for joint, x, y in zip(joints, a.T, b.T, strict=True)
-        if not np.allclose(x, y, rtol=TOLERANCE, atol=0.0)
+        if not np.allclose(x, y, rtol=READ_ALIKE, atol=0.0)
     }
     parents = {joint.child: joint.parent for joint in tree.joints}
     inner: set[str] = set()

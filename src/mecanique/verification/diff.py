@@ -4,33 +4,207 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, final
 
 import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.errors import MecaniqueError
+from mecanique.model import slips
 from mecanique.model.bodies import Body
+from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Fixed, Joint, Planar
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
+from mecanique.model.slips import DIGITS, LEFT_OUT, Factor, Slip
 from mecanique.urdf.read import read_urdf
-from mecanique.verification.descriptions.change import Change, Difference
-from mecanique.verification.descriptions.pairs import Pairs, numbers_of, pair
-from mecanique.verification.descriptions.slips import (
-    axis_slip,
-    bounds_slip,
-    inertia_slip,
-    mass_slip,
-    turn_slip,
-    vector_slip,
-)
+from mecanique.verification.change import Change, Difference
 from mecanique.verification.difference import relative_difference, scale
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
+
+_CLOSE = 1e-4
+"""Relative difference that digits left out in print make."""
+
+_ALONE = (*slips.MILLIMETERS, *DIGITS[:2], Factor(-1.0, "sign", "the other sign"))
+"""What may happen to a single number of several."""
+
+
+def mass_slip(before: float, after: float) -> str:
+    """Return what a changed mass looks like; empty if it looks like none known."""
+    if before and not after:
+        return LEFT_OUT
+    return _factor(np.array([before]), np.array([after]), (*slips.MASS, *DIGITS))
+
+
+def vector_slip(before: Array, after: Array) -> str:
+    """Return what a changed position looks like, both of shape (3,) [m]."""
+    text = _factor(before, after, (*slips.LENGTH, *DIGITS[:2]))
+    text = text or _first(slips.mistake_vector("", before), after, before)
+    if not text and before.any() and not after.any():
+        return LEFT_OUT
+    return text or _entry(before, after, "xyz", before)
+
+
+def inertia_slip(mass: float, center: Array, before: Array, after: Array) -> str:
+    """Return what a changed inertia looks like, both about the center of mass, shape (3, 3)."""
+    text = _factor(before, after, (*slips.INERTIA, *DIGITS[:2]))
+    if not text and before.any() and not after.any():
+        return LEFT_OUT
+    text = text or _first(slips.mistake_point(mass, center, before), after, after)
+    text = text or _first(slips.mistake_products(before), after, before)
+    text = text or _first(slips.mistake_axes(before), after, before)
+    if text:
+        return text
+    values, others = (np.array(np.linalg.eigvalsh(x), dtype=float) for x in (before, after))
+    if _near(values, others, values):
+        return "the same principal moments about other axes"
+    upper = np.triu_indices(3)
+    names = [f"i{'xyz'[i]}{'xyz'[k]}" for i, k in zip(*upper, strict=True)]
+    return _entry(before[upper], after[upper], names, before)
+
+
+def turn_slip(before: Array, after: Array) -> str:
+    """Return what changed roll, pitch and yaw look like, both of shape (3,) [rad]."""
+    right, wrong = slips.turn_of(before), slips.turn_of(after)
+    one = np.eye(3)
+    if text := _first(slips.mistake_turn(before), wrong, one):
+        return text
+    for axis, name in zip(np.eye(3), "xyz", strict=True):
+        for angle in (np.pi / 2, -np.pi / 2, np.pi):
+            turn = slips.turn_of(angle * axis)
+            if any(_near(wrong, found, one) for found in (right @ turn, turn @ right)):
+                return f"{np.degrees(angle):+.0f}° about {name}"
+    return ""
+
+
+def axis_slip(before: Array, after: Array) -> str:
+    """Return what a changed axis looks like."""
+    return "reversed" if _near(after, -before, before) else vector_slip(before, after)
+
+
+def bounds_slip(before: Array, after: Array) -> str:
+    """Return what changed limits look like."""
+    factors = (*slips.ANGLE, *slips.MILLIMETERS, Factor(-1.0, "sign", "the other sign"))
+    if text := _factor(before, after, factors):
+        return text
+    return "the other sign, exchanged" if _near(after, -before[::-1], before) else ""
+
+
+def _factor(before: Array, after: Array, factors: Iterable[Factor]) -> str:
+    """Return the words of the factor between two arrays; empty if it is none of these."""
+    known = (f.text for f in factors if before.any() and _near(after, f.factor * before, after))
+    return next(known, "")
+
+
+def _first(found: Iterator[Slip], after: Array, size: Array) -> str:
+    return next((slip.text for slip in found if _near(after, slip.value, size)), "")
+
+
+def _entry(before: Array, after: Array, names: Sequence[str], size: Array) -> str:
+    """Return the slip of a single entry, the only one that changed."""
+    changed = [k for k in range(len(before)) if not _near(after[k], before[k], size)]
+    if len(changed) != 1:
+        return ""
+    (k,) = changed
+    text = _factor(before[k : k + 1], after[k : k + 1], _ALONE)
+    return f"{text} of {names[k]} alone" if text else ""
+
+
+def _near(x: Array, y: Array, size: Array) -> bool:
+    return bool(np.abs(x - y).max() <= _CLOSE * np.abs(size).max())
+
+
+_EQUAL = 1e-9
+"""Relative difference of numbers that were written and read again."""
+
+
+@final
+@dataclass(frozen=True)
+class Pairs:
+    """The matching bodies and joints.
+
+    Args:
+        bodies: name in the second description, by name in the first.
+        joints: the same of joints.
+    """
+
+    bodies: dict[str, str]
+    joints: dict[str, str]
+
+
+def pair(a: Mechanism, b: Mechanism) -> Pairs:
+    """Return the matching bodies and joints of two mechanisms.
+
+    Args:
+        a: the first.
+        b: the second.
+    """
+    bodies = _by_name((x.name for x in a.bodies), (x.name for x in b.bodies))
+    joints = _by_name((x.name for x in a.joints), (x.name for x in b.joints))
+    into_b = {joint.child: joint for joint in b.joints}
+    grown = True
+    while grown:
+        grown = False
+        for one in a.tree:
+            # a joint that keeps its name, or whose child does, shows what the other is called
+            other = b.joint(joints[one.name]) if one.name in joints else None
+            if other is None and one.child in bodies:
+                found = into_b.get(bodies[one.child])
+                if found is not None and found.name not in joints.values():
+                    joints[one.name] = found.name
+                    grown = True
+            elif other is not None and one.child not in bodies:
+                if other.child not in bodies.values():
+                    bodies[one.child] = other.child
+                    grown = True
+            elif other is None and bodies.get(one.parent) is not None:
+                alike = [
+                    joint
+                    for joint in b.joints
+                    if joint.name not in joints.values()
+                    and joint.parent == bodies[one.parent]
+                    and joint.child not in bodies.values()
+                    and _alike(one, joint, a.body(one.child), b.body(joint.child))
+                ]
+                if len(alike) == 1:
+                    joints[one.name], bodies[one.child] = alike[0].name, alike[0].child
+                    grown = True
+    if a.ground not in bodies and b.ground not in bodies.values():
+        bodies[a.ground] = b.ground
+    return Pairs(bodies, joints)
+
+
+def numbers_of(body: Body) -> tuple[float, Array, Array]:
+    """Return mass, center of mass and inertia tensor about it, as numbers."""
+    center = np.array(body.center, dtype=float)
+    return float(body.mass), center, tensor_of(map(float, body.inertia))
+
+
+def _by_name(first: Iterable[str], second: Iterable[str]) -> dict[str, str]:
+    known = set(second)
+    return {name: name for name in first if name in known}
+
+
+def _alike(one: Joint, other: Joint, body: Body, twin: Body) -> bool:
+    """Whether two joints with other names and their children are the same in all numbers."""
+    if type(one) is not type(other) or isinstance(one, Fixed) != isinstance(other, Fixed):
+        return False
+    origins = [
+        np.array([*joint.origin.xyz, *np.ravel(joint.origin.rotation)], dtype=float)
+        for joint in (one, other)
+    ]
+    (m, c, inertia), (n, d, moment) = numbers_of(body), numbers_of(twin)
+    return (
+        np.allclose(origins[0], origins[1], rtol=0, atol=_EQUAL)
+        and abs(m - n) <= _EQUAL * max(m, n)
+        and np.allclose(c, d, rtol=0, atol=_EQUAL)
+        and np.allclose(inertia, moment, rtol=1e-6, atol=_EQUAL * max(np.abs(inertia).max(), 1e-12))
+    )
+
 
 _SAME = 1e-9
 """Numbers that differ by less, relative to their size, are the same, written another way."""

@@ -1,1 +1,0 @@
-"""Repair one part of a formula: a term, a letter, a number, a function."""

@@ -1,1 +1,0 @@
-"""Compare two descriptions: what changed, by its weight in the dynamics."""

@@ -1,1 +1,0 @@
-"""What engines read from the file itself, compared with what mecanique reads."""

@@ -1,1 +1,0 @@
-"""Estimate how far rounding alone may separate two correct sources."""

@@ -1,1 +1,0 @@
-"""The random states at which both sides are compared."""
