@@ -111,7 +111,7 @@ def test_verify_states_the_facts_of_a_textbook_system() -> None:
 
 def test_a_fact_that_fails_ends_verify_with_one(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = (FactRow("x", "Period", "T = 3", 1e-3), FactRow("x", "Steady", "q = 0", 1e-12))
-    monkeypatch.setattr(facts, "check", lambda *words, **options: rows)
+    monkeypatch.setattr(facts, "check_facts", lambda *words, **options: rows)
     result = call("verify", "cart_pole", "--samples", "3")
     assert result.exit_code == 1
     assert "fact FAILS (1e-03), period: T = 3\n" in result.stdout

@@ -131,7 +131,10 @@ def test_a_difference_within_the_rounding_of_a_mass_matrix_is_none(
 ) -> None:
     M = np.diag([1.0, light])
     bench: Any = SimpleNamespace(
-        stiffness=lambda at: (M, M), numbers=lambda *state: None, state=lambda at: (None, None)
+        stiffness=lambda at: (M, M),
+        squares=lambda at: np.ones(2),
+        numbers=lambda *state: None,
+        state=lambda at: (None, None),
     )
     fact = Frequencies("", lambda s: [1.0, math.sqrt(1 + 1e-4)])
     assert _frequencies(bench, fact) == pytest.approx(residual, rel=1e-3)
