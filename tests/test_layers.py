@@ -40,7 +40,7 @@ ORDER: dict[str, list[str]] = {
         "expression",
         "dimensions",
         "coordinates parameters placement quaternions values",
-        "force_base joint_base",
+        "constraint_base force_base joint_base",
         "bodies constraints forces joints",
         "mechanism",
         "free_body guides meshing states units",

@@ -22,6 +22,7 @@ from mecanique.derivation.symbolic.derivation import Derivation, Stages
 from mecanique.derivation.symbolic.symbols import MOST_TERMS
 from mecanique.derivation.term_units import unit_of
 from mecanique.errors import DerivationError
+from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, explain_defaults
@@ -50,7 +51,7 @@ def require_reactions(mechanism: Mechanism, numeric: BatchDynamics, method: str)
         raise DerivationError(
             f"mechanism {mechanism.name!r}: velocity constraint "
             f"{mechanism.velocity_constraints[0].name!r} does not say by which force it "
-            "acts, and where, so that the reactions are undetermined; a Rolling or a Blade does"
+            f"acts, and where, so that the reactions are undetermined; {SPEAKING} does"
         )
     return balances
 

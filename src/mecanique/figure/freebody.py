@@ -35,7 +35,6 @@ from mecanique.figure.paper.marks import (
     unit,
 )
 from mecanique.figure.setting import Setting
-from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.force_base import BodyLoad, JointLoad
 from mecanique.model.joints import Revolute
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions
@@ -325,8 +324,7 @@ def _symbol(setting: Setting, action: Action, *, moment: bool) -> str:
         return "-I*alpha" if moment else f"-{mass or f'm_{action.body}'}*a"
     if action.name == TOGETHER:
         return "C" if moment else "S"
-    cords = [each for each in setting.mechanism.elements if isinstance(each, (Cord, Belt))]
-    if any(action.name in cord.forces for cord in cords):
+    if any(action.name in element.tensions for element in setting.mechanism.elements):
         return f"T_{action.name}"
     if action.kind == "load":
         stated = _find_letter(setting, action.name)

@@ -18,7 +18,7 @@ from mecanique.figure.paper.symbols import pin
 from mecanique.figure.setting import Setting, is_zero
 from mecanique.figure.solids import Solid, outline
 from mecanique.figure.supports import nuts, supports
-from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.force_base import LineLoad, loads_in
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
@@ -92,7 +92,7 @@ def _line(a: Point, b: Point) -> Iterator[Mark]:
 def _cords(setting: Setting) -> Iterator[Mark]:
     """The stretches of cords from where they leave one thing to where they touch the next."""
     mechanism, camera = setting.mechanism, setting.camera
-    cords = [element for element in mechanism.elements if isinstance(element, (Cord, Belt))]
+    cords = [element for element in mechanism.elements if isinstance(element, Strung)]
     if not cords:
         return
     names = {name for cord in cords for name in cord.forces}

@@ -8,7 +8,6 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 from mecanique.arrays import median
-from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.dimensions import PURE, Dimension, say_unit
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import LineLoad
@@ -61,8 +60,8 @@ def characteristic_length(mechanism: Mechanism, among: Collection[str] | None = 
         if counts(loop.name):
             vectors += [loop.frame_a.xyz, loop.frame_b.xyz, (loop.length,)]
     for contact in mechanism.contacts:
-        if isinstance(contact, Rolling) and counts(contact.name):
-            vectors.append((contact.radius,))
+        if counts(contact.name):
+            vectors += [(size,) for size in contact.sizes]
     if not mechanism.loops:
         vectors += [body.center for body in mechanism.bodies]
         for force in mechanism.forces:

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.states import States
 from mecanique.model.values import Given
@@ -305,8 +304,7 @@ class Wrenches(Answering):
             x, y, z = m.evaluate_all(loop.frame_b.xyz)
             seats.append((loop.body_a, loop.body_b, (x, y, z)))
         for contact in m.contacts:
-            point = contact.center if isinstance(contact, Rolling) else contact.point
-            x, y, z = (m.evaluate(c) for c in point)
+            x, y, z = (m.evaluate(c) for c in contact.seat)
             seats.append((contact.on, contact.body, (x, y, z)))
         return seats
 

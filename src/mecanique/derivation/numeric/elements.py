@@ -19,7 +19,7 @@ from mecanique.derivation.mechanics.elements import Ground, UnitForce, ground_of
 from mecanique.derivation.numeric.free_bodies import Snapshot
 from mecanique.derivation.tree.poses import IDENTITY, Arithmetic, Matrix, combination
 from mecanique.errors import DerivationError
-from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.guides.fit import cord_fault, mesh_fault, work_fault
@@ -100,7 +100,7 @@ def _refuse_misfits(mechanism: Mechanism, ground: Ground) -> None:
 
     for element in mechanism.elements:
         fault = ""
-        if isinstance(element, (Cord, Belt)):
+        if isinstance(element, Strung):
             stops = [_vectors(ground.point(stop.body, stop.center)) for stop in element.stops]
             n = np.array(element.normal)
             if element.axes != "world":

@@ -38,7 +38,7 @@ from mecanique.derivation.symbolic.vectors import (
 )
 from mecanique.derivation.tree.links import Link
 from mecanique.derivation.tree.poses import combination
-from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.elements import preloads
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar
@@ -325,7 +325,7 @@ def _list_names(mechanism: Mechanism) -> list[str]:
     for element in mechanism.elements:
         for name in element.forces:
             row = name.rpartition(": ")[2]
-            if isinstance(element, (Cord, Belt)):
+            if isinstance(element, Strung):
                 found.append(f"T_{name}")
             elif isinstance(element, (Gear, Rack)):
                 found.append(f"F_{name}")
@@ -338,7 +338,7 @@ def _list_meanings(mechanism: Mechanism) -> list[str]:
     """Return the meanings of the unknown forces, with units."""
     found = []
     for element in mechanism.elements:
-        if isinstance(element, (Cord, Belt)):
+        if isinstance(element, Strung):
             stops = element.stops
             for part in dict.fromkeys(element.parts):
                 places = [k for k, other in enumerate(element.parts) if other == part]

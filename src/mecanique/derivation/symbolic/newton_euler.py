@@ -36,6 +36,7 @@ from mecanique.derivation.symbolic.vectors import (
     along,
 )
 from mecanique.errors import DerivationError
+from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
 
 
@@ -64,7 +65,7 @@ class NewtonEuler:
         if unstated:
             raise DerivationError(
                 f"mechanism {algebra.mechanism.name!r}: velocity constraint {unstated[0].name!r} "
-                "does not say by which force it acts, and where; use a Rolling or a Blade, or "
+                f"does not say by which force it acts, and where; use {SPEAKING}, or "
                 "derive by Lagrange's equations or virtual work"
             )
         rates = self.balances.rates

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 from mecanique.derivation.mechanics.recursion import Recursion
-from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
 from mecanique.program.tape import Tape
@@ -95,11 +94,7 @@ def explain_force(mechanism: Mechanism, row: str) -> str:
     name, _, motion = row.partition(": ")
     for contact in mechanism.contacts:
         if contact.name == name:
-            ways = {"normal": "along the normal", "side": "across the edge"}
-            way = ways.get(motion, f"along {motion} of its plane")
-            what = "normal force" if motion == "normal" else "friction"
-            what = what if isinstance(contact, Rolling) else "force"
-            return f"{what} of {contact.on} on {contact.body} in {name}, {way} [N]"
+            return contact.forces_of[motion].format(f"of {contact.on} on {contact.body} in {name}")
     if motion:
         return f"multiplier of loop {name}, {motion}"
     return f"multiplier of velocity constraint {name}"

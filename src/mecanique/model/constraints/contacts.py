@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TypeAlias, final
 
 from mecanique.errors import InputError
+from mecanique.model.constraint_base import EdgeContact, PressingContact, unit
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector
 
@@ -22,7 +24,7 @@ Direction: TypeAlias = "tuple[float, float, float]"
 
 @final
 @dataclass(frozen=True)
-class Rolling:
+class Rolling(PressingContact):
     """A wheel, a ball or an ellipsoid that rolls on a plane without slip, and stays on it.
 
     Its forces on the body are the normal one, from the plane into the body, and the friction along
@@ -57,15 +59,23 @@ class Rolling:
 
     name: str
     body: str
-    radius: Scalar
-    center: Vector = (0.0, 0.0, 0.0)
+    radius: Scalar = field(metadata=unit("m"))
+    center: Vector = field(default=(0.0, 0.0, 0.0), metadata=unit("m"))
     axis: Vector | None = (0.0, 1.0, 0.0)
-    crown: Scalar = 0.0
+    crown: Scalar = field(default=0.0, metadata=unit("m"))
     on: str = "ground"
-    plane: Placement = field(default=Placement())
+    plane: Placement = field(default=Placement(), metadata=unit("m"))
     stretch: Vector = (1.0, 1.0, 1.0)
     bowl: Scalar = 0.0
     friction: Scalar | None = None
+
+    forces_of = MappingProxyType(
+        {
+            "normal": "normal force {}, along the normal [N]",
+            "x": "friction {}, along x of its plane [N]",
+            "y": "friction {}, along y of its plane [N]",
+        }
+    )
 
     def __post_init__(self) -> None:
         where = f"rolling {self.name!r}"
@@ -109,7 +119,7 @@ class Rolling:
 
 @final
 @dataclass(frozen=True)
-class Blade:
+class Blade(EdgeContact):
     """A knife edge or a skate: its point moves along the edge only, not sideways.
 
     Its force on the body acts at the point, along normal × along, to the left of the edge.
@@ -134,10 +144,12 @@ class Blade:
 
     name: str
     body: str
-    point: Vector = (0.0, 0.0, 0.0)
+    point: Vector = field(default=(0.0, 0.0, 0.0), metadata=unit("m"))
     along: Vector = (1.0, 0.0, 0.0)
     normal: Vector = (0.0, 0.0, 1.0)
     on: str = "ground"
+
+    forces_of = MappingProxyType({"side": "force {}, across the edge [N]"})
 
     def __post_init__(self) -> None:
         where = f"blade {self.name!r}"
@@ -164,6 +176,9 @@ class Blade:
 
 
 Contact: TypeAlias = Rolling | Blade
+
+SPEAKING = "a Rolling or a Blade"
+"""What says by which force it acts, and where, as a velocity constraint does not."""
 
 
 def row_names(contacts: tuple[Contact, ...]) -> tuple[str, ...]:

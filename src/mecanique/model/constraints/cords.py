@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple, final
+from dataclasses import dataclass, field
+from typing import final
 
 from mecanique.errors import InputError
+from mecanique.model.constraint_base import Stop, Strung, unit
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import vector
 
@@ -43,25 +44,9 @@ class Pulley:
             raise InputError(f"pulley on {self.body!r}: expected sense 1 or -1, got {self.sense!r}")
 
 
-class Stop(NamedTuple):
-    """A place that a cord runs to: an end of it, or a pulley.
-
-    Args:
-        body: its name.
-        center: shape (3,), in the frame of the body [m].
-        radius: of the cord's line around it, zero at an end [m].
-        sense: 1 counterclockwise, −1 clockwise.
-    """
-
-    body: str
-    center: Vector
-    radius: Scalar = 0.0
-    sense: int = 1
-
-
 @final
 @dataclass(frozen=True)
-class Cord:
+class Cord(Strung):
     """A massless, inextensible cord from a point over pulleys to another point.
 
     Its stretches are straight and lie in planes at right angles to its normal. A stretch pulls at
@@ -133,7 +118,7 @@ class Cord:
 
 @final
 @dataclass(frozen=True)
-class Belt:
+class Belt(Strung):
     """A closed, inextensible belt without mass that turns all its pulleys, without slip.
 
     Its runs are straight and lie in a plane at right angles to its normal. Around pulleys of one
@@ -162,7 +147,7 @@ class Belt:
 
     name: str
     over: tuple[Pulley, ...]
-    preload: Scalar | None = None
+    preload: Scalar | None = field(default=None, metadata=unit("N"))
     normal: tuple[float, float, float] = (0.0, -1.0, 0.0)
     axes: str = "world"
 

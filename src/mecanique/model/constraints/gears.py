@@ -7,12 +7,13 @@ from math import pi, radians
 from typing import final
 
 from mecanique.errors import InputError
+from mecanique.model.constraint_base import GuidingElement, unit
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import vector
 
 
 @dataclass(frozen=True)
-class _Teeth:
+class Meshing(GuidingElement):
     """What gears and racks have.
 
     Args:
@@ -26,8 +27,8 @@ class _Teeth:
     name: str
     wheel: str
     other: str
-    radius: Scalar
-    pressure_angle: Scalar = field(default=radians(20), kw_only=True)
+    radius: Scalar = field(metadata=unit("m"))
+    pressure_angle: Scalar = field(default=radians(20), kw_only=True, metadata=unit("rad"))
 
     def __post_init__(self) -> None:
         for name in ("radius", "pressure_angle"):
@@ -57,7 +58,7 @@ class _Teeth:
 
 @final
 @dataclass(frozen=True)
-class Gear(_Teeth):
+class Gear(Meshing):
     """Two wheels in mesh, on hinges whose axes are parallel or meet, without play and friction.
 
     Where their pitch circles touch, the wheel pushes the other with the force F along the line of
@@ -86,7 +87,7 @@ class Gear(_Teeth):
         {'inner': 0.226, 'outer': 0.122}
     """
 
-    other_radius: Scalar = field(kw_only=True)
+    other_radius: Scalar = field(kw_only=True, metadata=unit("m"))
     internal: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -106,7 +107,7 @@ class Gear(_Teeth):
 
 @final
 @dataclass(frozen=True)
-class Rack(_Teeth):
+class Rack(Meshing):
     """A pinion on a hinge that meshes with a rack on a slide, without play and friction.
 
     The pinion pushes the rack with the force F along the line of action, positive along n × u, n
@@ -128,7 +129,7 @@ class Rack(_Teeth):
         13.302
     """
 
-    point: Vector = field(default=(0.0, 0.0, 0.0), kw_only=True)
+    point: Vector = field(default=(0.0, 0.0, 0.0), kw_only=True, metadata=unit("m"))
 
     def __post_init__(self) -> None:
         super().__post_init__()

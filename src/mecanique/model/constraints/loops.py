@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, final
 
 from mecanique.errors import InputError
+from mecanique.model.constraint_base import GuidingElement, unit
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector
 
@@ -25,7 +26,7 @@ CLOSED: dict[str, tuple[str, ...]] = {
 
 @final
 @dataclass(frozen=True)
-class Loop:
+class Loop(GuidingElement):
     """A holonomic closure between a frame on body a and a frame on body b.
 
     Make one by `Loop.ball`, `Loop.hinge`, `Loop.weld`, `Loop.distance`, `Loop.pin` or `Loop.plate`.
@@ -56,10 +57,10 @@ class Loop:
     name: str
     kind: Kind
     body_a: str
-    frame_a: Placement
+    frame_a: Placement = field(metadata=unit("m"))
     body_b: str
-    frame_b: Placement
-    length: Scalar = 0.0
+    frame_b: Placement = field(metadata=unit("m"))
+    length: Scalar = field(default=0.0, metadata=unit("m"))
 
     def __post_init__(self) -> None:
         if self.kind not in CLOSED:

@@ -14,7 +14,8 @@ from typing import Any, TypeAlias, final
 
 import numpy as np
 
-from mecanique.model.constraints.cords import Belt, Cord, Stop
+from mecanique.model.constraint_base import Stop
+from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.constraints.elements import Element
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar, coordinate, plain, symbols_in

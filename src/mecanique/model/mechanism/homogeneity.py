@@ -9,9 +9,6 @@ from typing import final
 
 from mecanique.model.bodies.shape import Shape
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere
-from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.constraints.cords import Belt, Cord
-from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.dimensions import (
     PURE,
     Dimension,
@@ -131,18 +128,11 @@ def _places(m: Description, dimensions: Dimensions) -> Iterator[_Place]:
             yield _Place(f"{where}: its armature", (joint.armature,), unit)
     yield from _of_coordinates(m, dimensions)
     yield from _of_forces(m)
-    for loop in m.loops:
-        yield from _of_loop(f"loop {loop.name!r}", (loop.frame_a, loop.frame_b), loop.length)
-    for contact in m.contacts:
-        where = f"contact {contact.name!r}"
-        if isinstance(contact, Rolling):
-            yield _Place(f"{where}: its radius", (contact.radius,), "m")
-            yield _Place(f"{where}: its crown", (contact.crown,), "m")
-            yield _Place(f"{where}: its center", tuple(contact.center), "m")
-            yield from _of_frame(f"{where}: its plane", contact.plane)
-        else:
-            yield _Place(f"{where}: its point", tuple(contact.point), "m")
-    yield from _of_elements(m)
+    kinds = (("loop", m.loops), ("contact", m.contacts), ("element", m.elements))
+    for kind, constraints in kinds:
+        for each in constraints:
+            where = f"{kind} {each.name!r}"
+            yield from (_Place(f"{where}: {q.words}", q.scalars, q.unit) for q in each.quantities)
 
 
 def _of_shape(where: str, shape: Shape) -> Iterator[_Place]:
@@ -165,12 +155,6 @@ def _edges(geometry: Geometry) -> tuple[Scalar, ...]:
 def _of_frame(where: str, frame: Placement) -> Iterator[_Place]:
     yield _Place(where, frame.xyz, "m")
     yield _Place(f"{where}, its angles", frame.rpy, "rad")
-
-
-def _of_loop(where: str, frames: Iterable[Placement], length: Scalar) -> Iterator[_Place]:
-    for frame in frames:
-        yield from _of_frame(f"{where}: its frame", frame)
-    yield _Place(f"{where}: its length", (length,), "m")
 
 
 def _of_coordinates(m: Description, dimensions: Dimensions) -> Iterator[_Place]:
@@ -197,27 +181,6 @@ def _of_forces(m: Description) -> Iterator[_Place]:
         for stated in force.stated:
             unit = stated.units[-1 if about else 0]
             yield _Place(f"force {force.name!r}: its {stated.name}", stated.scalars, unit)
-
-
-def _of_elements(m: Description) -> Iterator[_Place]:
-    for element in m.elements:
-        where = f"element {element.name!r}"
-        if isinstance(element, Belt) and element.preload is not None:
-            yield _Place(f"{where}: its preload", (element.preload,), "N")
-        if isinstance(element, (Cord, Belt)):
-            for stop in element.stops:
-                yield _Place(f"{where}: a point of it", tuple(stop.center), "m")
-                yield _Place(f"{where}: a radius of it", (stop.radius,), "m")
-        elif isinstance(element, (Gear, Rack)):
-            yield _Place(f"{where}: its radius", (element.radius,), "m")
-            yield _Place(f"{where}: its pressure angle", (element.pressure_angle,), "rad")
-            if isinstance(element, Gear):
-                yield _Place(f"{where}: its other radius", (element.other_radius,), "m")
-            else:
-                yield _Place(f"{where}: its point", tuple(element.point), "m")
-        else:
-            frames = (element.frame_a, element.frame_b)
-            yield from _of_loop(where, frames, element.length)
 
 
 def _sums(m: Description, dimensions: Dimensions) -> Iterator[str]:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.motion.simulation.watching.validity import Pressing, pressings
 
 if TYPE_CHECKING:
@@ -203,9 +202,9 @@ def _need(motion: Trajectory, pressed: Pressing) -> FrictionNeed:
 
 def _pulls(motion: Trajectory) -> Iterator[AuditRow]:
     """The largest push a cord would need where it would go slack."""
-    cords = [element for element in motion.mechanism.elements if isinstance(element, (Cord, Belt))]
-    forces = motion.guide_forces() if cords else {}
-    for name in (name for cord in cords for name in cord.forces):
+    names = [name for element in motion.mechanism.elements for name in element.tensions]
+    forces = motion.guide_forces() if names else {}
+    for name in names:
         push = np.maximum(-forces[name], 0.0)[:, None]
         size = float(np.abs(forces[name]).max(initial=0.0)) or 1.0
         yield _row(f"push of {name}, slack", push, size, _SLACK, "N", motion.t)

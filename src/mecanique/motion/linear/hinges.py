@@ -19,7 +19,7 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError, MechanismError
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
-from mecanique.model.constraints.contacts import Rolling
+from mecanique.model.constraint_base import PressingContact
 from mecanique.model.joints import Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement, angles_of
@@ -203,8 +203,10 @@ def _factor(a: Array, b: Array) -> float:
 def _symmetry(mechanism: Mechanism, name: str) -> tuple[list[Array], bool]:
     """The axes about which a body may be turned without any change, and whether all are."""
     body = mechanism.body(name)
-    rolling = [one for one in mechanism.contacts if isinstance(one, Rolling) and one.body == name]
-    axes = [np.array(one.axis) for one in rolling if one.axis]
+    rolling = [
+        one for one in mechanism.contacts if isinstance(one, PressingContact) and one.body == name
+    ]
+    axes = [np.array(wheel.axis) for wheel in rolling if wheel.axis]
     moments, principal = np.linalg.eigh(tensor_of(mechanism.evaluate_all(body.inertia)))
     low, high = np.diff(moments) <= _ALIKE * moments[-1]
     center = np.array(mechanism.evaluate_all(body.center))

@@ -9,8 +9,6 @@ from typing import TypeAlias, cast, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.expression import Scalar, compile_scalars, finite, plain
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.rates import Rates
@@ -179,13 +177,12 @@ class Occurrence:
 
 def break_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of the events at which contacts and cords cease to hold, in order."""
-    names = []
+    names: list[str] = []
     for each in mechanism.contacts:
-        if isinstance(each, Rolling):
-            names.append(f"{each.name} would pull")
-            names += [f"{each.name} would slip"] if each.friction is not None else []
-    cords = [each for each in mechanism.elements if isinstance(each, (Cord, Belt))]
-    return *names, *(f"{name} would push" for cord in cords for name in cord.forces)
+        names += each.breaks
+    for element in mechanism.elements:
+        names += [f"{name} would push" for name in element.tensions]
+    return tuple(names)
 
 
 def _functions(

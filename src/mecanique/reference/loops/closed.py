@@ -15,6 +15,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
+from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.forces.sites import Action
 from mecanique.reference.engine.package import engine_package
@@ -153,7 +154,7 @@ class Closed:
             raise EngineError(
                 f"mechanism {self.mechanism.name!r}: velocity constraint "
                 f"{self.mechanism.velocity_constraints[0].name!r} does not say by which force it "
-                "acts, and where, so the reactions are undetermined; use a Rolling or a Blade"
+                f"acts, and where, so the reactions are undetermined; use {SPEAKING}"
             )
         motion = self._solve_closed(q, v, t)
         tree, count = self._tree, len(self.mechanism.joints) + len(self.carriers)

@@ -9,8 +9,7 @@ from mecanique.derivation.tree.poses import times_point
 from mecanique.generation.mechanics.dynamics import Dynamics
 from mecanique.generation.mechanics.free_body_forces import Actions
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
-from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraint_base import PressingContact
 from mecanique.model.expression import Scalar
 from mecanique.model.placement import Placement
 from mecanique.motion.record.energies import is_rheonomic
@@ -25,7 +24,7 @@ def margins_of(dynamics: Dynamics, actions: Actions) -> Iterator[tuple[str, tupl
     """Yield what holds until a margin a − √(b² + c²) passes zero: its name, and a, b, c [N]."""
     mechanism, letters = dynamics.letters.mechanism, dynamics.letters
     margins: list[tuple[Any, Any, Any]] = []
-    rolling = [contact for contact in mechanism.contacts if isinstance(contact, Rolling)]
+    rolling = [contact for contact in mechanism.contacts if isinstance(contact, PressingContact)]
     if rolling:
         multipliers = dict(zip(dynamics.loops.names, dynamics.multipliers, strict=True))
         for contact in rolling:
@@ -34,9 +33,8 @@ def margins_of(dynamics: Dynamics, actions: Actions) -> Iterator[tuple[str, tupl
             if contact.friction is not None:
                 most = letters.arithmetic(contact.friction, letters.values) * N
                 margins.append((most, x, y))
-    cords = [element for element in mechanism.elements if isinstance(element, (Cord, Belt))]
-    tensions = [actions.guide_sizes[name] for cord in cords for name in cord.forces]
-    margins += [(tension, 0.0, 0.0) for tension in tensions]
+    for element in mechanism.elements:
+        margins += [(actions.guide_sizes[name], 0.0, 0.0) for name in element.tensions]
     yield from zip(break_names(mechanism), margins, strict=True)
 
 
@@ -138,8 +136,7 @@ class Columns:
 
     def _points(self, scene: Scene) -> Iterator[Any]:
         spans = {span.name: span for span in spans_of(self._mechanism)}
-        cords = [e for e in self._mechanism.elements if isinstance(e, (Cord, Belt))]
-        tensions = {name for cord in cords for name in cord.forces}
+        tensions = {name for element in self._mechanism.elements for name in element.tensions}
         touches = iter(action.origin for action in self._actions.guiding if action.name in tensions)
         for line in scene.lines:
             if line.name.startswith("stretch "):

@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar, final
 import numpy as np
 
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
-from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraint_base import Strung
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.force_base import LineLoad, loads_in
 from mecanique.model.joint_base import Single
@@ -104,7 +104,7 @@ def spans_of(mechanism: Mechanism) -> Iterator[Span]:
         if loop.kind == "distance":
             a, b = Spot(loop.body_a, loop.frame_a.xyz), Spot(loop.body_b, loop.frame_b.xyz)
             yield Span(loop.name, "rod", (a, b))
-    cords = [element for element in mechanism.elements if isinstance(element, Cord | Belt)]
+    cords = [element for element in mechanism.elements if isinstance(element, Strung)]
     held = {stop.body for cord in cords for stop in cord.stops}
     for joint in mechanism.joints:
         # a slide without a visible body is shown by the cable or the spring that spans it

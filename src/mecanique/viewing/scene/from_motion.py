@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.quaternions import from_matrices
 from mecanique.model.units import per_second, units
@@ -183,9 +182,8 @@ def _follow(mechanism: Mechanism, poses: Floats, at: dict[str, int], end: Spot) 
 
 def _cords(motion: Motion) -> Iterator[Line]:
     """The stretches of cords, from one touch to the next."""
-    cords = [e for e in motion.mechanism.elements if isinstance(e, (Cord, Belt))]
-    names = {name for cord in cords for name in cord.forces}
-    actions = motion.reference.guide_actions(motion.q, motion.v, motion.t) if cords else ()
+    names = {name for element in motion.mechanism.elements for name in element.tensions}
+    actions = motion.reference.guide_actions(motion.q, motion.v, motion.t) if names else ()
     points = [action.point for action in actions if action.name in names]
     for k, ends in enumerate(zip(points[::2], points[1::2], strict=True)):
         yield Line(f"stretch {k + 1}", "rod", np.stack(ends, axis=1))

@@ -11,6 +11,7 @@ import numpy as np
 from mecanique.derivation.equations import Equations
 from mecanique.errors import MecaniqueError
 from mecanique.figure.draw import figure_text
+from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
 from mecanique.motion.analysis.forces import TOGETHER, Action
@@ -244,7 +245,7 @@ def explain_reactions(motion: Motion) -> tuple[str, ...]:
     if unstated:
         return (
             f"Undetermined reactions: velocity constraint {unstated[0].name!r} does not say by "
-            "which force it acts, and where; a Rolling or a Blade does.",
+            f"which force it acts, and where; {SPEAKING} does.",
         )
     reasons = dict.fromkeys(motion.reference.guided.values())
     return tuple(

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraint_base import PressingContact
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, Occurrence, break_names
@@ -34,7 +33,7 @@ class Pressing:
         friction: shape (n,), its magnitude, likewise [N].
     """
 
-    contact: Rolling
+    contact: PressingContact
     normal: Array
     friction: Array
 
@@ -116,7 +115,7 @@ def pressings(reference: Reference, q: Array, v: Array, t: Array) -> tuple[Press
         v: shape (n, nv).
         t: shape (n,) [s].
     """
-    rolling = [each for each in reference.mechanism.contacts if isinstance(each, Rolling)]
+    rolling = [each for each in reference.mechanism.contacts if isinstance(each, PressingContact)]
     if not rolling:
         return ()
     states = zip(q, v, t.tolist(), strict=True)
@@ -154,13 +153,12 @@ class _Margins:
 
     def __init__(self, mechanism: Mechanism, reference: Reference) -> None:
         self._reference = reference
-        self._rolling = [each for each in mechanism.contacts if isinstance(each, Rolling)]
+        self._rolling = [each for each in mechanism.contacts if isinstance(each, PressingContact)]
         self._coefficients = [
             None if each.friction is None else mechanism.evaluate(each.friction)
             for each in self._rolling
         ]
-        cords = [each for each in mechanism.elements if isinstance(each, (Cord, Belt))]
-        self._tensions = [name for cord in cords for name in cord.forces]
+        self._tensions = [name for each in mechanism.elements for name in each.tensions]
         self.names = break_names(mechanism)
 
     def at(self, q: Array, v: Array, t: float) -> Array:

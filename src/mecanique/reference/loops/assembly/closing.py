@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError
-from mecanique.model.constraints.contacts import Rolling
+from mecanique.model.constraints.loops import Loop
 from mecanique.reference.loops.assembly.newton import displace
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.nullspace import are_certain
@@ -174,7 +174,7 @@ def refuse_open(closed: Closed, gaps: Array) -> None:
     unit = "rad" if name.split(": ")[-1] in ("rx", "ry", "rz") else "m"
     mechanism = closed.mechanism
     owner = (*mechanism.loops, *mechanism.contacts)[int(closures.owner[worst])]
-    if isinstance(owner, Rolling):
+    if not isinstance(owner, Loop):
         raise ClosureError(
             f"mechanism {mechanism.name!r}: {owner.name!r} cannot be put on the plane of "
             f"{owner.on!r} from there; the nearest position found leaves it off by "
