@@ -17,6 +17,8 @@ RECIPES = dict(re.findall(r"^### Add an? ([^\n]+)\n(.*?)(?=^##)", TEXT, re.DOTAL
 EXAMPLES = {
     "joint": r"\b(Helical|SCREW)\b",
     "force": r"\b(JointDamper|JointSpring|JointForce|Damper|Torque)\b",
+    "element that guides": r"\b(Cord|Belt)\b",
+    "law of contact": r"\b(Rolling|Blade)\b",
     "lint rule": r"\bM205\b",
     "plot": r"\"phase\"",
     "curve in the page": r"\"Accelerations\"",
@@ -35,7 +37,7 @@ ELSEWHERE = {
     },
 }
 
-MOST = {"joint": 9, "force": 8}
+MOST = {"joint": 9, "force": 8, "element that guides": 9, "law of contact": 9}
 """How many files of src a new type may touch, its textbook system included."""
 
 

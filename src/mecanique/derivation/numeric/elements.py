@@ -17,7 +17,7 @@ import numpy as np
 
 from mecanique.derivation.mechanics.elements import Ground, UnitForce, ground_of, unit_forces
 from mecanique.derivation.numeric.free_bodies import Snapshot
-from mecanique.derivation.tree.poses import IDENTITY, Arithmetic, Matrix, combination
+from mecanique.derivation.tree.poses import Arithmetic, Matrix, combination
 from mecanique.errors import DerivationError
 from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.elements import force_names, preloads
@@ -143,11 +143,11 @@ def _shift_to(unit: UnitForce, center: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _ground(mechanism: Mechanism, at: Snapshot) -> Ground:
-    bodies = {body.name: body for body in at.bodies}
+    bodies, n = {body.name: body for body in at.bodies}, len(at.springs)
 
     def pose(name: str) -> Matrix:
         if name not in bodies:
-            return IDENTITY
+            return [list(row) for row in np.broadcast_to(np.eye(3, 4)[..., None], (3, 4, n))]
         body = bodies[name]
         return [
             [*row, start]
