@@ -17,7 +17,7 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.bodies import Body
-from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model.constraint_base import Strung
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import finite, time
 from mecanique.model.force_base import AnyForce, BodyLoad
@@ -74,9 +74,7 @@ def on_turning_earth(
             weights.append(Force(name, body.name, body.center, pull, axes=place))
     forces = tuple(_turn(force, place) for force in mechanism.forces)
     elements = tuple(
-        replace(each, axes=place)
-        if isinstance(each, (Cord, Belt)) and each.axes == "world"
-        else each
+        replace(each, axes=place) if isinstance(each, Strung) and each.axes == "world" else each
         for each in mechanism.elements
     )
     old = mechanism.coordinates
