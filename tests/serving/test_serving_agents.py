@@ -6,6 +6,7 @@ import asyncio
 import json
 import os
 import sys
+import time
 from collections.abc import Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
@@ -15,6 +16,7 @@ from typing import Any, TypeVar
 import pytest
 
 import mecanique as mq
+from mecanique.checking.budget import SECONDS
 from mecanique.serving import tools
 from mecanique.serving.agents import make_server
 
@@ -107,6 +109,25 @@ def test_it_serves_over_standard_input_and_output() -> None:
 def test_work_is_bounded(tool: Any, arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(mq.InputError, match=message):
         tool(**arguments)
+
+
+@pytest.mark.parametrize(
+    "formula",
+    ["d/dt " * 14 + "(sin(t) cos(t) exp(t)) = 0", "q" + " " * 3000 + "(t", "d" * 19_999],
+)
+def test_a_hostile_formula_is_answered_within_the_clock_of_a_judgement(formula: str) -> None:
+    tools.check(ROD, "q = 0")  # derives the right answer, which is not counted
+    begun = time.process_time()
+    with pytest.raises(mq.FormulaError):
+        tools.check(ROD, formula)
+    assert time.process_time() - begun < 2 * SECONDS
+
+
+def test_a_long_comparison_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tools, "_MOST_SECONDS", -1.0)
+    text = mq.write_urdf(mq.textbook.load(ROD))
+    with pytest.raises(mq.InputError, match=r"the comparison takes more than .* fewer samples"):
+        tools.verify_urdf(text)
 
 
 def test_a_urdf_that_cannot_be_read_has_findings_and_no_verdict() -> None:

@@ -221,14 +221,14 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
 
 def reduction(mechanism: mq.Mechanism, form: Form, steps: bool) -> str:
     """Return the equations reduced by the momenta of the cyclic coordinates."""
-    found = mq.routh(mechanism)
-    return {"text": found.text, "latex": found.latex, "mathml": found.mathml}[form](steps=steps)
+    written: str = getattr(mq.routh(mechanism), form)(steps=steps)
+    return written
 
 
 def in_one_coordinate(mechanism: mq.Mechanism, coordinate: str, form: Form, steps: bool) -> str:
     """Return the equation of a mechanism with loops in one coordinate alone."""
-    found = mq.reduce_loops(mechanism, coordinate)
-    return {"text": found.text, "latex": found.latex, "mathml": found.mathml}[form](steps=steps)
+    written: str = getattr(mq.reduce_loops(mechanism, coordinate), form)(steps=steps)
+    return written
 
 
 def as_document(fragments: Sequence[str]) -> str:

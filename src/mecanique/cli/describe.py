@@ -116,9 +116,9 @@ def diff(first: str, second: str, as_json: bool, *, reading: Reading) -> None:
 
     Differences are weighed by their part in the dynamics. The exit code is 1 if there are any.
     """
-    found = mq.diff(*(choose(word, (), reading).mechanism for word in (first, second)))
-    say(found.to_json() if as_json else str(found))
-    if not found.same:
+    comparison = mq.diff(*(choose(word, (), reading).mechanism for word in (first, second)))
+    say(comparison.to_json() if as_json else str(comparison))
+    if not comparison.same:
         raise Exit(1)
 
 
@@ -160,14 +160,14 @@ def inertia(
     path = find_file(file)
     if path.suffix == ".xacro":
         raise mq.InputError("expected a URDF file: expand the xacro file first")
-    found = mq.compare_inertias(
+    comparison = mq.compare_inertias(
         path, density=density, collisions=collisions, package_path=reading.package_path or None
     )
     if links and output is None:
         raise mq.InputError("expected -o FILE with --link, which selects what to change in a copy")
-    say(found.to_json() if as_json else str(found))
+    say(comparison.to_json() if as_json else str(comparison))
     if output is not None:
-        write_text(output, found.write(links))
+        write_text(output, comparison.write(links))
         inform(f"Wrote {output}")
 
 

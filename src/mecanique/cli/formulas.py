@@ -58,9 +58,9 @@ def check(
     """
     mechanism = choose(system, parameters, reading).mechanism
     text = "\n".join(map(_read, formulas))
-    found = mq.check(mechanism, text, ask, let, seed)
-    say(found.to_json() if as_json else str(found))
-    if not found.right:
+    verdict = mq.check(mechanism, text, ask, let, seed)
+    say(verdict.to_json() if as_json else str(verdict))
+    if not verdict.right:
         raise Exit(1)
 
 
@@ -81,11 +81,11 @@ def grade(sheet: Path, answers: Path, csv: Path | None) -> None:
     from mecanique.teaching import grade as grade_sheet
 
     with progress("Grading") as advance:
-        found = grade_sheet(sheet, answers, progress=advance)
+        grades = grade_sheet(sheet, answers, progress=advance)
     if csv is None:
-        say(str(found))
+        say(str(grades))
     else:
-        write_text(csv, found.to_csv())
+        write_text(csv, grades.to_csv())
         say(f"Wrote {csv}")
 
 

@@ -158,7 +158,7 @@ def _write_entry(x: complex) -> str:
 def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
     """Return the exponents of deviations from a steady motion, and their matrices."""
     if as_json:
-        found = {
+        figures = {
             "positions": steady.positions,
             "velocities": steady.velocities,
             "cyclic": steady.cyclic,
@@ -169,7 +169,7 @@ def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
             "exponents": _pairs(steady.exponents),
             "stable": steady.stable,
         }
-        return json.dumps(found, ensure_ascii=False, indent=2)
+        return json.dumps(figures, ensure_ascii=False, indent=2)
     lines = [f"{steady.mechanism.name}: {'stable' if steady.stable else 'unstable'} steady motion"]
     lines.append(f"independent positions   {', '.join(steady.positions)}")
     lines.append(f"independent velocities  {', '.join(steady.velocities)}")
@@ -183,23 +183,23 @@ def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
 
 def speed_figures(table: SpeedRange) -> str:
     """Return exponents over speeds as JSON."""
-    found = {
+    figures = {
         "speeds": table.speeds.tolist(),
         "exponents": [_pairs(row) for row in table.eigenvalues],
         "limits": table.limits,
     }
-    return json.dumps(found, ensure_ascii=False, indent=2)
+    return json.dumps(figures, ensure_ascii=False, indent=2)
 
 
 def matrix_figures(matrices: SpeedMatrices) -> str:
     """Return matrices as functions of the speed as JSON: of C and K by its power."""
-    found = {
+    figures = {
         "coordinates": matrices.names,
         "M": matrices.M.tolist(),
         "C": matrices.C.tolist(),
         "K": matrices.K.tolist(),
     }
-    return json.dumps(found, ensure_ascii=False, indent=2)
+    return json.dumps(figures, ensure_ascii=False, indent=2)
 
 
 def _pairs(values: np.ndarray) -> list[list[float]]:

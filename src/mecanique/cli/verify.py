@@ -144,13 +144,13 @@ def verify(
         say(surveyed.to_json() if as_json else str(surveyed))
         raise Exit(0 if surveyed.agrees else 1)
     chosen = choose(system, parameters, reading)
-    other = None if against is None else source(against, reading)
+    compared_with = None if against is None else source(against, reading)
     with named_progress(f"Comparing with {against or engine_name()}") as advance:
         verdict = mq.verify(
             chosen.mechanism,
             samples,
             seed,
-            against=other,
+            against=compared_with,
             header=header,
             tolerance=tolerance,
             engines=[word for word in engines.split(",") if word],

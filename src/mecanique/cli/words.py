@@ -122,7 +122,7 @@ def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Pa
 
 def numbers(words: Sequence[str], option: str) -> dict[str, float]:
     """Return the numbers of words like "name=value"."""
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for word in words:
         name, sign, text = word.partition("=")
         try:
@@ -133,8 +133,8 @@ def numbers(words: Sequence[str], option: str) -> dict[str, float]:
             raise mq.InputError(
                 f"expected NAME=VALUE with a finite number after {option}, e.g. l=2.0, got {word!r}"
             )
-        found[name.strip()] = value
-    return found
+        values[name.strip()] = value
+    return values
 
 
 def start_of(

@@ -34,12 +34,12 @@ def list_systems(tag: str = "") -> list[dict[str, Any]]:
     Args:
         tag: only systems with this tag, e.g. "pendulum"; all by default.
     """
-    found = []
+    rows = []
     for name in names():
         system = entry(name)
         if not tag or tag in system.tags:
-            found.append({"name": name, "title": system.title, "tags": list(system.tags)})
-    return found
+            rows.append({"name": name, "title": system.title, "tags": list(system.tags)})
+    return rows
 
 
 def describe(system: str) -> dict[str, Any]:
@@ -48,21 +48,21 @@ def describe(system: str) -> dict[str, Any]:
     Args:
         system: its name, one of those that list_systems gives.
     """
-    found = entry(system)
-    mechanism = found.mechanism()
+    card = entry(system)
+    mechanism = card.mechanism()
     return {
         "name": system,
-        "title": found.title,
+        "title": card.title,
         "statement": _statement(system),
-        "source": found.source,
+        "source": card.source,
         "coordinates": {name: units(mechanism)[name] for name in mechanism.coordinates},
         "velocities": list(mechanism.velocities),
         "parameters": [
             {"symbol": p.symbol, "value": p.value, "unit": p.unit, "meaning": p.meaning}
-            for p in found.parameters
+            for p in card.parameters
         ],
         "inputs": [signal.symbol for signal in mechanism.inputs],
-        "facts": [fact.statement for fact in found.facts],
+        "facts": [fact.statement for fact in card.facts],
     }
 
 
@@ -81,10 +81,10 @@ def derive(
         steps: whether to show how they came about.
     """
     equations = derive_equations(load(system), method)
-    found = equations.latex(steps) if form == "latex" else equations.text(steps)
-    if len(found) > _WIDEST:
-        raise InputError(f"the equations have {len(found):,} characters; ask without steps")
-    return found
+    text = equations.latex(steps) if form == "latex" else equations.text(steps)
+    if len(text) > _WIDEST:
+        raise InputError(f"the equations have {len(text):,} characters; ask without steps")
+    return text
 
 
 def check(
@@ -119,14 +119,17 @@ def verify_urdf(urdf: str, samples: int = 20) -> dict[str, Any]:
         raise InputError(f"expected at most {_LONGEST_URDF:,} characters, got {len(urdf):,}")
     _refuse_above("samples", samples, 1, _MOST_SAMPLES)
     findings = [
-        {"code": found.code, "severity": found.severity, "text": str(found)} for found in lint(urdf)
+        {"code": finding.code, "severity": finding.severity, "text": str(finding)}
+        for finding in lint(urdf)
     ]
-    if any(found["code"].startswith("M0") for found in findings):
+    if any(finding["code"].startswith("M0") for finding in findings):
         return {"findings": findings, "verdict": None}
     mechanism = read_urdf(urdf)
     if len(mechanism.bodies) > _MOST_BODIES:
         raise InputError(f"expected at most {_MOST_BODIES} bodies, got {len(mechanism.bodies)}")
-    return {"findings": findings, "verdict": verify(mechanism, samples).to_dict()}
+    stop = _stop_after(_MOST_SECONDS, "the comparison", "ask for fewer samples")
+    verdict = verify(mechanism, samples, progress=lambda _, done: stop(done))
+    return {"findings": findings, "verdict": verdict.to_dict()}
 
 
 def simulate(
@@ -150,19 +153,19 @@ def simulate(
     if not 0 < duration <= _LONGEST_MOTION:
         raise InputError(f"expected a duration up to {_LONGEST_MOTION:g} s, got {duration!r}")
     _refuse_above("instants", instants, 2, _MOST_INSTANTS)
-    found = entry(system)
+    card = entry(system)
     mechanism = load(system, **(parameters or {}))
-    start = found.start if q is None else q
+    start = card.start if q is None else q
     velocities = v
     if q is None and v is None:
-        velocities = {n.removesuffix("'"): value for n, value in found.start_velocity.items()}
+        velocities = {n.removesuffix("'"): value for n, value in card.start_velocity.items()}
     motion = simulate_motion(
         mechanism,
         q=start,
         v=velocities,
         duration=duration,
         samples=instants,
-        progress=_stop_after(_MOST_SECONDS),
+        progress=_stop_after(_MOST_SECONDS, "the motion", "shorten it"),
     )
     return {
         "t": motion.t.tolist(),
@@ -181,13 +184,13 @@ def _refuse_above(name: str, value: int, least: int, most: int) -> None:
         raise InputError(f"expected {name} from {least} to {most}, got {value}")
 
 
-def _stop_after(seconds: float) -> Callable[[float], None]:
+def _stop_after(seconds: float, what: str, remedy: str) -> Callable[[float], None]:
     """Return a progress that stops work which takes too long."""
     end = time.monotonic() + seconds
 
     def stop(_: float) -> None:
         if time.monotonic() > end:
-            raise InputError(f"the motion takes more than {seconds:g} s to compute; shorten it")
+            raise InputError(f"{what} takes more than {seconds:g} s to compute; {remedy}")
 
     return stop
 

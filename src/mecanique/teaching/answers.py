@@ -82,7 +82,7 @@ def collect(folder: Path, questions: Sequence[str]) -> list[Submission]:
             places.setdefault(_display(path.stem), []).append(path)
         elif _is_folder(path) or path.is_symlink():
             places.setdefault(_display(path.name), []).append(path)
-    return [_submission(student, found, questions) for student, found in places.items()]
+    return [_submission(student, folders, questions) for student, folders in places.items()]
 
 
 def _submission(student: str, places: list[Path], questions: Sequence[str]) -> Submission:
@@ -109,9 +109,9 @@ def _read_folder(student: str, folder: Path, questions: Sequence[str]) -> Submis
         if path.suffix.lower() in _TEXTS and path.stem in questions:
             places.setdefault(path.stem, []).append(path)
     texts, faults = {}, {}
-    for question, found in places.items():
+    for question, paths in places.items():
         try:
-            texts[question] = _read(_only(found), _LONGEST_TEXT)
+            texts[question] = _read(_only(paths), _LONGEST_TEXT)
         except (InputError, OSError) as error:
             faults[question] = str(error)
     return Submission(student, texts, faults)

@@ -103,11 +103,11 @@ class Exercise:
         start = entry(self.mechanism.name).start if self.mechanism.constrained else {}
         position = posture(self.mechanism, start).tolist()
         figure = picture(self.mechanism, path=place / "figure.svg", q=position)
-        found = [place / "problem.md", figure, place / "solution.md"]
-        for path, text in ((found[0], self.problem), (found[2], self.solution)):
+        paths = [place / "problem.md", figure, place / "solution.md"]
+        for path, text in ((paths[0], self.problem), (paths[2], self.solution)):
             with write_whole(path) as file:
                 file.write(text.encode())
-        return tuple(found)
+        return tuple(paths)
 
 
 def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -> Exercise:
@@ -126,14 +126,14 @@ def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -
     """
     if ask not in ASKED:
         raise UnknownNameError("question of an exercise", ask, ASKED)
-    found = entry(system)
+    card = entry(system)
     draw = random.Random(f"{system} {ask} {seed}")
-    numbers = {p.symbol: _vary(p, draw) for p in found.parameters}
+    numbers = {p.symbol: _vary(p, draw) for p in card.parameters}
     try:
-        mechanism = found.mechanism(**numbers)
+        mechanism = card.mechanism(**numbers)
     except MechanismError:
         # moments of inertia that no body has together; the catalogue's are those of one
-        mechanism = found.mechanism()
+        mechanism = card.mechanism()
     mechanism, note = _turn(mechanism, draw) if ask != "frequency" else (mechanism, "")
     answer, steps = _answer(mechanism, ask)
     verdict = Checker(mechanism).check(answer, ask)
@@ -150,7 +150,7 @@ def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -
     problem = "\n\n".join(
         part
         for part in (
-            f"# {found.title}",
+            f"# {card.title}",
             statement,
             note,
             "![The system](figure.svg)",
@@ -161,14 +161,14 @@ def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -
     )
     solution = "\n\n".join(
         [
-            f"# {found.title}: solution",
+            f"# {card.title}: solution",
             f"```text\n{steps}\n```",
             f"Result:\n\n```text\n{answer}\n```",
             f"Checked: {verdict.summary}.",
         ]
     )
     return Exercise(
-        title=found.title,
+        title=card.title,
         mechanism=mechanism,
         ask=ask,
         problem=f"{problem}\n",

@@ -57,10 +57,10 @@ class Grades:
     @property
     def totals(self) -> dict[str, float]:
         """Sum of the points of each student."""
-        found: dict[str, float] = {}
+        points_of: dict[str, float] = {}
         for mark in self.marks:
-            found[mark.student] = found.get(mark.student, 0.0) + mark.points
-        return found
+            points_of[mark.student] = points_of.get(mark.student, 0.0) + mark.points
+        return points_of
 
     def to_csv(self) -> str:
         """Return a table with a line for each answer."""
@@ -140,35 +140,35 @@ def _grade(question: Question, checker: Checker, submission: Submission) -> Mark
     if not text.strip():
         return mark(0.0, "missing", "no answer")
     try:
-        found = checker.check(text, question.ask, question.let)
+        verdict = checker.check(text, question.ask, question.let)
     except FormulaError as error:
         return mark(0.0, "unreadable", str(error))
-    return mark(_credit(found, checker.mechanism, question), found.outcome, _explain(found))
+    return mark(_credit(verdict, checker.mechanism, question), verdict.outcome, _explain(verdict))
 
 
-def _credit(found: Check, mechanism: Mechanism, question: Question) -> float:
+def _credit(verdict: Check, mechanism: Mechanism, question: Question) -> float:
     """The part of the points: by equation, less for those that are right except for form."""
-    if found.outcome == "right":
+    if verdict.outcome == "right":
         return 1.0
-    if found.outcome == "right except for form":
+    if verdict.outcome == "right except for form":
         return question.form
     if question.ask != "equation of motion":
-        worth = [line.outcome != "wrong" for line in found.lines]
+        worth = [line.outcome != "wrong" for line in verdict.lines]
         return sum(worth) / len(worth) if len(worth) > 1 else 0.0
     worth_of = {"right": 1.0, "right except for form": question.form}
-    credit = sum(worth_of.get(line.outcome, 0.0) for line in found.lines)
-    if found.outcome == "incomplete":
+    credit = sum(worth_of.get(line.outcome, 0.0) for line in verdict.lines)
+    if verdict.outcome == "incomplete":
         credit = min(credit, mechanism.nv - 1.0)
-    return min(1.0, credit / max(mechanism.nv, len(found.lines)))
+    return min(1.0, credit / max(mechanism.nv, len(verdict.lines)))
 
 
-def _explain(found: Check) -> str:
+def _explain(verdict: Check) -> str:
     """What is missing or wrong, one line for each equation: its likeliest cause."""
-    lines = list(found.forms)
-    for number, line in enumerate(found.lines, 1):
+    lines = list(verdict.forms)
+    for number, line in enumerate(verdict.lines, 1):
         if line.outcome != "wrong":
             continue
-        place = f"equation {number}: " if len(found.lines) > 1 else ""
+        place = f"equation {number}: " if len(verdict.lines) > 1 else ""
         cause = line.causes[0].text if line.causes else "wrong; no single mistake explains it"
         lines.append(f"{place}{cause}")
     return "\n".join(lines)

@@ -94,7 +94,7 @@ def _question(entry: Any, where: str) -> Question:
                 f"expected {name} from 0 to {most:g} in question {entry['id']!r}, got {value!r}"
             )
     let, parameters = entry.get("let", []), entry.get("parameters", {})
-    if not isinstance(let, list) or not all(isinstance(one, str) for one in let):
+    if not isinstance(let, list) or not all(isinstance(definition, str) for definition in let):
         raise InputError(f'expected let = ["J = …"] in question {entry["id"]!r}, got {let!r}')
     if not isinstance(parameters, dict):
         raise InputError(f"expected parameters = {{l = 2.0}} in question {entry['id']!r}")
