@@ -1,4 +1,4 @@
-"""Differentiate Pinocchio's values by finite differences of the sixth order."""
+"""Differentiate Pinocchio's values by finite differences."""
 
 from __future__ import annotations
 
@@ -12,15 +12,13 @@ from mecanique.generation.quantities import Quantity
 from mecanique.generation.verdict.answers import answer_of
 from mecanique.model.states import States, seated_velocities
 from mecanique.reference import Reference
+from mecanique.verification.stencil import WEIGHTS
 
 TOLERANCE = 1e-6
 """Largest relative difference that counts as agreement, given the error of this method."""
 
 _STEP = 1e-3
 """Step along a coordinate or a velocity, and relative step of a torque or a parameter."""
-
-_STENCIL = ((1, 0.75), (-1, -0.75), (2, -0.15), (-2, 0.15), (3, 1 / 60), (-3, -1 / 60))
-"""Multiples of a step, with the weights of the values there in the first derivative."""
 
 
 def differences(
@@ -41,11 +39,12 @@ def differences(
     columns: list[np.ndarray] = []
     compared: list[float] = []
     for move, scale in _list_moves(quantity, program, reference, states, tau):
-        total: np.ndarray | float = 0.0
-        for steps, weight in _STENCIL if scale else ((0, 0.0),):
-            moved, other, torques = move(steps * _STEP * scale)
-            total = total + weight * answer_of(quantity.base, moved, other, torques)
-        columns.append(np.asarray(total) / (_STEP * (scale or 1.0)))
+        size = _STEP * scale
+        total = 0.0 * answer_of(quantity.base, *move(0.0))
+        for k, weight in enumerate(WEIGHTS if scale else (), 1):
+            ahead, behind = (answer_of(quantity.base, *move(sign * k * size)) for sign in (1, -1))
+            total = total + weight * (ahead - behind) / size
+        columns.append(total)
         compared.append(float(scale > 0))
     return np.stack(columns, axis=-1), np.array(compared)
 
