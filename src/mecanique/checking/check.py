@@ -94,13 +94,7 @@ class Checker:
         ask: str = "equation of motion",
         let: Sequence[str] | Mapping[str, str] = (),
     ) -> Check:
-        """Return the verdict on a text.
-
-        Args:
-            text: the formula.
-            ask: the quantity in question.
-            let: definitions of further letters.
-        """
+        """Return the verdict on a text."""
         quantity = None if ask in _MOTION else self._ask(ask)
         # what is right does not depend on the text: it is derived before the clock starts
         self.truth.prepare()

@@ -49,14 +49,6 @@ def compare_with(
 ) -> Verdict:
     """Compare a mechanism with another source and, where they differ, rank the likely causes.
 
-    Args:
-        mechanism: what is compared.
-        other: with what.
-        samples: number of random states.
-        seed: of these.
-        tolerance: largest relative difference that counts as agreement.
-        header: of a shared library.
-
     Raises:
         InputError: if the other source is of no known kind, or has other coordinates.
     """

@@ -108,17 +108,7 @@ def ask(
     budget: bool = True,
     progress: Callable[[str, float], None] | None = None,
 ) -> Answers:
-    """Evaluate every form and the engine at the same states.
-
-    Args:
-        ours: the forms.
-        engine: the mechanism inside the engine.
-        mechanism: whose equations they are.
-        states: where to evaluate.
-        reactions: whether those in the joints of a tree are asked for as well.
-        budget: whether an expensive form is evaluated at the first states only.
-        progress: called with what is evaluated next and the fraction done.
-    """
+    """Evaluate every form and the engine at the same states."""
     idle = None if mechanism.constrained else engine.massless
     notes, moves = ours.notes, idle is None
     if idle is not None:

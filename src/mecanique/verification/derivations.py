@@ -244,12 +244,7 @@ def reactions(source: Equations | Reference, mechanism: Mechanism, states: State
 
 
 def shared_reactions(engine: Reference, states: States) -> Array:
-    """Return which components redundant contacts leave undetermined, shape (n, 6 · joints).
-
-    Args:
-        engine: the mechanism inside the engine.
-        states: n states.
-    """
+    """Return which components redundant contacts leave undetermined, shape (n, 6 · joints)."""
     closed, count = engine.closed, len(engine.mechanism.joints)
     assert closed is not None, "the mechanism has contacts"
     found = [
@@ -260,13 +255,7 @@ def shared_reactions(engine: Reference, states: States) -> Array:
 
 
 def contact_forces(source: Dynamics, engine: Reference, states: States) -> Array:
-    """Return the forces of all contacts at n states, by row; those undetermined are zero.
-
-    Args:
-        source: the equations, or the engine itself.
-        engine: knows which are determined.
-        states: n states.
-    """
+    """Return the forces of all contacts at n states, by row; those undetermined are zero."""
     assert isinstance(source, (Equations, Reference))
     mechanism, closed = engine.mechanism, engine.closed
     assert closed is not None, "the mechanism has contacts"

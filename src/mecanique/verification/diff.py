@@ -137,12 +137,7 @@ class Pairs:
 
 
 def pair(a: Mechanism, b: Mechanism) -> Pairs:
-    """Return the matching bodies and joints of two mechanisms.
-
-    Args:
-        a: the first.
-        b: the second.
-    """
+    """Return the matching bodies and joints of two mechanisms."""
     bodies = _by_name((x.name for x in a.bodies), (x.name for x in b.bodies))
     joints = _by_name((x.name for x in a.joints), (x.name for x in b.joints))
     into_b = {joint.child: joint for joint in b.joints}

@@ -62,11 +62,6 @@ _STATES = 5
 def read_by(mechanism: Mechanism, engines: Sequence[str], seed: int) -> tuple[EngineReading, ...]:
     """Compare what engines read from a mechanism's file; nothing if it is from no file.
 
-    Args:
-        mechanism: what was read from a file.
-        engines: their names: "pinocchio", "mujoco", "drake", or one that another package adds.
-        seed: of the random states.
-
     Raises:
         UnknownNameError: if there is no such engine.
     """

@@ -263,15 +263,6 @@ def check_facts(
 ) -> tuple[FactRow, ...]:
     """Check every fact of a textbook system.
 
-    Args:
-        name: the system's name in the catalogue, or a system of your own.
-        values: parameters and options to change, by symbol; those that a fact itself supposes take
-            precedence.
-        source: whose equations of motion to use, "reference" or "derive"; reactions are always the
-            reference's.
-        samples: number of random states for facts about any state.
-        seed: of the random states.
-
     Raises:
         UnknownNameError: if the system or a parameter does not exist.
         InputError: if a value is not finite or the source is unknown.

@@ -133,14 +133,7 @@ class Reduced:
 def blame_substitution(
     reduced: Reduced, states: States, ours: dict[str, Array], theirs: dict[str, Array]
 ) -> tuple[Cause, ...]:
-    """Return the cause that the constraint was put into T, if that explains a bias.
-
-    Args:
-        reduced: the right equations.
-        states: where they were evaluated.
-        ours: their values, by quantity.
-        theirs: those of the other source.
-    """
+    """Return the cause that the constraint was put into T, if that explains a bias."""
     if "bias" not in theirs:
         return ()
     wrong = reduced.substitute(states)

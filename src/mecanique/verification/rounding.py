@@ -202,10 +202,6 @@ def entry_rounding(mechanism: Mechanism, states: States) -> dict[str, Array]:
 
     They are those of the mass matrix and gravity, and where the coordinate map is linear those of
     bias, kinetic energy and momenta: derivatives by time of another may cancel.
-
-    Args:
-        mechanism: whose equations they are.
-        states: n states.
     """
     if not mechanism.nv:
         return {}

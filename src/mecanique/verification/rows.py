@@ -70,14 +70,7 @@ class Whole(Dynamics, Protocol):
 def evaluate(
     source: Dynamics, states: States, *, light: bool = False, accelerations: bool = True
 ) -> dict[str, Array]:
-    """Evaluate a source at all states.
-
-    Args:
-        source: the equations of motion.
-        states: n states.
-        light: whether to leave out the mass matrix, and the accelerations that follow from it.
-        accelerations: whether they are determined.
-    """
+    """Evaluate a source at all states."""
     q, v, t = states.q, states.v, states.t
     values = {"bias": source.bias(q, v, t), "forces": source.forces(q, v, t)}
     energies = source.energy(q, v, t)

@@ -44,13 +44,7 @@ _SINGULAR = 1e3
 def is_possible(
     mechanism: Mechanism, states: States, assumptions: Sequence[Assumption] = ()
 ) -> Flags:
-    """Return at which states the equations of motion are defined, shape (n,).
-
-    Args:
-        mechanism: the mechanism.
-        states: candidates.
-        assumptions: what the closed form takes for granted.
-    """
+    """Return at which states the equations of motion are defined, shape (n,)."""
     possible = np.ones(len(states.t), dtype=bool)
     with np.errstate(all="ignore"):
         values = _values(mechanism, states.q, states.t)
@@ -322,16 +316,6 @@ def random_states(
     walk: bool = False,
 ) -> States:
     """Return random states: angles in (−π, π), short lengths, unit quaternions.
-
-    Args:
-        mechanism: the mechanism.
-        samples: number of states, at least 1.
-        seed: of numpy's default generator, at least 0.
-        assumptions: what must hold besides.
-        lot: least number of candidates drawn at once; those of closed mechanisms take long.
-        walk: whether only the first position of a lot is brought from afar to where the loops are
-            closed, and the others are met on a random walk along the loops from there. That takes a
-            third of the time where there are many loops.
 
     Raises:
         InputError: if `samples` or `seed` is not a whole number in its range, so many states would

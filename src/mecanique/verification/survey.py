@@ -78,11 +78,7 @@ class Survey:
         return all(self.accepts(entry) for entry in self.entries if not entry.refused)
 
     def accepts(self, entry: Entry) -> bool:
-        """Return whether an entry is within the tolerance, or within what rounding makes.
-
-        Args:
-            entry: one of the entries that were compared.
-        """
+        """Return whether an entry is within the tolerance, or within what rounding makes."""
         return entry.worst <= entry.allowed
 
     @property
@@ -165,14 +161,6 @@ def survey_robots(
 ) -> Survey:
     """Verify every robot of example-robot-data, held by its root link and floating.
 
-    Args:
-        samples: number of random states of each, at least 1.
-        seed: of the random states, at least 0.
-        processes: how many processes share the work; a script that asks for more than one needs
-            `if __name__ == "__main__":` around what it does.
-        progress: receives the part of the work that is done.
-        only: names of the robots to look at; all by default.
-
     Raises:
         InputError: if a number is not a whole number in its range, or example-robot-data is not
             installed.
@@ -191,12 +179,6 @@ def survey_systems(
     samples: int = 100, seed: int = 0, *, processes: int = 1, progress: Progress | None = None
 ) -> Survey:
     """Verify every textbook system.
-
-    Args:
-        samples: number of random states of each, at least 1.
-        seed: of the random states, at least 0.
-        processes: how many processes share the work; see `survey_robots`.
-        progress: receives the part of the work that is done.
 
     Raises:
         InputError: if a number is not a whole number in its range.

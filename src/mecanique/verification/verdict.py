@@ -438,16 +438,7 @@ def conclude(
     *,
     notes: tuple[str, ...] = (),
 ) -> Verdict:
-    """Return the verdict on a mechanism that rows lead to.
-
-    Args:
-        mechanism: whose equations were compared.
-        rows: one per quantity and pair of sources.
-        samples: number of states.
-        seed: of the random states.
-        tolerance: largest relative difference that counts as agreement.
-        notes: what was left out of the comparison, and why.
-    """
+    """Return the verdict on a mechanism that rows lead to."""
     return Verdict(
         mechanism=mechanism.name,
         rows=tuple(rows),

@@ -72,12 +72,7 @@ class Letters:
 
     @classmethod
     def of(cls, mechanism: Mechanism, others: Iterable[str] = ()) -> Letters:
-        """Return the letters of a mechanism.
-
-        Args:
-            mechanism: the mechanism.
-            others: further letters, e.g. of the quantity in question.
-        """
+        """Return the letters of a mechanism."""
         kinds: dict[str, Kind] = {"t": "time", "pi": "constant"}
         kinds |= dict.fromkeys(others, "other")
         rates: dict[str, str] = {}
@@ -96,13 +91,7 @@ class Letters:
         return cls(kinds, rates, frozenset(turning))
 
     def define(self, name: str, formula: Node, rates: Mapping[str, Node]) -> Letters:
-        """Return these letters with one more that is defined by a formula.
-
-        Args:
-            name: the letter.
-            formula: its definition.
-            rates: its rates by name, e.g. of "phi'" and "phi''"; none if it is constant.
-        """
+        """Return these letters with one more that is defined by a formula."""
         moves = any(not rate.is_zero for rate in rates.values())
         kinds: dict[str, Kind] = {**self.kinds, name: "coordinate" if moves else "parameter"}
         chain = dict(self.rates)
@@ -127,11 +116,7 @@ class Letters:
         return max(map(len, words)) + len("dotdot")
 
     def find(self, word: str) -> str | None:
-        """Return the name of the letter that a word denotes, None if there is no such letter.
-
-        Args:
-            word: as written, with dots as primes or as in qdd, q_ddot.
-        """
+        """Return the name of the letter that a word denotes, None if there is no such letter."""
         key = key_of(word)
         if key in self.by_key:
             return self.by_key[key]

@@ -26,9 +26,6 @@ def is_mathml(text: str) -> bool:
 def text_of(markup: str) -> str:
     """Convert formulas in MathML to plain text, one a line.
 
-    Args:
-        markup: elements named math, one after another.
-
     Raises:
         FormulaError: if it is not well-formed MathML, or contains an unknown element.
     """

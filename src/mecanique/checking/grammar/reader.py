@@ -31,11 +31,6 @@ _MOST_FACTORS = 64
 def build_tree(parsed: Any, letters: Letters, text: str) -> list[list[Node]]:
     """Build the sides of each statement from the parser's tree.
 
-    Args:
-        parsed: the parser's tree.
-        letters: the letters that a formula may contain.
-        text: the original text, for error messages.
-
     Raises:
         FormulaError: if a number, a power or a call is not understood.
     """
@@ -318,10 +313,6 @@ class Statement:
 def read(text: str, letters: Letters) -> tuple[Statement, ...]:
     """Read a text of formulas, without executing any of it.
 
-    Args:
-        text: plain text, LaTeX, SymPy's text or MathML; one formula a line.
-        letters: the letters that it may contain.
-
     Raises:
         FormulaError: if it cannot be read; the message shows where and suggests a remedy.
     """
@@ -342,10 +333,6 @@ def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
 
     A letter of the system may be redefined, as in "q = pi - q": on the right it has its old
     meaning, from then on the new one.
-
-    Args:
-        text: the definition.
-        letters: the letters it may use.
 
     Raises:
         FormulaError: if it is not a valid definition.

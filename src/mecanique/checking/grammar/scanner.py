@@ -702,10 +702,6 @@ _REMEDIES = {
 def scan(text: str, letters: Letters) -> list[Token]:
     """Cut a text into tokens.
 
-    Args:
-        text: plain text, LaTeX or SymPy's text.
-        letters: the letters that it may contain.
-
     Raises:
         FormulaError: if it is too long, or contains an unknown sign or letter; the message names
             all unknown letters.

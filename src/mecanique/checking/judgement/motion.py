@@ -22,9 +22,6 @@ from mecanique.errors import FormulaError
 def write_out(node: Node) -> list[Node]:
     """Return the entries of a column or a row of formulas; a single formula is the only entry.
 
-    Args:
-        node: sums and products of matrices and formulas.
-
     Raises:
         FormulaError: if it has several rows and columns, or sizes do not match.
     """

@@ -61,12 +61,7 @@ class Proof:
         self._lock = Lock()
 
     def prove_motion(self, root: Node, letters: Mapping[str, Series] | None = None) -> bool:
-        """Return whether a formula is proven to be zero in every true motion.
-
-        Args:
-            root: an equation, left minus right.
-            letters: definitions of further letters.
-        """
+        """Return whether a formula is proven to be zero in every true motion."""
         with self._lock:
             try:
                 self._left = _MOST_PRODUCTS
@@ -75,12 +70,7 @@ class Proof:
                 return False
 
     def prove_constant(self, root: Node, letters: Mapping[str, Series]) -> bool:
-        """Return whether a formula is proven to depend on parameters alone.
-
-        Args:
-            root: the formula.
-            letters: definitions of further letters.
-        """
+        """Return whether a formula is proven to depend on parameters alone."""
         with self._lock:
             try:
                 self._left = _MOST_PRODUCTS
@@ -91,12 +81,7 @@ class Proof:
             return bool(found.below) and kinds <= {Kind.PARAMETER, Kind.CONSTANT}
 
     def prove_conservation(self, root: Node, rates: Mapping[str, Node | None]) -> bool:
-        """Return whether the rate of a formula is proven to be zero in every true motion.
-
-        Args:
-            root: the formula.
-            rates: the rate of each letter that varies.
-        """
+        """Return whether the rate of a formula is proven to be zero in every true motion."""
         try:
             return self.prove_motion(rate(root, rates))
         except FormulaError:

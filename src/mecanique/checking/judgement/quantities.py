@@ -87,11 +87,6 @@ QUESTIONS = ("equation of motion", *_LETTERS)
 def ask_for(truth: Truth, question: str) -> Quantity:
     """Return the quantity that a question asks for.
 
-    Args:
-        truth: the mechanism's own equations.
-        question: one of `QUESTIONS`; a momentum with its coordinate, "momentum of q", and the
-            equilibrium of a free body with its name, "equilibrium of rod".
-
     Raises:
         UnknownNameError: if there is no such question or coordinate.
         InputError: if the mechanism has no closed form of the quantity.

@@ -127,11 +127,7 @@ class Truth:
         return frozenset(p.symbol for p in self.mechanism.parameters if p.symbol not in held)
 
     def with_numbers(self, varied: frozenset[str]) -> Sample:
-        """Return states in which only some parameters vary; the others have their own values.
-
-        Args:
-            varied: symbols of the parameters that vary.
-        """
+        """Return states in which only some parameters vary; the others have their own values."""
         varied &= self._variable
         if varied not in self._partly:
             drawn = self._compute() if self.derivation is None else self._draw(varied)

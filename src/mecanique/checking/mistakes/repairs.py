@@ -466,15 +466,7 @@ _FEWEST = 6
 def repairs(
     tape: Tape, values: Values, target: Array, context: Context, text: str
 ) -> Iterator[Repair]:
-    """Yield the changes of single parts that make a formula right.
-
-    Args:
-        tape: the formula.
-        values: values of its parts in the states.
-        target: required values of the whole.
-        context: the likely intentions.
-        text: the text of the formula.
-    """
+    """Yield the changes of single parts that make a formula right."""
     needed = needed_values(tape, values, target)
     finite = np.isfinite(values.whole)
     explained: set[int] = set()

@@ -36,12 +36,7 @@ _WORDS = (
 
 
 def find_lacking(one: Residual, series: Mapping[str, Series]) -> Iterator[Repair]:
-    """Yield parts of the true quantity whose absence or factor explains a formula.
-
-    Args:
-        one: the formula minus its true value.
-        series: the true values of the letters of quantities.
-    """
+    """Yield parts of the true quantity whose absence or factor explains a formula."""
     named = [name for name in series if name in one.root.letters]
     if len(named) != 1:
         return
@@ -112,13 +107,7 @@ class Search:
     def causes(
         self, found: Sequence[Residual], text: str, defined: Mapping[str, Node] = NOTHING
     ) -> tuple[tuple[Cause, ...], ...]:
-        """Return the likely causes for each wrong equation; none for a right one.
-
-        Args:
-            found: the equations.
-            text: their text.
-            defined: definitions of further letters.
-        """
+        """Return the likely causes for each wrong equation; none for a right one."""
         several = len(found) > 1
         holds = self._hold(found)
         common = self._explain_all(found, holds)
@@ -144,15 +133,7 @@ class Search:
         asked: Mapping[str, Dimension],
         series: Mapping[str, Series],
     ) -> tuple[Cause, ...]:
-        """Return the single changes that would make a formula of any quantity right.
-
-        Args:
-            one: the formula minus its true value.
-            number: number of the formula among several, 0 for a single one.
-            text: its text.
-            asked: dimensions of the letters of the quantity in question.
-            series: true values of the letters of the quantity.
-        """
+        """Return the single changes that would make a formula of any quantity right."""
         units = Units(self._truth.mechanism, asked)
         zero = np.zeros(one.sample.count)
         found = repairs(one.tape, one.values, zero, self.context, text)
@@ -213,13 +194,7 @@ class Search:
     def _list_likeliest(
         self, chosen: npt.NDArray[np.bool_], more: Array, number: int
     ) -> list[tuple[float, Cause]]:
-        """Return the likeliest of the hypotheses that are chosen, with their weights.
-
-        Args:
-            chosen: whether each hypothesis is chosen.
-            more: added to the weight of each.
-            number: number of the equation that they explain.
-        """
+        """Return the likeliest of the hypotheses that are chosen, with their weights."""
         weighed = [
             (self._hypotheses.listed[h].weight + float(more[h]), self._hypotheses.listed[h])
             for h in np.flatnonzero(chosen)

@@ -29,13 +29,7 @@ _GRACE = 4
 def descend(
     residuals: Residuals, starts: Sequence[Array], most: int | None = None
 ) -> tuple[list[Array], Array]:
-    """Return the unknowns of each problem at its least residual, and the residuals' norms.
-
-    Args:
-        residuals: evaluates many trials together.
-        starts: unknowns to begin with, of order one, one array for each problem.
-        most: how many problems go on after some rounds; all by default.
-    """
+    """Return the unknowns of each problem at its least residual, and the residuals' norms."""
     unknowns = [np.array(start, dtype=float) for start in starts]
     now = residuals(list(enumerate(unknowns)))
     cost = np.linalg.norm(now, axis=1)
@@ -110,25 +104,13 @@ class Amount:
 
     @classmethod
     def of(cls, new: float, old: float = 0.0, beside: float | None = None, ways: int = 1) -> Amount:
-        """Return it of one number, read as it is, as a difference, or as a factor.
-
-        Args:
-            new: the number.
-            old: what it was.
-            beside: the size of what stood there, if it is more than the number.
-            ways: in how many ways such a slip can be made there.
-        """
+        """Return it of one number, read as it is, as a difference, or as a factor."""
         readings = [new, new - old, *([new / old] if old else [])]
         return cls(min(map(_count_digits, readings)), ways, _share(new - old, beside or old))
 
     @classmethod
     def of_all(cls, values: Array, beside: float) -> Amount:
-        """Return it of a shift or a turn by several numbers.
-
-        Args:
-            values: the numbers.
-            beside: the size of what stood there.
-        """
+        """Return it of a shift or a turn by several numbers."""
         most = max(map(_count_digits, values.tolist()))
         return cls(most, len(values), _share(float(np.linalg.norm(values)), beside))
 

@@ -92,14 +92,7 @@ class Evidence:
     def of(
         cls, mechanism: Mechanism, states: States, theirs: Mapping[str, Array], seed: int = 0
     ) -> Evidence | None:
-        """Return what values by quantity say; None if nothing can be asked.
-
-        Args:
-            mechanism: what they are about.
-            states: where they were evaluated.
-            theirs: what the other source gave, by quantity.
-            seed: of the random accelerations.
-        """
+        """Return what values by quantity say; None if nothing can be asked."""
         q, v, t = states.q, states.v, states.t
         n, zero = len(states), np.zeros_like(states.v)
         # of order one in every direction, so that no part of M is hidden

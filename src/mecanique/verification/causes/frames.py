@@ -390,14 +390,7 @@ def _axes(evidence: Evidence, k: int) -> Iterator[Frames]:
 
 
 def with_axis(evidence: Evidence, k: int, axis: Array, text: str) -> Frames:
-    """Return a joint that moves along another axis of its frame; all frames stay at zero.
-
-    Args:
-        evidence: about what mechanism.
-        k: the joint's place in the tree.
-        axis: unit vector.
-        text: what it means.
-    """
+    """Return a joint that moves along another axis of its frame; all frames stay at zero."""
     recursion = evidence.recursion
     Q = np.eye(4)
     Q[:3, :3] = _from_to(np.array(recursion.tree[k].axis), axis)

@@ -59,13 +59,7 @@ _EVIDENCE = 10.0
 def causes_of(
     mechanism: Mechanism, states: States, theirs: Mapping[str, Array]
 ) -> tuple[Cause, ...]:
-    """Return the likely causes of a difference, the likeliest first.
-
-    Args:
-        mechanism: our side.
-        states: where the other side was evaluated.
-        theirs: what it gave, by quantity.
-    """
+    """Return the likely causes of a difference, the likeliest first."""
     most = int(np.clip(_MOST_VALUES // (4 * max(mechanism.nv, 1) ** 2), 4, 12))
     if "inverse dynamics" in theirs and len(theirs) == 1:
         # samples may be noisy: all count that can be held in memory

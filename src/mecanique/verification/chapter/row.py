@@ -114,17 +114,7 @@ def open_point(number: str, states: str, why: str) -> Row:
 def misprint(
     number: str, states: str, how: str, printed: Any, corrected: Any, *, right: str, proof: str
 ) -> Row:
-    """Return the row of an equation that may be in error as printed.
-
-    Args:
-        number: as in the chapter.
-        states: what is printed.
-        how: what was compared with what.
-        printed: left sides minus right sides as printed.
-        corrected: the same in the right form.
-        right: the right form.
-        proof: why it is right.
-    """
+    """Return the row of an equation that may be in error as printed."""
     row = identity(number, states, how, *printed)
     if row.holds:
         return row

@@ -36,11 +36,6 @@ def load_library(
     A function is known by the end of its name, `…_acceleration`, and its arguments by theirs: t, q,
     v, a, tau, p and out, as in the C that `generate` writes.
 
-    Args:
-        path: of the library.
-        header: of the header that declares its functions.
-        mechanism: whose sizes it must have.
-
     Raises:
         InputError: if a file cannot be read, the header declares no such function or other sizes,
             or the library has not what the header declares.
@@ -161,10 +156,6 @@ class CFunction:
     def __call__(self, inputs: Mapping[str, Array], size: int) -> Array:
         """Return so many numbers.
 
-        Args:
-            inputs: by name.
-            size: how many numbers it has to give.
-
         Raises:
             InputError: if it gives more or fewer.
         """
@@ -188,11 +179,7 @@ class CFunction:
 
 
 def address_of(function: Any) -> int | None:
-    """Return where a function of ctypes or cffi begins; None of any other.
-
-    Args:
-        function: any.
-    """
+    """Return where a function of ctypes or cffi begins; None of any other."""
     if isinstance(function, _FUNCTION):
         return ctypes.cast(function, ctypes.c_void_p).value
     if type(function).__module__ == "_cffi_backend":

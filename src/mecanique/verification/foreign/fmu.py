@@ -25,11 +25,6 @@ def run_fmu(path: str | os.PathLike[str], mechanism: Mechanism, states: States) 
     Its states are known by their names: those of the coordinates and velocities, or der(θ) for the
     velocity of θ. Its parameters and inputs are as it starts.
 
-    Args:
-        path: of the FMU.
-        mechanism: whose motion it is.
-        states: where.
-
     Raises:
         InputError: if FMPy is not installed, the file is no FMU for model exchange of FMI 2 or 3,
             its states are not those of the mechanism, or it fails.
