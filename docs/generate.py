@@ -15,6 +15,7 @@ from pathlib import Path
 
 import mecanique as mq
 from mecanique.generation.build import build_program
+from mecanique.lazy import find_homes
 from mecanique.urdf.dialect import EXTENSIONS
 from mecanique.urdf.rules import RULES
 from mecanique.verification.facts import check_facts
@@ -155,7 +156,8 @@ def api_pages() -> Iterator[tuple[str, str]]:
     Raises:
         RuntimeError: if a public name stands in no chapter.
     """
-    homes = {name: home(name) for name in mq.__all__}
+    homes = {name: at for name, at in find_homes(mq.__file__).items() if name in mq.__all__}
+    homes["textbook"] = "mecanique.textbook"
     told: set[str] = set()
     for title, rooms in API.items():
         chapter = sorted(
@@ -166,11 +168,6 @@ def api_pages() -> Iterator[tuple[str, str]]:
     missing = homes.keys() - told
     if missing:
         raise RuntimeError(f"these public names stand in no chapter: {', '.join(sorted(missing))}")
-
-
-def home(name: str) -> str:
-    """Return the module a public name is imported from."""
-    return mq._HOMES.get(name, f"mecanique.{name}")
 
 
 def belongs(module: str, rooms: tuple[str, ...]) -> bool:

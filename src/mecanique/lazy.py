@@ -2,21 +2,42 @@
 
 from __future__ import annotations
 
+import ast
 import gc
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 
-def find_homes(names: Mapping[str, str]) -> dict[str, str]:
-    """Return the module of each name.
+def find_homes(file: str) -> dict[str, str]:
+    """Return the module of each name that the stub beside a package's `__init__.py` imports."""
+    stub = ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
+    imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
+    return {alias.name: str(node.module) for node in imports for alias in node.names}
+
+
+def attach(
+    package: str, file: str
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Return `__getattr__`, `__dir__` and `__all__` of a package, as the stub beside it says.
 
     Args:
-        names: the names in each module, separated by blanks.
+        package: its full name.
+        file: its `__init__.py`.
     """
-    return {name: home for home, words in names.items() for name in words.split()}
+    homes = find_homes(file)
+
+    def get(name: str) -> Any:
+        if homes.get(name) == package:  # a room of it
+            room = f"{package}.{name}"
+            return import_module(room)
+        return import_name(package, name, homes)
+
+    names = sorted(name for name in homes if not name.startswith("_"))
+    return get, lambda: sorted(homes), names
 
 
 def import_name(package: str, name: str, homes: Mapping[str, str]) -> Any:

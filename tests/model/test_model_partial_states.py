@@ -38,7 +38,8 @@ def test_what_is_left_out_is_zero_at_every_door(door: str) -> None:
 
 
 def test_a_picture_takes_the_same(tmp_path: Path) -> None:
-    for k, q in enumerate((GIVEN, FULL)):
+    positions: tuple[Any, ...] = (GIVEN, FULL)
+    for k, q in enumerate(positions):
         mq.picture(RODS, path=tmp_path / f"{k}.svg", q=q)
     assert (tmp_path / "0.svg").read_text(encoding="utf-8") == (tmp_path / "1.svg").read_text(
         encoding="utf-8"

@@ -487,7 +487,7 @@ def test_numbers_are_read_back_as_they_were(mass: float, x: float, y: float) -> 
 
 
 def test_what_is_not_finite_is_refused_by_name() -> None:
-    drawn = massless(Visual(Box((1, float("nan"), 1))))
+    drawn = massless(Visual(Box((1, 1, 1)), Placement((0, float("nan"), 0))))
     system = Mechanism(
         "m", bodies=(Body("ground"), Body("b", drawn)), joints=(Fixed("j", "ground", "b"),)
     )
@@ -501,7 +501,7 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     text = write_urdf(load("rigid_bar_pendulum"), path)
     assert path.read_bytes() == text.encode()
     assert list(tmp_path.iterdir()) == [path]
-    bad = massless(Visual(Box((1, float("inf"), 1))))
+    bad = massless(Visual(Box((1, 1, 1)), Placement((0, float("inf"), 0))))
     system = Mechanism(
         "m", bodies=(Body("ground"), Body("b", bad)), joints=(Fixed("j", "ground", "b"),)
     )

@@ -111,7 +111,7 @@ def test_findings_point_at_their_links(arm: mq.Mechanism) -> None:
 
 def test_only_mechanisms_are_looked_into() -> None:
     with pytest.raises(mq.InputError, match="expected a Mechanism, got str"):
-        mq.inspect("robot.urdf")
+        mq.inspect("robot.urdf")  # type: ignore[arg-type]
 
 
 def test_the_page_bends_the_robot_and_colors_what_is_wrong(
