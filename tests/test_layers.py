@@ -185,7 +185,7 @@ ORDER: dict[str, list[str]] = {
     "teaching": ["answers", "sheet", "exercise marks"],
     "serving": ["tools", "agents"],
     "generation": [
-        "identifiers quantities",
+        "dop853 identifiers quantities",
         "program",
         "mechanics",
         "build targets",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -12,6 +14,8 @@ import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.generation import dop853
+from mecanique.generation.build import build_program
 from mecanique.generation.targets import fmu as target
 from mecanique.generation.targets.c import WARNINGS, compiler
 from mecanique.reference.engine.package import has_pinocchio
@@ -213,3 +217,15 @@ def test_what_a_model_cannot_have_is_refused(monkeypatch: pytest.MonkeyPatch) ->
     assert isinstance(content, bytes)
     assert b"sources/simple_pendulum.c" in content
     assert b"binaries/" not in content
+
+
+def test_constants_of_steps_stand_in_one_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What C is written with follows the table, and its text has no number of its own instead."""
+    monkeypatch.setattr(dop853, "CLOSED", 3e-11)
+    monkeypatch.setattr(dop853, "SWEEPS", 9)
+    program = build_program(mq.derive(mq.textbook.load("four_bar_linkage")), "rhs", moves=True)
+    source = target.write_source(replace(program, start=(0.0,) * 6))
+    assert "static const double CLOSED = 3e-11;" in source
+    assert "enum { SWEEPS = 9 };" in source
+    text = Path(target.__file__).with_name("stepper.c").read_text(encoding="utf-8")
+    assert not re.findall(r"\b[\d.]+e-\d+|\b0\.04\b|\b0\.9\b|\b6\.1\b", text)

@@ -19,6 +19,7 @@ from viewing_browser import Visit
 from viewing_engines import engine_of, needs_node, run
 
 import mecanique as mq
+from mecanique.generation import dop853
 from mecanique.textbook import entry, load, names
 from mecanique.viewing.engine.make import Maker
 from mecanique.viewing.page.page import page
@@ -26,8 +27,6 @@ from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import document_of
 from mecanique.viewing.show import scene as scene_with_texts
-
-TABLEAU = Path(mq.__file__).parent / "viewing" / "page" / "assets" / "engine" / "tableau.js"
 
 QUICK = (
     "simple_pendulum",
@@ -140,9 +139,10 @@ def test_a_program_that_moves_otherwise_is_refused() -> None:
 
 
 def test_the_tableau_is_that_of_dormand_and_prince() -> None:
-    text = TABLEAU.read_text(encoding="utf-8")
+    text = dop853.SCRIPT.read_text(encoding="utf-8")
+    assert text == dop853.write_script(), "write it by python -m mecanique.generation.dop853"
     tables = {}
-    for part in text.split("export const ")[1:]:
+    for part in text.split("export const ")[2:]:
         name, rows = part.split(" = ", 1)
         tables[name] = json.loads(re.sub(r",\s*\]", "]", rows.split(";")[0]))
     weights = np.zeros((12, 12))

@@ -30,7 +30,6 @@ enum { END_OF_RESULTS = RESULTS + OUTPUTS };
 enum Mode { INSTANTIATED, INITIALIZATION, EVENT, CONTINUOUS, STEP, TERMINATED };
 enum Change { TUNABLE, FIXED_LENGTH, INPUT };
 
-static const double TOLERANCE = 1e-8, NEAREST = 0.15;
 
 typedef struct {
     double t, y[N], p[P + 1];
@@ -66,7 +65,7 @@ static void forget(State *now)
 static void restart(Motion *motion)
 {
     motion->h = 0.0;
-    motion->before = 1e-4;
+    motion->before = BEFORE;
     motion->at_limit = motion->below = 0;
 }
 

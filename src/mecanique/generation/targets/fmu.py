@@ -17,9 +17,11 @@ from pathlib import Path
 from typing import final
 
 from mecanique.errors import DerivationError, InputError
+from mecanique.generation.dop853 import write_constants
 from mecanique.generation.program import Program
 from mecanique.generation.targets.c import compiler, limit_optimization
 from mecanique.generation.targets.fmi import (
+    TOLERANCE,
     describe_model,
     results_of,
     token_of,
@@ -130,6 +132,8 @@ def write_source(program: Program) -> str:
         f"static const double GIVEN[P + 1] = {values};",
         f"static const int FIXED[P + 1] = {{{', '.join([*held, '0'])}}};",
         f"static const int first_output[GROUPS + 1] = {{{', '.join(map(str, firsts))}}};",
+        *write_constants(["NEAREST"]),
+        f"static const double TOLERANCE = {TOLERANCE!r};",
         "typedef void (*Give)(double, const double *, const double *, double *);",
         f"static const Give output[GROUPS + 1] = {{{', '.join([*functions, 'NULL'])}}};",
         "",

@@ -5,7 +5,8 @@
  *
  * Defined above this text: NQ and NV, the numbers of coordinates and velocities, and N, their sum;
  * LOOPS, whether there are any; BALLS, the number of quaternions, at ball[] in q; STAGES and the
- * coefficients A, B, C, E3, E5; plain[], the natural unit of each velocity; and the program:
+ * coefficients A, B, C, E3, E5; the constants of steps and projection in capital letters, which
+ * generation/dop853.py explains; plain[], the natural unit of each velocity; and the program:
  *   rates      the rates of q and v
  *   landing    the changes of q and v that project a nearby state on the loops
  *   firmness   measure of regularity of the loops, zero in a singular position
@@ -42,9 +43,6 @@ typedef struct {
     int *ended;             /* the reason why each ended */
 } Runs;
 
-static const double DAMPING = 0.04, EXPONENT = 0.125 - 0.2 * 0.04;
-static const double PROBE = 1e-4, LEAST_FIRM = 0.01, UNSTABLE = 6.1;
-
 /* Project a state on the loops and normalize its quaternions; return whether that succeeded. */
 static int land(double t, double *y, const double *p)
 {
@@ -54,8 +52,8 @@ static int land(double t, double *y, const double *p)
         for (int i = 0; i < 4; i++) x[i] /= length;
     }
     if (!LOOPS) return 1;
-    double change[N], last = 0.1;
-    for (int sweep = 0; sweep < 8; sweep++) {
+    double change[N], last = ASTRAY;
+    for (int sweep = 0; sweep < SWEEPS; sweep++) {
         double size = 0.0, most = 1.0;
         landing(t, y, p, change);
         for (int i = 0; i < NQ; i++) {
@@ -63,10 +61,10 @@ static int land(double t, double *y, const double *p)
             size = fmax(size, fabs(change[i]));
             most = fmax(most, fabs(y[i]));
         }
-        if (size <= 4e-16 * most || size > 0.5 * last) {
+        if (size <= ROUNDING * most || size > HALVED * last) {
             /* only rounding is left; the velocities are consistent with these positions */
             for (int i = NQ; i < N; i++) y[i] += change[i];
-            return size <= 1e-12 * most;
+            return size <= CLOSED * most;
         }
         for (int i = 0; i < NQ; i++) y[i] += change[i];
         last = size;
@@ -82,7 +80,7 @@ static double distance_along(double t, const double *y, const double *p, double 
     double there[N], dy[N];
     const double firm = firmness(t, y, p);
     for (int i = 0; i < NV; i++) *speed = fmax(*speed, fabs(y[NQ + i]) / plain[i]);
-    if (!(firm > LEAST_FIRM)) return 0.0;
+    if (!(firm > FIRM)) return 0.0;
     if (*speed == 0.0) return INFINITY;
     rates(t, y, p, dy);
     memcpy(there, y, sizeof there);
@@ -143,10 +141,10 @@ static int is_stiff(Motion *m, double h, const double *last, const double *next,
     if (apart > 0.0 && h * sqrt(gain / apart) > UNSTABLE) {
         m->at_limit++;
         m->below = 0;
-    } else if (++m->below == 6) {
+    } else if (++m->below == STIFF_FORGET) {
         m->at_limit = 0;
     }
-    return m->at_limit >= 15;
+    return m->at_limit >= STIFF_AFTER;
 }
 
 /* Return a first step from the sizes of the state and its rates (Hairer et al., sect. II.4). */
@@ -158,7 +156,7 @@ static double first_step(const Motion *m, const double *y, const double *dy)
         size += y[i] / scale * (y[i] / scale);
         rate += dy[i] / scale * (dy[i] / scale);
     }
-    return size > 1e-10 && rate > 1e-10 ? 0.01 * sqrt(size / rate) : 1e-6;
+    return size > UNKNOWN && rate > UNKNOWN ? FIRST * sqrt(size / rate) : BRIEF;
 }
 
 /*
@@ -179,16 +177,17 @@ static int march(Motion *m, const double *p, double *y, Notes *notes, Samples *s
         if (notes->t != NULL && notes->noted >= notes->room) return ROOM;
         double h = fmin(m->h, m->max_step);
         if (speed > 0.0) h = fmin(h, fmax(0.5 * (away - m->near), 0.1 * m->near) / speed);
-        const int ends = m->t + 1.000001 * h >= m->end;
+        const int ends = m->t + NEARLY * h >= m->end;
         if (ends) h = m->end - m->t;
         step(m->t, y, p, h, k, last, next);
         m->evaluations += STAGES - 1;
         double error = error_of(m, y, next, h, k);
         if (error <= 1.0 && !land(m->t + h, next, p)) error = INFINITY;
         if (!(error <= 1.0)) {
-            m->h = h * (error < INFINITY ? fmax(1 / 3.0, 0.9 / pow(error, EXPONENT)) : 0.2);
+            m->h = h * (error < INFINITY ? fmax(SHRINKAGE, SAFETY / pow(error, EXPONENT))
+                                  : SHRINKAGE);
             grows = 0;
-            if (m->h < 1e-14 * fmax(1.0, fabs(m->t))) return isfinite(error) ? SMALL : OFF;
+            if (m->h < SHORTEST * fmax(1.0, fabs(m->t))) return isfinite(error) ? SMALL : OFF;
             continue;
         }
         const double now = ends ? m->end : m->t + h;
@@ -210,10 +209,11 @@ static int march(Motion *m, const double *p, double *y, Notes *notes, Samples *s
         const int stiff = is_stiff(m, h, last, next, k[STAGES - 1], dy);
         memcpy(y, next, sizeof next);
         memcpy(k[0], dy, sizeof dy);
-        const double factor = error > 0.0 ? 0.9 * pow(m->before, DAMPING) / pow(error, EXPONENT) : 6;
-        const double longer = h * fmax(1 / 3.0, fmin(grows ? 6.0 : 1.0, factor));
+        const double factor = error > 0.0 ? SAFETY * pow(m->before, DAMPING) / pow(error, EXPONENT)
+                                          : GROWTH;
+        const double longer = h * fmax(SHRINKAGE, fmin(grows ? GROWTH : 1.0, factor));
         m->h = ends ? fmax(m->h, longer) : longer;
-        m->before = fmax(error, 1e-4);
+        m->before = fmax(error, BEFORE);
         m->t = now;
         m->steps++;
         grows = 1;

@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, final
+from typing import final
 
 from mecanique.arrays import Array
+from mecanique.generation.dop853 import (
+    STEPS,
+    tableau,
+    write_constants,
+)
 from mecanique.generation.program import Landing
 from mecanique.generation.targets.c import NOTATION, SIGN
 from mecanique.model.mechanism import Mechanism
@@ -43,12 +48,10 @@ def write_steps(moving: Moving) -> str:
     Args:
         moving: the program to be integrated.
     """
-    from scipy.integrate import DOP853
-
-    tableau: Any = DOP853
+    coefficients = tableau()
     mechanism, landing = moving.mechanism, moving.landing
     balls = [at[0] for _, at in mechanism.quaternions]
-    table = map(list_numbers, tableau.A[:12, :12])
+    table = map(list_numbers, coefficients.A)
     lines = [
         "#include <math.h>",
         "#include <string.h>",
@@ -59,12 +62,13 @@ def write_steps(moving: Moving) -> str:
         f"static const double A[][STAGES] = {{{', '.join(table)}}};",
     ]
     for name, row in (
-        ("B", tableau.B),
-        ("C", tableau.C[:12]),
-        ("E3", tableau.E3[:12]),
-        ("E5", tableau.E5[:12]),
+        ("B", coefficients.B),
+        ("C", coefficients.C),
+        ("E5", coefficients.errors[0, :12]),
+        ("E3", coefficients.errors[1, :12]),
     ):
         lines.append(f"static const double {name}[] = {list_numbers(row)};")
+    lines += write_constants(STEPS)
     if any(kind == "sign" for kind, _, _ in moving.tape.operations):
         lines.append(SIGN)
     lines += write_function(moving, "rates", moving.rates)

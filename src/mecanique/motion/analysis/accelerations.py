@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from mecanique.generation.dop853 import NEAREST, PROBE
 from mecanique.model.states import States
 from mecanique.model.units import velocity_scales
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.python import Batched, vectorize
-from mecanique.motion.compile.stepper import NEAR
 from mecanique.motion.record.upheld import ASKED, is_upheld, spread
 
 if TYPE_CHECKING:
@@ -29,9 +29,6 @@ if TYPE_CHECKING:
 
 _AGREEMENT = 1e-9
 """Relative difference from the reference that is only rounding."""
-
-_PROBE = 1e-4
-"""How far ahead the firmness of the loops is computed again, to see how it changes."""
 
 
 @final
@@ -110,10 +107,10 @@ class AccelerationLaw:
             return np.ones(len(t), dtype=bool)
         firmness = _compute(self._firmness, t, q, v, 1)[:, 0]
         speed = np.abs(v / velocity_scales(mechanism)).max(axis=1)
-        step = np.where(speed > 0, _PROBE / speed, 0.0)[:, None]
+        step = np.where(speed > 0, PROBE / speed, 0.0)[:, None]
         ahead = _compute(self._firmness, t, q + step * rates[:, : mechanism.nq], v, 1)[:, 0]
         change = np.abs(ahead - firmness)
-        regular: np.ndarray = (firmness > 0) & (firmness * _PROBE > NEAR * change)
+        regular: np.ndarray = (firmness > 0) & (firmness * PROBE > NEAREST * change)
         return regular
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from mecanique.generation.dop853 import ASTRAY, CLOSED, FIRM, HALVED, PROBE, ROUNDING, SWEEPS
 from mecanique.model.units import velocity_scales
 from mecanique.motion.compile.program import Program
 from mecanique.motion.compile.python import list_values
@@ -22,20 +23,6 @@ _NEAR = 0.6
 
 Beyond it the reference takes its accelerations from the state itself, as the program does.
 """
-
-_PROBE = 1e-4
-"""How far ahead the firmness of the loops is computed again, to see how it changes."""
-
-_FIRM = 0.01
-"""Loops that hold less firmly are next to a singular position."""
-
-_SWEEPS = 8
-
-_ROUNDING, _CLOSED = 4e-16, 1e-12
-"""Change of position, relative to its size or one, that is only rounding; of closed loops."""
-
-_ASTRAY = 0.1
-"""A state that is farther from the loops than this is left to the reference."""
 
 
 @final
@@ -83,16 +70,16 @@ class ClosedProgram:
         """
         if not self._is_regular(t, y):
             return None
-        nq, last = self._nq, _ASTRAY
+        nq, last = self._nq, ASTRAY
         there = np.concatenate([self._rates.normalize(y[:nq]), y[nq:]])
-        for _ in range(_SWEEPS):
+        for _ in range(SWEEPS):
             change = np.array(self._changes(t, there))
             size = float(np.abs(change[:nq]).max())
             most = max(1.0, float(np.abs(there[:nq]).max()))
-            if size <= _ROUNDING * most or size > 0.5 * last:
+            if size <= ROUNDING * most or size > HALVED * last:
                 # rounding is left; the velocities suit the positions as they are
                 there[nq:] += change[nq:]
-                return there if size <= _CLOSED * most else None
+                return there if size <= CLOSED * most else None
             there[:nq] += change[:nq]
             last = size
         return None
@@ -116,14 +103,14 @@ class ClosedProgram:
         """Distance along the motion to a singular position, to first order."""
         speed = float(np.abs(y[self._nq :] / self._plain).max())
         (firmness,) = self._firmness(t, y)
-        if not firmness > _FIRM:
+        if not firmness > FIRM:
             return 0.0
         if speed == 0.0:
             return float("inf")
         ahead = y.copy()
-        ahead[: self._nq] += _PROBE / speed * self._quick(t, y)[: self._nq]
+        ahead[: self._nq] += PROBE / speed * self._quick(t, y)[: self._nq]
         change = abs(self._firmness(t, ahead)[0] - firmness)
-        return firmness * _PROBE / change if change else float("inf")
+        return firmness * PROBE / change if change else float("inf")
 
 
 def _nowhere(q: np.ndarray) -> bool:

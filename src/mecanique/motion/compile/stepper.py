@@ -12,15 +12,13 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import DerivationError, InputError
+from mecanique.generation.dop853 import BEFORE, NEAREST
 from mecanique.motion.compile.program import Program
 
 ENDED = ("end", "room", "near", "small", "many", "stiff", "off")
 """Why a motion stops, by the number that says so: it came to its end; there is no more room for
 steps; it came near a singular position; its steps are too small, or too many, or the equations are
 stiff; no state was finite and on the loops."""
-
-NEAR = 0.15
-"""Distance from a singular position at which to stop, in characteristic lengths or radians."""
 
 _ROOM = 4096
 """Steps that are noted at a time."""
@@ -285,11 +283,11 @@ def _begin(t0: float, tolerances: Tolerances) -> _Motion:
     return _Motion(
         t=t0,
         end=t0,
-        before=1e-4,
+        before=BEFORE,
         rtol=tolerances.rtol,
         atol=tolerances.atol,
         max_step=tolerances.max_step,
-        near=NEAR,
+        near=NEAREST,
         most=tolerances.max_steps,
     )
 

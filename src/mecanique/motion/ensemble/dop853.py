@@ -9,19 +9,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
+from mecanique.generation.dop853 import (
+    BEFORE,
+    BRIEF,
+    DAMPING,
+    EXPONENT,
+    FIRST,
+    GROWTH,
+    NEARLY,
+    SAFETY,
+    SHORTEST,
+    SHRINKAGE,
+    UNKNOWN,
+    tableau,
+)
 from mecanique.motion.compile.python import Batched
 
-_DAMPING = 0.04
-_EXPONENT = 1 / 8 - 0.2 * _DAMPING
 _PIECE = 10_000
 """Numbers added up at once: beyond some ten thousand, BLAS starts threads that compete."""
-
-_LEAST, _MOST = 0.2, 6.0
-"""Least and most change of a step; its control is damped as that of one motion (`methods`)."""
 
 
 @final
@@ -95,18 +104,16 @@ class _Runner:
     def __init__(
         self, block: Block, alive: np.ndarray, y: np.ndarray, t: float, taken: int = 0
     ) -> None:
-        from scipy.integrate import DOP853
-
-        tableau: Any = DOP853
-        self._A, self._B, self._C = tableau.A, tableau.B, tableau.C
-        self._E = np.stack([tableau.E5, tableau.E3])
+        coefficients = tableau()
+        self._A, self._B, self._C = coefficients.A, coefficients.B, coefficients.C
+        self._E = coefficients.errors
         self._block = block
         self._rhs = block.make(alive)
         self.t = t
         self.y = np.array(y, order="C")
         self.taken = taken
         self.h = 0.0
-        self._before = 1e-4
+        self._before = BEFORE
         self._grows = True
         self._K = np.empty((len(self._B) + 1, *y.shape))
         self._flat = self._K.reshape(len(self._K), -1)
@@ -126,7 +133,7 @@ class _Runner:
         block, K, trial = self._block, self._K, self._trial
         h = min(self.h, block.max_step)
         left = mark - self.t
-        last = left <= h * 1.000001
+        last = left <= h * NEARLY
         if last:
             h = left
         elif left < 2 * h:
@@ -150,18 +157,18 @@ class _Runner:
             if block.normalize is not None:
                 self.y = block.normalize(self.y)
             self.taken += 1
-            most = _MOST if self._grows else 1.0
-            factor = min(most, 0.9 * self._before**_DAMPING / worst**_EXPONENT) if worst else most
-            self._before, self._grows = max(worst, 1e-4), True
-            proposed = h * max(_LEAST, factor)
+            most = GROWTH if self._grows else 1.0
+            factor = min(most, SAFETY * self._before**DAMPING / worst**EXPONENT) if worst else most
+            self._before, self._grows = max(worst, BEFORE), True
+            proposed = h * max(SHRINKAGE, factor)
             self.h = max(proposed, self.h) if last else proposed
             if self.taken % block.max_steps == 0 and self.t < mark:
                 # those that need steps as short as these are given up, and the others go on
                 return np.asarray(error > 1e-3 * worst)
             return none
-        factor = max(_LEAST, 0.9 / worst**_EXPONENT) if np.isfinite(worst) else _LEAST
+        factor = max(SHRINKAGE, SAFETY / worst**EXPONENT) if np.isfinite(worst) else SHRINKAGE
         self.h, self._grows = h * factor, False
-        if self.h < 1e-13 * max(1.0, abs(self.t)):
+        if self.h < SHORTEST * max(1.0, abs(self.t)):
             return np.asarray(~(error <= 1))
         return none
 
@@ -199,6 +206,6 @@ class _Runner:
         with np.errstate(all="ignore"):
             size = np.sqrt(np.mean((self.y / scale) ** 2, axis=0))
             rate = np.sqrt(np.mean((self._K[0] / scale) ** 2, axis=0))
-            h = np.where((size > 1e-5) & (rate > 1e-5), 0.01 * size / rate, 1e-6)
+            h = np.where(np.minimum(size, rate) ** 2 > UNKNOWN, FIRST * size / rate, BRIEF)
         h = h[np.isfinite(h)]
-        return float(max(h.min(initial=1e-3), 1e-6))
+        return float(max(h.min(initial=1e-3), BRIEF))

@@ -9,9 +9,10 @@ from typing import NamedTuple, TypeAlias, final
 
 import numpy as np
 
+from mecanique.generation.dop853 import NEAREST
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
-from mecanique.motion.compile.stepper import NEAR, March, Stepper, Tolerances
+from mecanique.motion.compile.stepper import March, Stepper, Tolerances
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.steps import Steps
@@ -182,7 +183,7 @@ class _Run:
             t, y = own.t[-1], own.y[-1]
             if self.headway.is_lost(before + len(own.t), t):
                 return Outcome("no headway")
-            away = self.stepper.distance(t, y) > _AWAY * NEAR
+            away = self.stepper.distance(t, y) > _AWAY * NEAREST
             return Outcome("halt") if away or loops.has_left(t, y) else None
 
         outcome: Outcome | None = None
@@ -192,7 +193,7 @@ class _Run:
                 t = end if stopped.kind == "end" else own.t[-1]
                 if stopped.kind in ("end", "halt"):
                     own.end_at(t, loops.close(t, own.y[-1]), task.rhs)
-                    if self.stepper.distance(t, own.y[-1]) > _AWAY * NEAR:
+                    if self.stepper.distance(t, own.y[-1]) > _AWAY * NEAREST:
                         break
                 else:
                     outcome = stopped

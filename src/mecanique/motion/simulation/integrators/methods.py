@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple, TypeAlias, final
 
 import numpy as np
 
+from mecanique.generation.dop853 import DAMPING
 from mecanique.motion.record.steps import RightHandSide, Steps
 from mecanique.motion.simulation.integrators.scipy_ode import import_ode
 from mecanique.motion.simulation.integrators.stalling import Stability
@@ -17,13 +18,6 @@ from mecanique.motion.simulation.outcome import Kind, Outcome
 
 MIN_RTOL = 2.3e-14
 """The least relative tolerance that SciPy's classes take."""
-
-DAMPING = 0.04
-"""How much of the last step's error the next step's length heeds.
-
-Without it a sixth of all steps of a swinging motion are refused (K. Gustafsson, ACM Trans. Math.
-Softw. 17 (1991) 533; Hairer, Nørsett & Wanner, sect. II.4 and IV.2).
-"""
 
 ROUNDING = 1e-13
 """Part of a time below which no step is left: dop853 takes none below 2.3e-15 of it."""

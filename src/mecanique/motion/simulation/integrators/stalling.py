@@ -6,14 +6,9 @@ from typing import NamedTuple, final
 
 import numpy as np
 
+from mecanique.generation.dop853 import STIFF_AFTER, STIFF_FORGET, UNSTABLE
 from mecanique.motion.record.steps import RightHandSide
 from mecanique.motion.simulation.problem import Problem
-
-STABILITY_LIMIT = 6.1
-"""Step length times rate of decay at which dop853 becomes unstable (DOP853, Hairer et al.)."""
-
-STIFF_AFTER, STIFF_FORGET = 15, 6
-"""So many steps at the limit of stability are stiff; so many in a row below it start afresh."""
 
 
 class _Pace(NamedTuple):
@@ -90,7 +85,7 @@ class Stability:
         (y, rate), (last, last_rate) = self._evaluations
         apart = float(np.linalg.norm(last - y)) if len(y) == len(last) else 0.0
         decay = length * float(np.linalg.norm(last_rate - rate)) if apart else 0.0
-        if apart and decay > STABILITY_LIMIT * apart:
+        if apart and decay > UNSTABLE * apart:
             self._at_limit, self._below = self._at_limit + 1, 0
         else:
             self._below += 1

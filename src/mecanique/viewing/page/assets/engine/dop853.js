@@ -1,15 +1,11 @@
 // Integrates y' = f(t, y) to a tolerance by the method of order 8(5, 3) of Dormand & Prince, and
 // keeps each step's dense output, so that the state is known at any time.
 
-import { DENSE, ERRORS, NODES, STAGES } from "./tableau.js";
+import { CONTROL, DENSE, ERRORS, NODES, STAGES } from "./tableau.js";
 
 const STEP = 12; // the stage whose state is the end of the step
-const DAMPING = 0.04;
-const EXPONENT = 1 / 8 - 0.2 * DAMPING;
-const SAFETY = 0.9;
-const SHRINKAGE = 0.2;
-const GROWTH = 6;
-const SHORTEST = 1e-14;
+const { DAMPING, EXPONENT, SAFETY, SHRINKAGE, GROWTH, SHORTEST } = CONTROL;
+const { BEFORE, NEARLY, FIRST, UNKNOWN, BRIEF } = CONTROL;
 // Of the longest of the last steps: what has stalled, what is a good step still, and how far one of
 // these is followed beyond its end at most.
 const LATELY = 60;
@@ -112,7 +108,7 @@ export class Integrator {
   run(t, start, end) {
     const n = start.length;
     const path = new Path(n, t);
-    Object.assign(this, { n, t, path, y: Float64Array.from(start), before: 1e-4, grows: true });
+    Object.assign(this, { n, t, path, y: Float64Array.from(start), before: BEFORE, grows: true });
     this.crossing = null;
     this.trial = new Float64Array(n);
     this.stages = Array.from({ length: NODES.length }, () => new Float64Array(n));
@@ -138,7 +134,7 @@ export class Integrator {
   step(end) {
     const { path, trial, stages, t } = this;
     const left = end - t;
-    const last = this.h * 1.000001 >= left;
+    const last = this.h * NEARLY >= left;
     const h = last ? left : Math.min(this.h, left / (left < 2 * this.h ? 2 : 1));
     for (let stage = 1; stage <= STEP; stage++) {
       this.combine(SUMS[stage], h, trial);
@@ -163,7 +159,7 @@ export class Integrator {
   lengthen(h, error) {
     const growth = error ? (SAFETY * this.before ** DAMPING) / error ** EXPONENT : GROWTH;
     const next = h * Math.max(SHRINKAGE, Math.min(this.grows ? GROWTH : 1, growth));
-    Object.assign(this, { before: Math.max(error, 1e-4), grows: true });
+    Object.assign(this, { before: Math.max(error, BEFORE), grows: true });
     return next;
   }
 
@@ -178,7 +174,7 @@ export class Integrator {
     this.settle?.(this.t, this.y);
     path.stopped = bounds.strike(met, this.y);
     this.evaluate(0, this.t, this.y);
-    Object.assign(this, { before: 1e-4, grows: true, h: this.guess(end - this.t) });
+    Object.assign(this, { before: BEFORE, grows: true, h: this.guess(end - this.t) });
     return true;
   }
 
@@ -261,8 +257,8 @@ export class Integrator {
       size += (this.y[i] / scale) ** 2;
       rate += (this.stages[0][i] / scale) ** 2;
     }
-    const h = size > 1e-10 && rate > 1e-10 ? 0.01 * Math.sqrt(size / rate) : 1e-6;
-    return Math.min(Math.max(h, 1e-6), length);
+    const h = size > UNKNOWN && rate > UNKNOWN ? FIRST * Math.sqrt(size / rate) : BRIEF;
+    return Math.min(Math.max(h, BRIEF), length);
   }
 }
 

@@ -1,6 +1,20 @@
-// Coefficients of the method of Dormand & Prince of order 8(5, 3), and of its dense output of order
-// 7: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, 1993, II.5,
-// II.6. Rows hold what is not zero, as [stage, weight].
+// Written by generation/dop853.py: the method of Dormand & Prince of order 8(5, 3), and
+// its dense output of order 7 (E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary
+// Differential Equations I, 1993, II.5, II.6). Rows hold what is not zero.
+
+export const CONTROL = {
+  DAMPING: 0.04,
+  EXPONENT: 0.11699999999999999,
+  SAFETY: 0.9,
+  SHRINKAGE: 0.2,
+  GROWTH: 6.0,
+  BEFORE: 0.0001,
+  NEARLY: 1.000001,
+  SHORTEST: 1e-14,
+  FIRST: 0.01,
+  UNKNOWN: 1e-10,
+  BRIEF: 1e-6,
+};
 
 // Where in a step the stages lie; the last three serve the dense output alone.
 export const NODES = [
