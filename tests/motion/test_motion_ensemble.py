@@ -338,7 +338,7 @@ def test_a_directory_of_other_runs_is_refused(tmp_path: Path) -> None:
             r"expected a number or shape \(n,\) for coordinate q1, got shape \(2, 2\)",
         ),
         ({"q": {"q1": [np.nan]}}, "expected finite numbers for coordinate q1"),
-        ({"q": {"q1": []}}, "expected at least one run"),
+        ({"q": {"q1": []}}, "expected at least one number for coordinate q1, got none"),
         ({"q": {"q1": "much"}}, "expected a finite number for coordinate q1, got 'much'"),
         ({"parameters": {"x": 1.0}}, "unknown parameter 'x'"),
         ({"parameters": [1.0]}, "expected parameters by symbol"),

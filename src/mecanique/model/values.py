@@ -90,7 +90,9 @@ def column_of(value: Any, what: str) -> np.ndarray:
         raise InputError(f"expected numbers for {what}, got {value!r}") from None
     if single:
         return np.array(finite(value, what))
-    if column.ndim > 1 or not column.size:
+    if not column.size:
+        raise InputError(f"expected at least one number for {what}, got none")
+    if column.ndim > 1:
         raise InputError(f"expected a number or shape (n,) for {what}, got shape {column.shape}")
     if not np.isfinite(column).all():
         raise InputError(f"expected finite numbers for {what}, got {_shorten(column)}")
