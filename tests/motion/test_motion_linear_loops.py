@@ -7,7 +7,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.motion import equilibria, linearize
-from mecanique.reference.loops.assembly.assembly import close_velocity
+from mecanique.reference.loops.assembly import close_velocity
 
 
 def test_the_closed_bars_and_springs_have_the_equation_of_example_1_2() -> None:

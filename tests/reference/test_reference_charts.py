@@ -21,7 +21,7 @@ from mecanique.model import (
     coordinate,
 )
 from mecanique.reference.engine.tree import Tree
-from mecanique.reference.loops.assembly.assembly import held_columns
+from mecanique.reference.loops.assembly import held_columns
 from mecanique.reference.reference import Reference
 
 BRICK = Shape(1.7, (0.1, -0.2, 0.3), (0.5, 0.6, 0.4, 0.05, -0.03, 0.02))

@@ -30,10 +30,9 @@ from mecanique.model import (
 )
 from mecanique.model.constraints.loops import CLOSED
 from mecanique.reference import Reference, assemble, assembly_branches, degrees_of_freedom
-from mecanique.reference.loops.assembly.assembly import close_velocity, project
-from mecanique.reference.loops.assembly.closing import _damped_step
+from mecanique.reference.loops.assembly import _damped_step, close_velocity, project
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.freedom.independent import Independent
+from mecanique.reference.loops.independent import Independent
 
 A = Placement((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
 B = Placement((0.3, -0.2, 0.3), (-0.4, 0.3, 0.2))

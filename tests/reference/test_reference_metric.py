@@ -9,10 +9,9 @@ from scipy.integrate import solve_ivp
 
 import mecanique as mq
 from mecanique.model import Mechanism
-from mecanique.reference.loops.assembly.newton import Tangent, newton
+from mecanique.reference.loops.assembly import Tangent, newton
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.metric import Units, _weigh, measure
-from mecanique.reference.loops.nullspace import split
+from mecanique.reference.loops.nullspace import Units, _weigh, measure, split
 
 LINKAGES = [
     name for name in mq.textbook.names() if mq.textbook.load(name).loops and name != "squeezer"

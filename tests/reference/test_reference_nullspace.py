@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.errors import ClosureError
-from mecanique.reference.loops.metric import Metric, Units, measure
-from mecanique.reference.loops.nullspace import solve, split
+from mecanique.reference.loops.nullspace import Metric, Units, measure, solve, split
 
 M, G, L = 2.0, 9.81, 1.3
 

@@ -11,7 +11,7 @@ from mecanique.model import Body, Floating, Mechanism, ball
 from mecanique.reference import Reference, assembly_branches
 from mecanique.reference.engine.load import load
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.freedom.singular import (
+from mecanique.reference.loops.singular import (
     _FAR,
     _NEAR,
     _distance,
@@ -22,7 +22,7 @@ from mecanique.reference.loops.freedom.singular import (
     _smooth_step,
     _State,
 )
-from mecanique.reference.loops.tolerances import WEAK
+from mecanique.reference.tolerances import WEAK
 
 TURN = np.array([1.0, 1.0, 1.0, -1.0, -1.0])
 """How the chain of two parallelograms moves, as one pendulum."""

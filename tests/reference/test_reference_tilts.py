@@ -15,7 +15,7 @@ import pytest
 import mecanique as mq
 from mecanique.model import Body, Fixed, Loop, Mechanism, Placement, Revolute, rod
 from mecanique.model.constraints.loops import CLOSED
-from mecanique.reference.loops.assembly.assembly import close_velocity, held_columns
+from mecanique.reference.loops.assembly import close_velocity, held_columns
 
 Y = (0, -1, 0)
 AROUND_Y = (math.pi / 2, 0, 0)

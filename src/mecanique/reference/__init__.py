@@ -11,8 +11,8 @@ from mecanique.reference.engine.answers import (
     Twist,
     Wrench,
 )
-from mecanique.reference.loops.assembly.assembly import assemble, assembly_branches
-from mecanique.reference.loops.freedom.freedom import Freedom, degrees_of_freedom
+from mecanique.reference.loops.assembly import assemble, assembly_branches
+from mecanique.reference.loops.freedom import Freedom, degrees_of_freedom
 from mecanique.reference.reference import Reference
 
 __all__ = [

@@ -12,10 +12,10 @@ from mecanique.arrays import Array
 from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, expect_mechanism, explain_defaults
+from mecanique.reference.engine.many import Whole
 from mecanique.reference.engine.tree import Tree
-from mecanique.reference.engine.whole import Whole
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.freedom.freedom import generic_rank
+from mecanique.reference.loops.freedom import generic_rank
 from mecanique.reference.loops.loading import Loaded
 
 _Asked = TypeVar("_Asked", bound="Answering")

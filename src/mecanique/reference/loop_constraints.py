@@ -16,8 +16,8 @@ from mecanique.model.states import States
 from mecanique.model.values import Given, names_of, numbers_of
 from mecanique.reference.answering import Answering
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.freedom.freedom import generic_rank
-from mecanique.reference.loops.inverse_dynamics import driving_forces, free_motions
+from mecanique.reference.loops.freedom import generic_rank
+from mecanique.reference.loops.independent import driving_forces, free_motions
 from mecanique.reference.loops.loading import Loaded
 from mecanique.reference.loops.nullspace import solve
 

@@ -20,8 +20,8 @@ from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.kinematics import Kinematics
 from mecanique.reference.loop_constraints import LoopConstraints
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.freedom.singular import ClosedRhs, branch_acceleration, plain_rhs
 from mecanique.reference.loops.loading import Loaded, load_once
+from mecanique.reference.loops.singular import ClosedRhs, branch_acceleration, plain_rhs
 from mecanique.reference.wrenches import Wrenches
 
 

@@ -15,7 +15,7 @@ from mecanique.model.states import States
 from mecanique.model.values import Given
 from mecanique.reference.answering import Answering
 from mecanique.reference.engine.answers import AppliedForce, Places, Wrench
-from mecanique.reference.engine.forces.guided import Guided
+from mecanique.reference.engine.forces.elements import Guided
 from mecanique.reference.loops.closed import COMPONENTS, Closed
 
 

@@ -119,8 +119,7 @@ class Bench:
         closed = self.reference.closed if self.mechanism.constrained else None
         if closed is None:
             return q, v
-        from mecanique.reference.loops.assembly.assembly import project
-        from mecanique.reference.loops.assembly.closing import close_position
+        from mecanique.reference.loops.assembly import close_position, project
 
         return project(closed, close_position(closed, q, 0.0), v, 0.0)
 

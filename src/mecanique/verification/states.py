@@ -162,8 +162,7 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
         t: times, shape (n,) [s].
     """
     from mecanique.reference import Reference
-    from mecanique.reference.loops.assembly.assembly import project
-    from mecanique.reference.loops.assembly.closing import close_position
+    from mecanique.reference.loops.assembly import close_position, project
 
     closed = Reference.of(mechanism).closed
     if closed is None:
@@ -211,7 +210,7 @@ def refuse_locked(mechanism: Mechanism) -> None:
         InputError: if it is.
     """
     from mecanique.reference import Reference
-    from mecanique.reference.loops.freedom.freedom import refuse_locked as refuse
+    from mecanique.reference.loops.freedom import refuse_locked as refuse
 
     closed = Reference.of(mechanism).closed
     if closed is not None:
@@ -241,9 +240,7 @@ def wander(
         ClosureError: if no position is found at which all loops are closed.
     """
     from mecanique.reference import Reference
-    from mecanique.reference.loops.assembly.assembly import position_near
-    from mecanique.reference.loops.assembly.closing import close_position
-    from mecanique.reference.loops.assembly.newton import displace
+    from mecanique.reference.loops.assembly import close_position, displace, position_near
 
     closed, q = Reference.of(mechanism).closed, mechanism.neutral()
     if closed is None:

@@ -40,7 +40,7 @@ class ClosedProgram:
         self, program: Program, landing: Landing, reference: Reference, quick: RightHandSide
     ) -> None:
         assert reference.closed is not None, "the mechanism has loops"
-        from mecanique.reference.loops.freedom.singular import ClosedRhs
+        from mecanique.reference.loops.singular import ClosedRhs
 
         self._quick = quick
         self._slow = slow = reference.rhs()

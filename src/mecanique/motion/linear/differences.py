@@ -18,7 +18,7 @@ from mecanique.verification.stencil import differences_twice
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
-    from mecanique.reference.loops.freedom.independent import Independent
+    from mecanique.reference.loops.independent import Independent
 
 
 STEPS = (0.02, 0.004, 0.0008, 0.00016)
@@ -65,7 +65,7 @@ def linearize_about(
     if reference.closed is None:
         by_position, by_velocity = _of_tree(reference, position, velocity, acceleration, t)
     else:
-        from mecanique.reference.loops.freedom.independent import Independent
+        from mecanique.reference.loops.independent import Independent
 
         free = Independent(reference.closed, position, t)
         tangent = free.tangent

@@ -104,7 +104,7 @@ def equilibria(
 
         reference = Reference.of(mechanism)
     if reference.closed is not None:
-        from mecanique.reference.loops.freedom.freedom import refuse_locked
+        from mecanique.reference.loops.freedom import refuse_locked
 
         refuse_locked(reference.closed, t)
     if isinstance(starts, int):

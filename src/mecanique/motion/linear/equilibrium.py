@@ -16,7 +16,7 @@ from mecanique.motion.record.rates import Rates
 if TYPE_CHECKING:
     from mecanique.reference import Reference
     from mecanique.reference.loops.closed import Closed
-    from mecanique.reference.loops.freedom.independent import Independent
+    from mecanique.reference.loops.independent import Independent
 
 
 STEPS = 100
@@ -108,8 +108,8 @@ def _on_loops(
     reference: Reference, closed: Closed, start: np.ndarray, t: float
 ) -> np.ndarray | None:
     """Do the same in the deviations that the loops leave free."""
-    from mecanique.reference.loops.assembly.closing import close_position
-    from mecanique.reference.loops.freedom.independent import Independent
+    from mecanique.reference.loops.assembly import close_position
+    from mecanique.reference.loops.independent import Independent
 
     rates = Rates.of(reference.mechanism)
     still = np.zeros(reference.mechanism.nv)

@@ -450,7 +450,7 @@ def _closed_solution(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the linear motion with its loops closed; wide straight deviations open them."""
     from mecanique.reference import Reference
-    from mecanique.reference.loops.assembly.closing import close_position
+    from mecanique.reference.loops.assembly import close_position
 
     loops, rates = Reference.of(linearization.mechanism).closed, Rates.of(linearization.mechanism)
     if loops is None:

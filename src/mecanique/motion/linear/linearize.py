@@ -92,7 +92,7 @@ def linearize(
     if at is not None:
         return linearize_about(reference, at, v, t, described=described)
     if reference.closed is not None:
-        from mecanique.reference.loops.freedom.freedom import refuse_locked
+        from mecanique.reference.loops.freedom import refuse_locked
 
         refuse_locked(reference.closed, t)
     q = equilibrium_near(reference, mechanism.position(near), t)

@@ -192,7 +192,7 @@ def linearize_steady(
         >>> mq.linearize_steady(disk, {'z': disk.values['r']}, {'spin': 30.0}).stable
         True
     """
-    from mecanique.reference.loops.assembly.assembly import held_columns
+    from mecanique.reference.loops.assembly import held_columns
 
     reference, q, velocity = _begin(mechanism, at, v)
     if mechanism.quaternions:
@@ -249,7 +249,7 @@ def _release_tree(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np
 
 def _release_loops(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
     """The deviations that the constraints leave free, preferred ones first."""
-    from mecanique.reference.loops.freedom.independent import Independent
+    from mecanique.reference.loops.independent import Independent
 
     closed = reference.closed
     assert closed is not None, "it has constraints"

@@ -58,8 +58,8 @@ def begin_on_loops(reference: Reference, q: Given, v: Given, t: float) -> Beginn
         ClosureError: naming the loop that cannot be closed, and by how much.
         EngineError: where branches of the motion cross, and the velocities decide for none.
     """
-    from mecanique.reference.loops.assembly.assembly import close_velocity, position_near, project
-    from mecanique.reference.loops.freedom.singular import branch_acceleration, is_crossing
+    from mecanique.reference.loops.assembly import close_velocity, position_near, project
+    from mecanique.reference.loops.singular import branch_acceleration, is_crossing
 
     m = reference.mechanism
     given_q, given_v = m.position(q), m.velocity(v)
@@ -145,7 +145,7 @@ class ClosedLoops:
         found = None if self._quick is None else self._quick(t, y)
         if found is not None:
             return found
-        from mecanique.reference.loops.assembly.assembly import project
+        from mecanique.reference.loops.assembly import project
 
         return np.concatenate(project(self._closed, y[: self._nq], y[self._nq :], t, drifted=True))
 

@@ -25,8 +25,8 @@ from mecanique.reference.standin.model import (
     Model,
     ReferenceFrame,
     StdVec_Force,
+    buildModelFromXML,
 )
-from mecanique.reference.standin.reading import buildModelFromXML
 from mecanique.reference.standin.spatial import SE3, Force, Inertia, Motion, log3
 
 __all__ = [

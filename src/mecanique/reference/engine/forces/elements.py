@@ -12,10 +12,11 @@ l² = d² − h².
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, final
 
 import numpy as np
+import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
@@ -25,13 +26,15 @@ from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.guides.find import guides_of
 from mecanique.model.guides.fit import cord_fault, mesh_fault, work_fault
-from mecanique.model.guides.guide import Guide
+from mecanique.model.guides.guide import Guide, explain_joint, idle_coordinates
 from mecanique.model.joint_base import Single
+from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import characteristic_length
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.sites import Action, Site, Triple
 from mecanique.reference.engine.load import Engine
+from mecanique.reference.tolerances import LOOSE
 
 _RANK = 1e-9
 """Singular values below this part of the largest count as zero."""
@@ -302,3 +305,118 @@ class Elements:
 
     def _holder(self, body: str) -> Any:
         return self._engine.holders[body]
+
+
+"""Components below this of self-balancing sets of unit forces count as zero."""
+
+
+class Held(NamedTuple):
+    """The forces of the elements in one state, and the reactions that remain.
+
+    Args:
+        forces: shape (k,), the elements' forces [N or N·m].
+        reactions: shape (joints, 2, 3), reactions of the joints.
+        loose: shape (joints, 6), whether redundant elements leave a component undetermined.
+        actions: shape (units, 3, 3), point, force and moment of each action on a body.
+        unknown: shape (k,), whether redundant elements leave a force undetermined.
+    """
+
+    forces: Array
+    reactions: Array
+    loose: npt.NDArray[np.bool_]
+    actions: Array
+    unknown: npt.NDArray[np.bool_]
+
+
+def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, totals: Array) -> Held:
+    """Solve for the elements' forces; if several sets are possible, take the least.
+
+    Args:
+        columns: the unknown forces along the joints.
+        demand: shape (nu,), their required sum along the joint velocities.
+        units: the actions of unit forces on the bodies.
+        carried: shape (2, k, joints, 2, 3), wrenches of the joints under unit forces, and under
+            the forces that grow with their magnitudes.
+        totals: shape (joints, 2, 3), total wrenches across the joints.
+    """
+    carried, pressed = carried
+    count = len(carried)
+    _, sizes, right = np.linalg.svd(columns.matrix)
+    rank = int((sizes > _RANK * sizes.max(initial=_RANK)).sum())
+    found = np.linalg.pinv(columns.matrix, rcond=_RANK) @ np.concatenate(
+        [-columns.scale * demand, columns.stated]
+    )
+    forces = found[:count]
+    idle = right[rank:, :count]
+    reactions = totals + np.einsum("k,kjab->jab", forces, carried)
+    reactions += np.einsum("k,kjab->jab", np.abs(forces), pressed)
+    spread = np.einsum("ik,kjab->ijab", idle, carried).reshape(len(idle), len(totals), 6)
+    loose = (np.abs(spread) > LOOSE).any(axis=0)
+    unknown = (np.abs(idle) > LOOSE).any(axis=0)
+    pushes = []
+    for unit in units:
+        size = abs(forces[unit.force]) if unit.pressed else forces[unit.force]
+        pushes.append(size * np.array([unit.action.force, unit.action.torque]))
+    points = np.array([unit.action.point for unit in units]).reshape(-1, 1, 3)
+    actions = np.concatenate([points, np.array(pushes).reshape(-1, 2, 3)], axis=1)
+    return Held(forces, reactions, loose, actions, unknown)
+
+
+_WHOLE = 1 - 1e-9
+"""A unit vector whose projection on the idle directions is longer than this lies within them."""
+
+
+@final
+class Guided:
+    """The joints of a mechanism whose reactions depend on guides without an element.
+
+    Args:
+        mechanism: any mechanism.
+        guides: the guides that its elements do not describe.
+    """
+
+    def __init__(self, mechanism: Mechanism, guides: Sequence[Guide]) -> None:
+        self._mechanism = mechanism
+        self._guides = guides
+        self._place = {body.name: k for k, body in enumerate(mechanism.bodies)}
+        reasons = {
+            joint.name: explain_joint(self._guides, joint.name) for joint in mechanism.joints
+        }
+        self.reasons = {name: reason for name, reason in reasons.items() if reason}
+        """The reason why a reaction is undetermined, by name of the joint."""
+
+    def undetermined(self, poses: Array) -> npt.NDArray[np.bool_]:
+        """Return which components of each joint's reaction are undetermined, shape (joints, 6).
+
+        Args:
+            poses: poses of all bodies in n states, shape (n, bodies, 4, 4).
+        """
+        joints = self._mechanism.joints
+        flags = np.zeros((len(joints), 6), dtype=bool)
+        for k, joint in enumerate(joints):
+            if joint.name in self.reasons:
+                idle = self._idle(joint, poses)
+                # a component along e is determined if e lies within the idle directions, |P e| = 1
+                onto = np.linalg.pinv(idle) if idle.size else np.zeros((len(poses), 0, 6))
+                flags[k] = (np.linalg.norm(idle @ onto, axis=1) < _WHOLE).any(axis=0)
+        return flags
+
+    def _idle(self, joint: Joint, poses: Array) -> Array:
+        """Return the directions in which a joint transmits nothing, world axes, shape (n, 6, k)."""
+        names = idle_coordinates(self._guides, joint)
+        turns = poses[:, self._place[joint.child], :3, :3]
+        origin = self._mechanism.matrix(joint.origin)[:3, :3]
+        before = poses[:, self._place[joint.parent], :3, :3] @ origin
+        found, chain = [np.zeros((len(poses), 6, 0))], joint.chain
+        for motion in chain:
+            if not names.issuperset(motion.coordinates):
+                continue
+            # the axes of a chain's earlier motions do not turn with the child
+            frame = turns if motion is chain[-1] else before
+            axes = np.eye(3) if motion.kind in ("ball", "free") else np.array([motion.axis]).T
+            along, nothing = frame @ axes, np.zeros((len(poses), 3, axes.shape[1]))
+            if motion.kind in ("slide", "free"):
+                found.append(np.concatenate([along, nothing], axis=1))
+            if motion.kind in ("turn", "ball", "free"):
+                found.append(np.concatenate([nothing, along], axis=1))
+        return np.concatenate(found, axis=2)

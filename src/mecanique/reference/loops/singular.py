@@ -25,11 +25,10 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.reference.engine.rhs import Rhs
-from mecanique.reference.loops.assembly.newton import Landing, Tangent, displace, newton
+from mecanique.reference.loops.assembly import NewtonResult, Tangent, displace, newton
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.metric import Metric
-from mecanique.reference.loops.nullspace import split
-from mecanique.reference.loops.tolerances import WEAK
+from mecanique.reference.loops.nullspace import Metric, split
+from mecanique.reference.tolerances import WEAK
 
 _BENT = 1e-5
 """Largest residual of J a + γ = 0 for the acceleration of a branch, relative to γ."""
@@ -352,7 +351,7 @@ def _turns_ahead(closed: Closed, way: _Way, state: _State, ahead: float) -> bool
 
 def _land_around(
     closed: Closed, way: _Way, state: _State, ahead: float, apart: float
-) -> list[Landing] | None:
+) -> list[NewtonResult] | None:
     """Return the closed positions on both sides of a place ahead; None if there are none."""
     landings = []
     for side in (1, -1):
@@ -368,7 +367,7 @@ def _land_around(
     return landings
 
 
-def _land(closed: Closed, state: _State, way: _Way, tangent: Tangent) -> Landing | None:
+def _land(closed: Closed, state: _State, way: _Way, tangent: Tangent) -> NewtonResult | None:
     """Return the closed position for a displacement in the tangent space; None if there is none."""
     q, v, t = state
     landing = newton(
@@ -386,7 +385,7 @@ def _land(closed: Closed, state: _State, way: _Way, tangent: Tangent) -> Landing
     return landing if landing.gap < landing.rounding else None
 
 
-def _velocity_on(state: _State, way: _Way, landing: Landing) -> Array:
+def _velocity_on(state: _State, way: _Way, landing: NewtonResult) -> Array:
     """Return the velocity that the loops allow, with the same component along the path."""
     turn = _least_squares(landing.jacobian, landing.rates)
     velocity: Array = state.v - way.metric.columns @ (way.right @ turn)

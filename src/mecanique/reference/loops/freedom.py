@@ -20,14 +20,12 @@ from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import expect_mechanism
 from mecanique.model.values import Given, whole
-from mecanique.reference.loops.assembly.assembly import position_near
-from mecanique.reference.loops.assembly.closing import close_position
-from mecanique.reference.loops.assembly.newton import displace
+from mecanique.reference.loops.assembly import close_position, displace, position_near
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.constraints.closures import ScaledClosure
+from mecanique.reference.loops.closures import ScaledClosure
 from mecanique.reference.loops.loading import load_loops
 from mecanique.reference.loops.nullspace import Split, split
-from mecanique.reference.loops.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
+from mecanique.reference.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
 from mecanique.wording import say_count, write_table
 
 _AROUND = 8

@@ -1,1 +1,0 @@
-"""The motion that loops allow: degrees of freedom, coordinates, singular positions."""
