@@ -54,7 +54,7 @@ STATES = {
         ((CLOSED, [0, 0, 0], HUGE), "expected a finite number for time t"),
         (
             (CLOSED, [0, 0, 0], []),
-            r"expected a number or shape \(n,\) for time t, got shape \(0,\)",
+            "expected at least one number for time t, got none",
         ),
         ((CLOSED, [0, 0, 0], [[1, 2], [3]]), "expected numbers for time t"),
         ((CLOSED, np.array(["a"]), 0.0), "expected 3 numbers for the (velocity|impulse) values"),
