@@ -12,9 +12,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.placement import vector
-
-_NO_SHARE = 1e-9
-"""A component below this part of a vector counts as zero."""
+from mecanique.reference.tolerances import PARALLEL
 
 Number: TypeAlias = Any
 """A float, or an array of shape (n,) for n states."""
@@ -290,13 +288,13 @@ def _rotate(turn: Array, vector: Array) -> Array:
     """Rotate a vector; components to which NaN ones contribute become NaN."""
     known = np.isfinite(vector)
     turned: Array = (turn @ np.where(known, vector, 0.0)[..., None])[..., 0]
-    lost = ((np.abs(turn) > _NO_SHARE) & ~known[..., None, :]).any(axis=-1)
+    lost = ((np.abs(turn) > PARALLEL) & ~known[..., None, :]).any(axis=-1)
     return np.where(lost, np.nan, turned)
 
 
 def _mix(undetermined: tuple[str, ...], turn: Array) -> tuple[str, ...]:
     """Return the components in rotated axes to which undetermined ones contribute."""
-    share = np.abs(turn).reshape(-1, 3, 3).max(axis=0) > _NO_SHARE
+    share = np.abs(turn).reshape(-1, 3, 3).max(axis=0) > PARALLEL
     found = []
     for kind in ("force", "moment"):
         loose = np.array([f"{kind} {axis}" in undetermined for axis in "xyz"])

@@ -24,12 +24,7 @@ from mecanique.reference.engine.forces.sites import Action, External
 from mecanique.reference.engine.load import load
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs, fast_rhs
-
-_SINGULAR = 1e-13
-"""A pivot of the mass matrix below this share of its own scale is rounding noise."""
-
-_SHARE = 1e-6
-"""Velocities up to this share of the largest do not take part in a motion."""
+from mecanique.reference.tolerances import AGREEMENT, ILL_CONDITIONED, SINGULAR_MASS, TAKES_PART
 
 _REACH = 1.0
 """Largest absolute value of a length in a random state [m]."""
@@ -52,7 +47,7 @@ def massless_mode(mass: Array, reach: Array) -> Array | None:
     """
     # negative only for inertias that no real body has; these do have inertia
     diagonal = np.abs(np.diag(mass))
-    for at in np.flatnonzero(~(diagonal > _SINGULAR * reach)):
+    for at in np.flatnonzero(~(diagonal > SINGULAR_MASS * reach)):
         mode: Array = np.zeros(len(mass))
         mode[at] = 1.0
         return mode
@@ -61,7 +56,7 @@ def massless_mode(mass: Array, reach: Array) -> Array | None:
     scale = 1 / np.sqrt(diagonal)
     values, vectors = np.linalg.eigh(mass * np.outer(scale, scale))
     least = int(np.argmin(np.abs(values)))
-    if abs(values[least]) > _SINGULAR:
+    if abs(values[least]) > SINGULAR_MASS:
         return None
     mode = vectors[:, least] * scale
     return np.asarray(mode / mode[np.argmax(np.abs(mode))])
@@ -79,7 +74,7 @@ def refuse_massless(mechanism: Mechanism, mode: Array, where: str = "") -> NoRet
         EngineError: in any case.
     """
     parts = zip(mechanism.velocities, mode, strict=True)
-    names = [name for name, part in parts if abs(part) > _SHARE]
+    names = [name for name, part in parts if abs(part) > TAKES_PART]
     joints = [joint for joint in mechanism.joints if set(joint.velocities) & set(names)]
     moved = "".join(f", joint {joint.name!r} (body {joint.child!r})" for joint in joints)
     raise EngineError(
@@ -123,13 +118,6 @@ def backward_error(mass: Array, acceleration: Array, right: Array) -> float:
     if not np.isfinite(size):
         return float("inf")
     return float(np.abs(mass @ acceleration - right).max(initial=0.0)) / size if size else 0.0
-
-
-_ILL_CONDITIONED = 1e6
-"""The recursion is used only if G has a smaller condition number than this."""
-
-_AGREEMENT = 1e-10
-"""Largest relative residual of accelerations by the articulated-body recursion."""
 
 
 @final
@@ -459,7 +447,7 @@ class Tree:
         """Look for motions that move no mass; return whether the recursion may be used."""
         G = self.chart.G
         recursive = self.chart.constant and G.shape[0] == G.shape[1] > 0
-        recursive = bool(recursive and np.linalg.cond(G) < _ILL_CONDITIONED)
+        recursive = bool(recursive and np.linalg.cond(G) < ILL_CONDITIONED)
         found, sound = None, False
         for q, v, t in random_states(self.mechanism):
             try:
@@ -487,4 +475,4 @@ class Tree:
         full = self._pin.aba(
             engine.model, engine.data, chart.p, u, loads.in_joints, loads.external.forces
         )
-        return backward_error(mass, np.linalg.solve(chart.G, full), right) < _AGREEMENT
+        return backward_error(mass, np.linalg.solve(chart.G, full), right) < AGREEMENT

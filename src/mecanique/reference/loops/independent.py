@@ -21,7 +21,7 @@ from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.assembly import close_position, displace
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.nullspace import split
-from mecanique.reference.tolerances import DEPENDENT, OPEN
+from mecanique.reference.tolerances import DEPENDENT, OPEN, UNBALANCED
 
 _PREFERENCE = 1e3
 """Factor by which a preferred velocity counts more in the choice of independent ones."""
@@ -110,10 +110,6 @@ class Independent:
         return x - dependent
 
 
-_LEFT = 1e-8
-"""Largest unbalanced part of the forces, relative to these."""
-
-
 def free_motions(closed: Closed, q: Array, t: float) -> tuple[Array, Array]:
     """Return the independent velocities w, and T of v = T w + b, shape (nv, n).
 
@@ -177,7 +173,7 @@ def driving_forces(
     needed = T.T @ sum(parts)
     tau: Array = np.linalg.lstsq(B, needed, rcond=DEPENDENT)[0]
     size = np.abs(T.T) @ sum(np.abs(part) for part in parts) + np.abs(B) @ np.abs(tau)
-    if (np.abs(B @ tau - needed) > _LEFT * size).any():
+    if (np.abs(B @ tau - needed) > UNBALANCED * size).any():
         raise ClosureError(
             f"mechanism {name!r}: drives in {', '.join(drives)} alone cannot produce these "
             f"accelerations: {T.shape[1]} motions are free; name more joints to drive"

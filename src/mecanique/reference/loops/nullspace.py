@@ -25,13 +25,17 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError
-from mecanique.reference.tolerances import DETERMINED, LEAST, MASSLESS, RANK, ROUNDING, TINY, WEAK
-
-_MASSLESS = 1e-13
-"""Principal inertias below this are rounding, for a mass matrix with unit diagonal."""
-
-_EVEN = 0.03
-"""Least Cholesky pivot without loss of many digits, for a mass matrix with unit diagonal."""
+from mecanique.reference.tolerances import (
+    DETERMINED,
+    EVEN,
+    LEAST,
+    MASSLESS,
+    RANK,
+    ROUNDING,
+    SINGULAR_MASS,
+    TINY,
+    WEAK,
+)
 
 
 class Units(NamedTuple):
@@ -112,10 +116,10 @@ def _directions(
     """Return orthogonal directions of unit energy, their inverse, and which have mass."""
     even = mass / np.outer(weight, weight)
     lower = np.zeros_like(even)
-    if even.diagonal().min(initial=1.0) > _EVEN**2:  # no entry of the factor is above its root
+    if even.diagonal().min(initial=1.0) > EVEN**2:  # no entry of the factor is above its root
         with suppress(np.linalg.LinAlgError):
             lower[:] = np.linalg.cholesky(even)
-    if lower.diagonal().min(initial=1.0) > _EVEN:
+    if lower.diagonal().min(initial=1.0) > EVEN:
         return np.linalg.inv(lower).T / weight[:, None], lower.T * weight, np.ones(len(mass))
     if root is None:
         squares, axes = np.linalg.eigh(even)
@@ -125,7 +129,7 @@ def _directions(
         _, found, rows = np.linalg.svd(reduced)
         size, axes = np.zeros(len(mass)), rows.T
         size[: len(found)] = found
-    massive = size**2 > _MASSLESS
+    massive = size**2 > SINGULAR_MASS
     scale = np.where(massive, size, 1.0)
     return axes / scale / weight[:, None], (axes * scale).T * weight, massive.astype(float)
 

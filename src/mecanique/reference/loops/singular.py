@@ -28,10 +28,7 @@ from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.loops.assembly import NewtonResult, Tangent, displace, newton
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.nullspace import Metric, split
-from mecanique.reference.tolerances import WEAK
-
-_BENT = 1e-5
-"""Largest residual of J a + γ = 0 for the acceleration of a branch, relative to γ."""
+from mecanique.reference.tolerances import BRANCH, CROSSED, EVIDENT, LANDED, TURNED, WEAK
 
 _NEAR, _FAR = 0.3, 0.6
 """Distances from a singular position, in characteristic lengths or radians.
@@ -48,16 +45,6 @@ _JUDGED = 0.3
 _AROUND, _UNDECIDED = 0.6, 0.05
 """Distances around the place ahead within which that is remembered, and if it cannot be judged."""
 
-_CROSSED, _TURNED = 1e-12, 1e-10
-"""Gap halfway between the sides, in natural units, of branches that cross and of those that turn.
-
-The least singular value of a turn is about the root of its gap g, and rounding of the accelerations
-is enlarged by 1/σ²: by 1e-16/g. Between the two bounds rounding decides where the motion goes.
-"""
-
-_EVIDENT = 1e-6
-"""Gap that is no error of the interpolation, even between the states farthest apart."""
-
 _APART, _SIDE = 0.025, 8
 """Distance between the states of the interpolation, and their number on each side."""
 
@@ -71,9 +58,6 @@ _PROBE = 1e-4
 """Distance ahead at which the Jacobian is evaluated again, for the slope of its singular values."""
 
 _SWEEPS = 12
-
-_LANDING = 1e-11
-"""Gap below which further sweeps of Newton's method change only rounding errors."""
 
 
 def plain_rhs(closed: Closed) -> Rhs:
@@ -134,7 +118,7 @@ def branch_acceleration(closed: Closed, q: Array, v: Array, t: float) -> Array:
 
 def _fits(curved: Array, gamma: Array) -> bool:
     """Return whether J a + γ = 0 holds, which is so only along a branch."""
-    return float(np.abs(curved + gamma).max()) <= _BENT * float(np.abs(gamma).max(initial=1.0))
+    return float(np.abs(curved + gamma).max()) <= BRANCH * float(np.abs(gamma).max(initial=1.0))
 
 
 class _State(NamedTuple):
@@ -336,17 +320,17 @@ def _turns_ahead(closed: Closed, way: _Way, state: _State, ahead: float) -> bool
         middle = displace(closed, state.q, there)
         residual = closed.closures.at(middle, state.v, state.t).residual
         gaps.append(float(np.abs(way.metric.units.rows * residual).max()))
-    if not gaps or (len(gaps) == 1 and gaps[0] < _EVIDENT):
+    if not gaps or (len(gaps) == 1 and gaps[0] < EVIDENT):
         return None
     # an error of the interpolation would fall by 2^16
     gap = gaps[-1] if gaps[-1] > 0.1 * gaps[0] else 0.0
-    if _CROSSED < gap < _TURNED:
+    if CROSSED < gap < TURNED:
         raise EngineError(
             f"mechanism {closed.mechanism.name!r}: near q = {state.q.tolist()} branches of its "
             f"motion come within {gap:.0e} of crossing, so that rounding decides which one it "
             "takes; change a length until they cross, or by more than that"
         )
-    return gap >= _TURNED
+    return gap >= TURNED
 
 
 def _land_around(
@@ -378,7 +362,7 @@ def _land(closed: Closed, state: _State, way: _Way, tangent: Tangent) -> NewtonR
         way.metric,
         _least_squares,
         tangent=tangent,
-        near=_LANDING,
+        near=LANDED,
         stagnant=0.3,
         sweeps=_SWEEPS,
     )

@@ -34,16 +34,7 @@ from mecanique.model.units import characteristic_length
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.sites import Action, Site, Triple
 from mecanique.reference.engine.load import Engine
-from mecanique.reference.tolerances import LOOSE
-
-_RANK = 1e-9
-"""Singular values below this part of the largest count as zero."""
-
-_EXPLAINED = 1e-6
-"""Elements describe a guide if they leave no more than this part of its unit forces."""
-
-_ALONG = 1e-9
-"""Axes whose angle has a smaller sine are parallel."""
+from mecanique.reference.tolerances import DEPENDENT, EXPLAINED, LOOSE, PARALLEL, WHOLE
 
 _ZERO: Triple = (0.0, 0.0, 0.0)
 
@@ -159,11 +150,11 @@ class Elements:
         """
         self._refuse(work_fault(self._mechanism, self._chart.G.T @ forces))
         known = self._known(forces)
-        onto = known @ np.linalg.pinv(known, rcond=_RANK)
+        onto = known @ np.linalg.pinv(known, rcond=DEPENDENT)
         left = []
         for guide in self.open:
             basis = self._scale[:, None] * self._tie_forces(guide)
-            if not guide.crossed or np.abs(basis - onto @ basis).max() > _EXPLAINED:
+            if not guide.crossed or np.abs(basis - onto @ basis).max() > EXPLAINED:
                 left.append(guide)
         self.open = tuple(left)
 
@@ -186,7 +177,7 @@ class Elements:
         if not rows:
             return out
         left, sizes, _ = np.linalg.svd(G[rows])
-        rank = int((sizes > _RANK * sizes.max(initial=_RANK)).sum())
+        rank = int((sizes > DEPENDENT * sizes.max(initial=DEPENDENT)).sum())
         out = np.zeros((len(G), len(rows) - rank))
         out[rows] = left[:, rank:]
         return out
@@ -220,7 +211,7 @@ class Elements:
         start = self._place(a.child, _ZERO)
         end = self._place(b.child, _ZERO if isinstance(mesh, Gear) else mesh.point)
         self._refuse(mesh_fault(self._mechanism, mesh, (n, line), (start, end)))
-        if isinstance(mesh, Gear) and float(np.linalg.norm(np.cross(n, line))) > _ALONG:
+        if isinstance(mesh, Gear) and float(np.linalg.norm(np.cross(n, line))) > PARALLEL:
             yield from self._of_bevel(mesh, a.child, b.child, (n, line), (start, end))
             return
         radius, angle = (self._mechanism.evaluate(x) for x in (mesh.radius, mesh.pressure_angle))
@@ -342,8 +333,8 @@ def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, tot
     carried, pressed = carried
     count = len(carried)
     _, sizes, right = np.linalg.svd(columns.matrix)
-    rank = int((sizes > _RANK * sizes.max(initial=_RANK)).sum())
-    found = np.linalg.pinv(columns.matrix, rcond=_RANK) @ np.concatenate(
+    rank = int((sizes > DEPENDENT * sizes.max(initial=DEPENDENT)).sum())
+    found = np.linalg.pinv(columns.matrix, rcond=DEPENDENT) @ np.concatenate(
         [-columns.scale * demand, columns.stated]
     )
     forces = found[:count]
@@ -360,10 +351,6 @@ def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, tot
     points = np.array([unit.action.point for unit in units]).reshape(-1, 1, 3)
     actions = np.concatenate([points, np.array(pushes).reshape(-1, 2, 3)], axis=1)
     return Held(forces, reactions, loose, actions, unknown)
-
-
-_WHOLE = 1 - 1e-9
-"""A unit vector whose projection on the idle directions is longer than this lies within them."""
 
 
 @final
@@ -398,7 +385,7 @@ class Guided:
                 idle = self._idle(joint, poses)
                 # a component along e is determined if e lies within the idle directions, |P e| = 1
                 onto = np.linalg.pinv(idle) if idle.size else np.zeros((len(poses), 0, 6))
-                flags[k] = (np.linalg.norm(idle @ onto, axis=1) < _WHOLE).any(axis=0)
+                flags[k] = (np.linalg.norm(idle @ onto, axis=1) < WHOLE).any(axis=0)
         return flags
 
     def _idle(self, joint: Joint, poses: Array) -> Array:
