@@ -77,3 +77,32 @@ def test_steps_without_length_are_no_intervals() -> None:
     assert np.isfinite(curve(np.linspace(0, 0.3, 7)).q).all()
     still = Curve(t[3:], x[3:], 0 * x[3:], 0 * x[3:], np.array([0, 1]), Rates(((0,), (0,)), (), ()))
     assert still(0.3).q.tolist() == [5.0]
+
+
+def test_what_is_asked_of_a_long_motion_costs_less_than_the_motion(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its forces without potential were asked of the reference at six places of every step."""
+    orbit = mq.textbook.load("kepler_orbit")
+    motion = mq.simulate(orbit, q={"r": 1.0}, v={"phi": 2.5}, duration=300.0)
+    asked = 0
+    forces = mq.Reference.forces
+
+    def count(reference: mq.Reference, q: np.ndarray, v: np.ndarray, t: np.ndarray) -> np.ndarray:
+        nonlocal asked
+        asked += len(q)
+        return np.asarray(forces(reference, q, v, t))
+
+    monkeypatch.setattr(mq.Reference, "forces", count)
+    assert "balance within" in motion.summary()
+    energy = motion.energy()
+    assert abs(energy.balance).max() < 1e-8 * energy.scale
+    assert asked < motion.statistics.evaluations / 100
+
+
+def test_least_and_largest_values_are_of_the_motion_not_of_its_samples() -> None:
+    pendulum = mq.textbook.load("rigid_bar_pendulum")
+    motion = mq.simulate(pendulum, q={"q": 1.0}, duration=4.0, samples=[0.0, 0.1])
+    assert "q [rad]: -1 … 1, at the end" in motion.summary()
+    dense = mq.simulate(pendulum, q={"q": 1.0}, duration=4.0, samples=4001)
+    assert motion.audit().speed == pytest.approx(dense.audit().speed, rel=1e-9)

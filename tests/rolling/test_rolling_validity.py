@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ import mecanique as mq
 from mecanique import Mechanism, Placement, Rolling, contact_events, simulate, textbook
 from mecanique.motion.analysis.audit import FrictionNeed
 from mecanique.motion.simulation.watching.validity import pressings
+from mecanique.textbook.catalogue import entry
 
 TOP = {"free_z": r.value}
 RADIUS, SPEED = 2.0, 0.3
@@ -118,3 +120,33 @@ def test_what_is_amiss_at_the_start_is_told() -> None:
 def test_a_coefficient_below_zero_is_refused() -> None:
     with pytest.raises(mq.MechanismError, match=r"friction of at least 0, got -0\.1"):
         dome(-0.1)
+
+
+def test_a_disk_that_slides_hold_upright_slips_at_once_where_friction_is_too_low() -> None:
+    """It needs tan(alpha) / 3 (Goldstein, sect. 2.4); what is lateral the slides hold."""
+    disk = textbook.load("rolling_disk")
+    needed = math.tan(disk.values["alpha"]) / 3
+    (contact,) = disk.contacts
+    assert isinstance(contact, Rolling)
+    slippery = replace(disk, contacts=(replace(contact, friction=needed / 2),))
+    motion = simulate(slippery, duration=1.0)
+    assert [(event.name, event.t) for event in motion.events] == [("contact would slip", 0.0)]
+    (need,) = motion.audit().friction
+    assert need.coefficient == pytest.approx(needed, rel=1e-9)
+    stopped = simulate(slippery, duration=1.0, events=contact_events(slippery, stop=True))
+    assert stopped.t.tolist() == [0.0]
+    assert stopped.times("contact would slip").tolist() == [0.0]
+    rough = replace(disk, contacts=(replace(contact, friction=2 * needed),))
+    assert not simulate(rough, duration=1.0).events
+
+
+@pytest.mark.parametrize("samples", [3, 10, 100])
+def test_the_friction_needed_is_that_of_the_motion_not_of_its_samples(samples: int) -> None:
+    coin, system = textbook.load("rolling_coin"), entry("rolling_coin")
+    motion, dense = (
+        simulate(coin, q=system.start, v=system.start_velocity, duration=3, samples=n)
+        for n in (samples, 10_001)
+    )
+    (need,) = motion.audit().friction
+    (pressed,) = pressings(dense.reference, dense.q, dense.v, dense.t)
+    assert need.coefficient == pytest.approx((pressed.friction / pressed.normal).max(), rel=1e-7)

@@ -8,6 +8,7 @@ from mecanique.lazy import import_name
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.audit import Audit, AuditRow
+    from mecanique.motion.analysis.energies import Energies
     from mecanique.motion.analysis.trust import Trust
     from mecanique.motion.ensemble.runs import Runs
     from mecanique.motion.ensemble.simulate_many import simulate_many
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from mecanique.motion.linear.steady import SteadyLinearization, linearize_steady
     from mecanique.motion.motion import Motion, simulate
     from mecanique.motion.record.curve import State
-    from mecanique.motion.record.energies import Energies
     from mecanique.motion.record.events import Event, Occurrence
     from mecanique.motion.record.statistics import Statistics
     from mecanique.motion.simulation.watching.validity import contact_events
@@ -62,7 +62,7 @@ __all__ = [
 _HOMES = {
     "Audit": ".analysis.audit",
     "AuditRow": ".analysis.audit",
-    "Energies": ".record.energies",
+    "Energies": ".analysis.energies",
     "Equilibrium": ".linear.equilibria",
     "Event": ".record.events",
     "InertialCheck": ".inertial",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from os import PathLike
 from time import perf_counter
 from typing import TYPE_CHECKING, final
@@ -15,10 +16,11 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import list_left_out
 from mecanique.model.values import Given, whole
 from mecanique.motion.analysis.audit import Audit, audit
+from mecanique.motion.analysis.energies import Energies, energies
 from mecanique.motion.output.plot import plot
 from mecanique.motion.output.report import summary
 from mecanique.motion.output.storage import load, save, to_csv, to_frame, to_parquet
-from mecanique.motion.record.curve import Curve
+from mecanique.motion.record.curve import Curve, Times
 from mecanique.motion.record.events import Event, break_names
 from mecanique.motion.record.loops import Beginning, ClosedLoops, begin_on_loops
 from mecanique.motion.record.statistics import Statistics
@@ -84,6 +86,21 @@ class Motion(Trajectory):
         >>> motion.reactions("pin", [0.5]).force.round(3)
         array([[0.252, 0.   , 9.867]])
     """
+
+    def energy(self, t: Times | None = None) -> Energies:
+        """Return the energies, and the work that changed them.
+
+        Args:
+            t: times, shape (n,) [s]; the samples' by default.
+        """
+        if t is None:
+            return self._energies
+        times = np.atleast_1d(self.curve.admit(t))
+        return energies(self, times)
+
+    @cached_property
+    def _energies(self) -> Energies:
+        return energies(self, self.t)
 
     def audit(self, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
         """Check the motion against the balances of energy and momentum.

@@ -19,7 +19,7 @@ from mecanique.model.states import States
 from mecanique.model.units import velocity_scales
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.python import Batched, vectorize
-from mecanique.motion.record.upheld import ASKED, is_upheld, spread
+from mecanique.motion.record.spot_check import ASKED, agrees, spread
 
 if TYPE_CHECKING:
     from mecanique.model.mechanism import Mechanism
@@ -83,7 +83,7 @@ class AccelerationLaw:
         states = States.of(mechanism, q[asked], v[asked], t[asked])
         right = self.reference.quick_accelerations(states)
         most = _AGREEMENT * (1.0 + np.abs(right).max(initial=0.0))
-        if not is_upheld(found[asked], right, most):
+        if not agrees(found[asked], right, most):
             sure[:] = False
         return found, sure
 

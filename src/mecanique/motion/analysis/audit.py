@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.motion.simulation.watching.validity import Pressing, pressings
+from mecanique.model.constraint_base import PressingContact
+from mecanique.motion.analysis.energies import energies
+from mecanique.motion.record.extremes import find_maxima
+from mecanique.motion.simulation.watching.validity import pressings
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.trust import Trust
@@ -24,6 +26,9 @@ LIGHT = 299_792_458.0
 
 GROWTH = 1e4
 """A balance holds if its relative residual is at most this many times the tolerance of a step."""
+
+MOST_STEPS = 1000
+"""Balances are looked at in so many of the integrator's steps, besides the samples."""
 
 ROUNDING = 1e-13
 """Relative residuals below GROWTH times this are never held against a motion."""
@@ -158,56 +163,79 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
     from mecanique.motion.analysis.trust import trust
 
     limit = GROWTH * (motion.statistics.rtol + ROUNDING)
-    energy = motion.energy()
-    rows = [_row("energy", energy.balance[:, None], energy.scale, limit, "J", motion.t)]
+    seen = motion.with_steps(MOST_STEPS)
+    energy = energies(seen, seen.t)
+    rows = [_row("energy", energy.balance[:, None], energy.scale, limit, "J", seen.t)]
     # what holds a velocity constraint is not known
     known = not motion.mechanism.velocity_constraints
-    for one in momentum_balances(motion) if known else ():
-        rows.append(_row(one.name, one.residual, one.size, limit, one.unit, motion.t))
+    for balance in momentum_balances(seen) if known else ():
+        rows.append(_row(balance.name, balance.residual, balance.size, limit, balance.unit, seen.t))
     if motion.mechanism.constrained:
         most = motion.statistics.rtol + ROUNDING
-        drift = motion.reference.drift(motion.q, motion.v, motion.t)
-        speed = 1.0 + float(np.abs(motion.v).max(initial=0.0))
-        rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", motion.t))
-        rows.append(_row("rates of the loops", drift[:, 1:], speed, most, "1/s", motion.t))
-    rows += _pulls(motion)
-    pressed = pressings(motion.reference, motion.q, motion.v, motion.t)
-    rows += _lifts(motion, pressed)
+        drift = motion.reference.drift(seen.q, seen.v, seen.t)
+        speed = 1.0 + float(np.abs(seen.v).max(initial=0.0))
+        rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", seen.t))
+        rows.append(_row("rates of the loops", drift[:, 1:], speed, most, "1/s", seen.t))
+    rows += _pushes(motion)
+    lifts, needs = _contacts(motion)
+    speeds = find_maxima(motion.curve, lambda t, q, v: motion.reference.center_speeds(q, v, t))
     return Audit(
-        tuple(rows),
-        _largest_speed(motion),
+        (*rows, *lifts),
+        float(speeds.values.max(initial=0.0)),
         trust(motion, accuracy) if refine else None,
-        tuple(_need(motion, each) for each in pressed),
+        needs,
     )
 
 
-def _lifts(motion: Trajectory, pressed: tuple[Pressing, ...]) -> Iterator[AuditRow]:
-    """The largest pull a contact would need where a body would leave the ground."""
-    for each in pressed:
-        pull = np.maximum(-np.nan_to_num(each.normal), 0.0)[:, None]
-        size = float(np.nan_to_num(np.abs(each.normal)).max(initial=0.0)) or 1.0
-        yield _row(f"pull of {each.contact.name}, off", pull, size, _SLACK, "N", motion.t)
+def _contacts(motion: Trajectory) -> tuple[list[AuditRow], tuple[FrictionNeed, ...]]:
+    """The largest pull each contact would need where a body would leave the ground, and friction.
+
+    The friction needed is its largest ratio to the normal force where the contact presses.
+    """
+
+    def measure(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        columns = []
+        for pressed in pressings(motion.reference, q, v, t):
+            N = pressed.normal
+            with np.errstate(all="ignore"):
+                columns += [-N, np.abs(N), np.where(N > 0, pressed.friction / N, np.nan)]
+        return np.column_stack(columns)
+
+    names = [each.name for each in motion.mechanism.contacts if isinstance(each, PressingContact)]
+    if not names:
+        return [], ()
+    most = find_maxima(motion.curve, measure)
+    triples = [*zip(names, most.values.reshape(-1, 3), most.times.reshape(-1, 3), strict=True)]
+    lifts = [
+        _unmet(f"pull of {name}, off", values[0], values[1], times[0])
+        for name, values, times in triples
+    ]
+    needs = (FrictionNeed(name, float(v[2]), float(t[2])) for name, v, t in triples)
+    return lifts, tuple(needs)
 
 
-def _need(motion: Trajectory, pressed: Pressing) -> FrictionNeed:
-    """The largest ratio of friction to normal force where the contact presses."""
-    with np.errstate(all="ignore"):
-        ratio = np.where(pressed.normal > 0, pressed.friction / pressed.normal, np.nan)
-    name = pressed.contact.name
-    if np.isnan(ratio).all():
-        return FrictionNeed(name, float("nan"), float("nan"))
-    worst = int(np.nanargmax(ratio))
-    return FrictionNeed(name, float(ratio[worst]), float(motion.t[worst]))
-
-
-def _pulls(motion: Trajectory) -> Iterator[AuditRow]:
-    """The largest push a cord would need where it would go slack."""
+def _pushes(motion: Trajectory) -> list[AuditRow]:
+    """The largest push each cord would need where it would go slack."""
     names = [name for element in motion.mechanism.elements for name in element.tensions]
-    forces = motion.guide_forces() if names else {}
-    for name in names:
-        push = np.maximum(-forces[name], 0.0)[:, None]
-        size = float(np.abs(forces[name]).max(initial=0.0)) or 1.0
-        yield _row(f"push of {name}, slack", push, size, _SLACK, "N", motion.t)
+    if not names:
+        return []
+
+    def measure(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        forces = motion.reference.guide_forces(q, v, t)
+        return np.column_stack([x for name in names for x in (-forces[name], np.abs(forces[name]))])
+
+    most = find_maxima(motion.curve, measure)
+    pairs = zip(names, most.values.reshape(-1, 2), most.times[::2], strict=True)
+    return [
+        _unmet(f"push of {name}, slack", push, size, time) for name, (push, size), time in pairs
+    ]
+
+
+def _unmet(name: str, largest: float, size: float, time: float) -> AuditRow:
+    """The row of a force of the wrong sign, or of none; an unknown one is not held against it."""
+    force = max(float(np.nan_to_num(largest)), 0.0)
+    relative = force / (float(np.nan_to_num(size)) or 1.0)
+    return AuditRow(name, force, relative, _SLACK, "N", float(np.nan_to_num(time)))
 
 
 def _row(
@@ -218,9 +246,3 @@ def _row(
     return AuditRow(
         name, float(size[worst]), float(size[worst]) / scale, limit, unit, float(t[worst])
     )
-
-
-def _largest_speed(motion: Trajectory) -> float:
-    """The largest speed of a body's center of mass."""
-    speeds = motion.reference.center_speeds(motion.q, motion.v, motion.t)
-    return float(speeds.max(initial=0.0))

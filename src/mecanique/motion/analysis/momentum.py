@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique.motion.analysis.accelerations import AccelerationLaw
 from mecanique.motion.record.quadrature import integral
-from mecanique.motion.record.upheld import uphold
+from mecanique.motion.record.spot_check import spot_check
 
 if TYPE_CHECKING:
     from mecanique.motion.record.trajectory import Trajectory
@@ -97,7 +97,7 @@ def momenta_along(motion: Trajectory) -> np.ndarray:
     def by_unit(momentum: Momentum) -> list[np.ndarray]:
         return [momentum.linear, np.hstack(momentum[1:])]
 
-    parts = uphold(
+    parts = spot_check(
         lambda: by_unit(reference.quick_momenta(q, v, t)),
         lambda at: by_unit(reference.momentum(q[at], v[at], t[at])),
         len(t),

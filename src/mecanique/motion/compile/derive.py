@@ -59,6 +59,15 @@ def program_of(
     return Program(mechanism, letters.tape, tuple(rates), open_, signals, landing)
 
 
+def power_of(mechanism: Mechanism) -> Program:
+    """Return the power of a mechanism's forces, all of them, as a program with one result."""
+    letters = Letters(mechanism)
+    power = 0.0 * letters.t
+    for Q, v in zip(Tree(letters).forces(), letters.v, strict=True):
+        power = power + Q * v
+    return Program(mechanism, letters.tape, tuple(values_of([power])), (), ())
+
+
 def _solve_loops(letters: Letters, states: States | None) -> tuple[list[Value], Landing]:
     """The rates of a closed mechanism's state, and what keeps it on its loops."""
     tree = Tree(letters)

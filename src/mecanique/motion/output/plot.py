@@ -9,6 +9,7 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.units import add_unit, units
+from mecanique.motion.analysis.energies import energies
 from mecanique.motion.record.trajectory import Trajectory
 
 
@@ -78,7 +79,7 @@ def _phase(motion: Trajectory, figure: Any, joint: str | None) -> None:
 
 
 def _energies(motion: Trajectory, figure: Any, joint: str | None) -> None:
-    energy = motion.energy()
+    energy = energies(motion, motion.t)
     axes = figure.subplots()
     for name, values in (
         ("kinetic", energy.kinetic),

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from mecanique.arrays import spread
 from mecanique.model.units import add_unit, units
+from mecanique.motion.analysis.energies import energies
 from mecanique.motion.record.exceeded_limits import find_exceeded
+from mecanique.motion.record.extremes import find_maxima
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
     from mecanique.motion.record.trajectory import Trajectory
 
+
+MOST_ENERGIES = 2000
+"""The balance of energy is looked at in so many of the samples."""
 
 MAX_LISTED = 12
 """Most coordinates that are listed."""
@@ -19,7 +27,7 @@ MAX_LISTED = 12
 def summary(motion: Trajectory) -> str:
     """Return a summary: mechanism, duration, method and energy balance."""
     mechanism, statistics = motion.mechanism, motion.statistics
-    energy = motion.energy()
+    energy = energies(motion, motion.t[spread(len(motion.t), MOST_ENERGIES)])
     lines = [
         f"motion of {mechanism.name}: t = {motion.t[0]:g}…{motion.t[-1]:g} s, "
         f"{say_count(len(motion.t), 'sample')}",
@@ -32,11 +40,11 @@ def summary(motion: Trajectory) -> str:
     ]
     unit = units(mechanism)
     names = (*mechanism.coordinates.names, *mechanism.velocities)
-    for name in names[:MAX_LISTED]:
-        values = motion[name]
+    bounds = find_maxima(motion.curve, lambda t, q, v: np.hstack([q, v, -q, -v])).values
+    for name, low, high in zip(names[:MAX_LISTED], -bounds[len(names) :], bounds, strict=False):
         lines.append(
-            f"{add_unit(name, unit[name]):>14}: {values.min():.6g} … {values.max():.6g}, "
-            f"at the end {values[-1]:.9g}"
+            f"{add_unit(name, unit[name]):>14}: {low:.6g} … {high:.6g}, "
+            f"at the end {motion[name][-1]:.9g}"
         )
     if len(names) > MAX_LISTED:
         lines.append(f"{'…':>14}  {len(names) - MAX_LISTED} more")

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.model.joint_base import Single
+from mecanique.motion.record.extremes import find_maxima
 
 if TYPE_CHECKING:
     from mecanique.motion.record.trajectory import Trajectory
@@ -29,7 +31,7 @@ class Exceeded:
         upper: upper limit.
         value: the coordinate where it is farthest beyond.
         time: when that is [s].
-        since: when a sample is beyond for the first time [s].
+        since: when it is beyond for the first time [s].
     """
 
     joint: str
@@ -48,38 +50,47 @@ class Exceeded:
 
 
 def find_exceeded(motion: Trajectory) -> tuple[Exceeded, ...]:
-    """Return the joints that go beyond their limits at a sample, in order of time.
-
-    Args:
-        motion: any motion.
-    """
-    found = []
-    coordinates = set(motion.mechanism.coordinates)
+    """Return the joints that go beyond their limits, in order of time."""
+    exceeded = []
+    coordinates, curve = motion.mechanism.coordinates.names, motion.curve
     for joint in motion.mechanism.joints:
         if not isinstance(joint, Single) or joint.limits is None:
             continue
         if joint.coordinate not in coordinates:
             continue
         lower, upper = float(joint.limits.lower), float(joint.limits.upper)
-        values = np.asarray(motion[joint.coordinate])
-        beyond = np.maximum(lower - values, values - upper)
-        past = np.flatnonzero(beyond > _ROUNDING)
-        if len(past):
-            worst, first = int(np.argmax(beyond)), int(past[0])
-            value, time, since = (
-                float(values[worst]),
-                float(motion.t[worst]),
-                float(motion.t[first]),
-            )
-            found.append(
+        at = coordinates.index(joint.coordinate)
+
+        def beyond(t: float, k: int = at, lower: float = lower, upper: float = upper) -> float:
+            x = float(curve(t).q[k])
+            return max(lower - x, x - upper) - _ROUNDING
+
+        def both(t: Array, q: Array, v: Array, k: int = at) -> Array:
+            return np.column_stack([q[:, k], -q[:, k]])
+
+        most = find_maxima(curve, both)
+        highest, lowest = most.values[0], -most.values[1]
+        from scipy.optimize import brentq
+
+        worst = 0 if highest - upper >= lower - lowest else 1
+        time = float(most.times[worst])
+        if beyond(time) > 0:
+            earlier = curve.t[curve.t < time]
+            outside = [t for t in earlier.tolist() if beyond(t) > 0]
+            end = outside[0] if outside else time
+            inside = curve.t[curve.t < end]
+            since = end
+            if len(inside):
+                since = float(brentq(beyond, inside[-1], end, xtol=1e-13))
+            exceeded.append(
                 Exceeded(
                     joint=joint.name,
                     coordinate=joint.coordinate,
                     lower=lower,
                     upper=upper,
-                    value=value,
+                    value=float((highest, lowest)[worst]),
                     time=time,
                     since=since,
                 )
             )
-    return tuple(sorted(found, key=lambda each: each.since))
+    return tuple(sorted(exceeded, key=lambda passed: passed.since))

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mecanique.arrays import spread
 from mecanique.errors import UnknownNameError
 from mecanique.model.free_body import FloatingState, floating_state
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve, State, Times
-from mecanique.motion.record.energies import Energies, energies
 from mecanique.motion.record.events import Event, Occurrence, break_names
 from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.record.statistics import Statistics
@@ -115,6 +115,27 @@ class Trajectory:
             return state
         return ClosedLoops(self.reference, self.statistics.rtol).close_state(state)
 
+    def with_steps(self, most: int) -> Trajectory:
+        """Return the same motion with samples at its steps too, at most so many of them.
+
+        Not at those of implicit methods, whose rates are less accurate than their states.
+        """
+        curve = self.curve
+        if not curve.smooth:
+            return self
+        ends = np.flatnonzero(np.diff(curve.t, append=np.inf))  # at a break the state after it
+        steps = ends[spread(len(ends), most)]
+        fresh = np.setdiff1d(curve.t[steps], self.t)
+        if not len(fresh):
+            return self
+        state = self(fresh)
+        order = np.argsort(np.concatenate([self.t, fresh]), kind="stable")
+        t, q, v = (
+            np.concatenate(parts)[order]
+            for parts in ((self.t, fresh), (self.q, state.q), (self.v, state.v))
+        )
+        return replace(self, t=t, q=q, v=v, path=curve)
+
     def poses(self, t: Times | None = None) -> np.ndarray:
         """Return the poses of all bodies in the world, in their order, shape (n, nb, 4, 4).
 
@@ -163,21 +184,6 @@ class Trajectory:
         """
         state = self._states(t)
         return floating_state(self.mechanism, state.q, state.v, joint)
-
-    def energy(self, t: Times | None = None) -> Energies:
-        """Return the energies, and the work that changed them.
-
-        Args:
-            t: times, shape (n,) [s]; the samples' by default.
-        """
-        if t is None:
-            return self._energies
-        times = np.atleast_1d(self.curve.admit(t))
-        return energies(self.mechanism, self.reference, self.curve, self.events, times)
-
-    @cached_property
-    def _energies(self) -> Energies:
-        return energies(self.mechanism, self.reference, self.curve, self.events, self.t)
 
     def reactions(self, joint: str, t: Times | None = None) -> Wrench:
         """Return what a joint's parent does to its child: a `Wrench` of arrays of shape (n, 3).

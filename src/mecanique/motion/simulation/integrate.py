@@ -91,7 +91,7 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
         )
     with _interruptible() as interruption:
         watcher = Watcher(problem, task, steps, interruption, look)
-        outcome = _integrate_stretches(problem, choice, task, steps, watcher)
+        outcome = watcher.start() or _integrate_stretches(problem, choice, task, steps, watcher)
     return Integration(
         outcome=outcome,
         t=steps.t[-1],

@@ -12,7 +12,7 @@ from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.constraint_base import PressingContact
 from mecanique.model.expression import Scalar
 from mecanique.model.placement import Placement
-from mecanique.motion.record.energies import is_rheonomic
+from mecanique.motion.analysis.energies import is_rheonomic
 from mecanique.motion.record.events import break_names
 from mecanique.program.sweeps import push_forward
 from mecanique.program.traced import trace, value_of

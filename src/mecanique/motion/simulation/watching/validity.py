@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from mecanique.reference import Reference
 
 
+_IDLE = 1e-12
+"""A row of constraints, in natural units, that no motion of the mechanism changes by more."""
+
+
 @final
 @dataclass(frozen=True)
 class Pressing:
@@ -56,7 +60,7 @@ def contact_events(mechanism: Mechanism, *, stop: bool = False) -> tuple[Event, 
         ['cord_1 would push', 'cord_2 would push']
     """
     names = break_names(mechanism)
-    return tuple(Event(name, _Margin(mechanism, k), -1, stop) for k, name in enumerate(names))
+    return tuple(Event(name, Margin(mechanism, k), -1, stop) for k, name in enumerate(names))
 
 
 def find_breaks(mechanism: Mechanism, reference: Reference, curve: Curve) -> tuple[Occurrence, ...]:
@@ -130,13 +134,14 @@ def pressings(reference: Reference, q: Array, v: Array, t: Array) -> tuple[Press
 
 @final
 @dataclass(frozen=True)
-class _Margin:
+class Margin:
     """The margin to one of the limits, as the quantity of an event."""
 
     mechanism: Mechanism
     which: int
 
     def __call__(self, t: float, q: Array, v: Array) -> float:
+        """Return the margin [N]."""
         from mecanique.reference import Reference
 
         return float(_Margins(self.mechanism, Reference.of(self.mechanism)).at(q, v, t)[self.which])
@@ -178,11 +183,19 @@ class _Margins:
 
 
 def _contact_forces(reference: Reference, q: Array, v: Array, t: float) -> Array:
-    """The multipliers in a state that may be off the loops by the tolerance, NaN if not known."""
+    """The multipliers in a state that may be off the loops by the tolerance, NaN if not known.
+
+    Where guides alone hold a body against a row, nothing presses it there.
+    """
     closed = reference.closed
     assert closed is not None, "the mechanism has contacts"
     solved = closed.solve(q, v, t)
-    known: Array = np.where(solved.determined, solved.multipliers, np.nan)
+    if solved.determined.all():
+        return solved.multipliers
+    jacobian = closed.closures.at(q, v, t).jacobian
+    units = closed.measure(jacobian).units
+    idle = np.abs(units.rows[:, None] * jacobian * units.columns).max(axis=1) < _IDLE
+    known: Array = np.where(solved.determined | idle, solved.multipliers, np.nan)
     return known
 
 

@@ -15,6 +15,7 @@ from mecanique.motion.simulation.integrators.methods import Task, advance_within
 from mecanique.motion.simulation.integrators.stalling import Headway
 from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Problem
+from mecanique.motion.simulation.watching.validity import Margin
 
 PLACES = (0.25, 0.5, 0.75, 1.0)
 """Fractions of a step at which events are checked."""
@@ -105,6 +106,18 @@ class Watcher:
         self._headway = Headway(problem, implicit=task.implicit)
         self._most_drift = 10 * task.rtol if rates.balls else float("inf")
         self._idle = not (problem.events or problem.progress or rates.balls or problem.loops)
+
+    def start(self) -> Outcome | None:
+        """Note what is amiss with contacts and cords from the start; return how that ends all."""
+        t, y = self._steps.t[0], self._steps.y[0]
+        q, v = y[: self._nq], y[self._nq :]
+        amiss = [
+            event
+            for event, margin in zip(self._events, self._before, strict=True)
+            if isinstance(event.when, Margin) and margin < 0
+        ]
+        self._found += [Occurrence(event.name, t, q, v, v) for event in amiss]
+        return Outcome("event") if any(event.stop for event in amiss) else None
 
     def look(self) -> Outcome | None:
         """Look at the last step; return why to halt, or None to continue."""

@@ -11,14 +11,19 @@ import numpy as np
 from mecanique.arrays import median
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compile.derive import power_of
+from mecanique.motion.compile.python import Batched, vectorize
 from mecanique.motion.record.curve import Curve
-from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.quadrature import integral
-from mecanique.motion.record.upheld import uphold
+from mecanique.motion.record.spot_check import spot_check
 
 if TYPE_CHECKING:
+    from mecanique.motion.record.trajectory import Trajectory
     from mecanique.reference import Reference
 
+
+MANY = 2000
+"""Where the power is asked for in so many states, a program of it pays."""
 
 TIME_STEP = 0.02
 """Step of the differences for ∂L/∂t of prescribed motions, in steps of the integrator."""
@@ -69,13 +74,7 @@ class Energies:
         return size if size > 0 else 1.0
 
 
-def energies(
-    mechanism: Mechanism,
-    reference: Reference,
-    curve: Curve,
-    occurrences: tuple[Occurrence, ...],
-    times: np.ndarray,
-) -> Energies:
+def energies(motion: Trajectory, times: np.ndarray) -> Energies:
     """Return the energies of a motion and the work done on it.
 
     With h = v·∂T/∂v − T + V: dh/dt = Q·v − ∂L/∂t, Q being the generalized forces without potential,
@@ -85,20 +84,18 @@ def energies(
     taken along the motion by quadrature of order 12 on its steps, halved where it needs that.
 
     Args:
-        mechanism: what moves.
-        reference: its `Reference`.
-        curve: the motion.
-        occurrences: the events on it; impacts take energy.
+        motion: the motion; impacts on it take energy.
         times: shape (n,) [s].
     """
+    reference, curve = motion.reference, motion.curve
     state = curve(times)
-    (parts,) = uphold(
+    (parts,) = spot_check(
         lambda: [np.transpose(reference.quick_energies(state.q, state.v, times))],
         lambda at: [np.transpose(reference.energy(state.q[at], state.v[at], times[at]))],
         len(times),
     )
-    work = _work(mechanism, reference, curve, times)
-    for occurrence in occurrences:
+    work = _work(motion.mechanism, reference, curve, times)
+    for occurrence in motion.events:
         if occurrence.impact:
             before, after = (
                 reference.energy(occurrence.q, v, occurrence.t).total
@@ -117,6 +114,40 @@ def is_rheonomic(mechanism: Mechanism) -> bool:
     )
 
 
+@final
+@dataclass(frozen=True)
+class _Power:
+    """The power of forces, of many states at once where these are many.
+
+    Args:
+        reference: that of a mechanism with these forces alone.
+    """
+
+    reference: Reference
+
+    def __call__(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the power, shape (n, 1) [W]."""
+
+        def ask(at: np.ndarray) -> list[np.ndarray]:
+            forces = self.reference.forces(q[at], v[at], t[at])
+            return [np.sum(forces * v[at], axis=1, keepdims=True)]
+
+        def compute() -> list[np.ndarray]:
+            power = np.empty((1, len(t)))
+            self._program(t, np.ascontiguousarray(np.hstack([q, v]).T), power)
+            return [power.T]
+
+        blind = any(callable(signal.signal) for signal in self.reference.mechanism.inputs)
+        if blind or len(t) < MANY:
+            return ask(np.arange(len(t)))[0]
+        (power,) = spot_check(compute, ask, len(t))
+        return power
+
+    @cached_property
+    def _program(self) -> Batched:
+        return vectorize(power_of(self.reference.mechanism))
+
+
 def _work(
     mechanism: Mechanism, reference: Reference, curve: Curve, times: np.ndarray
 ) -> np.ndarray:
@@ -132,11 +163,7 @@ def _work(
             else Reference(replace(mechanism, forces=free))
         )
 
-        def power(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-            total: np.ndarray = np.sum(others.forces(q, v, t) * v, axis=1, keepdims=True)
-            return total
-
-        work = work + integral(curve, power, times)[:, 0]
+        work = work + integral(curve, _Power(others), times)[:, 0]
     if not rheonomic:
         return work
 

@@ -21,12 +21,12 @@ def spread(count: int) -> np.ndarray:
     return np.unique(np.linspace(0, count - 1, min(ASKED, count)).astype(int))
 
 
-def is_upheld(found: np.ndarray, right: np.ndarray, most: float) -> bool:
+def agrees(quick: np.ndarray, right: np.ndarray, most: float) -> bool:
     """Return whether all numbers are within `most` of the right ones; one that is NaN is not."""
-    return bool(np.abs(found - right).max(initial=0.0) <= most)
+    return bool(np.abs(quick - right).max(initial=0.0) <= most)
 
 
-def uphold(quick: Callable[[], Parts], ask: Callable[[np.ndarray], Parts], count: int) -> Parts:
+def spot_check(quick: Callable[[], Parts], ask: Callable[[np.ndarray], Parts], count: int) -> Parts:
     """Return what is computed at many states at once, if the reference gives the same at some.
 
     Otherwise the reference answers at all of them.
@@ -40,10 +40,10 @@ def uphold(quick: Callable[[], Parts], ask: Callable[[np.ndarray], Parts], count
     if count <= ASKED:
         return ask(everywhere)
     with np.errstate(all="ignore"):
-        found = quick()
+        quick_parts = quick()
     asked = spread(count)
-    for all_of_it, right in zip(found, ask(asked), strict=True):
+    for values, right in zip(quick_parts, ask(asked), strict=True):
         most = _ROUNDING * float(np.abs(right).max(initial=0.0))
-        if not is_upheld(all_of_it[asked], right, most):
+        if not agrees(values[asked], right, most):
             return ask(everywhere)
-    return found
+    return quick_parts
