@@ -93,6 +93,7 @@ def _plots(scene: Scene) -> str:
         '<option value="">time</option></select></label>'
         '<label class="pick" hidden>where <select id="plot-at">'
         '<option value="">always</option></select></label>'
+        '<button type="button" id="phase" title="Each coordinate with its rate">Phase</button>'
         '<button type="button" id="csv" title="Save the chosen quantities">CSV</button>'
         '<button type="button" id="svg" title="Save the plots as a picture">SVG</button></div>'
         '<div id="charts"></div>'
@@ -293,7 +294,7 @@ def _symbols(document: Document) -> str:
     )
     return (
         '<details class="part" open><summary>Symbols</summary>'
-        f"<table><tbody>{rows}</tbody></table></details>"
+        f'<div class="scroll"><table class="symbols"><tbody>{rows}</tbody></table></div></details>'
     )
 
 

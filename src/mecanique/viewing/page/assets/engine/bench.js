@@ -62,7 +62,7 @@ export class Bench {
     next.start = [...y.subarray(0, this.machine.names.length)];
     const begun = performance.now();
     const path = this.machine.move(next, y, next.first + next.duration);
-    if (!path.steps) throw new Error("There is no motion with these values.");
+    if (!path.steps) throw new Error(this.explainRest(next, y));
     const table = new Computed(this.machine, next, path, this);
     this.spent = performance.now() - begun;
     table.other = this.neighbor ? this.moveOther(next, table) : null;
@@ -73,6 +73,34 @@ export class Bench {
     this.setting = next;
     this.table = table;
     return table;
+  }
+
+  // Why there is no motion: M_kk = T(v_k = 1) + T(v_k = −1) − 2 T(0) is zero where nothing is moved.
+  explainRest(setting, y) {
+    const { machine, scene, layout } = this;
+    const { names, nq, nv } = machine;
+    const at = scene.series?.findIndex(({ name }) => name === "energy kinetic") ?? -1;
+    const path = {
+      first: setting.first,
+      last: setting.first,
+      steps: 0,
+      size: y.length,
+      at: () => y,
+    };
+    const row = new Float64Array(layout.end);
+    const still = new Computed(machine, setting, path, this);
+    const energy = (k, speed) => {
+      const state = y.slice().fill(0, nq);
+      if (k >= 0) state[nq + k] = speed;
+      return still.fill(setting.first, state, row)[layout.series + at];
+    };
+    const masses = Array.from({ length: at < 0 ? 0 : nv }, (_, k) =>
+      Math.abs(energy(k, 1) + energy(k, -1) - 2 * energy(-1, 0)),
+    );
+    const idle = masses.findIndex((mass) => !(mass > 1e-14 * Math.max(...masses)));
+    return idle < 0
+      ? "There is no motion with these values: the accelerations at the start are not finite."
+      : `The motion ${names[nq + idle]} moves no mass, so nothing determines it; give it mass or inertia.`;
   }
 
   // The motion made twice as long, or its next part if that would be too long; null if it stops.

@@ -56,6 +56,7 @@ export class Plots {
     for (const { id, text, unit } of list)
       over.append(new Option(unit ? `${text} [${unit}]` : text, id));
     over.onchange = () => this.setOver(over.value === "" ? -1 : Number(over.value));
+    this.wirePhase(document.getElementById("phase"));
     this.over = -1;
     this.section = null; // the states of a section, where one is shown
     this.holder.closest("[role=tabpanel]").addEventListener("opened", () => this.refresh());
@@ -87,6 +88,22 @@ export class Plots {
     this.over = id;
     document.getElementById("plot-x").value = id < 0 ? "" : String(id);
     this.draw();
+  }
+
+  // A coordinate's rate over it; a further press shows the next coordinate, then time again.
+  wirePhase(button) {
+    const pairs = this.list.flatMap((angle) => {
+      const rate = this.list.find(({ name }) => name === `${angle.name}'`);
+      return angle.group === "Coordinates" && rate ? [[angle.id, rate.id]] : [];
+    });
+    button.hidden = !pairs.length;
+    button.onclick = () => {
+      const [place, rate] = pairs[pairs.findIndex(([id]) => id === this.over) + 1] ?? [-1];
+      this.before ??= [...this.chosen];
+      this.setOver(place);
+      this.choose(rate === undefined ? this.before : [rate]);
+      if (rate === undefined) this.before = null;
+    };
   }
 
   // Shows some quantities and no others.

@@ -94,7 +94,7 @@ export class Setup {
       table = make();
     } catch (error) {
       this.say(error.message, true);
-      field?.setAttribute("aria-invalid", "true");
+      if (field) this.refuse(field, error.message);
       return false;
     }
     if (!table) return false;
@@ -104,6 +104,24 @@ export class Setup {
     for (const each of this.listeners) each.show(table);
     this.say(said ?? this.describe());
     return true;
+  }
+
+  // Marks a field whose number is refused, with the reason below it; the others are as they are.
+  refuse(field, reason) {
+    this.show(field);
+    field.setAttribute("aria-invalid", "true");
+    const row = field.closest("tr");
+    this.reason = document.createElement("tr");
+    const cell = this.reason.insertCell();
+    Object.assign(cell, { colSpan: row.cells.length, className: "wrong", textContent: reason });
+    row.after(this.reason);
+    this.reason.scrollIntoView({ block: "nearest" });
+  }
+
+  forget() {
+    this.reason?.remove();
+    this.reason = null;
+    for (const field of this.fields) field.removeAttribute("aria-invalid");
   }
 
   // Takes over what an address says after its #.
@@ -127,8 +145,8 @@ export class Setup {
   }
 
   show(typed = null) {
+    this.forget();
     for (const field of this.fields) {
-      field.removeAttribute("aria-invalid");
       const { kind, name, unit } = field.dataset;
       const value = this.bench.get(kind, name);
       if (field !== typed || field.type === "range") {

@@ -26,6 +26,9 @@ export class Camera {
     this.leaveRoom();
     const { target, eye } = this.aim(preset);
     this.place(target, eye);
+    // a hand that misses a body must not tip a plane seen from the front
+    const { scene, viewer } = this.stage;
+    viewer.controls.enableRotate = !(scene.planar && preset === "front");
     this.chosen(preset);
   }
 

@@ -4,6 +4,11 @@
 import { Grip } from "../engine/grip.js";
 import { Pull } from "../engine/pull.js";
 
+// How far beside a body a mouse and a finger still take it, and where is looked for it [px].
+const [REACH, FINGER] = [12, 20];
+const RING = 4;
+const WAYS = 8;
+
 export class Hand {
   constructor(picture, clock, setup) {
     Object.assign(this, { picture, clock, setup });
@@ -22,21 +27,36 @@ export class Hand {
     });
   }
 
-  ray(event) {
+  // From the eye through a place beside the pointer [px].
+  ray(event, [right, down] = [0, 0]) {
     const { Raycaster, Vector2 } = this.picture.stage.three;
     const { pane, viewer } = this.picture.stage;
     const box = pane.getBoundingClientRect();
-    const x = ((event.clientX - box.left) / box.width) * 2 - 1;
-    const y = 1 - ((event.clientY - box.top) / box.height) * 2;
+    const x = ((event.clientX + right - box.left) / box.width) * 2 - 1;
+    const y = 1 - ((event.clientY + down - box.top) / box.height) * 2;
     const caster = new Raycaster();
     caster.setFromCamera(new Vector2(x, y), viewer.camera);
     return caster;
   }
 
-  // The body under a pointer that can move, and where it is touched.
+  // The body that can move under a pointer, or the nearest in its reach, and where it is touched.
   hit(event) {
+    const direct = this.touch(event);
+    if (direct) return this.moves(direct.body) ? direct : null;
+    const reach = event.pointerType === "touch" ? FINGER : REACH;
+    for (let distance = RING; distance <= reach; distance += RING)
+      for (let k = 0; k < WAYS; k++) {
+        const way = (2 * Math.PI * k) / WAYS;
+        const near = this.touch(event, [distance * Math.cos(way), distance * Math.sin(way)]);
+        if (near && this.moves(near.body)) return near;
+      }
+    return null;
+  }
+
+  // The body that a ray meets, and where.
+  touch(event, aside) {
     const { nodes } = this.picture.stage;
-    const found = this.ray(event).intersectObjects(
+    const found = this.ray(event, aside).intersectObjects(
       nodes.filter((node) => node.visible),
       true,
     )[0];
@@ -44,7 +64,7 @@ export class Hand {
     let part = found.object;
     while (part && !nodes.includes(part)) part = part.parent;
     const body = nodes.indexOf(part);
-    return body >= 0 && this.moves(body) ? { body, at: found.point } : null;
+    return body >= 0 ? { body, at: found.point } : null;
   }
 
   // Whether a body is not the ground, nor fixed to it.
@@ -79,6 +99,9 @@ export class Hand {
       ? new Vector3(0, 0, 1) // the viewer's axes have y up
       : stage.viewer.camera.getWorldDirection(new Vector3());
     this.plane = new Plane().setFromNormalAndCoplanarPoint(normal, hit.at);
+    // a body taken beside it stays as far from the pointer
+    const under = this.ray(event).ray.intersectPlane(this.plane, new Vector3()) ?? hit.at;
+    this.aside = hit.at.clone().sub(under);
   }
 
   move(event) {
@@ -87,6 +110,7 @@ export class Hand {
     const { Vector3 } = this.picture.stage.three;
     const target = this.ray(event).ray.intersectPlane(this.plane, new Vector3());
     if (!target) return;
+    target.add(this.aside);
     const place = [target.x, -target.z, target.y];
     if (this.pull) {
       this.pull.target = place;

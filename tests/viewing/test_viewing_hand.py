@@ -1,0 +1,156 @@
+"""The page under the hand: bodies taken, fields that refuse, phase portraits, a phone's screen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from viewing_browser import Visit
+
+import mecanique as mq
+from mecanique.textbook import load
+from mecanique.viewing.scene.scene import Scene
+from mecanique.viewing.show import scene
+
+PHONE = {"width": 390, "height": 844}
+
+BESIDE = """(across) => {
+    const { picture, stage } = mecanique;
+    const c = mecanique.traces.items[0].column;
+    const [tip, hinge] = [c, 14].map((j) => picture.row.subarray(j, j + 3));
+    const box = stage.pane.getBoundingClientRect();
+    const [x, y] = stage.project(tip);
+    const [a, b] = stage.project(hinge);
+    const long = Math.hypot(x - a, y - b);
+    const half = [(x + a) / 2, (y + b) / 2];
+    const aside = [(across * (y - b)) / long, (-across * (x - a)) / long];
+    return [box.left + half[0] + aside[0], box.top + half[1] + aside[1]];
+}"""
+"""A place so many pixels beside the middle of the last rod."""
+
+
+@pytest.fixture(scope="module")
+def pendulum() -> Scene:
+    return scene(mq.simulate(load("double_pendulum"), q={"q1": 2.0, "q2": 1.5}, duration=1.0))
+
+
+def extent(seen: Visit, what: str, start: str = "x", size: str = "width") -> tuple[float, float]:
+    """Where a part of the page begins and ends, to the right or down [px]."""
+    box = seen.page.locator(what).bounding_box()
+    assert box is not None, what
+    first = float(box[start])  # type: ignore[literal-required]
+    return first, first + float(box[size])  # type: ignore[literal-required]
+
+
+def is_across(ends: tuple[float, float]) -> bool:
+    """Whether something lies within a phone's width."""
+    return ends[0] >= 0 and ends[1] <= PHONE["width"]
+
+
+@pytest.mark.parametrize("across", [0.0, 12.0, -12.0])
+def test_a_body_is_taken_within_twelve_pixels_and_does_not_jump(
+    pendulum: Scene, show: Callable[..., Visit], across: float
+) -> None:
+    seen = show(pendulum, viewport={"width": 1000, "height": 700})
+    seen.seek(0)
+    x, y = seen.js(BESIDE, across)
+    seen.page.mouse.move(x, y)
+    assert seen.js("mecanique.stage.pane.classList.contains('over-body')")
+    seen.page.mouse.down()
+    seen.page.mouse.move(x + 0.01, y)
+    seen.page.mouse.up()
+    start = seen.js("mecanique.setup.bench.setting.start")
+    assert start == pytest.approx([2.0, 1.5, 0, 0], abs=1e-3)
+    seen.clean()
+
+
+def test_the_front_view_of_a_plane_does_not_tip(
+    pendulum: Scene, show: Callable[..., Visit]
+) -> None:
+    seen = show(pendulum, viewport={"width": 1000, "height": 700})
+    seen.js("mecanique.clock.pause()")
+    eye = "mecanique.camera.eye().toArray()"
+
+    def drag() -> None:
+        seen.page.mouse.move(40, 500)
+        seen.page.mouse.down()
+        seen.page.mouse.move(120, 420, steps=3)
+        seen.page.mouse.up()
+
+    before = seen.js(eye)
+    drag()
+    assert seen.js(eye) == before
+    assert seen.js("mecanique.camera.preset") == "front"
+    seen.page.click("[data-camera=free]")
+    before = seen.js(eye)
+    drag()
+    assert seen.js(eye) != before
+    seen.clean()
+
+
+def test_a_field_refuses_with_the_reason_beside_it(
+    pendulum: Scene, show: Callable[..., Visit]
+) -> None:
+    seen = show(pendulum, viewport={"width": 1000, "height": 500})
+    seen.page.click("#tab-parameters")
+    for symbol, value, words in (
+        ("l2", "0", "The motion q2' moves no mass, so nothing determines it"),
+        ("m1", "-2", "body 'rod1': its mass is negative (-2 kg)"),
+        ("g", "", "expected a finite number for parameter g, got ''"),
+    ):
+        field = f'input[type=number][data-name="{symbol}"]'
+        seen.page.fill(field, value)
+        reasons = seen.page.locator("td.wrong")
+        assert reasons.count() == 1
+        assert (reasons.text_content() or "").startswith(words)
+        assert seen.page.get_attribute(field, "aria-invalid") == "true"
+        top, bottom = extent(seen, "#panel-parameters", "y", "height")
+        assert top - 1 <= min(extent(seen, "td.wrong", "y", "height"))
+        assert max(extent(seen, "td.wrong", "y", "height")) <= bottom + 1
+    seen.page.fill('input[type=number][data-name="g"]', "5")
+    assert seen.page.locator("td.wrong, [aria-invalid=true]").count() == 0
+    seen.clean()
+
+
+def test_a_press_shows_a_phase_portrait_of_each_coordinate(
+    pendulum: Scene, show: Callable[..., Visit]
+) -> None:
+    seen = show(pendulum)
+    seen.page.click("#tab-plots")
+    shown = (
+        "() => { const { list, over, chosen } = mecanique.plots;"
+        " return [list[over]?.name ?? 'time', ...[...chosen].map((id) => list[id].name)]; }"
+    )
+    first = seen.js(shown)
+    for expected in (["q1", "q1'"], ["q2", "q2'"], first):
+        seen.page.click("#phase")
+        assert seen.js(shown) == expected
+    seen.clean()
+
+
+def test_a_phone_shows_the_picture_and_reaches_every_control(
+    pendulum: Scene, show: Callable[..., Visit]
+) -> None:
+    seen = show(pendulum, viewport=PHONE)
+    assert seen.js("document.documentElement.scrollWidth") <= PHONE["width"]
+    covered = seen.js(
+        "() => ['tools', 'forces'].reduce((sum, id) =>"
+        " sum + document.getElementById(id).clientHeight, 0)"
+        " / document.getElementById('stage').clientHeight"
+    )
+    assert covered <= 0.2
+    for control in ("#drag", "#free-body", "#arrow-mode", "#loop", "#speed", "#slider"):
+        seen.page.locator(control).scroll_into_view_if_needed()
+        assert is_across(extent(seen, control)), control
+    seen.page.click("#tools summary")
+    assert is_across(extent(seen, "#show-menu"))
+    seen.page.locator("#show-menu input[type=checkbox]").first.click()
+    seen.page.keyboard.press("Escape")
+    for tab in ("equations", "plots", "parameters", "forces", "ledger", "verdict"):
+        seen.page.click(f"#tab-{tab}")
+        wide = f"document.getElementById('panel-{tab}').scrollWidth"
+        assert seen.js(wide) <= PHONE["width"], tab
+    seen.page.click("#tab-parameters")
+    for k in range(1, 5):
+        assert is_across(extent(seen, f"#panel-parameters thead th:nth-child({k}) >> nth=0")), k
+    seen.clean()
