@@ -80,7 +80,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "program": ["tape", "evaluation half_angles listing sweeps traced", "solving"],
     "derivation": [
-        "laws tree",
+        "laws tolerances tree",
         "mechanics scalars",
         "numeric printing",
         "symbolic",

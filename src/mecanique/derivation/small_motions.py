@@ -20,13 +20,8 @@ from mecanique.derivation.scalars.cancel import tidy, without_common_divisor
 from mecanique.derivation.scalars.evaluation import Substitution, evaluate
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Matrix
+from mecanique.derivation.tolerances import BALANCED, NEAT
 from mecanique.errors import DerivationError
-
-_EXACT = 1e-9
-"""A coordinate this close to zero or to a multiple of π/12 is replaced by it."""
-
-_BALANCED = 1e-7
-"""The forces balance if their sum is at most this fraction of the largest force or stiffness."""
 
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{}</math>'
 
@@ -186,11 +181,11 @@ def _place_in_letters(
     place, letters = {}, {}
     for name, value in q.items():
         twelfths = round(value / (math.pi / 12))
-        if abs(value) < _EXACT:
+        if abs(value) < NEAT:
             place[name] = ring.number(0)
-        elif name in quaternions and abs(abs(value) - 1) < _EXACT:
+        elif name in quaternions and abs(abs(value) - 1) < NEAT:
             place[name] = ring.number(round(value))
-        elif name not in quaternions and abs(value - twelfths * math.pi / 12) < _EXACT:
+        elif name not in quaternions and abs(value - twelfths * math.pi / 12) < NEAT:
             place[name] = ring.constant("pi") * Fraction(twelfths, 12)
         else:
             letter = f"{name}_0"
@@ -223,7 +218,7 @@ def _find_drive(
         constants.append(ring.sum(constant))
     for constant_sum in constants:
         left = evaluate(constant_sum, numbers)
-        if abs(left) > _BALANCED * max(size, 1e-300):
+        if abs(left) > BALANCED * max(size, 1e-300):
             raise DerivationError(
                 f"the forces of {name!r} do not balance there: they add up to {left:.3g}; expected "
                 "an equilibrium (find one with mecanique.equilibria)"

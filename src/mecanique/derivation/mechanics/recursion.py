@@ -30,6 +30,7 @@ from mecanique.derivation.mechanics.vectors import (
     scale,
     transpose,
 )
+from mecanique.derivation.tolerances import WHOLE
 from mecanique.derivation.tree.links import Link, links, place_of
 from mecanique.derivation.tree.poses import IDENTITY, Matrix, local, moments, origin, product
 from mecanique.program.tape import Value
@@ -106,9 +107,6 @@ class Inertia:
 
 _AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
 _STILL: Triple = [0.0, 0.0, 0.0]
-
-_ROUNDING = 4e-16
-"""Entries of rotations this close to 0, 1 or −1 are rounded to these."""
 
 
 @final
@@ -423,7 +421,7 @@ def _clean(pose: Matrix) -> Matrix:
 def _whole(entry: Any) -> Any:
     if isinstance(entry, float):
         for number in (0.0, 1.0, -1.0):
-            if abs(entry - number) < _ROUNDING:
+            if abs(entry - number) < WHOLE:
                 return number
     return entry
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from mecanique.derivation.mechanics.elements import Ground, UnitForce, ground_of, unit_forces
 from mecanique.derivation.numeric.free_bodies import Snapshot
+from mecanique.derivation.tolerances import EXPLAINED, RANK, SHARE
 from mecanique.derivation.tree.poses import Arithmetic, Matrix, combination
 from mecanique.errors import DerivationError
 from mecanique.model.constraint_base import Strung
@@ -27,15 +28,6 @@ from mecanique.model.guides.guide import Guide
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import characteristic_length
-
-_RANK = 1e-9
-"""Singular values below this part of the largest count as zero."""
-
-_EXPLAINED = 1e-6
-"""Elements describe a guide if they leave no more than this part of its unit forces."""
-
-_SHARE = 1e-8
-"""Components below this of self-balancing sets of unit forces count as zero."""
 
 
 @final
@@ -169,11 +161,11 @@ def find_unexplained(
     """
     scale = _scale(mechanism, along)
     known = scale[:, None] * _collect_columns(along, 0)
-    onto = known @ np.linalg.pinv(known, rcond=_RANK)
+    onto = known @ np.linalg.pinv(known, rcond=RANK)
     found = []
     for guide in guides:
         basis = scale[:, None] * _find_tie_forces(along, guide, 0)
-        if not guide.crossed or np.abs(basis - onto @ basis).max() > _EXPLAINED:
+        if not guide.crossed or np.abs(basis - onto @ basis).max() > EXPLAINED:
             found.append(guide)
     return tuple(found)
 
@@ -202,10 +194,10 @@ def size(mechanism: Mechanism, guides: Sequence[Guide], along: Along, demand: np
         for row, one in zip(together, stated, strict=True):
             row[one.forces] = 1.0
         A = np.concatenate([A, together])
-        inverse = np.linalg.pinv(A, rcond=_RANK)
+        inverse = np.linalg.pinv(A, rcond=RANK)
         forces.append((inverse @ np.concatenate([-scale * wanted, totals]))[:count])
         idle.append((np.eye(A.shape[1]) - inverse @ A)[:count])
-    return Sizes(np.array(forces), np.where(np.abs(idle) > _SHARE, idle, 0.0))
+    return Sizes(np.array(forces), np.where(np.abs(idle) > SHARE, idle, 0.0))
 
 
 def _scale(mechanism: Mechanism, along: Along) -> np.ndarray:
@@ -233,7 +225,7 @@ def _find_tie_forces(along: Along, guide: Guide, k: int) -> np.ndarray:
 def _find_null(rates: np.ndarray, rows: list[int]) -> np.ndarray:
     """A basis of forces along some joint velocities that do no virtual work, shape (nu, k)."""
     left, sizes, _ = np.linalg.svd(rates[rows])
-    rank = int((sizes > _RANK * sizes.max(initial=_RANK)).sum())
+    rank = int((sizes > RANK * sizes.max(initial=RANK)).sum())
     out = np.zeros((len(rates), len(rows) - rank))
     out[rows] = left[:, rank:]
     return out

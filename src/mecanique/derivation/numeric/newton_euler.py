@@ -34,6 +34,7 @@ from mecanique.derivation.numeric.elements import (
 from mecanique.derivation.numeric.frames import cross
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.recursion import solve
+from mecanique.derivation.tolerances import OUTSIDE, RANK_UNSCALED
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.elements import force_names
 from mecanique.model.guides.find import guides_of
@@ -105,7 +106,7 @@ class Balances(BatchDynamics):
         axes = at.axes[:, :, mine]
         # each unit wrench less its projection on the idle directions
         left = np.eye(6) - axes @ np.linalg.pinv(axes)
-        return np.asarray(np.linalg.norm(left, axis=1) > _SHARE)
+        return np.asarray(np.linalg.norm(left, axis=1) > OUTSIDE)
 
     def guide_forces(self, states: States) -> dict[str, np.ndarray]:
         """Return the forces of the guiding elements by name, each shape (n,) [N or N·m].
@@ -268,7 +269,7 @@ class Balances(BatchDynamics):
         at = self._bodies.at(states)
         if self._mechanism.rolls:
             A, known = self._held_system(at, states)
-            inverse, found = np.linalg.pinv(A, rcond=_RANK), np.zeros_like(known)
+            inverse, found = np.linalg.pinv(A, rcond=RANK_UNSCALED), np.zeros_like(known)
             # refined iteratively: forces and accelerations differ much in size
             for _ in range(_REFINED):
                 found += times(inverse, known - times(A, found))
@@ -365,12 +366,6 @@ def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.n
         V = V - body.mass * body.center @ g
     return T, V
 
-
-_SHARE = 1e-4
-"""A unit wrench with a smaller part than this outside the idle directions lies within them."""
-
-_RANK = 1e-12
-"""Singular values of the balances below this part of the largest count as zero."""
 
 _REFINED = 3
 """How often a constrained system is solved, each time for the last residual."""

@@ -26,14 +26,9 @@ from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.newton_euler import kinetic_and_potential
 from mecanique.derivation.numeric.recursion import solve
+from mecanique.derivation.tolerances import RANK
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-
-_ROUNDING = 1e-12
-"""Rows of constraints shorter than this part of the longest count as rounding."""
-
-_RANK = 1e-9
-"""Singular values of the constraints below this part of the largest count as zero."""
 
 
 @final
@@ -111,11 +106,10 @@ class Works(BatchDynamics):
     ) -> np.ndarray:
         """Return a = S u' + σ with J a + γ = 0 and Sᵀ (M a − rest) = 0, shape (nv,)."""
         length = np.linalg.norm(J, axis=1)
-        # a row that the joints satisfy by themselves is rounding alone and must stay negligible
-        most = float(length.max(initial=0.0)) or 1.0
-        size = np.where(length > _ROUNDING * most, length, most)
+        # rows of nothing but rounding are zero by now
+        size = np.where(length > 0, length, 1.0)
         left, values, right = np.linalg.svd(J / size[:, None])
-        rank = int((values > _RANK * values.max(initial=0.0)).sum())
+        rank = int((values > RANK * values.max(initial=0.0)).sum())
         S = right[rank:].T
         sigma = -right[:rank].T @ ((left[:, :rank].T @ (gamma / size)) / values[:rank])
         inertia, force = S.T @ M @ S, S.T @ (rest - M @ sigma)

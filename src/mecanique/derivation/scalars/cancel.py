@@ -7,10 +7,7 @@ from fractions import Fraction
 
 from mecanique.derivation.scalars.polynomials import Polynomial, exponent, power
 from mecanique.derivation.scalars.series import Kind, Series, canonical
-
-_ROUNDING = Fraction(1, 10**14)
-"""Coefficients below this part of what was summed in them are rounding: 45 ε. A tilt's matrix times
-its transpose is off by at most 2 ε."""
+from mecanique.derivation.tolerances import ROUNDING
 
 
 def tidy(series: Series) -> Series:
@@ -44,7 +41,7 @@ def without_rounding(series: Series, summed: Iterable[Series]) -> Series:
     Numbers given as floats are exact here, but a tilt's matrix is orthogonal up to rounding only.
     """
     top = max((abs(c) for term in summed for _, _, c in term.terms()), default=Fraction(0))
-    least = top * _ROUNDING * series.denominator
+    least = top * Fraction(ROUNDING) * series.denominator
     parts: dict[int, Polynomial] = {}
     for trig, polynomial in series.parts.items():
         kept = {monomial: c for monomial, c in polynomial.items() if abs(c) > least}

@@ -14,14 +14,12 @@ from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.derivation.tolerances import ROUNDING
 from mecanique.errors import DerivationError
 from mecanique.program.tape import Tape, Value
 from mecanique.program.traced import trace, value_of
 
 _CONSTANTS = {"pi": 3.141592653589793, "E": 2.718281828459045}
-
-_ROUNDING = 1e-14
-"""Quotients of coefficients this close to a simple fraction, or to zero, are rounded to it."""
 
 
 @final
@@ -124,7 +122,7 @@ class Lowering:
                 for k in names[a:]:
                     taken = c * linear[j] * linear[k] * (1.0 if j == k else 2.0)
                     left = form.get((j, k), 0.0) - taken
-                    if abs(left) > _ROUNDING * max(abs(taken), abs(form.get((j, k), 0.0))):
+                    if abs(left) > ROUNDING * max(abs(taken), abs(form.get((j, k), 0.0))):
                         form[j, k] = left
                     else:
                         form.pop((j, k), None)
@@ -162,7 +160,7 @@ class Lowering:
 def _simple(quotient: float) -> float:
     """Remove rounding from a quotient of two coefficients that is a simple fraction."""
     near: Any = Fraction(quotient).limit_denominator(64)
-    return float(near) if abs(float(near) - quotient) <= _ROUNDING * abs(quotient) else quotient
+    return float(near) if abs(float(near) - quotient) <= ROUNDING * abs(quotient) else quotient
 
 
 MOST_VELOCITIES = 8

@@ -18,6 +18,7 @@ from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import Loops
 from mecanique.derivation.mechanics.vectors import Rows, apply, dot, products, scale, transpose
 from mecanique.derivation.numeric.constraints.multipliers import constraints
+from mecanique.derivation.tolerances import INDEPENDENT
 from mecanique.generation.program import Landing
 from mecanique.model.states import States
 from mecanique.program.evaluation import evaluate
@@ -66,9 +67,6 @@ def inputs_at(letters: Letters, states: States) -> dict[str, Any]:
 
 _STATES = 16
 """Number of states in which redundant equations are found."""
-
-_RANK = 1e-8
-"""Rows whose part orthogonal to the others is smaller than this are redundant."""
 
 
 @final
@@ -258,7 +256,7 @@ def _independent(jacobians: np.ndarray) -> list[int]:
             sizes = np.linalg.norm(J[trial], axis=1)
             if sizes.min() > 0:
                 scaled = J[trial] / sizes[:, None]
-                if np.linalg.svd(scaled, compute_uv=False)[-1] > _RANK:
+                if np.linalg.svd(scaled, compute_uv=False)[-1] > INDEPENDENT:
                     kept = trial
                     break
     return kept
@@ -267,7 +265,7 @@ def _independent(jacobians: np.ndarray) -> list[int]:
 def _is_singular(masses: np.ndarray) -> bool:
     for M in masses:
         d = np.sqrt(np.diagonal(M))
-        if d.min() <= 0 or np.linalg.eigvalsh(M / np.outer(d, d))[0] < _RANK:
+        if d.min() <= 0 or np.linalg.eigvalsh(M / np.outer(d, d))[0] < INDEPENDENT:
             return True
     return False
 

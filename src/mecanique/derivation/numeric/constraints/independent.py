@@ -25,6 +25,7 @@ from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.paths import JETS, delay, stack_jets
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
+from mecanique.derivation.tolerances import ON_LOOPS, RANK, REGULAR
 from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import (
     Arithmetic,
@@ -41,15 +42,6 @@ from mecanique.model.states import States
 
 _SWEEPS = 40
 """Largest number of Newton's iterations."""
-
-_ROUNDING = 1e-12
-"""Residuals of loops and rates below this, in their units, are not corrected."""
-
-_RANK = 1e-8
-"""Pivots and singular values of J below this part of the largest count as zero."""
-
-REGULAR = 0.3
-"""Least singular value that the dependent columns of J must have, relative to J's."""
 
 
 class _Group(NamedTuple):
@@ -243,7 +235,7 @@ class Reduced:
             for _ in range(_SWEEPS):
                 phi = self._closure.rows(self._evaluate_poses(states, x)[1])
                 off = np.stack([phi[i].c[order] / units[i] for i in rows], axis=-1)
-                if given and float(np.abs(off[0]).max(initial=0.0)) < _ROUNDING:
+                if given and float(np.abs(off[0]).max(initial=0.0)) < ON_LOOPS:
                     off[0] = 0.0
                 size = float(np.abs(off).max(initial=0.0))
                 if size < 1e-15 or (size < 1e-10 and size >= last):
@@ -295,7 +287,7 @@ def _choose(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     top = float(np.abs(J).max(initial=0.0))
     while len(rows) < min(J.shape):
         i, k = np.unravel_index(int(np.abs(J).argmax()), J.shape)
-        if not abs(J[i, k]) > _RANK * top:
+        if not abs(J[i, k]) > RANK * top:
             break
         rows.append(int(i))
         columns.append(int(k))
@@ -308,7 +300,7 @@ def _choose(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _regularity(block: np.ndarray, J: np.ndarray) -> float:
     """Return the least singular value of a block of J, relative to J's; 0 if its rank is less."""
     sizes = np.linalg.svd(J, compute_uv=False)
-    if int((sizes > _RANK * sizes[0]).sum()) != len(block):
+    if int((sizes > RANK * sizes[0]).sum()) != len(block):
         return 0.0
     if not len(block):
         return 1.0

@@ -26,22 +26,13 @@ from mecanique.arrays import Array
 from mecanique.derivation.mechanics.loops import closure
 from mecanique.derivation.numeric.paths import constant_jet, ground_on_jets
 from mecanique.derivation.scalars.jets import Jet
+from mecanique.derivation.tolerances import DEFINITE, RANK, ROUNDING
 from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import placement_matrix
 from mecanique.model.constraints.loops import CLOSED
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length, velocity_scales
-
-_RANK = 1e-9
-"""Singular values of J below this part of the largest count as zero."""
-
-_ROUNDING = 1e-14
-"""Entries of J below this part of the terms that are summed in them are rounding: 45 ε, where
-the largest of 200 linkages of any tilt, offset and size, closed by every kind of loop, is 0.6 ε."""
-
-_DEFINITE = 1e-6
-"""Least eigenvalue of a definite form, as a part of the largest second derivative."""
 
 _LOOKS = 100
 """How often a combination that is not definite is improved."""
@@ -69,7 +60,7 @@ def drop_rounding(jacobian: np.ndarray, terms: np.ndarray) -> np.ndarray:
     Rows that joints satisfy by themselves, such as those across a planar linkage's plane, would
     otherwise count as constraints once they are scaled to one.
     """
-    return np.where(np.abs(jacobian) > _ROUNDING * terms, jacobian, 0.0)
+    return np.where(np.abs(jacobian) > ROUNDING * terms, jacobian, 0.0)
 
 
 def shift_sizes(pose: Jet) -> np.ndarray:
@@ -181,7 +172,7 @@ def is_locked(state: States, at: Callable[[States], Constraints]) -> bool:
     lengths = np.linalg.norm(J, axis=1)
     lengths = np.where(lengths > 0, lengths, 1.0)[:, None]
     left, values, right = np.linalg.svd(J / lengths)
-    rank = int((values > _RANK * values.max(initial=0.0)).sum())
+    rank = int((values > RANK * values.max(initial=0.0)).sum())
     extra, free = left[:, rank:], units[:, None] * right[rank:].T
     if not (extra.size and free.size):
         return False
@@ -213,11 +204,11 @@ def _has_definite(forms: Array) -> bool:
     weights = np.einsum("rkk->r", forms)
     for _ in range(_LOOKS):
         values, vectors = np.linalg.eigh(np.einsum("r,rkl->kl", weights, forms))
-        if values[0] > _DEFINITE:
+        if values[0] > DEFINITE:
             return True
         # add more of the forms that are positive along the worst direction
         along = np.einsum("rkl,k,l->r", forms, vectors[:, 0], vectors[:, 0])
-        if np.abs(along).max() < _DEFINITE:
+        if np.abs(along).max() < DEFINITE:
             return False
         weights = weights + along / np.linalg.norm(along)
     return False

@@ -22,14 +22,12 @@ from mecanique.derivation.numeric.constraints.loops import (
 )
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.tolerances import LOOSE, RANK, SHARE
 from mecanique.errors import DerivationError, InputError
 from mecanique.model.constraints.loops import explain_lock
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import velocity_scales
-
-_RANK = 1e-9
-"""Singular values below this part of the largest count as zero."""
 
 
 @final
@@ -166,7 +164,7 @@ def solve_held(
     both = np.block([[units[:, None] * M * units, -J.T], [J, np.zeros((m, m))]])
     right = np.concatenate([units * rest, -factors * gamma])
     left, values, turned = np.linalg.svd(both)
-    rank = int((values > _RANK * values[0]).sum())
+    rank = int((values > RANK * values[0]).sum())
     moving, idle = turned[rank:, :nv], turned[rank:, nv:].T
     solution = np.zeros(nv + m)
     for _ in range(2):  # refined once: rounding of a large part disturbs a small one
@@ -177,9 +175,9 @@ def solve_held(
         plain = factors * rows.units
         surplus = np.linalg.lstsq(plain[:, None] * idle, plain * multipliers, rcond=None)[0]
         multipliers = multipliers - idle @ surplus
-    determined = np.abs(idle).max(axis=1, initial=0.0) < 1e-8
+    determined = np.abs(idle).max(axis=1, initial=0.0) < SHARE
     loose = np.abs(moving).max(axis=1, initial=0.0)
-    massless = moving[int(loose.argmax())] if loose.max(initial=0.0) > 1e-6 else None
+    massless = moving[int(loose.argmax())] if loose.max(initial=0.0) > LOOSE else None
     return HeldMotion(a, factors * multipliers, determined, massless)
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from mecanique.derivation.numeric.constraints.multipliers import Held
+from mecanique.derivation.tolerances import CLOSED, RANK_CLOSED
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
 from mecanique.model.states import States
@@ -15,12 +16,6 @@ from mecanique.model.units import characteristic_length, velocity_scales
 
 _POSITIONS, _STEPS = 8, 50
 """Number of random positions to start from, and Newton iterations from each."""
-
-_CLOSED = 1e-11
-"""Constraints hold if their residual is below this part of their units."""
-
-_RANK = 1e-7
-"""Singular values below this part of the largest count as zero."""
 
 
 @final
@@ -53,7 +48,7 @@ def find_redundancy(mechanism: Mechanism) -> Redundancy:
         if not rows:
             break
         left = np.linalg.svd(J)[0][:, rank[-1] :]
-        shared &= set(np.flatnonzero((np.abs(left) > _RANK).any(axis=1)).tolist())
+        shared &= set(np.flatnonzero((np.abs(left) > RANK_CLOSED).any(axis=1)).tolist())
     if not found or not rows:
         return Redundancy((), ())
     return Redundancy(_select_names(held, rows), _select_names(held, shared))
@@ -80,7 +75,7 @@ def _find_positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
         gaps = at.residual / held.row_units.units
         J = at.jacobian[:, :, columns] * units / held.row_units.units[:, None]
         finite = np.isfinite(gaps).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
-        closed = finite & (np.abs(gaps).max(axis=1, initial=0.0) < _CLOSED)
+        closed = finite & (np.abs(gaps).max(axis=1, initial=0.0) < CLOSED)
         yield from q[closed]
         left = finite & ~closed
         if not left.any():
@@ -105,4 +100,4 @@ def _rest_at(mechanism: Mechanism, q: np.ndarray) -> States:
 
 
 def _rank(J: np.ndarray) -> int:
-    return int(np.linalg.matrix_rank(J, tol=_RANK)) if len(J) else 0
+    return int(np.linalg.matrix_rank(J, tol=RANK_CLOSED)) if len(J) else 0
