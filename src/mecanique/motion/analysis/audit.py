@@ -11,11 +11,11 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.constraint_base import PressingContact
 from mecanique.motion.analysis.energies import energies
 from mecanique.motion.record.extremes import find_maxima
+from mecanique.motion.record.trajectory import Trajectory, add_steps
 from mecanique.motion.simulation.watching.validity import pressings
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.trust import Trust
-    from mecanique.motion.record.trajectory import Trajectory
 
 
 _SLACK = 1e-9
@@ -163,7 +163,7 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
     from mecanique.motion.analysis.trust import trust
 
     limit = GROWTH * (motion.statistics.rtol + ROUNDING)
-    seen = motion.with_steps(MOST_STEPS)
+    seen = add_steps(motion, MOST_STEPS)
     energy = energies(seen, seen.t)
     rows = [_row("energy", energy.balance[:, None], energy.scale, limit, "J", seen.t)]
     # what holds a velocity constraint is not known

@@ -115,27 +115,6 @@ class Trajectory:
             return state
         return ClosedLoops(self.reference, self.statistics.rtol).close_state(state)
 
-    def with_steps(self, most: int) -> Trajectory:
-        """Return the same motion with samples at its steps too, at most so many of them.
-
-        Not at those of implicit methods, whose rates are less accurate than their states.
-        """
-        curve = self.curve
-        if not curve.smooth:
-            return self
-        ends = np.flatnonzero(np.diff(curve.t, append=np.inf))  # at a break the state after it
-        steps = ends[spread(len(ends), most)]
-        fresh = np.setdiff1d(curve.t[steps], self.t)
-        if not len(fresh):
-            return self
-        state = self(fresh)
-        order = np.argsort(np.concatenate([self.t, fresh]), kind="stable")
-        t, q, v = (
-            np.concatenate(parts)[order]
-            for parts in ((self.t, fresh), (self.q, state.q), (self.v, state.v))
-        )
-        return replace(self, t=t, q=q, v=v, path=curve)
-
     def poses(self, t: Times | None = None) -> np.ndarray:
         """Return the poses of all bodies in the world, in their order, shape (n, nb, 4, 4).
 
@@ -267,3 +246,25 @@ class Trajectory:
 
     def _states(self, t: Times | None) -> State:
         return State(self.t, self.q, self.v) if t is None else self(t)
+
+
+def add_steps(motion: Trajectory, most: int) -> Trajectory:
+    """Return a motion with samples at its steps too, at most so many of them.
+
+    Not at those of implicit methods, whose rates are less accurate than their states.
+    """
+    curve = motion.curve
+    if not curve.smooth:
+        return motion
+    ends = np.flatnonzero(np.diff(curve.t, append=np.inf))  # at a break the state after it
+    steps = ends[spread(len(ends), most)]
+    fresh = np.setdiff1d(curve.t[steps], motion.t)
+    if not len(fresh):
+        return motion
+    state = motion(fresh)
+    order = np.argsort(np.concatenate([motion.t, fresh]), kind="stable")
+    t, q, v = (
+        np.concatenate(parts)[order]
+        for parts in ((motion.t, fresh), (motion.q, state.q), (motion.v, state.v))
+    )
+    return replace(motion, t=t, q=q, v=v, path=curve)
