@@ -6,10 +6,12 @@ weighted with the forces on them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, final
+
+import numpy as np
 
 from mecanique.derivation.laws import Travel, laws_of
 from mecanique.derivation.mechanics.chart import along
@@ -58,30 +60,50 @@ class Action:
 
 
 @final
-class _Span:
-    """The line between two points."""
+class Span:
+    """The line between two points, in scalars of any kind.
 
-    def __init__(self, letters: Letters, reach: Triple) -> None:
-        self._letters = letters
+    Args:
+        reach: from the one to the other.
+        root: the square root.
+        parting: returns the rate of the reach.
+    """
+
+    def __init__(
+        self,
+        reach: Sequence[Any],
+        root: Callable[[Any], Any],
+        parting: Callable[[], Sequence[Any]] | None = None,
+    ) -> None:
         self.reach = reach
+        self._root, self._parting = root, parting
 
     @property
     def square(self) -> Any:
+        """The squared distance."""
         return dot(self.reach, self.reach)
 
     @cached_property
     def x(self) -> Any:
-        return self._letters.call("sqrt", self.square)
+        """The distance."""
+        return self._root(self.square)
 
     @cached_property
     def unit(self) -> Triple:
-        return [c / self.x for c in self.reach]
+        """The direction; zero where the ends meet, if they may."""
+        length = self.x
+        if isinstance(length, np.ndarray):
+            length = np.where(length > 0, length, np.inf)
+        return [c / length for c in self.reach]
 
     @cached_property
     def rate(self) -> Any:
-        return dot(self.unit, along(self._letters, self.reach))
+        """The rate of the distance."""
+        assert self._parting is not None, "energies need no rates"
+        return dot(self.unit, self._parting())
 
     def direct(self, slope: Any | None, size: Any | None) -> Triple:
+        """Return (slope · x + size) e."""
         total: Triple = [0.0, 0.0, 0.0]
         if slope is not None:
             total = add(total, scale(slope, self.reach))
@@ -224,9 +246,13 @@ class Forces:
     def _number(self, scalar: Any) -> Any:
         return self._letters.arithmetic(scalar, self._recursion.chart.r)
 
-    def _span(self, force: LineLoad) -> _Span:
+    def _span(self, force: LineLoad) -> Span:
         a, b = (self._locate(end) for end in force.ends)
-        return _Span(self._letters, [y - x for x, y in zip(a, b, strict=True)])
+        reach = [y - x for x, y in zip(a, b, strict=True)]
+        return Span(reach, self._root, lambda: along(self._letters, reach))
+
+    def _root(self, square: Any) -> Any:
+        return self._letters.call("sqrt", square)
 
     def _locate(self, end: End) -> Triple:
         """Return a point of a body in the world."""

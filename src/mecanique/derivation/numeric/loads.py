@@ -7,13 +7,12 @@ the body's point p gives D = (p, 1) (F, 0)ᵀ, a couple C gives D = ½ Rᵀ Ĉ�
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
 from mecanique.derivation.laws import Law, Travel, laws_of
+from mecanique.derivation.mechanics.forces import Span
 from mecanique.derivation.numeric.chart import Motions, efforts_in_joints
 from mecanique.derivation.tree.links import Link, hat, place_of
 from mecanique.model.expression import Scalar, evaluate, symbols_in
@@ -22,40 +21,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
 _HATS = np.stack([hat((0.0, 0.0, 0.0), axis) for axis in np.eye(3).tolist()])
-
-
-@final
-@dataclass(frozen=True)
-class _Span:
-    """The line between two points: `reach` and its rate, if known, shape (n, 4).
-
-    Its scalars have shape (n, 1).
-    """
-
-    reach: np.ndarray
-    parting: np.ndarray | None
-
-    @property
-    def square(self) -> np.ndarray:
-        return np.asarray(np.sum(self.reach * self.reach, axis=-1, keepdims=True))
-
-    @cached_property
-    def x(self) -> np.ndarray:
-        return np.asarray(np.linalg.norm(self.reach, axis=-1, keepdims=True))
-
-    @cached_property
-    def unit(self) -> np.ndarray:
-        """The direction; zero where the ends meet."""
-        still = np.zeros_like(self.reach)
-        return np.asarray(np.divide(self.reach, self.x, out=still, where=self.x > 0))
-
-    @property
-    def rate(self) -> np.ndarray:
-        return np.asarray(np.sum(self.unit * self.parting, axis=-1, keepdims=True))
-
-    def direct(self, slope: Any | None, size: Any | None) -> Any:
-        along = 0.0 if slope is None else slope * self.reach
-        return along if size is None else along + size * self.unit
 
 
 @final
@@ -92,9 +57,9 @@ class Loads:
             match force:
                 case LineLoad():
                     a, b = (self._point(end.point) for end in force.ends)
-                    span = self._span(force, H, Hd)
+                    span = self._span(force, H, Hd, n)
                     for law in self._laws(force, values):
-                        pull = law.pull(span)
+                        pull = np.stack([*law.pull(span), np.zeros(n)], axis=-1)
                         add(force.body_a, a[:, None] * pull[:, None, :])
                         add(force.body_b, -b[:, None] * pull[:, None, :])
                 case BodyLoad():
@@ -143,15 +108,14 @@ class Loads:
         for force in self._mechanism.forces:
             if not force.conservative or isinstance(force, BodyLoad):
                 continue
-            along: _Span | Travel
+            along: Span | Travel
             if isinstance(force, LineLoad):
-                along = self._span(force, H, None)
+                along = self._span(force, H, None, n)
             else:
                 along = Travel(r[self._joint[force.joint].coordinates[0]], None)
             for law in self._laws(force, self._mechanism.values):
                 if law.kind == "potential":
-                    V = law.scalar(along)
-                    total = total + (V[..., 0] if isinstance(along, _Span) else V)
+                    total = total + law.scalar(along)
         return total
 
     def _laws(self, force: AnyForce, values: Mapping[str, Any]) -> tuple[Law, ...]:
@@ -168,10 +132,17 @@ class Loads:
     def _point(self, point: tuple[Scalar, Scalar, Scalar]) -> np.ndarray:
         return np.array([*(self._number(c, self._mechanism.values) for c in point), 1.0])
 
-    def _span(self, force: LineLoad, H: list[np.ndarray], Hd: list[np.ndarray] | None) -> _Span:
+    def _span(
+        self, force: LineLoad, H: list[np.ndarray], Hd: list[np.ndarray] | None, n: int
+    ) -> Span:
         (a, p), (b, q) = ((end.body, self._point(end.point)) for end in force.ends)
-        reach = self._locate(H, b, q) - self._locate(H, a, p)
-        return _Span(reach, None if Hd is None else self._rate(Hd, b, q) - self._rate(Hd, a, p))
+        ahead = np.broadcast_to(self._locate(H, b, q) - self._locate(H, a, p), (n, 4))
+
+        def parting() -> list[np.ndarray]:
+            assert Hd is not None
+            return list((self._rate(Hd, b, q) - self._rate(Hd, a, p)).T[:3])
+
+        return Span(list(ahead.T[:3]), np.sqrt, parting)
 
     def _vector(
         self, components: tuple[Scalar, Scalar, Scalar], values: dict[str, Any], n: int
