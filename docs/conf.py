@@ -38,7 +38,7 @@ nb_mime_priority_overrides = [("html", "text/plain", 0), ("html", "text/latex", 
 
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True}
+autodoc_default_options = {"members": True, "inherited-members": "object,BaseException,tuple"}
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
 napoleon_use_rtype = False

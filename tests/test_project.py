@@ -29,7 +29,8 @@ def describe_api() -> str:
         thing: Any = getattr(mq, name)
         if inspect.isclass(thing):
             lines.append(f"class {name}{arguments(thing)}")
-            for member in sorted(vars(thing)):
+            ours = [base for base in thing.__mro__ if base.__module__.startswith("mecanique.")]
+            for member in sorted({member for base in ours for member in vars(base)}):
                 value = inspect.getattr_static(thing, member)
                 if member.startswith("_") or not documents(value):
                     continue
