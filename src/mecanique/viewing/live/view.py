@@ -22,7 +22,7 @@ from mecanique.viewing.live.checking import Checking, pending
 from mecanique.viewing.live.live import LiveView
 from mecanique.viewing.live.moving import Moving, Recorded
 from mecanique.viewing.live.stretches import FIRST, compute_first, density
-from mecanique.viewing.scene.drawn import bodies_of, marks_of
+from mecanique.viewing.scene.drawn import bodies_of, marks_of, title_of
 from mecanique.viewing.scene.from_motion import actions_of
 from mecanique.viewing.scene.inspection import Inspection, inspection_of
 from mecanique.viewing.scene.scene import Document, Scene, VerdictTable
@@ -257,7 +257,7 @@ def scene_at_rest(mechanism: Mechanism, inspection: Inspection) -> Scene:
     counted = say_count(len(mechanism.bodies) - 1, "moving link", "moving links")
     text = mechanism.origin.text.decode("utf-8", "replace") if mechanism.origin else ""
     return Scene(
-        title=mechanism.name.replace("_", " ").capitalize(),
+        title=title_of(mechanism),
         t=np.zeros(1),
         bodies=bodies_of(mechanism),
         positions=poses[None, :, :3, 3],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar, final
@@ -22,10 +23,58 @@ from mecanique.viewing.scene.scene import GREY, ArrowUnit, JointMark, LineKind, 
 def bodies_of(mechanism: Mechanism) -> tuple[SceneBody, ...]:
     """Return a mechanism's bodies as they are drawn."""
     visuals = visuals_of(mechanism)
-    return tuple(
-        SceneBody(body.name, tuple(_shapes(mechanism, visuals[body.name])))
-        for body in mechanism.bodies
+    shapes = {name: tuple(_shapes(mechanism, listed)) for name, listed in visuals.items()}
+    missing = any(
+        isinstance(visual.geometry, Mesh) and visual.geometry.path is None
+        for listed in visuals.values()
+        for visual in listed
     )
+    if mechanism.origin is not None and (missing or not any(shapes.values())):
+        rods = {name: tuple(_join(mechanism, name)) for name, own in shapes.items() if not own}
+        shapes |= rods
+    return tuple(SceneBody(body.name, shapes[body.name]) for body in mechanism.bodies)
+
+
+def title_of(mechanism: Mechanism) -> str:
+    """Return the title of a mechanism's page: the name in its file, or the catalogue's in words."""
+    if mechanism.origin is not None:
+        return mechanism.name
+    return mechanism.name.replace("_", " ").capitalize()
+
+
+def _join(mechanism: Mechanism, name: str) -> Iterator[Shape]:
+    """A link whose mesh is not there: rods from its joint to the next ones, or to its center."""
+    body = next(body for body in mechanism.bodies if body.name == name)
+    mass = float(mechanism.evaluate(body.mass))
+    joints = [joint for joint in mechanism.joints if joint.parent == name]
+    ends = [np.array(mechanism.evaluate_all(joint.origin.xyz)) for joint in joints]
+    ends = ends or [np.array(mechanism.evaluate_all(body.center))]
+    lengths = [float(np.linalg.norm(end)) for end in ends]
+    whole = sum(lengths)
+    for end, length in zip(ends, lengths, strict=True):
+        if length < 1e-6:
+            continue
+        filled = math.sqrt(mass / (math.pi * _DENSITY * whole))
+        radius = min(max(filled, _THINNEST * length), _THICKEST * length)
+        pose = np.eye(4)
+        pose[:3, :3] = _turn_to(end / length)
+        pose[:3, 3] = end / 2
+        yield Shape("cylinder", (radius, length), pose, GREY)
+
+
+def _turn_to(axis: np.ndarray) -> np.ndarray:
+    """Return a rotation, shape (3, 3), that takes the z axis to a unit vector."""
+    # the least of its components is farthest from being parallel
+    across = np.cross(np.eye(3)[int(np.argmin(np.abs(axis)))], axis)
+    across /= np.linalg.norm(across)
+    return np.column_stack([across, np.cross(axis, across), axis])
+
+
+_DENSITY = 1000.0
+"""Of a link that is drawn as a rod [kg/m³]: arms are hollow."""
+
+_THINNEST, _THICKEST = 0.03, 0.25
+"""Radii of such rods, in terms of their lengths."""
 
 
 def marks_of(mechanism: Mechanism) -> tuple[JointMark, ...]:

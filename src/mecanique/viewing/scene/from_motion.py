@@ -12,7 +12,15 @@ from mecanique.model.units import per_second, units
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.motion import Motion
 from mecanique.motion.record.events import break_names
-from mecanique.viewing.scene.drawn import Spot, bodies_of, marks_of, name_arrows, spans_of, tips_of
+from mecanique.viewing.scene.drawn import (
+    Spot,
+    bodies_of,
+    marks_of,
+    name_arrows,
+    spans_of,
+    tips_of,
+    title_of,
+)
 from mecanique.viewing.scene.scene import Arrow, Break, Document, Floats, Line, Scene, Series, Trace
 from mecanique.viewing.scene.texts import letter
 
@@ -93,7 +101,7 @@ def scene_of(
     at = {body.name: k for k, body in enumerate(mechanism.bodies)}
     shown = actions_of(motion) if actions is None else actions
     return Scene(
-        title=mechanism.name.replace("_", " ").capitalize(),
+        title=title_of(mechanism),
         t=motion.t,
         bodies=bodies_of(mechanism),
         positions=poses[:, :, :3, 3],
