@@ -13,11 +13,7 @@ _HAT = np.array(
 
 
 def hat(vectors: Array) -> Array:
-    """Return the matrix of x × for each vector x, shape (…, 3, 3).
-
-    Args:
-        vectors: shape (…, 3).
-    """
+    """Return the matrix of x × for each vector x, shape (…, 3, 3)."""
     matrices: Array = (vectors @ _HAT).reshape(*vectors.shape, 3)
     return matrices
 

@@ -66,16 +66,16 @@ class Wrenches(Answering):
             InputError: if tau acts anywhere but in joints with one coordinate.
         """
         states = States.of(self.mechanism, q, v, t, tau=tau)
-        found = self._find_totals(states)
+        wrenches = self._find_totals(states)
         if self.mechanism.elements:
-            found |= self._hold(states).wrenches
+            wrenches |= self._hold(states).wrenches
         if not self._guided.reasons:
-            return found
+            return wrenches
         poses = np.asarray(self._answer(states, self._tree.poses))
         count = len(self.mechanism.bodies)
         flags = self._guided.undetermined(poses.reshape(-1, count, 4, 4))
-        return found | {
-            joint.name: _forget(found[joint.name], loose, self._guided.reasons[joint.name])
+        return wrenches | {
+            joint.name: _forget(wrenches[joint.name], loose, self._guided.reasons[joint.name])
             for joint, loose in zip(self.mechanism.joints, flags, strict=True)
             if loose.any()
         }
@@ -154,14 +154,14 @@ class Wrenches(Answering):
         states = States.of(self.mechanism, q, v, t)
         parts = self._hold(states).actions
         names, units = self._tree.elements.names, self._tree.elements.units()
-        found: list[AppliedForce] = []
+        applied: list[AppliedForce] = []
         for k, unit in enumerate(units):
             point, force, moment = np.moveaxis(parts[..., k, :, :], -2, 0)
             if unit.pressed:  # acts at the same point as the force before it
-                found[-1] = replace(found[-1], force=found[-1].force + force)
+                applied[-1] = replace(applied[-1], force=applied[-1].force + force)
             else:
                 name = names[unit.force]
-                found.append(
+                applied.append(
                     AppliedForce(
                         name=name,
                         body=unit.body,
@@ -171,7 +171,7 @@ class Wrenches(Answering):
                         moment=moment,
                     )
                 )
-        return tuple(found)
+        return tuple(applied)
 
     def contact_points(self, q: Given, t: float | Array = 0.0) -> dict[str, Array]:
         """Return the points of contact of rolling bodies and blades, by contact, world axes [m].
@@ -290,9 +290,9 @@ class Wrenches(Answering):
     def _carriers(self) -> list[str]:
         names = [joint.name for joint in self.mechanism.joints]
         joints = set(names)
-        for each in (*self.mechanism.loops, *self.mechanism.contacts):
-            kind = "loop" if isinstance(each, Loop) else "contact"
-            names.append(f"{kind} {each.name}" if each.name in joints else each.name)
+        for closed in (*self.mechanism.loops, *self.mechanism.contacts):
+            kind = "loop" if isinstance(closed, Loop) else "contact"
+            names.append(f"{kind} {closed.name}" if closed.name in joints else closed.name)
         return names
 
     @cached_property

@@ -27,11 +27,6 @@ def quaternion_rate(
     """Return the rate ½ quaternion ∘ (ω, 0), ω in the child's axes.
 
     The source is Diebel, Representing Attitude, 2006.
-
-    Args:
-        quaternion: four scalars.
-        spin: the angular velocity ω, three scalars.
-        half: ½, as a float or exact.
     """
     x, y, z, w = quaternion
     a, b, c = spin
@@ -154,11 +149,7 @@ class Chart:
         kind.append((seat.at_q, at))
 
     def reach(self, meets: Array) -> npt.NDArray[np.bool_]:
-        """Return on which generalized velocities each of m quantities depends, shape (m, nv).
-
-        Args:
-            meets: nonzero where a quantity depends on a velocity of the engine, shape (m, n).
-        """
+        """Return on which generalized velocities each of m quantities depends, shape (m, nv)."""
         spread = self._G != 0
         spread[self._rows] = True
         found: npt.NDArray[np.bool_] = (meets != 0) @ spread
@@ -199,12 +190,7 @@ class Chart:
         return values
 
     def place_many(self, q: Array, t: Array) -> tuple[Array, Array]:
-        """Return the engine's positions in many states, and q followed by the driven coordinates.
-
-        Args:
-            q: shape (n, nq).
-            t: shape (n,) [s].
-        """
+        """Return the engine's positions in n states, and q followed by the driven coordinates."""
         values = q
         if self._map is not None:
             driven = accept_arrays(self._map)(*q.T, t, *self._values)
@@ -220,14 +206,7 @@ class Chart:
         return p, values
 
     def move_many(self, q: Array, v: Array, t: Array, a: Array) -> tuple[Array, Array]:
-        """Return the engine's velocities and accelerations in many states, each (n, engine's nv).
-
-        Args:
-            q: shape (n, nq).
-            v: shape (n, nv).
-            t: shape (n,) [s].
-            a: shape (n, nv), the accelerations.
-        """
+        """Return the engine's velocities and accelerations in n states, each (n, engine's nv)."""
         u, rate = v @ self._G.T, a @ self._G.T
         if self._jet is not None:
             rows, count = self._rows, len(self._rows)
@@ -257,13 +236,7 @@ class Chart:
         return product
 
     def rates(self, q: Array, v: Array, out: Array) -> None:
-        """Write q' into an array.
-
-        Args:
-            q: shape (nq,).
-            v: shape (nv,).
-            out: shape (nq,), the array to write to.
-        """
+        """Write q' into an array."""
         if not self._spins:
             out[self._q_at_v] = v[self._v_at_q]
             return

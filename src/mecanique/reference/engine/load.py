@@ -87,19 +87,19 @@ class Engine:
         """The same model with hinges placed by their angle, not its cosine and sine; its data."""
         pin = engine_package()
 
-        model, data, other = self.model, self.model.createData(), pin.Model()
-        other.gravity = model.gravity
+        model, data, angular = self.model, self.model.createData(), pin.Model()
+        angular.gravity = model.gravity
         for index in range(1, model.njoints):
             joint = model.joints[index]
             if joint.nq == 2:
                 axis = np.array(data.joints[index].S).reshape(-1)[3:]
                 joint = pin.JointModelRevoluteUnaligned(axis)
-            other.addJoint(
+            angular.addJoint(
                 model.parents[index], joint, model.jointPlacements[index], model.names[index]
             )
-            other.inertias[index] = model.inertias[index]
-        other.armature = model.armature
-        return other, other.createData()
+            angular.inertias[index] = model.inertias[index]
+        angular.armature = model.armature
+        return angular, angular.createData()
 
 
 def load(mechanism: Mechanism) -> Engine:
@@ -107,9 +107,6 @@ def load(mechanism: Mechanism) -> Engine:
 
     Spherical joints are written as floating ones, as the parser has no ball joint; callers must
     keep their translation at zero.
-
-    Raises:
-        EngineError: if it is too large, or Pinocchio refuses it or reads something else.
     """
     links = chains(mechanism, "floating")
     _check_size(mechanism, links)
@@ -206,21 +203,21 @@ def _check_inertias(pin: Any, mechanism: Mechanism, model: Any, holders: dict[st
         carried.setdefault(holder.joint, []).append(name)
     for index in range(1, model.njoints):
         names = carried.get(index, [])
-        found, wanted = (
+        read, wanted = (
             model.inertias[index],
             sum((holders[name].inertia for name in names), pin.Inertia.Zero()),
         )
         first = wanted.mass * np.linalg.norm(wanted.lever)
         scale = np.abs(wanted.inertia).max() + first * np.linalg.norm(wanted.lever)
         whole = (
-            abs(found.mass - wanted.mass) <= 1e-9 * wanted.mass
-            and np.abs(found.mass * found.lever - wanted.mass * wanted.lever).max() <= 1e-9 * first
-            and np.abs(found.inertia - wanted.inertia).max() <= 1e-9 * scale
+            abs(read.mass - wanted.mass) <= 1e-9 * wanted.mass
+            and np.abs(read.mass * read.lever - wanted.mass * wanted.lever).max() <= 1e-9 * first
+            and np.abs(read.inertia - wanted.inertia).max() <= 1e-9 * scale
         )
         if not whole:
             listed = ", ".join(map(repr, names))
             raise EngineError(
-                f"Pinocchio read body {listed} with mass {found.mass:g} kg and "
-                f"center {found.lever}, not {wanted.mass:g} kg and {wanted.lever}; masses below "
+                f"Pinocchio read body {listed} with mass {read.mass:g} kg and "
+                f"center {read.lever}, not {wanted.mass:g} kg and {wanted.lever}; masses below "
                 "1e-15 kg are lost: measure in smaller units"
             )

@@ -64,13 +64,6 @@ def resultants(tree: Tree, q: Array, v: Array, t: Array, a: Array) -> Array:
 
     They are what changes the momenta of the bodies: F = Σ m a_c, M = Σ (c × m a_c + I α + ω × I ω)
     (Newton, Euler).
-
-    Args:
-        tree: inside Pinocchio.
-        q: shape (n, nq).
-        v: shape (n, nv).
-        t: shape (n,) [s].
-        a: shape (n, nv), the accelerations.
     """
     force, moment, first = (np.zeros((len(q), 3)) for _ in range(3))
     for inertia, frame in _massive(tree, _frames(tree, _drive(tree.chart, q, v, t, a))):
@@ -93,12 +86,6 @@ def momenta(tree: Tree, q: Array, v: Array, t: Array) -> Array:
     """Return linear momentum, angular about the origin and about the center, shape (n, 3, 3).
 
     p = Σ m v_c, L = Σ (c × m v_c + I ω), and L − c̄ × p about the center of mass c̄ of all.
-
-    Args:
-        tree: inside Pinocchio.
-        q: shape (n, nq).
-        v: shape (n, nv).
-        t: shape (n,) [s].
     """
     linear, angular, first = (np.zeros((len(q), 3)) for _ in range(3))
     for inertia, frame in _massive(tree, _frames(tree, _drive(tree.chart, q, v, t, 0 * v))):
@@ -115,14 +102,7 @@ def momenta(tree: Tree, q: Array, v: Array, t: Array) -> Array:
 
 
 def energies(tree: Tree, q: Array, v: Array, t: Array) -> Array:
-    """Return T, V of gravity and V of the springs, shape (n, 3), as `Tree.energy` does for one.
-
-    Args:
-        tree: inside Pinocchio.
-        q: shape (n, nq).
-        v: shape (n, nv).
-        t: shape (n,) [s].
-    """
+    """Return T, V of gravity and V of the springs, shape (n, 3), as `Tree.energy` does for one."""
     drive = _drive(tree.chart, q, v, t, np.zeros_like(v))
     frames = _frames(tree, drive)
     kinetic = drive.u**2 @ tree.engine.model.armature / 2
@@ -150,14 +130,7 @@ def _massive(tree: Tree, frames: list[_Frames]) -> Iterator[tuple[Any, _Frames]]
 
 
 def center_speeds(tree: Tree, q: Array, v: Array, t: Array) -> Array:
-    """Return the speeds of all bodies' centers of mass, in the bodies' order, shape (n, nb).
-
-    Args:
-        tree: inside Pinocchio.
-        q: shape (n, nq).
-        v: shape (n, nv).
-        t: shape (n,) [s].
-    """
+    """Return the speeds of all bodies' centers of mass, in the bodies' order, shape (n, nb)."""
     frames = _frames(tree, _drive(tree.chart, q, v, t, np.zeros_like(v)))
     holders = [tree.engine.holders[body.name] for body in tree.mechanism.bodies]
     speeds = np.empty((len(q), len(holders)))

@@ -39,12 +39,7 @@ def random_states(mechanism: Mechanism, count: int = 4) -> Iterator[tuple[Array,
 
 
 def massless_mode(mass: Array, reach: Array) -> Array | None:
-    """Return a motion that moves no mass, shape (nv,), largest component 1; None if there is none.
-
-    Args:
-        mass: mass matrix, shape (nv, nv).
-        reach: each diagonal entry without cancellation, shape (nv,).
-    """
+    """Return a motion that moves no mass, shape (nv,), largest component 1, or None."""
     # negative only for inertias that no real body has; these do have inertia
     diagonal = np.abs(np.diag(mass))
     for at in np.flatnonzero(~(diagonal > SINGULAR_MASS * reach)):
@@ -63,16 +58,7 @@ def massless_mode(mass: Array, reach: Array) -> Array | None:
 
 
 def refuse_massless(mechanism: Mechanism, mode: Array, where: str = "") -> NoReturn:
-    """Refuse a mechanism for a motion that moves no mass.
-
-    Args:
-        mechanism: the mechanism.
-        mode: that motion, shape (nv,), largest component 1.
-        where: the state, in words, if the motion is massless only there.
-
-    Raises:
-        EngineError: in any case.
-    """
+    """Refuse a mechanism for a motion that moves no mass."""
     parts = zip(mechanism.velocities, mode, strict=True)
     names = [name for name, part in parts if abs(part) > TAKES_PART]
     joints = [joint for joint in mechanism.joints if set(joint.velocities) & set(names)]
@@ -85,12 +71,7 @@ def refuse_massless(mechanism: Mechanism, mode: Array, where: str = "") -> NoRet
 
 
 def reach_of(model: Any, data: Any) -> Array:
-    """Return the mass that each of the engine's velocities moves, or its polar moment of inertia.
-
-    Args:
-        model: pinocchio.Model.
-        data: pinocchio.Data, after the mass matrix has been computed.
-    """
+    """Return the mass that each of the engine's velocities moves, or its polar moment."""
     reach: Array = np.zeros(model.nv)
     for index in range(1, model.njoints):
         joint, carried = model.joints[index], data.Ycrb[index]
@@ -107,13 +88,7 @@ def reach_of(model: Any, data: Any) -> Array:
 
 
 def backward_error(mass: Array, acceleration: Array, right: Array) -> float:
-    """Return the residual of M a = right, relative to the size of its terms.
-
-    Args:
-        mass: mass matrix, shape (nv, nv).
-        acceleration: shape (nv,).
-        right: shape (nv,).
-    """
+    """Return the residual of M a = right, relative to the size of its terms."""
     size = float((np.abs(mass) @ np.abs(acceleration) + np.abs(right)).max(initial=0.0))
     if not np.isfinite(size):
         return float("inf")
@@ -166,14 +141,7 @@ class Tree:
     def move(
         self, q: Array, v: Array, t: float, a: Array | None = None
     ) -> tuple[list[float], Array, Array]:
-        """Move the bodies to a state; return q with the driven joint coordinates, u and u'.
-
-        Args:
-            q: shape (nq,).
-            v: shape (nv,).
-            t: time [s].
-            a: shape (nv,); without it the engine's accelerations are not set, and u' is undefined.
-        """
+        """Move the bodies to a state; return q with the driven joint coordinates, u and u'."""
         engine, chart = self.engine, self.chart
         values = chart.place(q, t)
         u = chart.at(q, v, t)
@@ -239,11 +207,7 @@ class Tree:
         return force
 
     def acceleration(self, q: Array, v: Array, t: float) -> Array:
-        """Return a, shape (nv,).
-
-        Raises:
-            EngineError: if a motion moves no mass in this state.
-        """
+        """Return a, shape (nv,)."""
         if self.recursive:
             engine, chart, loads = self.engine, self.chart, self.loads
             values, u, _ = self.move(q, v, t)
@@ -344,11 +308,7 @@ class Tree:
         return units, carried, along
 
     def _probe_elements(self) -> None:
-        """Find the guides that the elements describe, in a generic position.
-
-        Raises:
-            EngineError: if an element does not fit the coordinate map or the position.
-        """
+        """Find the guides that the elements describe, in a generic position."""
         random, v = np.random.default_rng(1784), np.zeros(self.mechanism.nv)
         away = random.uniform(0.2, 1.0, self.mechanism.nq)
         for near in (0.1, 0.03, 0.01, 0.003, 0.0):
@@ -417,14 +377,7 @@ class Tree:
         return np.asarray(own @ chart.G)
 
     def rhs(self, *, overwriting: bool = False) -> Rhs:
-        """Return f(t, y) = y' for integration.
-
-        Args:
-            overwriting: whether a result may be overwritten by the next.
-
-        Raises:
-            EngineError: if a motion moves no mass in any sampled state.
-        """
+        """Return f(t, y) = y' for integration."""
         if self.massless is not None:
             refuse_massless(self.mechanism, self.massless)
         return fast_rhs(
@@ -448,7 +401,7 @@ class Tree:
         G = self.chart.G
         recursive = self.chart.constant and G.shape[0] == G.shape[1] > 0
         recursive = bool(recursive and np.linalg.cond(G) < ILL_CONDITIONED)
-        found, sound = None, False
+        massless, sound = None, False
         for q, v, t in random_states(self.mechanism):
             try:
                 mass = self.mass(q, v, t)
@@ -456,7 +409,7 @@ class Tree:
                     continue
                 mode = massless_mode(mass, self._reach())
                 if mode is not None:
-                    found = mode
+                    massless = mode
                     continue
                 sound = True
                 recursive = recursive and self._recursion_agrees(mass, q, v, t)
@@ -464,7 +417,7 @@ class Tree:
                 # a map or a force is not defined in this random state
                 continue
         if not sound:
-            self.massless = found
+            self.massless = massless
         return recursive and sound
 
     def _recursion_agrees(self, mass: Array, q: Array, v: Array, t: float) -> bool:

@@ -133,13 +133,7 @@ def newton(
 
 
 def displace(closed: Closed, q: Array, step: Array) -> Array:
-    """Return positions displaced along velocities, to first order, with unit quaternions.
-
-    Args:
-        closed: the mechanism.
-        q: shape (nq,).
-        step: shape (nv,), a velocity times a short time.
-    """
+    """Return positions displaced along velocities, to first order, with unit quaternions."""
     result: Array = q + closed.rates(q, step)
     for _, at in closed.mechanism.quaternions:
         result[at] /= np.linalg.norm(result[at])
@@ -162,20 +156,10 @@ _LONGEST = 0.5
 
 
 def close_position(closed: Closed, q: Array, t: float, held: Array | None = None) -> Array:
-    """Return positions near q at which every loop is closed, shape (nq,).
-
-    Args:
-        closed: the mechanism.
-        q: shape (nq,), the guess.
-        t: time [s].
-        held: shape (nv,), whether the coordinate of each velocity is kept; none by default.
-
-    Raises:
-        ClosureError: if a loop cannot be closed; the message states its gap.
-    """
-    found, gaps = settle(closed, q, t, held)
+    """Return positions near q at which every loop is closed, shape (nq,)."""
+    closest, gaps = settle(closed, q, t, held)
     refuse_open(closed, gaps)
-    return found
+    return closest
 
 
 @dataclass
@@ -208,12 +192,7 @@ class _Search:
         return _damped_step(J, gaps[self.rows], damping, rounding[self.rows])
 
     def accept(self, gaps: Array, trial: Array) -> bool:
-        """Return whether to take a step, and set the damping of the next.
-
-        Args:
-            gaps: the gaps before it.
-            trial: the gaps after it.
-        """
+        """Return whether to take a step, and set the damping of the next."""
         before, after = (float(np.linalg.norm(all_of[self.rows])) for all_of in (gaps, trial))
         self.stuck = self.stuck + 1 if after > 0.999 * before else 0
         if self.stuck > _PATIENCE:
@@ -240,9 +219,9 @@ def settle(closed: Closed, q: Array, t: float, held: Array | None = None) -> tup
     free = np.ones(len(still)) if held is None else np.where(held, 0.0, 1.0)
     searches = []
     for k in range(parts.count):
-        own = np.flatnonzero(parts.columns == k)
-        if free[own].any():
-            searches.append(_Search(np.flatnonzero((parts.rows == k) & positional), own))
+        moving = np.flatnonzero(parts.columns == k)
+        if free[moving].any():
+            searches.append(_Search(np.flatnonzero((parts.rows == k) & positional), moving))
     gaps = _gaps(closed, q, t)
     for _ in range(_STEPS):
         searches = [search for search in searches if not search.is_over(gaps)]
@@ -369,18 +348,7 @@ def assemble(
 
 
 def position_near(closed: Closed, guess: Given, q: Array, t: float, held: Array) -> Array:
-    """Return positions with closed loops, shape (nq,), keeping named coordinates if possible.
-
-    Args:
-        closed: the mechanism.
-        guess: the guess as the user gave it.
-        q: the same, shape (nq,).
-        t: time [s].
-        held: shape (nv,), whether the coordinate of each velocity must not change.
-
-    Raises:
-        ClosureError: if a loop cannot be closed; the message states its gap.
-    """
+    """Return positions with closed loops, shape (nq,), keeping named coordinates if possible."""
     if held.any() or not (guess is None or isinstance(guess, Mapping)):
         return close_position(closed, q, t, held)
     named = held_columns(closed.mechanism, tuple(guess or ()))
@@ -392,23 +360,23 @@ def position_near(closed: Closed, guess: Given, q: Array, t: float, held: Array)
 def _close_part(closed: Closed, q: Array, t: float, part: int, named: Array) -> Array:
     """Return positions that close one part: near q, or anywhere if none of its names is given."""
     closures = closed.closures
-    rows, own = closures.parts.rows == part, closures.parts.columns == part
-    if (named & own).any():
-        found, gaps = settle(closed, q, t, ~own | named)
+    rows, moving = closures.parts.rows == part, closures.parts.columns == part
+    if (named & moving).any():
+        closest, gaps = settle(closed, q, t, ~moving | named)
         if is_open(gaps[rows]).any():
-            found, gaps = settle(closed, q, t, ~own)
+            closest, gaps = settle(closed, q, t, ~moving)
         refuse_open(closed, np.where(rows, gaps, 0.0))
-        return found
-    found, first = settle(closed, q, t, ~own)
-    gaps, random, away = first, np.random.default_rng(0), np.zeros(len(own))
+        return closest
+    closest, first = settle(closed, q, t, ~moving)
+    gaps, random, away = first, np.random.default_rng(0), np.zeros(len(moving))
     for _ in range(_STARTS):
         if not is_open(gaps[rows]).any():
-            return found
-        away[own] = random.uniform(-1, 1, own.sum()) * closures.columns[own] * np.pi
-        found, gaps = settle(closed, displace(closed, q, away), t, ~own)
+            return closest
+        away[moving] = random.uniform(-1, 1, moving.sum()) * closures.columns[moving] * np.pi
+        closest, gaps = settle(closed, displace(closed, q, away), t, ~moving)
     if is_open(gaps[rows]).any():
         refuse_open(closed, np.where(rows, first, 0.0))
-    return found
+    return closest
 
 
 def assembly_branches(
@@ -461,33 +429,25 @@ def assembly_branches(
     if not keep and held.sum() != free.sum():
         held = free
     random = np.random.default_rng(seed)
-    found = [start]
+    branches = [start]
     reach = closed.closures.columns * np.pi
     for _ in range(tries):
-        if len(found) >= most:
+        if len(branches) >= most:
             break
         away = np.where(held, 0.0, random.uniform(-1, 1, mechanism.nv) * reach)
         try:
             q = close_position(closed, displace(closed, start, away), t, held)
         except ClosureError:
             continue
-        if all(_distance(closed, q, other, t) > 1e-6 for other in found):
-            found.append(q)
-    return tuple(found)
+        if all(_distance(closed, q, branch, t) > 1e-6 for branch in branches):
+            branches.append(q)
+    return tuple(branches)
 
 
 def close_velocity(
     closed: Closed, q: Array, v: Array, t: float, held: Array | None = None
 ) -> Array:
-    """Return the velocities nearest to v that keep the loops closed, shape (nv,).
-
-    Args:
-        closed: the mechanism.
-        q: shape (nq,), with closed loops.
-        v: shape (nv,).
-        t: time [s].
-        held: shape (nv,), which velocities to keep; if that is impossible, all are changed.
-    """
+    """Return the velocities nearest to v that keep the loops closed, shape (nv,)."""
     _, jacobian, rates, rounding = closed.closures.scale(q, v, t)
     enough = ASSEMBLED * max(1.0, float(np.abs(v).max(initial=0)))
     if held is not None:
@@ -553,13 +513,7 @@ def _find_least_step(
 
 
 def free_columns(closed: Closed, q: Array, t: float) -> Array:
-    """Return the velocities whose coordinates may be chosen freely near a position, shape (nv,).
-
-    Args:
-        closed: the mechanism.
-        q: shape (nq,), with closed loops.
-        t: time [s].
-    """
+    """Return the velocities whose coordinates may be chosen freely near a position, shape (nv,)."""
     from scipy.linalg import qr
 
     here = closed.closures.scale(q, np.zeros(closed.mechanism.nv), t)
@@ -574,11 +528,7 @@ def free_columns(closed: Closed, q: Array, t: float) -> Array:
 
 
 def held_columns(mechanism: Mechanism, names: Sequence[str]) -> Array:
-    """Return the velocities that belong to given coordinates, shape (nv,) of bool.
-
-    Raises:
-        UnknownNameError: if there is no such coordinate.
-    """
+    """Return the velocities that belong to given coordinates, shape (nv,) of bool."""
     held: Array = np.zeros(mechanism.nv, dtype=bool)
     for name in names:
         if name not in mechanism.coordinates:

@@ -132,9 +132,9 @@ class Closed:
 
     def with_rank(self, most: int | None) -> Closed:
         """Return a copy with another rank of the constraints, None for an unknown one."""
-        found = copy(self)
-        found.most = most
-        return found
+        ranked = copy(self)
+        ranked.most = most
+        return ranked
 
     def solve(self, q: Array, v: Array, t: float, *, weak: float = 0.0) -> ConstrainedMotion:
         """Solve for accelerations and multipliers.
@@ -179,20 +179,11 @@ class Closed:
         return measure(mass, jacobian, self.closures.units, self._mass_root)
 
     def acceleration(self, q: Array, v: Array, t: float) -> Array:
-        """Return a, shape (nv,).
-
-        Raises:
-            ClosureError: if a free direction carries no mass.
-            EngineError: if a force has no direction.
-        """
+        """Return a, shape (nv,)."""
         return self._solve_closed(q, v, t).acceleration
 
     def refuse_open(self, q: Array, t: float) -> None:
-        """Refuse a position with open loops, where the equations have no meaning.
-
-        Raises:
-            EngineError: if a loop is open; the message states its gap.
-        """
+        """Refuse a position with open loops, where the equations have no meaning."""
         residual = self.closures.residual(q, t)
         gaps = np.abs(residual) * self.closures.rows
         worst = int(gaps.argmax()) if len(gaps) else 0

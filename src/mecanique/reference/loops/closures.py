@@ -290,11 +290,7 @@ class Closures:
         return values, self._u
 
     def now(self, *, residual: bool = True) -> Closure:
-        """Return the constraints in the state of the last `move`.
-
-        Args:
-            residual: whether to compute Φ, which is zero otherwise.
-        """
+        """Return the constraints in the state of the last `move`."""
         parts = [self._of_loops(residual)] if self._loops else []
         if self.contacts.names:
             parts.append(self._project(*self.contacts.now(self._u)))
@@ -346,12 +342,6 @@ class Closures:
         The wrenches of contacts follow, on the body that rolls, at its hub, or that has the blade.
         The engine's data must contain the state in question. The point of a loop is the origin of
         frame b.
-
-        Args:
-            multipliers: λ of each row, with M a + h = Jᵀ λ, shape (m,).
-
-        Returns:
-            Three arrays of shape (loops + contacts, 3).
         """
         first, end = len(self._owner), len(self._owner) + len(self.contacts.names)
         contacts = self.contacts.wrenches(multipliers[first:end])
@@ -394,13 +384,13 @@ class Closures:
             six[k, 3:5] = _find_tilt(turn[k])
         for k in self._welds:
             six[k, 3:] = self._pin.log3(turn[k])
-        found: Array = six[self._owner, self._component]
+        phi: Array = six[self._owner, self._component]
         for i, length in zip(self._rods, self._lengths, strict=True):
-            found[i] = np.linalg.norm(place[self._owner[i]]) - length
+            phi[i] = np.linalg.norm(place[self._owner[i]]) - length
         for i in self._plates:
             R = turn[self._owner[i]]
-            found[i] = math.atan2(R[1, 0], R[0, 0])
-        return found
+            phi[i] = math.atan2(R[1, 0], R[0, 0])
+        return phi
 
     def _select(
         self, phi: Array, here: tuple[Array, Array], J: Array, rate: Array, second: Array

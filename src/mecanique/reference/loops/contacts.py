@@ -113,11 +113,7 @@ class ContactRows:
         """How well each place was determined there, from 0 to 1, shape (contacts,)."""
 
     def now(self, u: Array) -> Rows:
-        """Return the rows in the engine's present state.
-
-        Args:
-            u: shape (n,), the engine's velocities there.
-        """
+        """Return the rows in the engine's present state."""
         columns = self._engine.data.J.reshape(6, -1)
         residual, jacobian, gamma = [], [], []
         for k, (contact, shape) in enumerate(zip(self._contacts, self._shapes, strict=True)):
@@ -148,30 +144,22 @@ class ContactRows:
 
     def residual(self) -> Array:
         """Return Φ of all rows in the engine's present position, shape (m,)."""
-        found = []
+        gaps = []
         for contact, touch in zip(self._contacts, self._touches(), strict=True):
-            found += [touch.gap, *[0.0] * (len(contact.rows) - 1)]
-        return np.array(found)
+            gaps += [touch.gap, *[0.0] * (len(contact.rows) - 1)]
+        return np.array(gaps)
 
     def places(self) -> Array:
         """Return the points of contact in the engine's present position, shape (k, 3)."""
         return np.array([touch.place for touch in self._touches()]).reshape(-1, 3)
 
     def wrenches(self, multipliers: Array) -> tuple[Array, Array, Array]:
-        """Return force, moment and point of each contact's action, world axes.
-
-        Args:
-            multipliers: λ of each row, shape (m,).
-
-        Returns:
-            Three arrays of shape (contacts, 3); the moment is about the point, the hub of a rolling
-            body or the point of a blade.
-        """
-        found = np.zeros((3, len(self._contacts), 3))
+        """Return force, moment and point of each contact's action, world axes."""
+        wrenches = np.zeros((3, len(self._contacts), 3))
         for k, touch in enumerate(self._touches()):
             force = multipliers[self.owner == k] @ touch.directions
-            found[:, k] = force, cross(touch.place - touch.seat, force), touch.seat
-        return found[0], found[1], found[2]
+            wrenches[:, k] = force, cross(touch.place - touch.seat, force), touch.seat
+        return wrenches[0], wrenches[1], wrenches[2]
 
     def _touches(self) -> Iterator[_Touch]:
         """Yield each contact in the engine's present position, at rest."""
@@ -197,8 +185,8 @@ class ContactRows:
                 linear_rate=zero,
                 spin_rate=zero,
             )
-        own = u * self._carried[holder.joint]
-        twist, rate = data.J.reshape(6, -1) @ own, data.dJ.reshape(6, -1) @ own
+        carried = u * self._carried[holder.joint]
+        twist, rate = data.J.reshape(6, -1) @ carried, data.dJ.reshape(6, -1) @ carried
         return _Body(
             turn=pose.rotation,
             origin=pose.translation,

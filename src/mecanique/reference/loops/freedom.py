@@ -164,14 +164,7 @@ def degrees_of_freedom(
 
 
 def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
-    """Return the degrees of freedom of a mechanism with loops at an assembled position.
-
-    Args:
-        closed: the mechanism.
-        q: shape (nq,), with closed loops.
-        t: time [s].
-        seed: of the random positions around it.
-    """
+    """Return the degrees of freedom of a mechanism with loops at an assembled position."""
     mechanism = closed.mechanism
     here = _scale(closed, q, t)
     rank_here = _split(here).rank
@@ -199,16 +192,7 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
 
 
 def generic_rank(closed: Closed, q: Array, t: float) -> int:
-    """Return the rank of the constraints at generic positions near one.
-
-    Args:
-        closed: the mechanism.
-        q: shape (nq,), with closed loops.
-        t: time [s].
-
-    Raises:
-        InputError: if the loops lock the mechanism there in a singular position.
-    """
+    """Return the rank of the constraints at generic positions near one."""
     here = _scale(closed, q, t)
     rank = _split(here).rank
     if rank == min(here.jacobian.shape):
@@ -220,12 +204,7 @@ def generic_rank(closed: Closed, q: Array, t: float) -> int:
 
 
 def refuse_locked(closed: Closed, t: float) -> None:
-    """Refuse a mechanism whose loops lock it in a singular position, or cannot be closed.
-
-    Raises:
-        ClosureError: if the loops cannot be closed.
-        InputError: if they lock the mechanism in a singular position.
-    """
+    """Refuse a mechanism whose loops lock it in a singular position, or cannot be closed."""
     neutral, none_held = closed.mechanism.neutral(), np.zeros(closed.mechanism.nv, dtype=bool)
     generic_rank(closed, position_near(closed, None, neutral, t, none_held), t)
 
@@ -263,19 +242,19 @@ def _sample_around(
     """Return assembled positions near q, displaced along its free directions."""
     random = np.random.default_rng(seed)
     free = _split(here).null
-    found = []
+    around = []
     for k in range(_AROUND if free.shape[1] else 0):
         direction = free @ random.normal(size=free.shape[1])
         direction *= _AWAY * 0.8**k / float(np.abs(direction).max())
         start = displace(closed, q, closed.closures.columns * direction)
         try:
-            other = close_position(closed, start, t)
+            near = close_position(closed, start, t)
         except ClosureError:
             continue
-        gap = float(np.abs(other - q).max())
+        gap = float(np.abs(near - q).max())
         if gap > 0.2 * float(np.abs(start - q).max()):
-            found.append(other)
-    return found
+            around.append(near)
+    return around
 
 
 def _name_redundant(closure: ScaledClosure, names: tuple[str, ...]) -> tuple[str, ...]:

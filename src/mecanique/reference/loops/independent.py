@@ -68,14 +68,7 @@ class Independent:
         self._held[self.chosen] = True
 
     def position(self, step: Array) -> Array:
-        """Return the closed position after a step of the independent coordinates, shape (nq,).
-
-        Args:
-            step: shape (n,).
-
-        Raises:
-            ClosureError: if the loops cannot be closed there.
-        """
+        """Return the closed position after a step of the independent coordinates, shape (nq,)."""
         aside = displace(self._closed, self._q, self.tangent @ step)
         return close_position(self._closed, aside, self._t, self._held)
 
@@ -111,19 +104,10 @@ class Independent:
 
 
 def free_motions(closed: Closed, q: Array, t: float) -> tuple[Array, Array]:
-    """Return the independent velocities w, and T of v = T w + b, shape (nv, n).
-
-    Args:
-        closed: the loops.
-        q: shape (nq,), with closed loops.
-        t: time [s].
-
-    Raises:
-        EngineError: if a loop is open.
-    """
+    """Return the independent velocities w, and T of v = T w + b, shape (nv, n)."""
     closed.refuse_open(q, t)
-    found = Independent(closed, q, t)
-    return found.chosen, found.tangent
+    free = Independent(closed, q, t)
+    return free.chosen, free.tangent
 
 
 def driving_forces(
@@ -135,21 +119,7 @@ def driving_forces(
     t: float,
     a: Array,
 ) -> Array:
-    """Return the forces in some joints that give a mechanism its accelerations, shape (drives,).
-
-    Args:
-        tree: the mechanism's tree.
-        closed: its loops, if any.
-        drives: the velocities of these joints.
-        q: shape (nq,).
-        v: shape (nv,).
-        t: time [s].
-        a: shape (nv,).
-
-    Raises:
-        EngineError: if a loop is open.
-        ClosureError: if the loops do not allow v or a, or the drives cannot produce these.
-    """
+    """Return the forces in some joints that give a mechanism its accelerations, shape (drives,)."""
     name = tree.mechanism.name
     T = np.eye(len(v))
     if closed is not None:

@@ -47,32 +47,22 @@ def load_once(mechanism: Mechanism) -> Loaded:
     """Load a mechanism into Pinocchio, at the first call only.
 
     Results do not depend on earlier calls.
-
-    Args:
-        mechanism: the mechanism to load; it is not kept alive.
-
-    Raises:
-        EngineError: if it is too large for Pinocchio, or Pinocchio does not read it correctly.
     """
     kept, key = _shelf.kept, id(mechanism)
-    found = kept.pop(key, None)
-    if found is None or found.mechanism() is not mechanism:
+    entry = kept.pop(key, None)
+    if entry is None or entry.mechanism() is not mechanism:
         # a copy is loaded, so that the cache does not keep the mechanism alive
         tree = Tree(copy(mechanism))
         loaded = Loaded(tree, Closed(tree) if mechanism.constrained else None)
-        found = _Kept(weakref.ref(mechanism, lambda _: kept.pop(key, None)), loaded)
-    kept[key] = found
+        entry = _Kept(weakref.ref(mechanism, lambda _: kept.pop(key, None)), loaded)
+    kept[key] = entry
     if len(kept) > MOST:
         del kept[next(iter(kept))]
-    return found.loaded
+    return entry.loaded
 
 
 def load_loops(mechanism: Mechanism) -> Closed:
-    """Load a mechanism with loops as `load_once` does, and return its loops.
-
-    Raises:
-        EngineError: if it is too large for Pinocchio, or Pinocchio does not read it correctly.
-    """
+    """Load a mechanism with loops as `load_once` does, and return its loops."""
     closed = load_once(mechanism).closed
     assert closed is not None, "the mechanism has loops"
     return closed

@@ -126,9 +126,9 @@ def _directions(
         size = np.sqrt(np.maximum(squares, 0.0))
     else:
         reduced = np.linalg.qr(root() / weight, mode="r")
-        _, found, rows = np.linalg.svd(reduced)
+        _, roots, rows = np.linalg.svd(reduced)
         size, axes = np.zeros(len(mass)), rows.T
-        size[: len(found)] = found
+        size[: len(roots)] = roots
     massive = size**2 > SINGULAR_MASS
     scale = np.where(massive, size, 1.0)
     return axes / scale / weight[:, None], (axes * scale).T * weight, massive.astype(float)

@@ -67,14 +67,7 @@ def plain_rhs(closed: Closed) -> Rhs:
 
 
 def is_crossing(closed: Closed, q: Array, v: Array, t: float) -> bool:
-    """Return whether branches of the motion cross in a position, where the constraints lose rank.
-
-    Args:
-        closed: the mechanism, with the rank of its constraints if known.
-        q: shape (nq,), with closed loops.
-        v: shape (nv,).
-        t: time [s].
-    """
+    """Return whether branches of the motion cross here, where the constraints lose rank."""
     if closed.most is None or not closed.mechanism.loops:
         return False
     jacobian = closed.closures.at(q, v, t).jacobian
@@ -86,25 +79,15 @@ def is_crossing(closed: Closed, q: Array, v: Array, t: float) -> bool:
 
 
 def branch_acceleration(closed: Closed, q: Array, v: Array, t: float) -> Array:
-    """Return the acceleration; in a singular position that of the branch the motion takes.
-
-    Args:
-        closed: the mechanism, with the rank of its constraints.
-        q: shape (nq,), with closed loops.
-        v: shape (nv,).
-        t: time [s].
-
-    Raises:
-        EngineError: in a singular position at rest, or if no branch has the direction of v.
-    """
+    """Return the acceleration; in a singular position that of the branch the motion takes."""
     plain = closed.acceleration(q, v, t)
     if not is_crossing(closed, q, v, t):
         return plain
     state = _State(q, v, t)
     closure = closed.closures.at(q, v, t)
     way = _find_way(closed, state)
-    found = _interpolate(closed, way, state) if way.along.any() else None
-    if found is None or not _fits(closure.jacobian @ found, closure.gamma):
+    along = _interpolate(closed, way, state) if way.along.any() else None
+    if along is None or not _fits(closure.jacobian @ along, closure.gamma):
         moving = (
             "no branch continues with" if v.any() else "nothing decides which branch it takes at"
         )
@@ -113,7 +96,7 @@ def branch_acceleration(closed: Closed, q: Array, v: Array, t: float) -> Array:
             f"position q = {q.tolist()}, and {moving} v = {v.tolist()}; give it a velocity along "
             "a branch, or move it a little"
         )
-    return found
+    return along
 
 
 def _fits(curved: Array, gamma: Array) -> bool:
@@ -305,11 +288,7 @@ def _interpolate(closed: Closed, way: _Way, state: _State) -> Array | None:
 
 
 def _turns_ahead(closed: Closed, way: _Way, state: _State, ahead: float) -> bool | None:
-    """Return whether the branches that come near each other ahead do not cross; None if unknown.
-
-    Raises:
-        EngineError: if rounding decides that.
-    """
+    """Return whether the branches that come near each other ahead do not cross; None if unknown."""
     gaps = []
     for apart in (2 * _APART, _APART, _APART / 2):
         landings = _land_around(closed, way, state, ahead, apart)

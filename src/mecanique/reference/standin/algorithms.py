@@ -74,19 +74,21 @@ def computeGeneralizedGravity(model: Model, data: Data, q: Array) -> Array:
 def crba(model: Model, data: Data, q: Array) -> Array:
     """Return the mass matrix, shape (nv, nv)."""
     _place_in_parents(model, data, q)
-    data.Ycrb[:] = [Inertia(one.mass, one.lever, one.inertia) for one in model.inertias]
+    data.Ycrb[:] = [
+        Inertia(inertia.mass, inertia.lever, inertia.inertia) for inertia in model.inertias
+    ]
     M = np.diag(model.armature)
     for i in range(model.njoints - 1, 0, -1):
-        own = _span(model.joints[i])
+        span = _span(model.joints[i])
         carried = data.Ycrb[i].matrix() @ model.joints[i].S
-        M[own, own] += model.joints[i].S.T @ carried
+        M[span, span] += model.joints[i].S.T @ carried
         k = i
         while model.parents[k]:
             carried = data.liMi[k].twist_inside().T @ carried
             k = model.parents[k]
             block = model.joints[k].S.T @ carried
-            M[_span(model.joints[k]), own] = block
-            M[own, _span(model.joints[k])] = block.T
+            M[_span(model.joints[k]), span] = block
+            M[span, _span(model.joints[k])] = block.T
         if model.parents[i]:
             data.Ycrb[model.parents[i]] += data.liMi[i].act(data.Ycrb[i])
     return M
@@ -113,16 +115,16 @@ def computeJointJacobiansTimeVariation(model: Model, data: Data, q: Array, v: Ar
     _place(model, data, q)
     twists = [np.zeros(6)]
     for i in range(1, model.njoints):
-        joint, own = model.joints[i], _span(model.joints[i])
+        joint, span = model.joints[i], _span(model.joints[i])
         R, p = data.oMi[i].rotation, data.oMi[i].translation
         angular = R @ joint.S[3:]
         linear = R @ joint.S[:3] + np.cross(p, angular, axis=0)
-        data.J[:3, own], data.J[3:, own] = linear, angular
-        twists.append(twists[model.parents[i]] + data.J[:, own] @ v[own])
+        data.J[:3, span], data.J[3:, span] = linear, angular
+        twists.append(twists[model.parents[i]] + data.J[:, span] @ v[span])
         # columns are fixed in the moving body: their rate is the cross product with its twist
         velocity, omega = twists[i][:3], twists[i][3:]
-        data.dJ[:3, own] = np.cross(omega, linear, axis=0) + np.cross(velocity, angular, axis=0)
-        data.dJ[3:, own] = np.cross(omega, angular, axis=0)
+        data.dJ[:3, span] = np.cross(omega, linear, axis=0) + np.cross(velocity, angular, axis=0)
+        data.dJ[3:, span] = np.cross(omega, angular, axis=0)
     _move(model, data, v, np.zeros(model.nv))
 
 
@@ -131,15 +133,15 @@ def computeFrameJacobian(model: Model, data: Data, q: Array, frame: int, axes: s
     computeJointJacobiansTimeVariation(model, data, q, np.zeros(model.nv))
     at = model.frames[frame]
     place = data.oMi[at.parentJoint].act(at.placement.translation)
-    found = np.zeros((6, model.nv))
+    jacobian = np.zeros((6, model.nv))
     i = at.parentJoint
     while i:
-        own = _span(model.joints[i])
-        columns = data.J[:, own]
-        found[:3, own] = columns[:3] + np.cross(columns[3:], place, axis=0)
-        found[3:, own] = columns[3:]
+        span = _span(model.joints[i])
+        columns = data.J[:, span]
+        jacobian[:3, span] = columns[:3] + np.cross(columns[3:], place, axis=0)
+        jacobian[3:, span] = columns[3:]
         i = model.parents[i]
-    return found
+    return jacobian
 
 
 def computePotentialEnergy(model: Model, data: Data, q: Array) -> float:
@@ -172,9 +174,9 @@ def _place(model: Model, data: Data, q: Array) -> None:
 def _move(model: Model, data: Data, v: Array, a: Array) -> None:
     """Set twists and accelerations, given the poses in the parents."""
     for i in range(1, model.njoints):
-        joint, own = model.joints[i], _span(model.joints[i])
+        joint, span = model.joints[i], _span(model.joints[i])
         inside, parent = data.liMi[i].twist_inside(), model.parents[i]
-        relative = joint.S @ v[own]
+        relative = joint.S @ v[span]
         twist = inside @ data.v[parent].vector + relative
         data.v[i].vector[:] = twist
         change = np.concatenate(
@@ -183,4 +185,4 @@ def _move(model: Model, data: Data, v: Array, a: Array) -> None:
                 cross(twist[3:], relative[3:]),
             ]
         )
-        data.a[i].vector[:] = inside @ data.a[parent].vector + joint.S @ a[own] + change
+        data.a[i].vector[:] = inside @ data.a[parent].vector + joint.S @ a[span] + change

@@ -65,17 +65,13 @@ class Joint:
         return "JointModel" + ("Prismatic" if self.kind == "prismatic" else self.kind.title())
 
     def place(self, q: Array) -> tuple[Array, Array]:
-        """Return rotation and translation of the child in the joint's frame.
-
-        Args:
-            q: positions of the whole tree.
-        """
-        own = q[self.idx_q : self.idx_q + self.nq]
+        """Return rotation and translation of the child in the joint's frame."""
+        values = q[self.idx_q : self.idx_q + self.nq]
         if self.kind == "prismatic":
-            return np.eye(3), self.axis * own[0]
+            return np.eye(3), self.axis * values[0]
         if self.kind == "floating":
-            return _turn_of(own[3:]), own[:3]
-        c, s = own if self.nq == 2 else (math.cos(own[0]), math.sin(own[0]))
+            return _turn_of(values[3:]), values[:3]
+        c, s = values if self.nq == 2 else (math.cos(values[0]), math.sin(values[0]))
         outer = np.outer(self.axis, self.axis)
         return c * np.eye(3) + s * hat(self.axis) + (1 - c) * outer, np.zeros(3)
 
@@ -135,15 +131,15 @@ class Model:
 
     def addJoint(self, parent: int, joint: Joint, placement: SE3, name: str) -> int:
         """Add a joint as the child of another; return its index."""
-        own = Joint(joint.kind, joint.axis)
-        own.idx_q, own.idx_v = self.nq, self.nv
-        self.nq, self.nv = self.nq + own.nq, self.nv + own.nv
+        added = Joint(joint.kind, joint.axis)
+        added.idx_q, added.idx_v = self.nq, self.nv
+        self.nq, self.nv = self.nq + added.nq, self.nv + added.nv
         self.names.append(name)
-        self.joints.append(own)
+        self.joints.append(added)
         self.parents.append(parent)
         self.jointPlacements.append(placement)
         self.inertias.append(Inertia.Zero())
-        self.armature = np.concatenate([self.armature, np.zeros(own.nv)])
+        self.armature = np.concatenate([self.armature, np.zeros(added.nv)])
         return self.njoints - 1
 
     def copy(self) -> Model:
@@ -181,11 +177,7 @@ class Data:
 
 
 def buildModelFromXML(text: str) -> Model:
-    """Return the tree of a URDF text.
-
-    Args:
-        text: as `write_urdf` writes it.
-    """
+    """Return the tree of a URDF text."""
     # safe: only text written by mecanique is parsed here
     robot = ElementTree.fromstring(text)
     behind = defaultdict(list)
@@ -225,22 +217,22 @@ def _vector(text: str | None, default: str) -> Array:
 
 
 def _axis(joint: ElementTree.Element) -> Array:
-    found = joint.find("axis")
-    axis = _vector(None if found is None else found.get("xyz"), "1 0 0")
+    components = joint.find("axis")
+    axis = _vector(None if components is None else components.get("xyz"), "1 0 0")
     return np.asarray(axis / np.linalg.norm(axis))
 
 
 def _origin(element: ElementTree.Element) -> SE3:
-    found = element.find("origin")
-    if found is None:
+    numbers = element.find("origin")
+    if numbers is None:
         return SE3(np.eye(3), np.zeros(3))
-    roll, pitch, yaw = _vector(found.get("rpy"), "0 0 0")
+    roll, pitch, yaw = _vector(numbers.get("rpy"), "0 0 0")
     cx, cy, cz = np.cos([roll, pitch, yaw])
     sx, sy, sz = np.sin([roll, pitch, yaw])
     about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
     about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
     about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    return SE3(about_z @ about_y @ about_x, _vector(found.get("xyz"), "0 0 0"))
+    return SE3(about_z @ about_y @ about_x, _vector(numbers.get("xyz"), "0 0 0"))
 
 
 def _inertia(link: ElementTree.Element) -> Inertia:

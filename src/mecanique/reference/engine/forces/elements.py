@@ -99,34 +99,23 @@ class Elements:
             self._scale[row] = 1 / length if name in angular else 1.0
 
     def units(self) -> list[Unit]:
-        """Return the actions of unit forces on the bodies, at the engine's present position.
-
-        Raises:
-            EngineError: if a cord has no straight run from one pulley to the next.
-        """
-        found: list[Unit] = []
+        """Return the actions of unit forces on the bodies, at the engine's present position."""
+        units: list[Unit] = []
         first = 0
         for element in self._mechanism.elements:
             match element:
                 case Cord() | Belt():
-                    each = self._of_cord(element)
+                    pushes = self._of_cord(element)
                 case Gear() | Rack():
-                    each = self._of_teeth(element)
+                    pushes = self._of_teeth(element)
                 case _:
-                    each = self._of_loop(element)
-            found += [unit._replace(force=first + unit.force) for unit in each]
+                    pushes = self._of_loop(element)
+            units += [unit._replace(force=first + unit.force) for unit in pushes]
             first += len(element.forces)
-        return found
+        return units
 
     def columns(self, forces: Array) -> Columns:
-        """Return the unknown forces along the joints: of elements, joints and open guides.
-
-        Args:
-            forces: shape (nu, k), components of the elements' unit forces along the joints.
-
-        Raises:
-            EngineError: if an element does work in a motion of the coordinate map.
-        """
+        """Return the unknown forces along the joints: of elements, joints and open guides."""
         G, scale = self._chart.G, self._scale
         self._refuse(work_fault(self._mechanism, G.T @ forces))
         known = self._known(forces)
@@ -134,20 +123,13 @@ class Elements:
         matrix = np.concatenate([known, *bases], axis=1)
         given = preloads(self._mechanism.elements)
         together = np.zeros((len(given), matrix.shape[1]))
-        for row, one in zip(together, given, strict=True):
-            row[one.forces] = 1.0
-        stated = np.array(self._mechanism.evaluate_all(one.total for one in given))
+        for row, preload in zip(together, given, strict=True):
+            row[preload.forces] = 1.0
+        stated = np.array(self._mechanism.evaluate_all(preload.total for preload in given))
         return Columns(np.concatenate([matrix, together]), scale, stated)
 
     def explain(self, forces: Array) -> None:
-        """Remove guides that elements describe, at the engine's present position, from `open`.
-
-        Args:
-            forces: shape (nu, k), components of the elements' unit forces along the joints.
-
-        Raises:
-            EngineError: if an element does work in a motion of the coordinate map.
-        """
+        """Remove guides that elements describe, at the engine's present position, from `open`."""
         self._refuse(work_fault(self._mechanism, self._chart.G.T @ forces))
         known = self._known(forces)
         onto = known @ np.linalg.pinv(known, rcond=DEPENDENT)
@@ -373,11 +355,7 @@ class Guided:
         """The reason why a reaction is undetermined, by name of the joint."""
 
     def undetermined(self, poses: Array) -> npt.NDArray[np.bool_]:
-        """Return which components of each joint's reaction are undetermined, shape (joints, 6).
-
-        Args:
-            poses: poses of all bodies in n states, shape (n, bodies, 4, 4).
-        """
+        """Return which components of each joint's reaction are undetermined, shape (joints, 6)."""
         joints = self._mechanism.joints
         flags = np.zeros((len(joints), 6), dtype=bool)
         for k, joint in enumerate(joints):
@@ -394,7 +372,7 @@ class Guided:
         turns = poses[:, self._place[joint.child], :3, :3]
         origin = self._mechanism.matrix(joint.origin)[:3, :3]
         before = poses[:, self._place[joint.parent], :3, :3] @ origin
-        found, chain = [np.zeros((len(poses), 6, 0))], joint.chain
+        directions, chain = [np.zeros((len(poses), 6, 0))], joint.chain
         for motion in chain:
             if not names.issuperset(motion.coordinates):
                 continue
@@ -403,7 +381,7 @@ class Guided:
             axes = np.eye(3) if motion.kind in ("ball", "free") else np.array([motion.axis]).T
             along, nothing = frame @ axes, np.zeros((len(poses), 3, axes.shape[1]))
             if motion.kind in ("slide", "free"):
-                found.append(np.concatenate([along, nothing], axis=1))
+                directions.append(np.concatenate([along, nothing], axis=1))
             if motion.kind in ("turn", "ball", "free"):
-                found.append(np.concatenate([nothing, along], axis=1))
-        return np.concatenate(found, axis=2)
+                directions.append(np.concatenate([nothing, along], axis=1))
+        return np.concatenate(directions, axis=2)

@@ -35,14 +35,7 @@ class Law:
 
 
 def law_of(force: LineLoad | JointLoad) -> Law:
-    """Return the law of a spring, a damper or a drive.
-
-    Args:
-        force: a force between two points or in a joint.
-
-    Raises:
-        EngineError: if the force has no law here.
-    """
+    """Return the law of a spring, a damper or a drive."""
     match force:
         case Spring():
             return Law(stiffness=force.stiffness, rest=force.free_length)

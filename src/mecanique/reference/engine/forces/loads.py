@@ -177,15 +177,7 @@ class Loads:
                 self._loads.append(_Load(force.name, site, turned, *parts))
 
     def update(self, values: list[float], q: Array, u: Array, v: Array, t: float) -> list[Action]:
-        """Set `external` and `in_joints`, and return the actions on the bodies.
-
-        Args:
-            values: q, then the driven joint coordinates.
-            q: shape (nq,).
-            u: the engine's velocities.
-            v: shape (nv,).
-            t: time [s].
-        """
+        """Set `external` and `in_joints`, and return the actions on the bodies."""
         numbers = self._evaluate(q, v, t)
         if self.act_in_joints:
             forces = self.in_joints
@@ -200,26 +192,14 @@ class Loads:
         return actions
 
     def drive(self, torques: Array | float) -> None:
-        """Apply additional forces in the engine's joints until the next call.
-
-        Args:
-            torques: shape (engine's nv,), or 0 for none.
-        """
+        """Apply additional forces in the engine's joints until the next call."""
         self._driving[:] = torques
         self.in_joints[:] = torques
 
     def by_force(
         self, values: list[float], q: Array, u: Array, v: Array, t: float
     ) -> list[tuple[Triple, Triple, Triple]]:
-        """Return each force's point of action, force and moment about it, as `effects` lists them.
-
-        Args:
-            values: q, then the driven joint coordinates.
-            q: shape (nq,).
-            u: the engine's velocities.
-            v: shape (nv,).
-            t: time [s].
-        """
+        """Return each force's point of action, force and moment there, as `effects` lists them."""
         numbers = self._evaluate(q, v, t)
         found: dict[str, Sequence[Action]] = {line.name: _pull(line) for line in self._lines}
         for load in self._loads:
@@ -258,11 +238,7 @@ class Loads:
         ]
 
     def energy(self, values: list[float]) -> float:
-        """Return the potential energy of all springs, ½ k (elongation)² each [J].
-
-        Args:
-            values: q, then the driven joint coordinates.
-        """
+        """Return the potential energy of all springs, ½ k (elongation)² each [J]."""
         total = 0.0
         for line in self._lines:
             if line.stiffness:
@@ -274,12 +250,7 @@ class Loads:
         return total
 
     def energies(self, values: Array, position: Callable[[Site], Array]) -> Array:
-        """Return the potential energy of all springs in many states, shape (n,) [J].
-
-        Args:
-            values: shape (n, k), q followed by the driven joint coordinates.
-            position: returns the position of a site in the world, shape (n, 3) [m].
-        """
+        """Return the potential energy of all springs in many states, shape (n,) [J]."""
         total = np.zeros(len(values))
         for line in self._lines:
             if line.stiffness:
@@ -290,11 +261,7 @@ class Loads:
         return total
 
     def check(self) -> None:
-        """Refuse a state in which a force between two points has no direction.
-
-        Raises:
-            EngineError: if there is one; the message names the spring or damper.
-        """
+        """Refuse a state in which a force between two points has no direction."""
         for line in self._lines:
             if (line.free_length or line.damping) and line.a.position() == line.b.position():
                 raise EngineError(

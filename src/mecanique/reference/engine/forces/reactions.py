@@ -53,9 +53,6 @@ class Reactions:
 
         The engine's data must contain positions (`forwardKinematics`) and inverse dynamics of the
         state in question.
-
-        Args:
-            actions: the actions on the bodies, for the balance at fixed joints.
         """
         data = self._engine.data
         found = {}
