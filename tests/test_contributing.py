@@ -31,7 +31,7 @@ ELSEWHERE = {
     # beside a URDF; a spring's forgotten free length is one of the mistakes a check looks for
     "force": {
         "checking/mistakes/hypotheses.py",
-        "model/mechanism/variants.py",
+        "model/mechanism/mechanism.py",
         "urdf/toml_loops.py",
         "urdf/read.py",
     },

@@ -20,13 +20,14 @@ def find_homes(file: str) -> dict[str, str]:
 
 
 def attach(
-    package: str, file: str
+    package: str, file: str, prepare: Callable[[Any], Any] | None = None
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return `__getattr__`, `__dir__` and `__all__` of a package, as the stub beside it says.
 
     Args:
         package: its full name.
         file: its `__init__.py`.
+        prepare: returns what users get of what is imported.
     """
     homes = find_homes(file)
 
@@ -34,7 +35,11 @@ def attach(
         if homes.get(name) == package:  # a room of it
             room = f"{package}.{name}"
             return import_module(room)
-        return import_name(package, name, homes)
+        value = import_name(package, name, homes)
+        if prepare is not None:
+            value = prepare(value)
+            setattr(sys.modules[package], name, value)
+        return value
 
     names = sorted(name for name in homes if not name.startswith("_"))
     return get, lambda: sorted(homes), names

@@ -25,8 +25,8 @@ import numpy as np
 import mecanique as mq
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import MecaniqueError
+from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.states import States
-from mecanique.model.units import characteristic_length
 from mecanique.threads import one_thread_for_loops
 from mecanique.verification.rounding import entry_rounding, rounding
 from mecanique.verification.rows import Values, evaluate, rows_of

@@ -17,7 +17,7 @@ from mecanique.errors import DerivationError
 from mecanique.model import Body, JointSpring, Mechanism, Prismatic, Revolute, Spring, box
 from mecanique.model.joints import Floating, Spherical
 from mecanique.model.placement import Placement
-from mecanique.model.placement import rotation as rotation_by_angles
+from mecanique.model.placement import rpy_rotation as rotation_by_angles
 from mecanique.model.states import States
 
 

@@ -14,8 +14,8 @@ from mecanique.derivation.glossary import clashes, meanings
 from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left
-from mecanique.model.dimensions import say_unit
 from mecanique.model.mechanism.homogeneity import dimensions_of
+from mecanique.model.units import say_unit
 
 FUNCTIONS = {"sin", "cos", "tan", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh", "abs"}
 FUNCTIONS |= {"sign", "pi", "d", "dt"}

@@ -9,15 +9,15 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from mecanique.model.bodies.tensor import entries_of, tensor_of
-from mecanique.model.placement import angles_of, rotation
+from mecanique.model.placement import rpy_of, rpy_rotation
 
 
 @given(st.tuples(*[st.floats(-3.1, 3.1)] * 3))
 @example((0.3, math.pi / 2, 0.7))
 @example((0.3, -math.pi / 2, 0.7))
 def test_the_angles_of_a_rotation_give_it_again(rpy: tuple[float, float, float]) -> None:
-    turn = np.array(rotation(rpy), dtype=float)
-    again = np.array(rotation(angles_of(turn)), dtype=float)
+    turn = np.array(rpy_rotation(rpy), dtype=float)
+    again = np.array(rpy_rotation(rpy_of(turn)), dtype=float)
     np.testing.assert_allclose(again, turn, rtol=0, atol=1e-8)
 
 

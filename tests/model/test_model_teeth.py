@@ -7,7 +7,7 @@ import pytest
 
 from mecanique import Body, Gear, Mechanism, Placement, Reference, Revolute, disk, textbook
 from mecanique.model.bodies.visuals import Cylinder
-from mecanique.model.meshing.teeth import RackTeeth, WheelTeeth, teeth_of, visuals_of
+from mecanique.model.teeth import RackTeeth, WheelTeeth, teeth_of, visuals_of
 
 
 def offset(teeth: WheelTeeth, pose: np.ndarray, radius: float, toward: np.ndarray) -> float:

@@ -8,8 +8,8 @@ import pytest
 
 import mecanique as mq
 from mecanique.errors import InputError, MechanismError
-from mecanique.model.dimensions import read_unit, say_unit
-from mecanique.model.units import units
+from mecanique.model.mechanism_units import units
+from mecanique.model.units import read_unit, say_unit
 
 M, L = mq.Parameter("m", 2.0, "kg"), mq.Parameter("l", 1.0, "m")
 K, G = mq.Parameter("k", 3.0, "N/m"), mq.Parameter("g", 9.81, "m/s²")

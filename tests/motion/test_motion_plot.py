@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.model.units import units
+from mecanique.model.mechanism_units import units
 
 
 @pytest.fixture(scope="module")

@@ -51,7 +51,7 @@ from mecanique.model import (
     time,
 )
 from mecanique.model.joints import Joint
-from mecanique.model.placement import rotation
+from mecanique.model.placement import rpy_rotation
 from mecanique.textbook import load, names
 from mecanique.urdf import write_urdf
 from mecanique.urdf.dialect import EXTENSIONS, SPRING_DAMPER
@@ -75,7 +75,7 @@ def numbers(element: ET.Element | None, attribute: str) -> list[float]:
 
 
 def matrix(rpy: Sequence[float]) -> npt.NDArray[np.float64]:
-    return np.array(rotation(rpy))
+    return np.array(rpy_rotation(rpy))
 
 
 def mechanism(*joints: Joint, **fields: object) -> Mechanism:

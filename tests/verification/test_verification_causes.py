@@ -26,7 +26,7 @@ from verification_injections import (
 
 import mecanique as mq
 from mecanique.derivation.numeric.recursion import Recursion
-from mecanique.model.placement import rotation
+from mecanique.model.placement import rpy_rotation
 from mecanique.model.states import States
 from mecanique.verification import derivations as sources
 from mecanique.verification.causes.change import Amount, deviations, say_turn, turn_about
@@ -499,7 +499,7 @@ def test_any_turn_of_an_inertia_is_found() -> None:
     mechanism = MODELS["panda"]()
     (body,) = (body for body in mechanism.bodies if body.name == "panda_link5")
     mass, center, inertia = parts(mechanism, body)
-    R = np.array(rotation((0.9, -0.4, 1.7)), dtype=float)
+    R = np.array(rpy_rotation((0.9, -0.4, 1.7)), dtype=float)
     theirs = with_body(mechanism, body.name, mass, center, R @ inertia @ R.T)
     states = random_states(mechanism, 6, 3)
     first = causes_of(mechanism, states, told_by(theirs)(states))[0]
@@ -632,7 +632,7 @@ def test_a_tilted_axis_is_named_beside_a_mistake_in_the_link_that_it_carries() -
 
 def other_inertias() -> Iterator[tuple[str, str, Callable[[float, Array, Array], Any]]]:
     """Kinds of mistakes in a link, the words that name them with their number, and the change."""
-    point, turn = np.array([0.05, -0.1, 0.15]), np.array(rotation((0.2, 0, 0)), dtype=float)
+    point, turn = np.array([0.05, -0.1, 0.15]), np.array(rpy_rotation((0.2, 0, 0)), dtype=float)
     whole = np.array([[0.02, -0.03, 0.01], [-0.03, 0.05, 0.02], [0.01, 0.02, -0.01]])
     yield "link mass", "mass of link 'arm': 2.6 kg instead", lambda m, c, i: (1.3 * m, c, i)
     yield (

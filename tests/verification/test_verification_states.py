@@ -36,7 +36,7 @@ from mecanique.model import (
     rod,
     time,
 )
-from mecanique.model.units import characteristic_length
+from mecanique.model.mechanism_units import characteristic_length
 from mecanique.reference import Reference
 from mecanique.verification.compare import verify
 from mecanique.verification.states import random_states

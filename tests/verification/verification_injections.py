@@ -12,7 +12,7 @@ import mecanique as mq
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import MecaniqueError
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.placement import Placement, rotation
+from mecanique.model.placement import Placement, rpy_rotation
 from mecanique.model.states import States
 from mecanique.verification.states import random_states
 
@@ -162,7 +162,7 @@ def wrong_point(m: mq.Mechanism, rng: np.random.Generator) -> Iterator[Injection
 
 def wrong_axes(m: mq.Mechanism, rng: np.random.Generator) -> Iterator[Injection]:
     frames = {
-        j.child: np.array(rotation([m.evaluate(a) for a in j.origin.rpy]), dtype=float)
+        j.child: np.array(rpy_rotation([m.evaluate(a) for a in j.origin.rpy]), dtype=float)
         for j in m.joints
     }
     for body in chosen(rng, heavy(m)):

@@ -191,7 +191,7 @@ def derivation(
         written = mq.write_recursion(equations)
         return {"text": written.text, "latex": written.latex, "mathml": written.mathml}[form]()
     if units:
-        from mecanique.model.units import add_unit
+        from mecanique.model.mechanism_units import add_unit
 
         lines = zip(map(str, equations.equations), equations.units, strict=True)
         return "\n".join(add_unit(line, unit) for line, unit in lines)

@@ -12,13 +12,13 @@ from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.cutting import enumerate_words
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Tie
 from mecanique.derivation.term_units import UNIT_AT_END
-from mecanique.model.dimensions import Dimension, divide, read_unit, say_unit
 from mecanique.model.expression import symbols_in
 from mecanique.model.joint_base import UNITS, Single
 from mecanique.model.joints import Joint, Planar, Universal
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.homogeneity import dimensions_of
-from mecanique.model.units import units
+from mecanique.model.mechanism_units import units
+from mecanique.model.units import Dimension, divide, read_unit, say_unit
 
 _PARTS = ("x component", "y component", "z component", "scalar part")
 

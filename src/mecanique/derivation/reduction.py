@@ -27,8 +27,8 @@ from mecanique.derivation.symbolic.multipliers import is_constant
 from mecanique.derivation.symbolic.symbols import coordinate_of
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import units
 from mecanique.model.random_positions import draw_positions
-from mecanique.model.units import units
 
 _LETTERS = ("p", "P", "pi")
 """Letters for a momentum, before the name of its coordinate."""

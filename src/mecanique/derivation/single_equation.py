@@ -33,8 +33,8 @@ from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.multipliers import loop_stages, solve_multipliers
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import units
 from mecanique.model.random_positions import draw_positions
-from mecanique.model.units import units
 
 _FOLLOW = (
     "The loops make every other coordinate a function of {0}: its velocity is K {0}', with the "

@@ -11,7 +11,8 @@ from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.formulas import Product
 from mecanique.derivation.printing.writers import Equation
 from mecanique.derivation.symbolic.derivation import Derivation
-from mecanique.model.dimensions import (
+from mecanique.model.mechanism.homogeneity import dimensions_of
+from mecanique.model.units import (
     Dimension,
     Dimensions,
     HomogeneityError,
@@ -19,7 +20,6 @@ from mecanique.model.dimensions import (
     read_unit,
     say_unit,
 )
-from mecanique.model.mechanism.homogeneity import dimensions_of
 
 UNIT_AT_END = re.compile(r"\[([^\]]*)\]$")
 """The unit in brackets at the end of a symbol's meaning."""

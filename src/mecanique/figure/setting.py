@@ -20,7 +20,7 @@ from mecanique.model.force_base import LineLoad
 from mecanique.model.forces import Spring
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import units
+from mecanique.model.mechanism_units import units
 from mecanique.reference import Reference
 
 WIDTH, HEIGHT = 400.0, 300.0

@@ -13,7 +13,7 @@ from mecanique.figure.camera import Camera, Floats
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, unit
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.meshing.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of
+from mecanique.model.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of
 
 SLENDER = 6.0
 """A cylinder longer than this many radii is a rod, drawn as a bar whatever its radius."""

@@ -13,7 +13,7 @@ from mecanique.generation.mechanics.free_body_forces import Actions
 from mecanique.generation.program import Answer, Letter, Program
 from mecanique.generation.quantities import QUANTITIES, Quantity, choose
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import per_second, units
+from mecanique.model.mechanism_units import per_second, units
 from mecanique.program.tape import Value
 from mecanique.program.traced import values_of
 

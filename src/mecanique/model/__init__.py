@@ -49,7 +49,7 @@ from mecanique.model.forces import (
     Spring,
     Torque,
 )
-from mecanique.model.free_body import FloatingState, floating, floating_state
+from mecanique.model.free_bodies import FloatingState, floating, floating_state
 from mecanique.model.joint_base import Limits
 from mecanique.model.joints import (
     Fixed,

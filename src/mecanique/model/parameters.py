@@ -9,8 +9,8 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import InputError
-from mecanique.model.dimensions import read_unit
 from mecanique.model.expression import Scalar, evaluate, finite, plain, symbols_in, time
+from mecanique.model.units import read_unit
 
 
 class _Named:

@@ -46,7 +46,7 @@ class Placement:
     @property
     def rotation(self) -> Matrix3:
         """Rotation matrix, rows of scalars."""
-        return rotation(self.rpy)
+        return rpy_rotation(self.rpy)
 
 
 def vector(components: Vector, what: str) -> tuple[Scalar, Scalar, Scalar]:
@@ -66,7 +66,7 @@ def vector(components: Vector, what: str) -> tuple[Scalar, Scalar, Scalar]:
     return plain(x), plain(y), plain(z)
 
 
-def rotation(rpy: Vector) -> Matrix3:
+def rpy_rotation(rpy: Vector) -> Matrix3:
     """Return the rotation matrix Rz(yaw) Ry(pitch) Rx(roll) (URDF specification, `origin`).
 
     Args:
@@ -80,7 +80,7 @@ def rotation(rpy: Vector) -> Matrix3:
     )
 
 
-def angles_of(turn: Array) -> tuple[float, float, float]:
+def rpy_of(turn: Array) -> tuple[float, float, float]:
     """Return roll, pitch and yaw of a rotation matrix; roll is zero where only two count.
 
     Args:

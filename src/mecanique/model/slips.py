@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.model.placement import rotation
+from mecanique.model.placement import rpy_rotation
 
 
 class Factor(NamedTuple):
@@ -178,7 +178,7 @@ def mistake_turn(rpy: Array) -> Iterator[Slip]:
 def turn_of(rpy: Array) -> Array:
     """Return the rotation of roll, pitch and yaw, shape (3, 3)."""
     roll, pitch, yaw = (float(angle) for angle in rpy)
-    found: Array = np.array(rotation((roll, pitch, yaw)), dtype=float)
+    found: Array = np.array(rpy_rotation((roll, pitch, yaw)), dtype=float)
     return found
 
 

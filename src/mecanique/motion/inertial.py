@@ -24,7 +24,7 @@ from mecanique.model.force_base import AnyForce, BodyLoad
 from mecanique.model.forces import Force
 from mecanique.model.joints import Fixed, Revolute
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import characteristic_length, units
+from mecanique.model.mechanism_units import characteristic_length, units
 from mecanique.motion.motion import Motion, simulate
 
 EARTH_RATE = 7.292115e-5

@@ -11,7 +11,7 @@ from typing import Any, Literal
 from mecanique.checking.check import check as check_formula
 from mecanique.derivation import derive as derive_equations
 from mecanique.errors import InputError
-from mecanique.model.units import units
+from mecanique.model.mechanism_units import units
 from mecanique.motion import simulate as simulate_motion
 from mecanique.textbook.catalogue import entry, load, names
 from mecanique.urdf import read_urdf

@@ -19,7 +19,7 @@ from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring,
 from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Helical, Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Matrix3, Placement, rotate, rotation
+from mecanique.model.placement import Matrix3, Placement, rotate, rpy_rotation
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
@@ -566,7 +566,7 @@ def _joint_spring(
     reference, stiffness = mechanism.evaluate_all((spring.reference, spring.stiffness))
     across = _x_along(joint.axis)
     origin = mechanism.evaluate_all(joint.origin.xyz)
-    place = rotation(mechanism.evaluate_all(joint.origin.rpy))
+    place = rpy_rotation(mechanism.evaluate_all(joint.origin.rpy))
     in_parent = _product(place, across)
     if joint.turns:
         c, s = math.cos(reference), math.sin(reference)
@@ -619,7 +619,7 @@ def _x_along(axis: tuple[float, float, float]) -> Matrix3:
     """A rotation that takes x to the axis."""
     x, y, z = axis
     pitch, yaw = math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)
-    return rotation((0.0, pitch, yaw))
+    return rpy_rotation((0.0, pitch, yaw))
 
 
 def _product(a: Matrix3, b: Matrix3) -> Matrix3:

@@ -21,9 +21,9 @@ from mecanique.derivation.symbolic.derivation import Assumption, Derivation, Lef
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.contacts import row_names
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.random_positions import angles
 from mecanique.model.states import States
-from mecanique.model.units import characteristic_length
 from mecanique.model.values import Given
 from mecanique.reference import Reference
 from mecanique.verification.rows import Dynamics

@@ -20,8 +20,8 @@ from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.errors import FormulaError
+from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.random_positions import angles
-from mecanique.model.units import characteristic_length
 
 _BALANCED = 1e-9
 """Forces balance if they add up to less than this part of their usual size."""

@@ -17,8 +17,8 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, UnknownNameError
-from mecanique.model.dimensions import Dimension, read_unit
-from mecanique.model.units import units
+from mecanique.model.mechanism_units import units
+from mecanique.model.units import Dimension, read_unit
 
 Kind: TypeAlias = Literal[
     "value",

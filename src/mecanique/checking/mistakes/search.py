@@ -24,7 +24,7 @@ from mecanique.checking.verdict import Cause
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
-from mecanique.model.dimensions import Dimension
+from mecanique.model.units import Dimension
 
 _WORDS = (
     (1.0, "missing", "{} is missing"),

@@ -9,9 +9,9 @@ from typing import final
 
 from mecanique.checking.grammar.tree import Node
 from mecanique.errors import InputError
-from mecanique.model.dimensions import PURE, Dimension, read_unit, say_unit
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import per_second, units
+from mecanique.model.mechanism_units import per_second, units
+from mecanique.model.units import PURE, Dimension, read_unit, say_unit
 
 
 @final

@@ -27,7 +27,7 @@ from mecanique.model.guides.fit import cord_fault, mesh_fault, work_fault
 from mecanique.model.guides.guide import Guide
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import characteristic_length
+from mecanique.model.mechanism_units import characteristic_length
 
 
 @final

@@ -16,7 +16,7 @@ from mecanique.generation.dop853 import (
 from mecanique.generation.program import Landing
 from mecanique.generation.targets.c import NOTATION, SIGN
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import velocity_scales
+from mecanique.model.mechanism_units import velocity_scales
 from mecanique.program.listing import list_program
 from mecanique.program.tape import Tape, Value
 

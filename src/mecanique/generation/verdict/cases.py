@@ -1,29 +1,265 @@
 """Choose the states in which code is compared, and compute Pinocchio's values there.
 
 Half of the states have the mechanism's own parameters; in the others every parameter that the code
-takes is changed by up to a tenth, in a few different ways.
+takes is changed by up to a tenth, in a few different ways. Derivatives are finite differences of
+the sixth order.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import reduce
+from typing import Any
 
 import numpy as np
 
-from mecanique.errors import MecaniqueError
+from mecanique.errors import DerivationError, InputError, MecaniqueError
 from mecanique.generation.program import Program
+from mecanique.generation.quantities import Quantity
 from mecanique.generation.targets.target import Cases
-from mecanique.generation.verdict.answers import ROUNDED, answer_of, unit_of
-from mecanique.generation.verdict.differences import TOLERANCE as DIFFERENCES
-from mecanique.generation.verdict.differences import differences
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, seated_velocities
-from mecanique.reference import Reference
+from mecanique.model.values import Given
+from mecanique.reference import Reference, assemble
 from mecanique.verification.difference import scales
 from mecanique.verification.rounding import UNIT, rounding
 from mecanique.verification.rows import moving_mass
 from mecanique.verification.states import random_states
+from mecanique.verification.stencil import WEIGHTS
+
+ROUNDED = {
+    "rhs": "acceleration",
+    "mass_matrix": "mass matrix",
+    "inverse_dynamics": "inverse dynamics",
+    "multipliers": "acceleration",
+}
+"""The name under which the rounding of a quantity is known, if it is not its own."""
+
+
+def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
+    """Compute a quantity by Pinocchio, shape (n, …).
+
+    Args:
+        name: name of the quantity.
+        reference: the mechanism inside Pinocchio.
+        states: coordinates, velocities and times.
+        tau: torques, shape (n, nv).
+
+    Raises:
+        InputError: if Pinocchio does not provide the quantity.
+        DerivationError: if redundant loops leave multipliers undetermined.
+    """
+    q, v, t = states.q, states.v, states.t
+    match name:
+        case "rhs":
+            rates = np.asarray(reference.rates(q, v))
+            return np.hstack([rates, answer_of("acceleration", reference, states, tau)])
+        case "acceleration":
+            return np.asarray(reference.acceleration(q, v, t, tau=tau))
+        case "mass_matrix":
+            return np.asarray(reference.mass_matrix(q, t))
+        case "bias":
+            return np.asarray(reference.bias(q, v, t))
+        case "forces":
+            return np.asarray(reference.forces(q, v, t))
+        case "gravity":
+            return np.asarray(reference.gravity(q, t))
+        case "inverse_dynamics":
+            return np.asarray(reference.inverse_dynamics(q, v, states.a, t))
+        case "energy":
+            energy = reference.energy(q, v, t)
+            V = np.asarray(energy.gravity) + np.asarray(energy.springs)
+            return np.stack([np.asarray(energy.kinetic), V], axis=-1)
+        case "poses":
+            mechanism = reference.mechanism
+            moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
+            found = [np.asarray(reference.pose(body, q, t))[:, :3] for body in moved]
+            return np.stack(found, axis=1)
+        case "jacobians":
+            mechanism = reference.mechanism
+            moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
+            return np.stack([np.asarray(reference.jacobian(body, q, t)) for body in moved], axis=1)
+        case "reactions":
+            return _compute_reactions(reference, states, tau)
+        case "closure":
+            residual = np.asarray(reference.constraint_residual(q, t))
+            return np.hstack([residual, _compute_gap_rates(reference, states)])
+        case "multipliers":
+            return _compute_multipliers(reference, states, tau)
+    raise InputError(f"{name!r} cannot be compared with Pinocchio")
+
+
+def _compute_reactions(reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
+    """Return the wrenches of joints on their children, then of loops, (n, joints and loops, 6).
+
+    Raises:
+        DerivationError: if some are undetermined.
+    """
+    wrenches = reference.reactions(states.q, states.v, states.t, tau)
+    loose = [name for name, wrench in wrenches.items() if wrench.undetermined]
+    if loose:
+        raise DerivationError(
+            f"the reactions of mechanism {reference.mechanism.name!r} are undetermined in "
+            f"{', '.join(loose)}"
+        )
+    rows = [np.concatenate([w.force, w.moment], axis=-1) for w in wrenches.values()]
+    return np.stack(rows, axis=1)
+
+
+def _compute_gap_rates(reference: Reference, states: States) -> np.ndarray:
+    """Return Φ', or ψ for rows that restrict velocities only, shape (n, m)."""
+    assert reference.closed is not None, "the mechanism has loops"
+    found = []
+    for q, v, t in zip(states.q, states.v, states.t.tolist(), strict=True):
+        here = reference.closed.closures.at(q, v, t)
+        found.append(here.jacobian @ v + here.drift)
+    return np.array(found)
+
+
+def unit_of(name: str, answer: np.ndarray, d: np.ndarray, mass: float) -> Any:
+    """Return the factors that make the entries of an answer comparable, for its shape (n, size).
+
+    Args:
+        name: name of a quantity.
+        answer: its values, shape (n, …).
+        d: square roots of the mass matrix's diagonal, shape (n, nv).
+        mass: the moving mass [kg].
+    """
+    match name:
+        case "rhs":
+            rates = answer.shape[1] - d.shape[1]
+            return np.hstack([np.full((len(d), rates), np.sqrt(mass)), d])
+        case "acceleration":
+            return d
+        case "mass_matrix":
+            return (1 / (d[:, :, None] * d[:, None, :])).reshape(len(d), -1)
+        case "bias" | "forces" | "gravity" | "inverse_dynamics":
+            return 1 / d
+    return np.ones((len(d), int(np.prod(answer.shape[1:]))))
+
+
+def _compute_multipliers(reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
+    """Return λ from M a + bias − forces − τ = Jᵀ λ."""
+    J = np.asarray(reference.constraint_jacobian(states.q, states.t))
+    a = answer_of("acceleration", reference, states, tau)
+    M = answer_of("mass_matrix", reference, states, tau)
+    rest = answer_of("bias", reference, states, tau) - tau
+    rest = rest - answer_of("forces", reference, states, tau)
+    found = []
+    for k in range(len(states)):
+        solved = np.linalg.lstsq(J[k].T, M[k] @ a[k] + rest[k], rcond=None)
+        if solved[2] < len(J[k]):
+            raise DerivationError(
+                f"constraints of mechanism {reference.mechanism.name!r} are redundant, which "
+                "leaves their multipliers undetermined"
+            )
+        found.append(solved[0])
+    return np.array(found)
+
+
+DIFFERENCES = 1e-6
+"""Largest relative difference that counts as agreement, given the error of this method."""
+
+_STEP = 1e-3
+"""Step along a coordinate or a velocity, and relative step of a torque or a parameter."""
+
+
+def differences(
+    quantity: Quantity, program: Program, reference: Reference, states: States, tau: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return derivatives, shape (n, …, directions), and which directions are compared, 1 or 0.
+
+    Derivatives by signals are not compared, as they are not inputs of Pinocchio, nor those of
+    reactions by tau that acts in no joint with one coordinate, which the reference refuses.
+
+    Args:
+        quantity: a derivative.
+        program: the program with the parameters.
+        reference: the mechanism inside Pinocchio.
+        states: coordinates, velocities and times.
+        tau: torques, shape (n, nv).
+    """
+    columns: list[np.ndarray] = []
+    compared: list[float] = []
+    for move, scale in _list_moves(quantity, program, reference, states, tau):
+        size = _STEP * scale
+        total = 0.0 * answer_of(quantity.base, *move(0.0))
+        for k, weight in enumerate(WEIGHTS if scale else (), 1):
+            ahead, behind = (answer_of(quantity.base, *move(sign * k * size)) for sign in (1, -1))
+            total = total + weight * (ahead - behind) / size
+        columns.append(total)
+        compared.append(float(scale > 0))
+    return np.stack(columns, axis=-1), np.array(compared)
+
+
+_Move = Callable[[float], tuple[Reference, States, np.ndarray]]
+
+
+def _list_moves(
+    quantity: Quantity, program: Program, reference: Reference, states: States, tau: np.ndarray
+) -> list[tuple[_Move, float]]:
+    """Return the displacement along each direction, with its scale; zero if it is not compared."""
+    nv, mechanism = reference.mechanism.nv, reference.mechanism
+    unit = np.eye(nv)
+
+    def along_q(k: int) -> _Move:
+        rates = np.asarray(reference.rates(states.q, np.broadcast_to(unit[k], states.v.shape)))
+
+        def move(step: float) -> tuple[Reference, States, np.ndarray]:
+            q = states.q + step * rates
+            mechanism.normalize(q)
+            return reference, replace(states, q=q), tau
+
+        return move
+
+    def along_v(k: int) -> _Move:
+        return lambda step: (reference, replace(states, v=states.v + step * unit[k]), tau)
+
+    def along_a(k: int) -> _Move:
+        return lambda step: (reference, replace(states, a=states.a + step * unit[k]), tau)
+
+    def along_tau(k: int) -> _Move:
+        return lambda step: (reference, states, tau + step * unit[k])
+
+    def along_p(symbol: str) -> _Move:
+        def move(step: float) -> tuple[Reference, States, np.ndarray]:
+            if not step:
+                return reference, states, tau
+            other = mechanism.replace(**{symbol: mechanism.values[symbol] + step})
+            return Reference(other), replace(states, mechanism=other), tau
+
+        return move
+
+    if quantity.by == "p":
+        values = [(p.name, mechanism.values.get(p.name, 0.0)) for p in program.parameters]
+        signals = [p.name for p in program.parameters if p.name not in mechanism.values]
+        return [
+            (along_p(name), 0.0 if name in signals else abs(value) or 1.0) for name, value in values
+        ]
+    if quantity.by == "tau":
+        placed = [
+            quantity.base != "reactions" or name in seated_velocities(mechanism)
+            for name in mechanism.velocities
+        ]
+        return [(along_tau(k), float(known)) for k, known in enumerate(placed)]
+    kinds = {"y": (along_q, along_v), "q": (along_q,), "v": (along_v,), "a": (along_a,)}
+    return [(along(k), 1.0) for along in kinds[quantity.by] for k in range(nv)]
+
+
+def start_of(mechanism: Mechanism, q: Given, v: Given) -> tuple[float, ...]:
+    """Return initial coordinates with closed loops, and velocities.
+
+    Args:
+        mechanism: the mechanism.
+        q: coordinates, in order or by name.
+        v: velocities; the model itself makes them consistent with the loops.
+
+    Raises:
+        ClosureError: if the loops cannot be closed near the coordinates.
+    """
+    return (*assemble(mechanism, q).tolist(), *mechanism.velocity(v).tolist())
+
 
 TOLERANCE = 1e-13
 """Largest relative difference that counts as agreement, unless rounding allows more."""

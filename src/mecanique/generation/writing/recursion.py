@@ -8,8 +8,11 @@ none in the virtual work of the displacements that A allows.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+import textwrap
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from html import escape
 from typing import Any, final
 
 from mecanique.derivation.equations import Equations
@@ -19,20 +22,251 @@ from mecanique.derivation.mechanics.loops import Loops
 from mecanique.derivation.mechanics.recursion import Recursion, Wrench
 from mecanique.derivation.mechanics.vectors import add, apply_transpose, cross, scale
 from mecanique.derivation.printing.formulas import Letter, Product, names_in
+from mecanique.derivation.printing.lines import display, width
+from mecanique.derivation.printing.prose import to_latex
+from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, write
 from mecanique.generation.mechanics.dynamics import Dynamics, Tree
 from mecanique.generation.writing.formulas import Line, tidy
-from mecanique.generation.writing.names import (
-    explain_force,
-    explain_letters,
-    explain_results,
-    name_functions,
-    name_results,
-    spell,
-)
-from mecanique.generation.writing.written import Part, Written
 from mecanique.model.expression import symbols_in
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import units
 from mecanique.program.listing import Notation, list_program
-from mecanique.program.traced import trace, values_of
+from mecanique.program.tape import Tape
+from mecanique.program.traced import Traced, trace, value_of, values_of
+
+_MEANINGS = {
+    "w": "angular velocity of {} [rad/s]",
+    "alpha": "angular acceleration of {} [rad/s²]",
+    "a": "acceleration of the origin of {} minus that of free fall [m/s²]",
+    "F": "force that accelerates {} and all bodies beyond [N]",
+    "N": "moment that accelerates {} and all bodies beyond, about its origin [N·m]",
+}
+
+
+def spell(name: str) -> str:
+    """Spell the name of a part as a subscript."""
+    return "".join(sign if sign.isalnum() else "_" for sign in name)
+
+
+def name_results(recursion: Recursion) -> dict[int, str]:
+    """Return the names of the components of the links' vectors, by place on the tape."""
+    names: dict[int, str] = {}
+    for letter, vectors in recursion.found.items():
+        for body, vector in zip(_bodies(recursion), vectors, strict=True):
+            for axis, component in zip("xyz", vector, strict=True):
+                known = isinstance(component, Traced)
+                place = value_of(component) if known else None
+                inner = isinstance(place, int) and recursion.letters.tape.operations[place]
+                if isinstance(place, int) and inner and inner[0] != "input":
+                    names.setdefault(place, f"{letter}_{spell(body)}_{axis}")
+    return names
+
+
+def name_functions(tape: Tape, taken: dict[int, str]) -> dict[int, str]:
+    """Return the names of sines and cosines of coordinates, s_q1 and c_q1."""
+    names: dict[int, str] = {}
+    for place, (kind, values, _) in enumerate(tape.operations):
+        if kind in ("sin", "cos") and place not in taken:
+            (inner,) = values
+            operation = tape.operations[inner] if isinstance(inner, int) else ("", (), "")
+            if operation[0] == "input":
+                names[place] = f"{kind[0]}_{operation[2]}"
+    return names
+
+
+def explain_letters(
+    mechanism: Mechanism, used: Collection[str]
+) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Yield the meanings of a mechanism's coordinates, velocities and parameters."""
+    known = units(mechanism)
+    for name in (*mechanism.coordinates, *mechanism.velocities):
+        kind = "coordinate" if name in mechanism.coordinates.names else "generalized velocity"
+        unit = known.get(name, "")
+        yield (name,), f"{kind} [{unit}]" if unit not in ("", "1") else kind
+    for parameter in mechanism.parameters:
+        if parameter.symbol in used:
+            unit = "" if parameter.unit == "1" else f" [{parameter.unit}]"
+            yield (parameter.symbol,), f"{parameter.meaning or 'parameter'}{unit}"
+    for signal in mechanism.inputs:
+        if signal.symbol in used:
+            yield (signal.symbol,), signal.meaning or "input"
+
+
+def explain_results(
+    recursion: Recursion, defined: set[str]
+) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Yield the meanings of the named vectors with a component in the list."""
+    for body in _bodies(recursion):
+        for letter, sentence in _MEANINGS.items():
+            every = [f"{letter}_{spell(body)}_{axis}" for axis in "xyz"]
+            parts = tuple(name for name in every if name in defined)
+            if parts:
+                yield parts, sentence.format(body)
+    for name in sorted(defined):
+        if name.startswith(("s_", "c_")):
+            yield (name,), f"{'sine' if name[0] == 's' else 'cosine'} of {name[2:]}"
+
+
+def explain_force(mechanism: Mechanism, row: str) -> str:
+    """Explain the multiplier of a row, e.g. a force of a contact, with its direction.
+
+    Args:
+        mechanism: the mechanism with the constraint.
+        row: "contact: motion it prevents", "loop: motion it closes", or a velocity constraint's
+            name.
+    """
+    name, _, motion = row.partition(": ")
+    for contact in mechanism.contacts:
+        if contact.name == name:
+            return contact.forces_of[motion].format(f"of {contact.on} on {contact.body} in {name}")
+    if motion:
+        return f"multiplier of loop {name}, {motion}"
+    return f"multiplier of velocity constraint {name}"
+
+
+def _bodies(recursion: Recursion) -> list[str]:
+    """Return the body after which each moving link is named."""
+    first: dict[int, str] = {}
+    for body, seat in recursion.seats.items():
+        first.setdefault(seat.place, body)
+    return [first.get(place, f"link{place + 1}") for place in range(len(recursion.links))]
+
+
+_WIDTH = 100
+_LABEL = 120.0  # [pt], the widest symbols with their meaning beside them, not below
+_FRAGMENT = "% part of a document with \\usepackage{amsmath}"
+_MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
+
+
+@final
+@dataclass(frozen=True)
+class Part:
+    """Formulas under a heading.
+
+    Args:
+        heading: the heading.
+        said: a sentence about them; may be empty.
+        lines: each name = right, or 0 = right.
+        numbered: whether they are numbered.
+    """
+
+    heading: str
+    said: str
+    lines: tuple[Line, ...]
+    numbered: bool = False
+
+    def write(self, writer: Writer) -> tuple[str, ...]:
+        """Write its lines in the format of a writer."""
+        return tuple(_write_node(line, writer) for line in self.lines)
+
+
+@final
+@dataclass(frozen=True)
+class Written:
+    """Equations of motion as a list of named results.
+
+    Args:
+        title: the title.
+        about: the mechanism's description, and how to read the list, by paragraphs.
+        meanings: symbols with their meanings.
+        recursion: the results in order.
+        results: the equations of motion, then the constraints.
+    """
+
+    title: str
+    about: tuple[str, ...]
+    meanings: tuple[tuple[tuple[str, ...], str], ...]
+    recursion: Part
+    results: tuple[Part, ...]
+
+    @cached_property
+    def lines(self) -> tuple[str, ...]:
+        """The results in order, as text, name = formula."""
+        return self.recursion.write(Text())
+
+    @cached_property
+    def equations(self) -> tuple[str, ...]:
+        """The equations of motion and the constraints, as text, formula = 0."""
+        return tuple(line for part in self.results for line in part.write(Text()))
+
+    def text(self) -> str:
+        """Return the list as text."""
+        out = list[str]()
+        for paragraph in self.about:
+            out += [*textwrap.wrap(paragraph, _WIDTH), ""]
+        out.append("Symbols")
+        listed = [(", ".join(names), sentence) for names, sentence in self.meanings]
+        wide = max(len(names) for names, _ in listed)
+        out += [f"  {names:<{wide}}  {sentence}" for names, sentence in listed]
+        for part in self._parts:
+            out += ["", part.heading, *textwrap.wrap(part.said, _WIDTH)]
+            digits = len(str(len(part.lines)))
+            for count, line in enumerate(part.write(Text()), 1):
+                label = f"{f'({count})':>{digits + 2}}  " if part.numbered else ""
+                out.append(f"  {label}{line}")
+        return "\n".join(out)
+
+    def latex(self) -> str:
+        """Return the list in LaTeX, as a fragment of a document."""
+        names = frozenset(name for names, _ in self.meanings for name in names)
+        out = [_FRAGMENT, f"\\section*{{{to_latex(self.title, ())}}}"]
+        out += [f"{to_latex(paragraph, names)}\n" for paragraph in self.about]
+        out.append("\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}")
+        for symbols, sentence in self.meanings:
+            said = ", ".join(self._latex_letter(name) for name in symbols)
+            below = " \\hfill \\\\" if width(said) > _LABEL else ""
+            out.append(f"\\item[{{{said}}}]{below} {to_latex(sentence, names)}")
+        out.append("\\end{description}")
+        for part in self._parts:
+            out += [f"\\subsection*{{{part.heading}}}", to_latex(part.said, names)]
+            rows = part.write(Latex())
+            if part.numbered:
+                rows = tuple(f"{row} \\tag{{{count}}}" for count, row in enumerate(rows, 1))
+            out.append(display(rows))
+        return "\n".join(out)
+
+    def mathml(self) -> str:
+        """Return the list in MathML, as a fragment of an HTML page."""
+        out = [f"<h3>{escape(self.title)}</h3>"]
+        out += [*(f"<p>{escape(paragraph)}</p>" for paragraph in self.about), "<dl>"]
+        out += [f"<dt>{said}</dt><dd>{escape(each)}</dd>" for said, each in self.symbols()]
+        out.append("</dl>")
+        for heading, said, formulas in self.sections():
+            out += [f"<h4>{escape(heading)}</h4>", *([f"<p>{escape(said)}</p>"] if said else [])]
+            out += formulas
+        return "\n".join(out)
+
+    def symbols(self) -> tuple[tuple[str, str], ...]:
+        """Return each symbol in MathML, with its meaning in words."""
+        found = []
+        for names, sentence in self.meanings:
+            symbol = "<mo>,</mo>".join(MathML().letter(name, False, "") for name in names)
+            found.append((_MATH.format("inline", symbol), sentence))
+        return tuple(found)
+
+    def sections(self) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+        """Yield heading, explanation and formulas in MathML of each part."""
+        for part in self._parts:
+            rows = part.write(MathML())
+            yield part.heading, part.said, tuple(_MATH.format("block", row) for row in rows)
+
+    def __str__(self) -> str:
+        return self.text()
+
+    @property
+    def _parts(self) -> tuple[Part, ...]:
+        return (self.recursion, *self.results)
+
+    def _latex_letter(self, name: str) -> str:
+        return name if name == "…" else f"${Latex().letter(name, False, '')}$"
+
+
+def _write_node(line: Line, writer: Writer) -> str:
+    right = write(line.right.terms, writer, decimals=True)
+    if line.name == "0":
+        return writer.equation(right, writer.number("0"))
+    return writer.equation(writer.letter(line.name, False, ""), right)
+
 
 _CALLS = ("sin", "cos", "tan", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh", "sign")
 _NOTATION = Notation(

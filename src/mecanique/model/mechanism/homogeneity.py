@@ -9,7 +9,12 @@ from typing import final
 
 from mecanique.model.bodies.shape import Shape
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere
-from mecanique.model.dimensions import (
+from mecanique.model.expression import Scalar, symbols_in
+from mecanique.model.force_base import JointLoad
+from mecanique.model.joint_base import UNITS, Single
+from mecanique.model.mechanism.description import Description
+from mecanique.model.placement import Placement
+from mecanique.model.units import (
     PURE,
     Dimension,
     Dimensions,
@@ -18,11 +23,6 @@ from mecanique.model.dimensions import (
     read_unit,
     say_unit,
 )
-from mecanique.model.expression import Scalar, symbols_in
-from mecanique.model.force_base import JointLoad
-from mecanique.model.joint_base import UNITS, Single
-from mecanique.model.mechanism.description import Description
-from mecanique.model.placement import Placement
 
 
 @final

@@ -2,20 +2,227 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields
-from typing import Any, final
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar, cast, final
 
-from mecanique.errors import MecaniqueError, MechanismError
+import numpy as np
+
+from mecanique.errors import InputError, MecaniqueError, MechanismError, UnknownNameError
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
+from mecanique.model.expression import Scalar, Vector, coordinate, plain, symbols_in
+from mecanique.model.force_base import AnyForce
+from mecanique.model.forces import JointDamper
+from mecanique.model.joint_base import Limits, Single
+from mecanique.model.joints import Joint, Planar
+from mecanique.model.mechanism.description import Description
 from mecanique.model.mechanism.element_laws import laws_of_elements
 from mecanique.model.mechanism.state_space import StateSpace
 from mecanique.model.mechanism.validation import faults
-from mecanique.model.mechanism.variants import Variants
-from mecanique.model.placement import vector
+from mecanique.model.parameters import Parameter
+from mecanique.model.placement import Placement, vector
 from mecanique.notebook import draw
 from mecanique.wording import say_count
+
+_Variant = TypeVar("_Variant", bound="Variants")
+
+
+@dataclass(frozen=True)
+class Variants(Description):
+    """The copies that can be made of a mechanism."""
+
+    def replace(
+        self: _Variant,
+        name: str | None = None,
+        /,
+        *,
+        gravity: Vector | float | None = None,
+        **values: float,
+    ) -> _Variant:
+        """Return a copy with other parameter values or another gravity.
+
+        Args:
+            name: another name for the copy, if any.
+            gravity: shape (3,), acceleration of free fall in world axes [m/s²]; the value of the
+                parameter where the mechanism has one of this name.
+            values: new value of each parameter to change, by symbol.
+
+        Raises:
+            UnknownNameError: if a symbol is no parameter.
+            InputError: if a value is not finite, or gravity has not three components.
+            MechanismError: if the copy is not sound.
+        """
+        if gravity is not None and "gravity" in self.values:
+            values["gravity"], gravity = cast("float", gravity), None
+        for symbol in values:
+            if symbol not in self.values:
+                raise UnknownNameError("parameter", symbol, self.values)
+        parameters = tuple(p.with_value(values.get(p.symbol, p.value)) for p in self.parameters)
+        changed = replace(self, name=self.name if name is None else name, parameters=parameters)
+        if gravity is None:
+            return changed
+        fall = vector(cast("Vector", gravity), "gravity")
+        return replace(changed, gravity=fall, parameters=_with(parameters, cast("Vector", gravity)))
+
+    def with_body(
+        self: _Variant,
+        name: str,
+        /,
+        *,
+        mass: Scalar | None = None,
+        center: Vector | np.ndarray | None = None,
+        inertia: Sequence[Scalar] | np.ndarray | None = None,
+    ) -> _Variant:
+        """Return a copy in which one body has another mass, center of mass or inertia.
+
+        What is not given stays as it is: a new mass does not change the inertia. A `Parameter`
+        that is given becomes one of the copy's.
+
+        Args:
+            name: of the body.
+            mass: above 0 [kg].
+            center: shape (3,), center of mass in the body's frame [m].
+            inertia: ixx, iyy, izz, ixy, ixz, iyz about the center of mass, body axes [kg·m²].
+
+        Raises:
+            UnknownNameError: if there is no such body.
+            InputError: if the mass is zero, or the number of components is wrong.
+            MechanismError: if the copy is not sound, e.g. its mass negative.
+        """
+        changed = self.body(name).replace(mass=mass, center=center, inertia=inertia)
+        copy = replace(
+            self,
+            bodies=tuple(changed if body.name == name else body for body in self.bodies),
+            parameters=_with(self.parameters, [mass], center, inertia),
+        )
+        if mass is not None and copy.evaluate(changed.mass) == 0:
+            raise InputError(f"expected a mass above 0 for body {name!r}, got 0")
+        return copy
+
+    def with_joint(
+        self: _Variant,
+        name: str,
+        /,
+        *,
+        origin: Placement | Vector | None = None,
+        axis: tuple[float, float, float] | None = None,
+        limits: Limits | tuple[float, float] | None = None,
+        armature: Scalar | None = None,
+        damping: Scalar | None = None,
+    ) -> _Variant:
+        """Return a copy in which one joint stands elsewhere or has another axis, drive or damping.
+
+        What is not given stays as it is. A `Parameter` that is given becomes one of the copy's.
+
+        Args:
+            name: of the joint.
+            origin: where its frame stands in the parent; of three numbers, the position alone [m].
+            axis: shape (3,), in the joint's frame; numbers, any length but zero.
+            limits: its bounds; of two numbers, those of the position alone [rad or m].
+            armature: inertia of the drive's rotor seen at the joint [kg·m² or kg].
+            damping: of the linear damper in the joint, instead of any others there; 0 for none
+                [N·m·s/rad or N·s/m].
+
+        Raises:
+            UnknownNameError: if there is no such joint.
+            InputError: if the joint has not the one coordinate that armature, damping and limits
+                belong to, or no axis, or an argument is not what is expected.
+            MechanismError: if the copy is not sound, e.g. its damping negative.
+        """
+        joint = self.joint(name)
+        fields: dict[str, Any] = {}
+        position: Vector = ()
+        if isinstance(origin, Placement):
+            fields["origin"] = origin
+        elif origin is not None:
+            position = origin
+            fields["origin"] = replace(
+                joint.origin, xyz=vector(position, f"origin of joint {name!r}")
+            )
+        single = {"limits": limits, "armature": armature, "damping": damping}
+        asked = [what for what, given in single.items() if given is not None]
+        if asked and not isinstance(joint, Single):
+            kind = type(joint).__name__
+            raise InputError(
+                f"expected a joint with one coordinate for {asked[0]}, but {name!r} is {kind}"
+            )
+        if axis is not None:
+            if not isinstance(joint, (Single, Planar)):
+                kind = type(joint).__name__
+                raise InputError(f"expected a joint with an axis, but {name!r} is {kind}")
+            fields["axis"] = axis
+        if limits is not None:
+            fields["limits"] = _bounds(limits, joint)
+        if armature is not None:
+            fields["armature"] = armature
+        changed: Joint = replace(joint, **fields)
+        return replace(
+            self,
+            joints=tuple(changed if each is joint else each for each in self.joints),
+            forces=self.forces if damping is None else self._damp(name, damping),
+            parameters=_with(self.parameters, position, [armature, damping]),
+        )
+
+    def without_mimic(self: _Variant) -> _Variant:
+        """Return a copy in which the joints that follow others, as a URDF's mimic, move freely.
+
+        They are those that the coordinate map ties to other joints' coordinates, or to a constant;
+        joints that time or an input drives stay driven. Elements that tie joints are left out.
+
+        Raises:
+            MechanismError: if the copy is not sound.
+        """
+        own = [name for joint in self.joints for name in joint.coordinates]
+        within = {name for joint in self.joints for name in joint.followers}
+        tied = {*own, *self.values}
+        kept = {
+            name: law
+            for name, law in self.coordinates.driven.items()
+            if name in within or not symbols_in(law) <= tied
+        }
+        names = self.coordinates.names
+        if list(names) == [name for name in own if name in names]:
+            names = ()  # in the order of the joints, as before
+        freed = Coordinates(names, kept, self.coordinates.limits)
+        # what ties joints is released with them
+        elements = self.elements if kept == self.coordinates.driven else ()
+        return replace(self, coordinates=freed, elements=elements)
+
+    def _damp(self, joint: str, damping: Scalar) -> tuple[AnyForce, ...]:
+        """The forces with one linear damper in a joint, where its first one stands."""
+        old = [f for f in self.forces if isinstance(f, JointDamper) and f.joint == joint]
+        rest = [force for force in self.forces if force not in old]
+        if isinstance(damping, (int, float)) and damping == 0:
+            return tuple(rest)
+        name = old[0].name if old else f"{joint}_damper"
+        while any(force.name == name for force in rest):
+            name += "_"
+        at = self.forces.index(old[0]) if old else len(rest)
+        return (*rest[:at], JointDamper(name, joint, damping), *rest[at:])
+
+
+def _with(
+    parameters: tuple[Parameter, ...], *given: Iterable[object] | None
+) -> tuple[Parameter, ...]:
+    """The parameters, and those among what is given."""
+    scalars = [scalar for each in given if each is not None for scalar in each]
+    found = (scalar for scalar in scalars if isinstance(scalar, Parameter))
+    return tuple(dict.fromkeys([*parameters, *found]))
+
+
+def _bounds(limits: Limits | tuple[float, float], joint: Joint) -> Limits:
+    """The limits; of two numbers, with the effort and the velocity that the joint has."""
+    if isinstance(limits, Limits):
+        return limits
+    try:
+        lower, upper = map(float, limits)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"expected Limits or (lower, upper) for joint {joint.name!r}, got {limits!r}"
+        ) from None
+    before = getattr(joint, "limits", None) or Limits()
+    return replace(before, lower=lower, upper=upper)
 
 
 @final

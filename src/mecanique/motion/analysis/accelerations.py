@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mecanique.generation.dop853 import NEAREST, PROBE
+from mecanique.model.mechanism_units import velocity_scales
 from mecanique.model.states import States
-from mecanique.model.units import velocity_scales
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.python import Batched, vectorize
 from mecanique.motion.record.spot_check import ASKED, agrees, spread

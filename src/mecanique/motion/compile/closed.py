@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mecanique.generation.dop853 import ASTRAY, CLOSED, FIRM, HALVED, PROBE, ROUNDING, SWEEPS
-from mecanique.model.units import velocity_scales
+from mecanique.model.mechanism_units import velocity_scales
 from mecanique.motion.compile.program import Program
 from mecanique.motion.compile.python import list_values
 from mecanique.motion.record.rates import Rates

@@ -12,8 +12,8 @@ import numpy as np
 from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import units
 from mecanique.model.random_positions import draw_positions
-from mecanique.model.units import units
 from mecanique.motion.linear.differences import linearize_about
 from mecanique.motion.linear.equilibrium import equilibrium_near
 from mecanique.motion.linear.linearization import Linearization

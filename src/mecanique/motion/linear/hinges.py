@@ -22,7 +22,7 @@ from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.constraint_base import PressingContact
 from mecanique.model.joints import Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement, angles_of
+from mecanique.model.placement import Placement, rpy_of
 from mecanique.model.quaternions import to_matrices
 
 _KINDS = ("precession", "nutation", "spin")
@@ -156,7 +156,7 @@ def _chain(
     for kind, axis in zip(_KINDS, axes, strict=True):
         name, child = f"{joint.name}_{kind}", f"{joint.name}_{kind}_led"
         if kind == _KINDS[-1]:
-            child, origin = joint.child, Placement(rpy=angles_of(attitude))
+            child, origin = joint.child, Placement(rpy=rpy_of(attitude))
         yield Revolute(name, before, child, origin=origin, axis=tuple(axis.tolist()))
         before, origin = child, Placement()
 

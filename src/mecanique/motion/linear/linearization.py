@@ -13,7 +13,7 @@ import numpy as np
 from mecanique.errors import DerivationError, InputError, IntegrationError, UnknownNameError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import add_unit, units
+from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.linear.equilibrium import drop_disturbances
 from mecanique.motion.motion import Motion, simulate
 from mecanique.motion.record.curve import Curve
@@ -481,7 +481,7 @@ def usual_amplitude(linearization: Linearization, mode: int) -> float:
 
 
 def _length(linearization: Linearization) -> float:
-    from mecanique.model.units import characteristic_length
+    from mecanique.model.mechanism_units import characteristic_length
 
     return float(characteristic_length(linearization.mechanism))
 

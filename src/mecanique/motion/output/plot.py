@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.units import add_unit, units
+from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.analysis.energies import energies
 from mecanique.motion.record.trajectory import Trajectory
 

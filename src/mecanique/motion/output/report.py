@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mecanique.arrays import spread
-from mecanique.model.units import add_unit, units
+from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.analysis.energies import energies
 from mecanique.motion.record.exceeded_limits import find_exceeded
 from mecanique.motion.record.extremes import find_maxima

@@ -17,7 +17,7 @@ from mecanique.arrays import spread
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import add_unit, per_second, units
+from mecanique.model.mechanism_units import add_unit, per_second, units
 from mecanique.motion.output.provenance import provenance, recover
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence

@@ -11,7 +11,7 @@ import numpy as np
 
 from mecanique.arrays import spread
 from mecanique.errors import UnknownNameError
-from mecanique.model.free_body import FloatingState, floating_state
+from mecanique.model.free_bodies import FloatingState, floating_state
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve, State, Times
 from mecanique.motion.record.events import Event, Occurrence, break_names

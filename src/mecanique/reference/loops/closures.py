@@ -18,8 +18,8 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import characteristic_length, velocity_scales
 from mecanique.model.placement import Placement
-from mecanique.model.units import characteristic_length, velocity_scales
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.package import engine_package

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.model import slips
-from mecanique.model.placement import rotation
+from mecanique.model.placement import rpy_rotation
 from mecanique.model.slips import Slip, say_factor
 from mecanique.verification.causes.change import (
     Amount,
@@ -263,7 +263,7 @@ class _Joint:
         def make(x: Array) -> Frames:
             roll, pitch, yaw = angles = self._rpy + x[0] * np.eye(3)[at]
             said = f"{angles[at]:.6g} rad instead of {before:.6g} rad"
-            R = np.array(rotation((roll, pitch, yaw)), dtype=float)
+            R = np.array(rpy_rotation((roll, pitch, yaw)), dtype=float)
             return self._face(R, f"{name} of {self._where}: {said}")
 
         def amount(x: Array) -> Amount:

@@ -17,8 +17,8 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.model import Body, Floating, Force, Mechanism, Torque, cloud
-from mecanique.model.dimensions import read_unit
 from mecanique.model.mechanism.homogeneity import dimensions_of
+from mecanique.model.units import read_unit
 from mecanique.reference import Reference
 from mecanique.textbook import load
 from mecanique.verification.chapter.row import Row, agreement, decision, identity, misprint

@@ -24,9 +24,9 @@ from mecanique.generation.targets.python import Python
 from mecanique.generation.verdict.cases import cases_of
 from mecanique.generation.verdict.verdict import CodeVerdict, judge
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.meshing.teeth import visuals_of
 from mecanique.model.quaternions import to_matrices
 from mecanique.model.states import States
+from mecanique.model.teeth import visuals_of
 from mecanique.motion.analysis.forces import Action
 from mecanique.motion.motion import Motion
 from mecanique.motion.simulation.watching.validity import margins_along

@@ -16,7 +16,7 @@ from mecanique.model.force_base import LineLoad, loads_in
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Planar, Prismatic
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.meshing.teeth import visuals_of
+from mecanique.model.teeth import visuals_of
 from mecanique.viewing.scene.scene import GREY, ArrowUnit, JointMark, LineKind, SceneBody, Shape
 
 

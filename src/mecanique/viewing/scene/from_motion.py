@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import per_second, units
 from mecanique.model.quaternions import from_matrices
-from mecanique.model.units import per_second, units
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.motion import Motion
 from mecanique.motion.record.events import break_names

@@ -13,7 +13,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.figure.draw import figure_text
 from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import units
+from mecanique.model.mechanism_units import units
 from mecanique.motion.analysis.forces import TOGETHER, Action
 from mecanique.motion.motion import Motion
 from mecanique.textbook import entry

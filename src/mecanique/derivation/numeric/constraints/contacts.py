@@ -27,8 +27,8 @@ from mecanique.derivation.tree.links import links, place_of
 from mecanique.model.constraints.contacts import Contact, row_names
 from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.states import States
-from mecanique.model.units import characteristic_length
 
 
 @final

@@ -31,8 +31,8 @@ from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import placement_matrix
 from mecanique.model.constraints.loops import CLOSED
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import characteristic_length, velocity_scales
 from mecanique.model.states import States
-from mecanique.model.units import characteristic_length, velocity_scales
 
 _LOOKS = 100
 """How often a combination that is not definite is improved."""

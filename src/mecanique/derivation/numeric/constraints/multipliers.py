@@ -26,8 +26,8 @@ from mecanique.derivation.tolerances import LOOSE, RANK, SHARE
 from mecanique.errors import DerivationError, InputError
 from mecanique.model.constraints.loops import explain_lock
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import velocity_scales
 from mecanique.model.states import States
-from mecanique.model.units import velocity_scales
 
 
 @final

@@ -10,9 +10,9 @@ import numpy as np
 from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.derivation.tolerances import CLOSED, RANK_CLOSED
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import characteristic_length, velocity_scales
 from mecanique.model.random_positions import draw_positions
 from mecanique.model.states import States
-from mecanique.model.units import characteristic_length, velocity_scales
 
 _POSITIONS, _STEPS = 8, 50
 """Number of random positions to start from, and Newton iterations from each."""

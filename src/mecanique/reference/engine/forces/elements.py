@@ -30,7 +30,7 @@ from mecanique.model.guides.guide import Guide, explain_joint, idle_coordinates
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import characteristic_length
+from mecanique.model.mechanism_units import characteristic_length
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.sites import Action, Site, Triple
 from mecanique.reference.engine.load import Engine

@@ -1,0 +1,106 @@
+"""SI units of coordinates and velocities, and the length that is compared with one radian."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+
+import numpy as np
+
+from mecanique.arrays import median
+from mecanique.model.expression import Scalar
+from mecanique.model.force_base import LineLoad
+from mecanique.model.joint_base import UNITS
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.homogeneity import dimensions_of
+from mecanique.model.units import PURE, Dimension, say_unit
+
+_NONE = 1e-6
+"""Lengths up to this count as none [m]."""
+
+
+def units(mechanism: Mechanism) -> dict[str, str]:
+    """Return the unit of each coordinate and velocity, by name; "" where it is unknown.
+
+    A generalized coordinate that is no joint's own has the unit that the coordinate map asks for.
+    """
+    own: dict[str, str] = {}
+    quasi: dict[str, str] = {}
+    for joint in mechanism.joints:
+        own |= zip(joint.coordinates, (UNITS[kind] for kind in joint.kinds), strict=True)
+        if joint.quaternion:
+            quasi |= dict.fromkeys(joint.linear_velocities, "m/s")
+            quasi |= dict.fromkeys(joint.angular_velocities, "rad/s")
+    inferred = dimensions_of(mechanism).states
+    for name in mechanism.coordinates:
+        if name not in own:
+            own[name] = _infer_unit(mechanism, name, inferred)
+    found = {name: own[name] for name in mechanism.coordinates}
+    for name in mechanism.velocities:
+        found[name] = quasi[name] if name in quasi else per_second(own[name[:-1]])
+    return found
+
+
+def characteristic_length(mechanism: Mechanism, among: Collection[str] | None = None) -> float:
+    """Return the median of the lengths that a description states, or 1 if it states none [m].
+
+    Of a closed mechanism they are those from joint to joint, of joints and loops; of a tree, whose
+    joints may state none, also the centers of mass and the ends and free lengths of forces.
+
+    Args:
+        mechanism: the description.
+        among: names of the joints, loops and contacts that count; all by default.
+    """
+
+    def counts(name: str) -> bool:
+        return among is None or name in among
+
+    vectors: list[tuple[Scalar, ...]] = [j.origin.xyz for j in mechanism.joints if counts(j.name)]
+    for loop in mechanism.loops:
+        if counts(loop.name):
+            vectors += [loop.frame_a.xyz, loop.frame_b.xyz, (loop.length,)]
+    for contact in mechanism.contacts:
+        if counts(contact.name):
+            vectors += [(size,) for size in contact.sizes]
+    if not mechanism.loops:
+        vectors += [body.center for body in mechanism.bodies]
+        for force in mechanism.forces:
+            if isinstance(force, LineLoad):
+                vectors += [stated.scalars for stated in force.stated if stated.length]
+    lengths = [math.hypot(*mechanism.evaluate_all(vector)) for vector in vectors]
+    known = [length for length in lengths if length > _NONE]
+    return median(known) if known else 1.0
+
+
+def velocity_scales(mechanism: Mechanism, lengths: np.ndarray | None = None) -> np.ndarray:
+    """Return the unit of each velocity, shape (nv,): a length, or one radian.
+
+    Args:
+        mechanism: the description.
+        lengths: shape (nv,) [m]; the characteristic length by default.
+    """
+    linear = {name for joint in mechanism.joints for name in joint.linear_velocities}
+    is_linear = [name in linear for name in mechanism.velocities]
+    return np.where(is_linear, characteristic_length(mechanism) if lengths is None else lengths, 1)
+
+
+def per_second(unit: str) -> str:
+    """Return the unit of a rate."""
+    if not unit:
+        return ""
+    if unit == "1":
+        return "1/s"
+    return f"{unit[:-2]}/s²" if unit.endswith("/s") else f"{unit}/s"
+
+
+def add_unit(name: str, unit: str) -> str:
+    """Return a name with its unit in brackets, if there is one."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def _infer_unit(mechanism: Mechanism, name: str, inferred: Mapping[str, Dimension]) -> str:
+    if name not in inferred:
+        return ""
+    if inferred[name] != PURE:
+        return say_unit(inferred[name])
+    return "rad"

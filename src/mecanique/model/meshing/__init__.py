@@ -1,1 +1,0 @@
-"""Wheels in mesh: where they touch, and teeth to draw them with."""
