@@ -151,7 +151,7 @@ def test_a_massless_motion_is_refused() -> None:
         "nothing", (Body("ground"), Body("arm")), (Revolute("pin", "ground", "arm"),)
     )
     with pytest.raises(
-        DerivationError, match=r"'nothing': its mass matrix is singular.*give them mass"
+        DerivationError, match=r"'nothing': its mass matrix is singular.*give what it moves mass"
     ):
         Recursion(nothing).acceleration(states(nothing, 1))
 
