@@ -22,7 +22,7 @@ EXAMPLES = {
     "lint rule": r"\bM205\b",
     "plot": r"\"phase\"",
     "curve in the page": r"\"Accelerations\"",
-    "method of derivation": r"\"virtual_work\"|\bVirtualWork\b|class Works\b|help=.*virtual_work",
+    "method of derivation": r"\"virtual_work\"|\bVirtualWork\b|class NumericV|help=.*virtual_work",
 }
 """For each recipe, what only the files that it lists name: one of its kind stands for all."""
 

@@ -19,7 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 import mecanique as mq
-from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.model.states import States
 from mecanique.reference.engine.load import load
@@ -110,7 +110,7 @@ def main() -> None:
         some = states_of(mechanism, count)
         found["mass matrix"][n] = least(partial(recursion.mass_matrix, some)) / count
         if n <= JETS:
-            few, jets = states_of(mechanism, 10), Definition(mechanism)
+            few, jets = states_of(mechanism, 10), LagrangeOnJets(mechanism)
             found["bias, jets"][n] = least(partial(jets.bias, few)) / 10
         if n <= MOST_VELOCITIES:
             bias, mass = engine(mechanism)

@@ -16,7 +16,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.constraints.independent import Reduced
 from mecanique.derivation.numeric.constraints.loops import _second_order
 from mecanique.derivation.numeric.constraints.multipliers import Constrained, constraints
-from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.errors import DerivationError
@@ -99,7 +99,7 @@ def test_multipliers_and_independent_coordinates_agree() -> None:
     states = slider_crank(np.linspace(-3, 3, 41), 1.7)
     mechanism = states.mechanism
     reduced = Reduced(mechanism).acceleration(states)
-    for tree in (Definition(mechanism), Recursion(mechanism)):
+    for tree in (LagrangeOnJets(mechanism), Recursion(mechanism)):
         found = Constrained(mechanism, tree).motion(states)
         np.testing.assert_allclose(found.acceleration, reduced, rtol=1e-12, atol=1e-12)
         assert found.determined.all()
@@ -141,7 +141,7 @@ def test_every_kind_of_loop_agrees_in_both_ways(kind: str) -> None:
     v = random.normal(size=tree.nv)
     v -= np.linalg.pinv(here.jacobian[0]) @ (here.jacobian[0] @ v)
     states = States.of(mechanism, q[None], v[None])
-    found = Constrained(mechanism, Definition(mechanism)).motion(states)
+    found = Constrained(mechanism, LagrangeOnJets(mechanism)).motion(states)
     np.testing.assert_allclose(
         Reduced(mechanism).acceleration(states), found.acceleration, rtol=1e-10, atol=1e-10
     )

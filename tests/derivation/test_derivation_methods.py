@@ -16,7 +16,7 @@ from mecanique import textbook
 from mecanique.derivation import derive
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.numeric.recursion import Recursion
-from mecanique.derivation.numeric.virtual_work import Works
+from mecanique.derivation.numeric.virtual_work import NumericVirtualWork
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.lagrange import Lagrange
@@ -73,9 +73,9 @@ def some_states(name: str, n: int = 4) -> States:
 
 
 @pytest.mark.parametrize("name", [*SAMPLES, *FREE])
-@pytest.mark.parametrize("method", [Balances, Works])
+@pytest.mark.parametrize("method", [Balances, NumericVirtualWork])
 def test_the_methods_give_the_numbers_of_lagrange(
-    name: str, method: Callable[[Mechanism], Balances | Works]
+    name: str, method: Callable[[Mechanism], Balances | NumericVirtualWork]
 ) -> None:
     mechanism, some = mechanism_of(name), some_states(name)
     ours, lagrange = method(mechanism), Recursion(mechanism)

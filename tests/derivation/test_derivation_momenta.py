@@ -8,7 +8,7 @@ from derivation_samples import SAMPLES, sample, states
 from systems import derive_system
 
 import mecanique as mq
-from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import InputError
 from mecanique.model.states import States
@@ -29,7 +29,7 @@ def test_recursion_is_the_definition(name: str) -> None:
     mechanism = sample(name)
     some = states(mechanism, 4)
     a = np.random.default_rng(1).normal(size=some.v.shape)
-    fast, exact = Recursion(mechanism), Definition(mechanism)
+    fast, exact = Recursion(mechanism), LagrangeOnJets(mechanism)
     pairs = [
         (fast.gravity(some), exact.gravity(some)),
         (fast.inverse_dynamics(some, a), exact.inverse_dynamics(some, a)),

@@ -11,7 +11,7 @@ from derivation_samples import SAMPLES, sample, states
 from systems import FREE
 
 from mecanique import textbook
-from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import DerivationError
 from mecanique.model import Body, JointSpring, Mechanism, Prismatic, Revolute, Spring, box
@@ -32,7 +32,7 @@ def test_recursion_is_the_definition(name: str, quantity: str) -> None:
     mechanism = sample(name)
     some = states(mechanism, 5)
     fast: Callable[[States], np.ndarray] = getattr(Recursion(mechanism), quantity)
-    exact: Callable[[States], np.ndarray] = getattr(Definition(mechanism), quantity)
+    exact: Callable[[States], np.ndarray] = getattr(LagrangeOnJets(mechanism), quantity)
     assert difference(fast(some), exact(some)) < 1e-12
 
 
@@ -41,7 +41,7 @@ def test_energies_agree(name: str) -> None:
     mechanism = sample(name)
     some = states(mechanism, 5)
     for fast, exact in zip(
-        Recursion(mechanism).energy(some), Definition(mechanism).energy(some), strict=True
+        Recursion(mechanism).energy(some), LagrangeOnJets(mechanism).energy(some), strict=True
     ):
         assert difference(fast, exact) < 1e-12
 
@@ -50,7 +50,7 @@ def test_energies_agree(name: str) -> None:
 def test_textbook_systems_agree(name: str) -> None:
     mechanism = textbook.load(name)
     some = near_start(mechanism, name, 3)
-    fast, exact = Recursion(mechanism), Definition(mechanism)
+    fast, exact = Recursion(mechanism), LagrangeOnJets(mechanism)
     scale = max(1.0, float(np.abs(exact.mass_matrix(some)).max()))
     for quantity in ("mass_matrix", "bias", "forces"):
         a, b = getattr(fast, quantity)(some), getattr(exact, quantity)(some)

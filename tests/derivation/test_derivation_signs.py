@@ -13,10 +13,10 @@ from systems import derive_system
 from mecanique import textbook
 from mecanique.derivation import derive
 from mecanique.derivation.laws import Elastic, Viscous
-from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.numeric.recursion import Recursion
-from mecanique.derivation.numeric.virtual_work import Works
+from mecanique.derivation.numeric.virtual_work import NumericVirtualWork
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.polynomials import REACH, exponent, exponents, power
@@ -91,9 +91,9 @@ def test_a_rotor_takes_its_part_of_the_moment_about_its_joint() -> None:
     assert by_hand.derivation().rows == (rate - about_k,)
 
 
-@pytest.mark.parametrize("method", [Definition, Recursion, Balances, Works])
+@pytest.mark.parametrize("method", [LagrangeOnJets, Recursion, Balances, NumericVirtualWork])
 def test_a_rotor_behind_a_gear_of_varying_ratio(
-    method: Callable[[Mechanism], Definition | Recursion | Balances | Works],
+    method: Callable[[Mechanism], LagrangeOnJets | Recursion | Balances | NumericVirtualWork],
 ) -> None:
     """φ = x² turns I + J: T = ½ (I + J) (2 x x')², so M = 4 (I + J) x², bias = 4 (I + J) x x'²."""
     flywheel = disk(2.0, 0.5)

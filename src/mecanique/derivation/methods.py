@@ -11,7 +11,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.newton_euler import Balances, refuse_misfits
 from mecanique.derivation.numeric.recursion import Recursion
-from mecanique.derivation.numeric.virtual_work import Works
+from mecanique.derivation.numeric.virtual_work import NumericVirtualWork
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, SymbolicMethod, along_displacement
 from mecanique.derivation.symbolic.lagrange import Lagrange
@@ -42,7 +42,9 @@ METHODS = {
     "newton_euler": Method(
         "Newton and Euler's equations of every body cut free", NewtonEuler, Balances
     ),
-    "virtual_work": Method("d'Alembert's principle and virtual work", VirtualWork, Works),
+    "virtual_work": Method(
+        "d'Alembert's principle and virtual work", VirtualWork, NumericVirtualWork
+    ),
     "lagrange": Method("Lagrange's equations of the second kind", Lagrange, Recursion),
 }
 """Each method by its name, in textbook order."""

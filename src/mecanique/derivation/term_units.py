@@ -12,7 +12,14 @@ from mecanique.derivation.printing.formulas import Product
 from mecanique.derivation.printing.writers import Equation
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.model.mechanism.homogeneity import dimensions_of
-from mecanique.model.units import Dimension, Dimensions, HomogeneityError, divide, read_unit, say_unit
+from mecanique.model.units import (
+    Dimension,
+    Dimensions,
+    HomogeneityError,
+    divide,
+    read_unit,
+    say_unit,
+)
 
 UNIT_AT_END = re.compile(r"\[([^\]]*)\]$")
 """The unit in brackets at the end of a symbol's meaning."""

@@ -9,7 +9,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.errors import UnknownNameError
 from mecanique.generation.identifiers import file_stem
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
-from mecanique.generation.mechanics.free_body_forces import Actions
+from mecanique.generation.mechanics.free_body_forces import FreeBodyForces
 from mecanique.generation.program import Answer, Letter, Program
 from mecanique.generation.quantities import QUANTITIES, Quantity, choose
 from mecanique.model.mechanism import Mechanism
@@ -88,7 +88,7 @@ def _values(dynamics: Dynamics, name: str) -> list[Value]:
     """
     if name != "reactions":
         return dynamics.answer(name)
-    reactions = Actions(dynamics).joint_reactions()
+    reactions = FreeBodyForces(dynamics).joint_reactions()
     return values_of([entry for wrench in reactions for entry in (*wrench.force, *wrench.moment)])
 
 

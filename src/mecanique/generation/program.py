@@ -48,7 +48,7 @@ class Answer:
 
 @final
 @dataclass(frozen=True)
-class Landing:
+class LoopProjection:
     """The correction that projects a nearby state on the loops.
 
     Args:
@@ -85,7 +85,7 @@ class Program:
     letters: dict[str, tuple[Letter, ...]]
     answers: tuple[Answer, ...]
     start: tuple[float, ...] = ()
-    landing: Landing | None = None
+    landing: LoopProjection | None = None
 
     @property
     def parameters(self) -> tuple[Letter, ...]:

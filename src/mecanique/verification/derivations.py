@@ -14,7 +14,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.constraints.independent import Reduced
 from mecanique.derivation.numeric.constraints.loops import RowUnits
 from mecanique.derivation.numeric.constraints.multipliers import solve_held
-from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Assumption, Derivation, Left
@@ -299,7 +299,7 @@ def is_light(name: str, mechanism: Mechanism) -> bool:
 
 def _jets(mechanism: Mechanism) -> Equations:
     title = "Lagrange's operator on jets"
-    return Equations(mechanism, "definition", title, Definition(mechanism), _no_symbols)
+    return Equations(mechanism, "definition", title, LagrangeOnJets(mechanism), _no_symbols)
 
 
 def _no_symbols() -> Derivation:

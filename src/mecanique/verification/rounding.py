@@ -41,7 +41,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.derivation.numeric.chart import Chart, Motions
+from mecanique.derivation.numeric.chart import CoordinateMap, Motions
 from mecanique.derivation.numeric.constraints.loops import Constraints
 from mecanique.derivation.numeric.constraints.multipliers import constraints
 from mecanique.derivation.numeric.paths import driven_paths
@@ -320,7 +320,7 @@ class _Chart:
 
     @classmethod
     def of(cls, mechanism: Mechanism, tree: tuple[Link, ...], states: States) -> _Chart:
-        move = Chart(mechanism, tree).motions(states)
+        move = CoordinateMap(mechanism, tree).motions(states)
         n, linear = len(states), True
         sizes = {name: np.abs(np.broadcast_to(value, (n,))) for name, value in move.r.items()}
         if move.G is not None:

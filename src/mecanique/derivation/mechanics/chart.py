@@ -18,7 +18,7 @@ from mecanique.program.traced import Traced, trace, value_of
 
 @final
 @dataclass(frozen=True)
-class Chart:
+class JointMotion:
     """The motion of the joints.
 
     Args:
@@ -66,7 +66,7 @@ def along(
     return [trace(tape, value) for value in push_forward(tape, outputs, {**(known or {}), **rates})]
 
 
-def chart_of(letters: Letters, tree: Sequence[Link]) -> Chart:
+def chart_of(letters: Letters, tree: Sequence[Link]) -> JointMotion:
     """Compute the motion of the joints of a tree.
 
     Args:
@@ -107,4 +107,4 @@ def chart_of(letters: Letters, tree: Sequence[Link]) -> Chart:
             gamma.append(0.0)
             row[place[name]] = 1.0
         G.append(row)
-    return Chart(r, u, gamma, G)
+    return JointMotion(r, u, gamma, G)

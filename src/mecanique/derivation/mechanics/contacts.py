@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, final
 from mecanique.derivation.mechanics.chart import along
 from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.letters import Letters
-from mecanique.derivation.mechanics.recursion import Recursion, World
+from mecanique.derivation.mechanics.recursion import TreeRecursion, World
 from mecanique.derivation.mechanics.vectors import Triple, add, apply, dot, scale
 from mecanique.model.constraints.contacts import Blade, Contact, Rolling
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
@@ -110,7 +110,7 @@ class ConstraintRow:
     direction: Triple | None = None
 
 
-def velocity_rows(letters: Letters, recursion: Recursion) -> list[ConstraintRow]:
+def velocity_rows(letters: Letters, recursion: TreeRecursion) -> list[ConstraintRow]:
     """Return the equations of a mechanism's contacts, then of its velocity constraints."""
     mechanism, rows, world = letters.mechanism, list[ConstraintRow](), World(recursion)
     ground = recursion.ground

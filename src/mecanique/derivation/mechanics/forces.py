@@ -16,7 +16,7 @@ import numpy as np
 from mecanique.derivation.laws import Travel, laws_of
 from mecanique.derivation.mechanics.chart import along
 from mecanique.derivation.mechanics.letters import Letters
-from mecanique.derivation.mechanics.recursion import Recursion
+from mecanique.derivation.mechanics.recursion import TreeRecursion
 from mecanique.derivation.mechanics.vectors import Rows, Triple, add, apply, dot, scale
 from mecanique.derivation.tree.poses import times_point
 from mecanique.errors import DerivationError
@@ -121,7 +121,7 @@ class Forces:
         recursion: the recursion over its bodies.
     """
 
-    def __init__(self, letters: Letters, recursion: Recursion) -> None:
+    def __init__(self, letters: Letters, recursion: TreeRecursion) -> None:
         self._letters = letters
         self._recursion = recursion
         columns: dict[str, int] = {}

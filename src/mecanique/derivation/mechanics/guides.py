@@ -16,7 +16,7 @@ from typing import Any, TypeAlias, final
 from mecanique.derivation.mechanics.elements import UnitForce, unit_forces
 from mecanique.derivation.mechanics.forces import Action
 from mecanique.derivation.mechanics.letters import Letters
-from mecanique.derivation.mechanics.recursion import Recursion
+from mecanique.derivation.mechanics.recursion import TreeRecursion
 from mecanique.derivation.mechanics.vectors import add, apply, dot, products, scale
 from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.expression import Scalar
@@ -36,7 +36,7 @@ class Guides:
         transmit: returns the actions of its joints under given forces.
     """
 
-    def __init__(self, letters: Letters, recursion: Recursion, transmit: Transmit) -> None:
+    def __init__(self, letters: Letters, recursion: TreeRecursion, transmit: Transmit) -> None:
         self._letters, self._recursion, self._transmit = letters, recursion, transmit
         self._names = force_names(letters.mechanism.elements)
 

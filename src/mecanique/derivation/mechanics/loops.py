@@ -11,7 +11,7 @@ from mecanique.derivation.mechanics.contacts import ConstraintRow, velocity_rows
 from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.forces import on_velocities
 from mecanique.derivation.mechanics.letters import Letters
-from mecanique.derivation.mechanics.recursion import Recursion
+from mecanique.derivation.mechanics.recursion import TreeRecursion
 from mecanique.derivation.mechanics.vectors import Rows, add, dot, scale
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.loops import CLOSED, Loop
@@ -41,7 +41,7 @@ class Loops:
     velocity_rows: list[ConstraintRow]
 
 
-def loops_of(letters: Letters, recursion: Recursion) -> Loops:
+def loops_of(letters: Letters, recursion: TreeRecursion) -> Loops:
     """Return the equations of a mechanism's loops, contacts and velocity constraints.
 
     Args:

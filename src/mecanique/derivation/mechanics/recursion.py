@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, final
 
-from mecanique.derivation.mechanics.chart import Chart, chart_of
+from mecanique.derivation.mechanics.chart import JointMotion, chart_of
 from mecanique.derivation.mechanics.elements import Ground, ground_of
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.vectors import (
@@ -146,7 +146,7 @@ class Moving:
 
 
 @final
-class Recursion:
+class TreeRecursion:
     """Mass matrix, bias, inverse dynamics and energies of a tree.
 
     Args:
@@ -157,7 +157,7 @@ class Recursion:
         self.letters = letters
         mechanism, values = letters.mechanism, letters.values
         tree = links(mechanism)
-        self.chart: Chart = chart_of(letters, tree)
+        self.chart: JointMotion = chart_of(letters, tree)
         self.seats: dict[str, Seat] = {mechanism.ground: Seat(-1, IDENTITY)}
         self.links: list[Moving] = []
         seats: list[Seat] = []
@@ -454,7 +454,7 @@ class World:
         recursion: the recursion over the bodies.
     """
 
-    def __init__(self, recursion: Recursion) -> None:
+    def __init__(self, recursion: TreeRecursion) -> None:
         self._recursion = recursion
         self._motions: list[_Motion] = []
         chart = recursion.chart

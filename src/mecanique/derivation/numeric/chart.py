@@ -93,7 +93,7 @@ def efforts_in_joints(
 
 
 @final
-class Chart:
+class CoordinateMap:
     """The coordinate map of a mechanism."""
 
     def __init__(self, mechanism: Mechanism, tree: tuple[Link, ...]) -> None:

@@ -8,7 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
-from mecanique.derivation.numeric.chart import Chart, Motions
+from mecanique.derivation.numeric.chart import CoordinateMap, Motions
 from mecanique.derivation.numeric.frames import Frame, cross, frames
 from mecanique.derivation.numeric.loads import Loads
 from mecanique.derivation.tree.links import links, moving, place_of
@@ -118,7 +118,7 @@ class FreeBodies:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self._tree = links(mechanism)
-        self._chart = Chart(mechanism, self._tree)
+        self._chart = CoordinateMap(mechanism, self._tree)
         self._loads = Loads(mechanism, self._tree)
         self._place = place_of(self._tree, mechanism)
         self.gravity = self._numbers(mechanism.gravity)

@@ -59,7 +59,7 @@ class _Along:
 
 
 @final
-class Definition(BatchDynamics):
+class LagrangeOnJets(BatchDynamics):
     """Mass matrix, bias, forces, accelerations and energies by Lagrange's operator."""
 
     def __init__(self, mechanism: Mechanism) -> None:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from mecanique.derivation.numeric.chart import Chart, Motions
+from mecanique.derivation.numeric.chart import CoordinateMap, Motions
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.loads import Loads
 from mecanique.derivation.numeric.momenta import momenta
@@ -28,7 +28,7 @@ class _Form(NamedTuple):
     """The tree of a mechanism: its links, their motions S and their first velocity columns."""
 
     tree: tuple[Link, ...]
-    chart: Chart
+    chart: CoordinateMap
     loads: Loads
     S: list[tuple[np.ndarray, ...]]
     first: list[int]
@@ -47,7 +47,7 @@ class _Form(NamedTuple):
             armature[column:last] = mechanism.evaluate(link.armature)
         return cls(
             tree=tree,
-            chart=Chart(mechanism, tree),
+            chart=CoordinateMap(mechanism, tree),
             loads=Loads(mechanism, tree),
             S=S,
             first=first,

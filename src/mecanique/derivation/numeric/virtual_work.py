@@ -32,7 +32,7 @@ from mecanique.model.states import States
 
 
 @final
-class Works(BatchDynamics):
+class NumericVirtualWork(BatchDynamics):
     """The equations of motion in numbers, by the virtual work of applied and inertia forces.
 
     Args:

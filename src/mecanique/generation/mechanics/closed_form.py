@@ -168,7 +168,7 @@ MOST_VELOCITIES = 8
 
 
 @final
-class ClosedForm:
+class ClosedFormProgram:
     """Mass matrix, bias, forces and energies from the series of a derivation.
 
     Args:

@@ -19,7 +19,7 @@ from mecanique.derivation.mechanics.loops import Loops
 from mecanique.derivation.mechanics.vectors import Rows, apply, dot, products, scale, transpose
 from mecanique.derivation.numeric.constraints.multipliers import constraints
 from mecanique.derivation.tolerances import INDEPENDENT
-from mecanique.generation.program import Landing
+from mecanique.generation.program import LoopProjection
 from mecanique.model.states import States
 from mecanique.program.evaluation import evaluate
 from mecanique.program.solving import factorize
@@ -270,7 +270,7 @@ def _is_singular(masses: np.ndarray) -> bool:
     return False
 
 
-def landing_of(letters: Letters, loops: Loops, constrained: Constrained) -> Landing:
+def landing_of(letters: Letters, loops: Loops, constrained: Constrained) -> LoopProjection:
     """Return the changes of q and v that close the loops and their rates.
 
     Args:
@@ -285,4 +285,4 @@ def landing_of(letters: Letters, loops: Loops, constrained: Constrained) -> Land
     moved = push_forward(letters.tape, values_of(letters.rates), along)
     changes = (*moved, *values_of(turn))
     gaps = tuple(values_of(loops.residual))
-    return Landing(changes, value_of(constrained.firmness()), gaps)
+    return LoopProjection(changes, value_of(constrained.firmness()), gaps)

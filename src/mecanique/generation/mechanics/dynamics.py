@@ -10,12 +10,12 @@ from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.forces import Forces
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import Loops, loops_of
-from mecanique.derivation.mechanics.recursion import Recursion, World
+from mecanique.derivation.mechanics.recursion import TreeRecursion, World
 from mecanique.derivation.mechanics.vectors import Rows, apply
 from mecanique.errors import DerivationError
-from mecanique.generation.mechanics.closed_form import ClosedForm
+from mecanique.generation.mechanics.closed_form import ClosedFormProgram
 from mecanique.generation.mechanics.constrained import Constrained, Solution, landing_of
-from mecanique.generation.program import Landing
+from mecanique.generation.program import LoopProjection
 from mecanique.program.solving import factorize
 from mecanique.program.sweeps import push_forward
 from mecanique.program.tape import Value, count
@@ -46,7 +46,7 @@ class Tree:
     """The equations of motion by recursion."""
 
     def __init__(self, letters: Letters) -> None:
-        self.recursion = Recursion(letters)
+        self.recursion = TreeRecursion(letters)
         self.loads = Forces(letters, self.recursion)
 
     def mass_matrix(self) -> Rows:
@@ -175,7 +175,7 @@ class Dynamics:
         return [Q + tau - h for Q, tau, h in parts]
 
     @property
-    def landing(self) -> Landing:
+    def landing(self) -> LoopProjection:
         """The correction that keeps a closed mechanism on its loops."""
         return landing_of(self.letters, self.loops, self._constrained)
 
@@ -229,7 +229,7 @@ def dynamics_of(equations: Equations, open: tuple[str, ...]) -> Dynamics:  # noq
         return found
     try:
         letters = Letters(mechanism, open)
-        form = ClosedForm(letters, equations)
+        form = ClosedFormProgram(letters, equations)
         other = Dynamics(letters, form, Tree(letters), f"closed form by {equations.title}")
         sizes = [count(d.letters.tape, d.answer("rhs")).total for d in (other, found)]
     except DerivationError:

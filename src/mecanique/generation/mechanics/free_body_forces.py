@@ -39,7 +39,7 @@ from mecanique.program.traced import trace, value_of, values_of
 
 
 @final
-class Actions:
+class FreeBodyForces:
     """The forces on a mechanism's bodies at the accelerations of its motion.
 
     Args:

@@ -13,7 +13,7 @@ from mecanique.generation.dop853 import (
     tableau,
     write_constants,
 )
-from mecanique.generation.program import Landing
+from mecanique.generation.program import LoopProjection
 from mecanique.generation.targets.c import NOTATION, SIGN
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import velocity_scales
@@ -39,7 +39,7 @@ class Moving:
     tape: Tape
     symbols: Mapping[str, str]
     rates: Sequence[Value]
-    landing: Landing | None
+    landing: LoopProjection | None
 
 
 def write_steps(moving: Moving) -> str:

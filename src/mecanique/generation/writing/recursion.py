@@ -19,7 +19,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.contacts import velocity_rows
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import Loops
-from mecanique.derivation.mechanics.recursion import Recursion, Wrench
+from mecanique.derivation.mechanics.recursion import TreeRecursion, Wrench
 from mecanique.derivation.mechanics.vectors import add, apply_transpose, cross, scale
 from mecanique.derivation.printing.formulas import Letter, Product, names_in
 from mecanique.derivation.printing.lines import display, width
@@ -48,7 +48,7 @@ def spell(name: str) -> str:
     return "".join(sign if sign.isalnum() else "_" for sign in name)
 
 
-def name_results(recursion: Recursion) -> dict[int, str]:
+def name_results(recursion: TreeRecursion) -> dict[int, str]:
     """Return the names of the components of the links' vectors, by place on the tape."""
     names: dict[int, str] = {}
     for letter, vectors in recursion.found.items():
@@ -93,7 +93,7 @@ def explain_letters(
 
 
 def explain_results(
-    recursion: Recursion, defined: set[str]
+    recursion: TreeRecursion, defined: set[str]
 ) -> Iterator[tuple[tuple[str, ...], str]]:
     """Yield the meanings of the named vectors with a component in the list."""
     for body in _bodies(recursion):
@@ -124,7 +124,7 @@ def explain_force(mechanism: Mechanism, row: str) -> str:
     return f"multiplier of velocity constraint {name}"
 
 
-def _bodies(recursion: Recursion) -> list[str]:
+def _bodies(recursion: TreeRecursion) -> list[str]:
     """Return the body after which each moving link is named."""
     first: dict[int, str] = {}
     for body, seat in recursion.seats.items():
@@ -460,7 +460,7 @@ class _Holds:
                 outputs.append(rate)
                 yield _Row({}, len(outputs) - 1)
 
-    def _act(self, recursion: Recursion) -> Iterator[Wrench]:
+    def _act(self, recursion: TreeRecursion) -> Iterator[Wrench]:
         mechanism, tape = self._letters.mechanism, self._letters.tape
         own = {contact.name: contact for contact in mechanism.contacts}
         names = dict(zip(self._loops.names, self.multipliers, strict=False))

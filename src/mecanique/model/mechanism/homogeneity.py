@@ -14,7 +14,15 @@ from mecanique.model.force_base import JointLoad
 from mecanique.model.joint_base import UNITS, Single
 from mecanique.model.mechanism.description import Description
 from mecanique.model.placement import Placement
-from mecanique.model.units import PURE, Dimension, Dimensions, HomogeneityError, divide, read_unit, say_unit
+from mecanique.model.units import (
+    PURE,
+    Dimension,
+    Dimensions,
+    HomogeneityError,
+    divide,
+    read_unit,
+    say_unit,
+)
 
 
 @final

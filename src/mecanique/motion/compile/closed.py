@@ -14,7 +14,7 @@ from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.steps import RightHandSide
 
 if TYPE_CHECKING:
-    from mecanique.generation.program import Landing
+    from mecanique.generation.program import LoopProjection
     from mecanique.reference import Reference
 
 
@@ -37,7 +37,7 @@ class ClosedProgram:
     """
 
     def __init__(
-        self, program: Program, landing: Landing, reference: Reference, quick: RightHandSide
+        self, program: Program, landing: LoopProjection, reference: Reference, quick: RightHandSide
     ) -> None:
         assert reference.closed is not None, "the mechanism has loops"
         from mecanique.reference.loops.singular import ClosedRhs

@@ -13,10 +13,10 @@ from math import inf
 from mecanique.derivation import derive
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import loops_of
-from mecanique.generation.mechanics.closed_form import ClosedForm
+from mecanique.generation.mechanics.closed_form import ClosedFormProgram
 from mecanique.generation.mechanics.constrained import Constrained, landing_of
 from mecanique.generation.mechanics.dynamics import Tree
-from mecanique.generation.program import Landing
+from mecanique.generation.program import LoopProjection
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.motion.compile.program import Program
@@ -50,7 +50,7 @@ def program_of(
     if mechanism.constrained:
         rates, landing = _solve_loops(letters, states)
     else:
-        form = ClosedForm(letters, derive(mechanism))
+        form = ClosedFormProgram(letters, derive(mechanism))
         rest = [Q - h for Q, h in zip(form.forces(), form.bias(), strict=True)]
         accelerations = factorize(letters.tape, form.mass_matrix()).solve(rest)
         rates = values_of([*form.rates(), *accelerations])
@@ -68,7 +68,7 @@ def power_of(mechanism: Mechanism) -> Program:
     return Program(mechanism, letters.tape, tuple(values_of([power])), (), ())
 
 
-def _solve_loops(letters: Letters, states: States | None) -> tuple[list[Value], Landing]:
+def _solve_loops(letters: Letters, states: States | None) -> tuple[list[Value], LoopProjection]:
     """The rates of a closed mechanism's state, and what keeps it on its loops."""
     tree = Tree(letters)
     loops = loops_of(letters, tree.recursion)

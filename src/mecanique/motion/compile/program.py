@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, final
 from mecanique.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
-    from mecanique.generation.program import Landing
+    from mecanique.generation.program import LoopProjection
     from mecanique.program.tape import Tape, Value
 
 
@@ -38,7 +38,7 @@ class Program:
     rates: tuple[Value, ...]
     open: tuple[str, ...]
     signals: tuple[str, ...]
-    landing: Landing | None = None
+    landing: LoopProjection | None = None
 
     @property
     def states(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.series import Series
@@ -133,4 +133,4 @@ def _both_energies(name: str) -> tuple[np.ndarray, np.ndarray]:
     random = np.random.default_rng(2)
     q, v = random.normal(size=(20, mechanism.nq)), random.normal(size=(20, mechanism.nv))
     states = States.of(mechanism, q, v)
-    return Balances(mechanism).energy(states)[0], Definition(mechanism).energy(states)[0]
+    return Balances(mechanism).energy(states)[0], LagrangeOnJets(mechanism).energy(states)[0]

@@ -7,7 +7,7 @@ from typing import Any, final
 
 from mecanique.derivation.tree.poses import times_point
 from mecanique.generation.mechanics.dynamics import Dynamics
-from mecanique.generation.mechanics.free_body_forces import Actions
+from mecanique.generation.mechanics.free_body_forces import FreeBodyForces
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.constraint_base import PressingContact
 from mecanique.model.expression import Scalar
@@ -20,7 +20,9 @@ from mecanique.viewing.scene.drawn import Spot, group_work, name_arrows, spans_o
 from mecanique.viewing.scene.scene import Scene
 
 
-def margins_of(dynamics: Dynamics, actions: Actions) -> Iterator[tuple[str, tuple[Any, Any, Any]]]:
+def margins_of(
+    dynamics: Dynamics, actions: FreeBodyForces
+) -> Iterator[tuple[str, tuple[Any, Any, Any]]]:
     """Yield what holds until a margin a − √(b² + c²) passes zero: its name, and a, b, c [N]."""
     mechanism, letters = dynamics.letters.mechanism, dynamics.letters
     margins: list[tuple[Any, Any, Any]] = []
@@ -55,7 +57,7 @@ class Columns:
         self._letters = dynamics.letters
         self._mechanism = dynamics.letters.mechanism
         self._work = self._letters.tape.input(WORK)
-        self._actions = Actions(dynamics)
+        self._actions = FreeBodyForces(dynamics)
         self.shown = [a for a in self._actions.all() if a.body != self._mechanism.ground]
         """The forces on the moving bodies."""
 

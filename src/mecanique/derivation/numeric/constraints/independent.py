@@ -21,7 +21,7 @@ import numpy as np
 
 from mecanique.derivation.numeric.constraints.loops import Closure
 from mecanique.derivation.numeric.constraints.multipliers import constraints
-from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.paths import JETS, delay, stack_jets
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
@@ -84,7 +84,7 @@ class Reduced:
         self._closure = Closure(mechanism)
         at = {name: k for k, name in enumerate(mechanism.velocities)}
         self._plain = {name: at[f"{name}'"] for name in mechanism.coordinates if f"{name}'" in at}
-        self._definition = Definition(mechanism)
+        self._definition = LagrangeOnJets(mechanism)
         place = place_of(self._tree, mechanism)
         self._bodies = [
             (place[body.name], np.array(moments(body, mechanism.values, Arithmetic()), dtype=float))

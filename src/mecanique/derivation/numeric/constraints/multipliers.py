@@ -21,7 +21,7 @@ from mecanique.derivation.numeric.constraints.loops import (
     is_locked,
 )
 from mecanique.derivation.numeric.dynamics import BatchDynamics
-from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.tolerances import LOOSE, RANK, SHARE
 from mecanique.errors import DerivationError, InputError
 from mecanique.model.constraints.loops import explain_lock
@@ -70,7 +70,7 @@ class Held:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism
-        self._definition = Definition(mechanism)
+        self._definition = LagrangeOnJets(mechanism)
         self._loops, self._laws = Closure(mechanism), VelocityLaws(mechanism)
         self.names = (*self._loops.names, *self._laws.names)
         """Name of each row."""
