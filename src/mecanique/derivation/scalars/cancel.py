@@ -28,7 +28,9 @@ def tidy(series: Series) -> Series:
             steps * degree
         ):  # one by one: ρ² alone would turn into s before it multiplies the series
             cleared = cleared * root
-        while steps and (quotient := _divide(cleared, ring.atoms[index].argument)) is not None:
+        while (
+            steps and (quotient := divide_exactly(cleared, ring.atoms[index].argument)) is not None
+        ):
             cleared, steps = quotient, steps - 1
         other = cleared * root ** (-steps * degree)
         series = other if len(other) <= len(series) else series
@@ -83,7 +85,7 @@ def without_common_divisor(series: Series) -> Series:
     return series
 
 
-def _divide(series: Series, divisor: Series) -> Series | None:
+def divide_exactly(series: Series, divisor: Series) -> Series | None:
     """Return series / divisor, None with a remainder; the divisor has no sines or cosines."""
     if divisor.parts.keys() != {0} or not series:
         return None
@@ -102,6 +104,34 @@ def _divide(series: Series, divisor: Series) -> Series | None:
         * divisor.denominator
         / scale**longest
     )
+    return quotient
+
+
+def divide_by_wave(series: Series, index: int, parity: int) -> Series | None:
+    """Return series / cos φ, for parity 1 / sin φ, of the angle with an index; None if it is left.
+
+    With sines and cosines of sums, the term P cos(k φ + ψ) of the largest k is 2 P cos((k − 1) φ +
+    ψ) cos φ less a term of smaller k, and so on; likewise for sines.
+    """
+    ring, angle = series.ring, power(index)
+    wave = Series(ring, {2 * angle + parity: {0: 1}}, 1, 1)
+    quotient, rest, seen = ring.number(0), series, set[int]()
+    while rest:
+        key = max(rest.parts, key=lambda trig: abs(exponent(trig >> 1, index)))
+        turns = exponent(key >> 1, index)
+        packed = (key >> 1) - (angle if turns > 0 else -angle)
+        # cos(-x) = cos x, sin(-x) = -sin x, whose sign the coefficient below takes along
+        trig = 2 * abs(packed) + ((key ^ parity) & 1)
+        if not turns or trig == 1 or key in seen:
+            return None
+        seen.add(key)
+        unit = Series(ring, {trig: {0: 1}}, 1, series.reach)
+        product = unit * wave
+        if key not in product.parts:
+            return None
+        size = Fraction(product.parts[key][0], product.denominator)
+        term = canonical(ring, {trig: rest.parts[key]}, rest.denominator, rest.reach) / size
+        quotient, rest = quotient + term, rest - term * wave
     return quotient
 
 

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
-from typing import final
+from typing import TypeAlias, final
 
 from mecanique.derivation.numeric.constraints.redundancy import find_redundancy
 from mecanique.derivation.printing.trigforms import common_monomial, common_number, monomial_series
@@ -28,6 +28,9 @@ from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+
+Column: TypeAlias = "list[Series]"
+"""A part for each velocity."""
 
 _LONGEST = 60
 """Balances and displacements with more terms are too long to be read."""
@@ -274,38 +277,84 @@ def _list_demands(ties: Sequence[Tie]) -> tuple[Result, ...]:
     return tuple(Result(Left(f"{tie.letter}_{tie.name}"), tie.demand) for tie in ties)
 
 
-Column = list[Series]
-
 _MOST_ROWS = 4
 """The most rows whose displacements, by Cramer's rule, can still be read."""
 
 
-def independent_displacements(
-    ring: Basis, rows: Sequence[Sequence[Series]], count: int, *, cramer: bool = False
-) -> list[Column]:
-    """Return a basis S of the displacements with A δq = 0, each with a part for every velocity."""
+@final
+@dataclass(frozen=True)
+class Allowed:
+    """What rows A of constraints allow.
+
+    Args:
+        basis: independent displacements S with A S = 0.
+        pulls: a row, and a displacement u along which that row is 1, in the order in which rows
+            were met: rows met before it are 0 along u.
+    """
+
+    basis: list[Column]
+    pulls: list[tuple[int, Column]]
+
+    def reach(self, ring: Basis, rows: Sequence[Column], values: Sequence[Series]) -> Column:
+        """Return a displacement p with A p = values."""
+        p = [ring.number(0)] * len(rows[0])
+        for row, u in self.pulls:
+            p = _subtract(p, _dot(ring, rows[row], p) - values[row], u)
+        return p
+
+    def weigh(self, ring: Basis, rows: Sequence[Column], forces: Column) -> list[Series]:
+        """Return the multipliers λ with Aᵀ λ = forces, which do no work along S."""
+        multipliers = [ring.number(0)] * len(rows)
+        for k, (row, u) in reversed([*enumerate(self.pulls)]):
+            later = [
+                multipliers[other] * _dot(ring, rows[other], u) for other, _ in self.pulls[k + 1 :]
+            ]
+            multipliers[row] = tidy(_dot(ring, forces, u) - ring.sum(later))
+        return multipliers
+
+
+def sweep(
+    ring: Basis, rows: Sequence[Column], count: int, ranks: Sequence[int] = ()
+) -> tuple[Allowed, list[int]]:
+    """Meet rows one after another as long as no divisor may vanish; also return the rows left.
+
+    Of the displacements that could meet a row, the one with the least rank gives way.
+    """
     one, zero = ring.number(1), ring.number(0)
     basis = [[zero] * count for _ in range(count)]
     for k, column in enumerate(basis):
         column[k] = one
-    waiting = list(rows)
+    ranks = list(ranks or range(count))
+    pulls: list[tuple[int, Column]] = []
+    waiting = list(range(len(rows)))
     while waiting:
         for row in waiting:
-            entries = [_dot(ring, row, column) for column in basis]
+            entries = [_dot(ring, rows[row], column) for column in basis]
             met = [k for k, entry in enumerate(entries) if entry]
-            shorter = _satisfy(ring, basis, entries, met) if met else basis
-            if shorter is not None:
+            step = _satisfy(ring, basis, entries, sorted(met, key=lambda k: ranks[k]))
+            if step is not None or not met:
                 waiting.remove(row)
-                basis = shorter
                 break
         else:
-            if not cramer:
-                raise DerivationError(
-                    "the constraints on velocities have no independent displacements in closed "
-                    "form that hold everywhere; such equations are computed, not written out"
-                )
-            return _solve_by_cramer(ring, basis, waiting)
-    return basis
+            break
+        if step is not None:
+            basis, u, gone = step
+            del ranks[gone]
+            pulls.append((row, u))
+    return Allowed(basis, pulls), waiting
+
+
+def independent_displacements(
+    ring: Basis, rows: Sequence[Column], count: int, *, cramer: bool = False
+) -> list[Column]:
+    """Return a basis S of the displacements with A δq = 0, each with a part for every velocity."""
+    allowed, left = sweep(ring, rows, count)
+    if left and not cramer:
+        raise DerivationError(
+            "the constraints on velocities have no independent displacements in closed form that "
+            "hold everywhere; such equations are computed, not written out"
+        )
+    return _solve_by_cramer(ring, allowed.basis, [rows[k] for k in left]) if left else allowed.basis
 
 
 def _solve_by_cramer(
@@ -370,17 +419,21 @@ def _make_positive(column: Column) -> Column:
 
 def _satisfy(
     ring: Basis, basis: list[Column], entries: list[Series], met: list[int]
-) -> list[Column] | None:
-    """Return displacements that satisfy a row with these entries; None if a divisor may vanish."""
+) -> tuple[list[Column], Column, int] | None:
+    """Return displacements that satisfy a row with these entries; None if a divisor may vanish.
+
+    Also return the displacement along which the row is 1, and which of the basis gives way.
+    """
     single = next((k for k in met if is_constant(entries[k])), None)
     if single is not None:
         pivot = entries[single]
-        return [
+        rest = [
             _subtract(column, entries[k] / pivot, basis[single]) if k in met else column
             for k, column in enumerate(basis)
             if k != single
         ]
-    for i, k in combinations(met, 2):
+        return rest, [entry / pivot for entry in basis[single]], single
+    for i, k in combinations(sorted(met), 2):
         size = tidy(entries[i] ** 2 + entries[k] ** 2)
         if not is_constant(size):
             continue
@@ -393,7 +446,7 @@ def _satisfy(
             for j, column in enumerate(basis)
         ]
         rest[i] = [tidy(s * a - c * b) for a, b in pairs]
-        return rest[:k] + rest[k + 1 :]
+        return rest[:k] + rest[k + 1 :], [entry / size for entry in held], k
     return None
 
 

@@ -416,7 +416,7 @@ class VirtualWork:
             quasi=tuple(map(tuple, S)),
         )
 
-    def _independent(self, slopes: Sequence[Sequence[Series]]) -> list[list[Series]]:
+    def _independent(self, slopes: Sequence[list[Series]]) -> list[list[Series]]:
         """Return the displacements that the constraints allow; none if those of loops are long."""
         algebra = self.algebra
         loops = bool(algebra.mechanism.loops)

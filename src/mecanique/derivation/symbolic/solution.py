@@ -1,0 +1,388 @@
+"""Solve equations of motion for what a book's last line says: accelerations and constraint forces.
+
+Constraints A v = b are linear in the velocities. With displacements S that they allow, A S = 0, and
+any p with A p = −γ, the accelerations are a = S c + p; the constraint forces do no work along S, so
+Sᵀ (M a + h − Q) = 0 gives c, and Aᵀ λ = M a + h − Q the multipliers (Maggi 1896; Neimark & Fufaev,
+Dynamics of Nonholonomic Systems, 1972, ch. III).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations
+from math import prod
+from typing import final
+
+from mecanique.derivation.printing.equations import expression, shorter
+from mecanique.derivation.printing.expressions import to_formula, to_power
+from mecanique.derivation.printing.formulas import add, multiply
+from mecanique.derivation.printing.writers import Expression
+from mecanique.derivation.scalars.cancel import divide_by_wave, divide_exactly, tidy
+from mecanique.derivation.scalars.evaluation import Substitution
+from mecanique.derivation.scalars.polynomials import exponents
+from mecanique.derivation.scalars.series import Basis, Kind, Series
+from mecanique.derivation.symbolic.derivation import Derivation, along_displacement
+from mecanique.derivation.symbolic.multipliers import (
+    Column,
+    determinant,
+    divide_common,
+    is_constant,
+    sweep,
+)
+from mecanique.errors import DerivationError
+
+_MOST_COUPLED = 3
+"""Accelerations that depend on each other are solved for up to this number, by Cramer's rule."""
+
+_LONGEST = 40
+"""Numerators and denominators with more terms are too long to be read."""
+
+
+@final
+@dataclass(frozen=True)
+class Quotient:
+    """A solved quantity, numerator/denominator.
+
+    Args:
+        above: the numerator.
+        below: the denominator, 1 if there is none; the result holds where it is not zero.
+    """
+
+    above: Series
+    below: Series
+
+    @property
+    def bearable(self) -> bool:
+        """Whether it is short enough to be read."""
+        return max(len(self.above), len(self.below)) <= _LONGEST
+
+    def expression(self) -> Expression:
+        """Return it as printed, with a factored denominator."""
+        if self.below == 1:
+            return expression(self.above)
+        under = to_power(to_formula(self.below), Fraction(-1))
+        whole = Expression((multiply(to_formula(self.above), under),))
+        sums = add(expression(self.above).terms)
+        return shorter(whole, Expression((multiply((sums, 1), under),)))
+
+
+@final
+@dataclass(frozen=True)
+class Solution:
+    """What equations of motion come to once constraints are eliminated.
+
+    Args:
+        kept: velocities that stay independent; empty if independent displacements turn with the
+            bodies, so that no velocities by themselves are.
+        rows: equations of motion without multipliers and other accelerations, each zero.
+        accelerations: each acceleration in closed form, by name; empty if they would be long.
+        forces: each constraint force in closed form, by name; in terms of accelerations if
+            `accelerations` is empty.
+    """
+
+    kept: tuple[str, ...]
+    rows: tuple[Series, ...]
+    accelerations: Mapping[str, Quotient]
+    forces: Mapping[str, Quotient]
+
+
+def solve(derivation: Derivation, kept: Sequence[str] = ()) -> Solution:
+    """Solve equations of motion; keep some velocities, or as many of the first as possible.
+
+    Raises a DerivationError if the constraints do not leave them independent, or a divisor might
+    vanish.
+    """
+    return _Solving(derivation, kept).solution()
+
+
+class _Solving:
+    """Equations of motion, with the motions that their constraints allow."""
+
+    def __init__(self, derivation: Derivation, kept: Sequence[str]) -> None:
+        self.ties = derivation.ties
+        self.algebra = derivation.algebra
+        self.ring = ring = self.algebra.ring
+        still = _find_still(derivation)
+        self.at = at = Substitution(still, {}) if still else _leave
+        v = self.algebra.velocities
+        self.M = [[tidy(at(entry)) for entry in row] for row in derivation.M]
+        given = [[tidy(at(slope)) for slope in tie.slopes(ring)] for tie in self.ties]
+        wanted = [v.index(name) for name in kept]
+        # what is kept gives way last; else the later coordinates follow the first
+        ranks = [len(v) + k if k in wanted else len(v) - k for k in range(len(v))]
+        self.turn = _identity(ring, len(given))
+        """Turns the constraints of ties into rows that can be met, A."""
+        for _ in range(len(given) + 1):
+            self.A = [_mix(row, given) for row in self.turn]
+            self.allowed, left = sweep(ring, self.A, len(v), ranks)
+            if not left or not self._turn_rows(left):
+                break
+        if left:
+            raise DerivationError(self._explain(left))
+        self.kept = self._find_kept()
+        if kept and sorted(wanted) != sorted(self.kept):
+            raise DerivationError(self._explain_kept(kept))
+        rates = [tie.demand if tie.of_velocities else tie.demand.ddt() for tie in self.ties]
+        self.still = self._reach([at(rate).linear(v)[1] for rate in rates])
+        gamma = [tie.second.linear(self.algebra.accelerations)[1] for tie in self.ties]
+        self.p = self._reach([self.put(at(entry)) for entry in gamma])
+        both = zip(derivation.h, derivation.Q, strict=True)
+        self.rest = [self.put(at(h - Q)) for h, Q in both]
+
+    def _turn_rows(self, left: Sequence[int]) -> bool:
+        """Turn two rows cos φ w and sin φ w, as of a plane's fixed axes, into w and 0, if any."""
+        for i, k in combinations(left, 2):
+            for column in self.allowed.basis:
+                c, s = (along_displacement(column, self.A[row]) for row in (i, k))
+                size = tidy(c * c + s * s)
+                if not is_constant(size):
+                    continue
+                rows = self.turn[i], self.turn[k]
+                self.turn[i] = [tidy(c * a + s * b) for a, b in zip(*rows, strict=True)]
+                self.turn[k] = [tidy(c * b - s * a) for a, b in zip(*rows, strict=True)]
+                return True
+        return False
+
+    def _explain(self, left: Sequence[int]) -> str:
+        rows = ", ".join(self.ties[k].name for k in left)
+        return (
+            f"mechanism {self.algebra.mechanism.name!r}: {rows} can be solved for no velocity "
+            "without a divisor that may vanish"
+        )
+
+    def _explain_kept(self, kept: Sequence[str]) -> str:
+        v, found = self.algebra.velocities, [self.algebra.velocities[k] for k in self.kept]
+        count = len(self.allowed.basis)
+        independent = f"; {', '.join(found)} can be kept" if found else ""
+        if len(kept) != count:
+            wanted = f"{count} of its {len(v)} velocities free, got {', '.join(kept)}"
+            return (
+                f"mechanism {self.algebra.mechanism.name!r}: its constraints leave {wanted}"
+                f"{independent}"
+            )
+        return (
+            f"mechanism {self.algebra.mechanism.name!r}: the other velocities do not follow from "
+            f"{', '.join(kept)} without a divisor that may vanish{independent}"
+        )
+
+    def _find_kept(self) -> tuple[int, ...]:
+        """Return the velocity that each independent displacement is, none unless all are."""
+        found = []
+        for column in self.allowed.basis:
+            alone = [
+                i
+                for i, entry in enumerate(column)
+                if entry == 1 and sum(bool(other[i]) for other in self.allowed.basis) == 1
+            ]
+            # entries of 1 come with what follows, too: x' = z' keeps what was not eliminated
+            own = [i for i in alone if not any(is_pull(u, i) for _, u in self.allowed.pulls)]
+            found += own[:1]
+        return tuple(found) if len(found) == len(self.allowed.basis) else ()
+
+    def _reach(self, rest: Sequence[Series]) -> Column:
+        """Return p with A p + rest = 0."""
+        if not self.A:
+            return [self.ring.number(0)] * len(self.algebra.velocities)
+        values = [-along_displacement(row, rest) for row in self.turn]
+        return self.allowed.reach(self.ring, self.A, values)
+
+    def put(self, series: Series) -> Series:
+        """Replace the velocities that follow from those that are kept."""
+        v = self.algebra.velocities
+        if not self.kept or not self.A:
+            return series
+        others = [k for k in range(len(v)) if k not in self.kept]
+        free = [self.ring[v[k]] for k in self.kept]
+        values = {}
+        for k in others:
+            parts = [column[k] * x for column, x in zip(self.allowed.basis, free, strict=True)]
+            values[k] = self.ring.sum([self.still[k], *parts])
+        terms = []
+        for powers, coefficient in series.coefficients([v[k] for k in others]).items():
+            factors = [values[k] ** e for k, e in zip(others, powers, strict=True) if e]
+            terms.append(prod(factors, start=coefficient))
+        return tidy(self.ring.sum(terms))
+
+    def solution(self) -> Solution:
+        """Return the solution."""
+        ring, S, p = self.ring, self.allowed.basis, self.p
+        moved = [self._inertia(column) for column in S]
+        fixed = [a + b for a, b in zip(self._inertia(p), self.rest, strict=True)]
+        mass = [[tidy(along_displacement(one, other)) for other in moved] for one in S]
+        loads = [tidy(along_displacement(one, fixed)) for one in S]
+        c = _solve_blocks(mass, [-load for load in loads])
+        names = self.algebra.accelerations
+        accelerations: dict[str, Quotient] = {}
+        if c is not None:
+            accelerations = {
+                name: _combine(p[i], [column[i] for column in S], c) for i, name in enumerate(names)
+            }
+            if not all(quotient.bearable for quotient in accelerations.values()):
+                accelerations = {}
+        rows = []
+        named = [ring[names[k]] for k in self.kept]
+        if named or not S:
+            for row, load in zip(mass, loads, strict=True):
+                inertia = [m * a for m, a in zip(row, named, strict=True)]
+                rows.append(ring.sum([*inertia, load]))
+        return Solution(
+            tuple(self.algebra.velocities[k] for k in self.kept),
+            tuple(rows),
+            accelerations,
+            self._forces(moved, fixed, c if accelerations else None),
+        )
+
+    def _forces(
+        self, moved: Sequence[Column], fixed: Column, c: Sequence[Quotient] | None
+    ) -> dict[str, Quotient]:
+        """Return the multipliers: those of M (S c + p) + h − Q."""
+        if not self.A:
+            return {}
+        ring, names = self.ring, self.algebra.accelerations
+        one = ring.number(1)
+        if c is None:
+            if len(self.kept) < len(moved):
+                return {}
+            c = [Quotient(ring[names[k]], one) for k in self.kept]
+        weighed = [self._weigh(column) for column in (*moved, fixed)]
+        shared = self._find_shared()
+        found = {}
+        for k, tie in enumerate(self.ties):
+            if k not in shared:
+                (generator,) = tie.multiplier.generators()
+                found[generator.name] = _combine(weighed[-1][k], [w[k] for w in weighed[:-1]], c)
+        return found if all(quotient.bearable for quotient in found.values()) else {}
+
+    def _weigh(self, forces: Column) -> Column:
+        """Return the multipliers of the ties that balance forces."""
+        return _mix(self.allowed.weigh(self.ring, self.A, forces), self.turn)
+
+    def _find_shared(self) -> set[int]:
+        """Return the ties whose forces redundancy leaves undetermined."""
+        met = {row for row, _ in self.allowed.pulls}
+        shared = set[int]()
+        for row in set(range(len(self.A))) - met:
+            pairs = zip(self._weigh(self.A[row]), self.turn[row], strict=True)
+            shared |= {k for k, (own, other) in enumerate(pairs) if not (own - other).vanishes()}
+        return shared
+
+    def _inertia(self, column: Column) -> Column:
+        """Return M times a column."""
+        return [tidy(along_displacement(row, column)) for row in self.M]
+
+
+def _identity(ring: Basis, size: int) -> list[Column]:
+    return [[ring.number(int(i == k)) for k in range(size)] for i in range(size)]
+
+
+def _mix(weights: Column, rows: Sequence[Column]) -> Column:
+    """Return the sum of rows, each times its weight."""
+    return [tidy(along_displacement(weights, column)) for column in zip(*rows, strict=True)]
+
+
+def _leave(series: Series) -> Series:
+    return series
+
+
+def _find_still(derivation: Derivation) -> dict[str, Series]:
+    """Return the coordinates that the constraints hold at zero, such as the roll of a cart."""
+    algebra = derivation.algebra
+    ring, names = algebra.ring, algebra.mechanism.coordinates
+    gaps = [tie.demand for tie in derivation.ties if not tie.of_velocities]
+    for name in names:  # a coordinate with a constant slope follows from the others
+        slopes = [gap.diff(name) for gap in gaps]
+        k = next((k for k, slope in enumerate(slopes) if is_constant(slope)), None)
+        if k is not None:
+            pivot = gaps.pop(k)
+            others = [slope / slopes[k] for i, slope in enumerate(slopes) if i != k]
+            gaps = [tidy(gap - share * pivot) for gap, share in zip(gaps, others, strict=True)]
+    found = dict[str, Series]()
+    for gap in gaps:
+        held = {g.name for g in gap.generators() if g.kind in (Kind.COORDINATE, Kind.TIME)}
+        if len(held) == 1 and (name := held.pop()) in names:
+            here = Substitution({name: ring.number(0)}, {})
+            if here(gap).vanishes() and not here(gap.diff(name)).vanishes():
+                found |= {name: ring.number(0), f"{name}'": ring.number(0)}
+    return found
+
+
+def is_pull(column: Column, k: int) -> bool:
+    """Return whether a displacement moves along a velocity."""
+    return bool(column[k])
+
+
+def _solve_blocks(M: Sequence[Sequence[Series]], loads: Sequence[Series]) -> list[Quotient] | None:
+    """Solve M c = loads for accelerations that depend on each other, block by block."""
+    found: dict[int, Quotient] = {}
+    waiting = list(range(len(M)))
+    while waiting:
+        block, edge = set[int](), {waiting[0]}
+        while edge:
+            block |= edge
+            edge = {j for k in edge for j, entry in enumerate(M[k]) if entry} - block
+        rows = sorted(block)
+        waiting = [k for k in waiting if k not in block]
+        if len(rows) > _MOST_COUPLED:
+            return None
+        part = [[M[i][k] for k in rows] for i in rows]
+        below = determinant(M[0][0].ring, part)
+        if below.vanishes() or len(below) > _LONGEST:
+            return None
+        for place, k in enumerate(rows):
+            swapped = [
+                [*row[:place], loads[i], *row[place + 1 :]]
+                for i, row in zip(rows, part, strict=True)
+            ]
+            found[k] = _reduce(determinant(below.ring, swapped), below)
+    return [found[k] for k in range(len(M))]
+
+
+def _combine(first: Series, factors: Sequence[Series], c: Sequence[Quotient]) -> Quotient:
+    """Return first + Σ factor × c over one denominator."""
+    below = first.ring.number(1)
+    above = first
+    for factor, quotient in zip(factors, c, strict=True):
+        if not factor or not quotient.above:
+            continue
+        if quotient.below == below:
+            above = above + factor * quotient.above
+        else:
+            above = above * quotient.below + factor * quotient.above * below
+            below = below * quotient.below
+        reduced = _reduce(above, below)
+        above, below = reduced.above, reduced.below
+    return Quotient(tidy(above), below)
+
+
+def _reduce(above: Series, below: Series) -> Quotient:
+    """Cancel what numerator and denominator share, as far as it is found."""
+    above, below = tidy(above), tidy(below)
+    one = above.ring.number(1)
+    if not above or above.vanishes():
+        return Quotient(one.ring.number(0), one)
+    if is_constant(below):
+        return Quotient(tidy(above / below), one)
+    whole = divide_exactly(above, below)
+    if whole is not None:
+        return Quotient(whole, one)
+    above, below = divide_common(_divide_waves(above, below))
+    if is_constant(below):
+        return Quotient(tidy(above / below), one)
+    if sum(1 if c > 0 else -1 for _, _, c in below.terms()) < 0:
+        above, below = -above, -below
+    return Quotient(above, below)
+
+
+def _divide_waves(above: Series, below: Series) -> list[Series]:
+    """Cancel the sines and cosines of single angles that divide both."""
+    packed = [trig >> 1 for trig in below.parts]
+    for index in sorted({index for K in packed for index, _ in exponents(K)}):
+        for parity in (0, 1):
+            while (less := divide_by_wave(below, index, parity)) is not None:
+                rest = divide_by_wave(above, index, parity)
+                if rest is None:
+                    break
+                above, below = rest, less
+    return [above, below]
