@@ -84,6 +84,7 @@ ORDER: dict[str, list[str]] = {
         "matrix_form term_units",
         "glossary",
         "document",
+        "solved",
         "equations",
         "methods",
         "reduction single_equation small_motions",
@@ -120,7 +121,7 @@ ORDER: dict[str, list[str]] = {
         "constraints forces multipliers",
         "cutting",
         "balances",
-        "lagrange newton_euler virtual_work",
+        "lagrange newton_euler solution virtual_work",
     ],
     "reference": [
         "tolerances vectors",

@@ -6,6 +6,7 @@ from mecanique.checking.verdict import Check as Check
 from mecanique.derivation import (
     Reduction as Reduction,
     SingleEquation as SingleEquation,
+    Solved as Solved,
     derive as derive,
     reduce_loops as reduce_loops,
     routh as routh,

@@ -45,9 +45,15 @@ Form: TypeAlias = Literal["text", "latex", "mathml"]
 @click.option(
     "--in",
     "alone",
-    metavar="COORDINATE",
-    help="Reduce a mechanism with loops and one degree of freedom to one equation in this "
-    "coordinate, by kinematic coefficients.",
+    metavar="COORDINATES",
+    help="Reduce a mechanism by its constraints to equations in these coordinates, "
+    "comma-separated; loops to one, by kinematic coefficients.",
+)
+@click.option(
+    "--solve",
+    "solved",
+    is_flag=True,
+    help="Solve for the accelerations and the forces of constraints, where short enough.",
 )
 @options.parameters
 @report_errors
@@ -61,6 +67,7 @@ def derive(
     document: bool,
     routh: bool,
     alone: str | None,
+    solved: bool,
     parameters: tuple[str, ...],
     *,
     reading: Reading,
@@ -68,16 +75,16 @@ def derive(
     """Derive the equations of motion; explain the symbols."""
     if units and (form != "text" or steps or document or method == "all"):
         raise click.BadParameter("expected --units without --steps, --format and --method all")
-    reduced = routh or alone is not None
-    if reduced and (units or method != "lagrange" or (routh and alone is not None)):
-        raise click.BadParameter("expected one of --routh, --in, --units, --method")
+    reduced = alone is not None or solved
+    if (routh and reduced) or ((routh or reduced) and (units or method != "lagrange")):
+        raise click.BadParameter("expected one of --routh, --in or --solve, --units, --method")
     chosen = choose(system, parameters, reading)
     form, steps = ("latex" if document else form), steps or document
     with working("Deriving the equations of motion"):
         if routh:
             text = reduction(chosen.mechanism, form, steps)
-        elif alone is not None:
-            text = in_one_coordinate(chosen.mechanism, alone, form, steps)
+        elif reduced:
+            text = solution(chosen.mechanism, alone or "", form, steps)
         elif method == "all":
             text = derivations(chosen.mechanism, form)
         else:
@@ -225,9 +232,16 @@ def reduction(mechanism: mq.Mechanism, form: Form, steps: bool) -> str:
     return written
 
 
-def in_one_coordinate(mechanism: mq.Mechanism, coordinate: str, form: Form, steps: bool) -> str:
-    """Return the equation of a mechanism with loops in one coordinate alone."""
-    written: str = getattr(mq.reduce_loops(mechanism, coordinate), form)(steps=steps)
+def solution(mechanism: mq.Mechanism, keep: str, form: Form, steps: bool) -> str:
+    """Return the equations in some coordinates alone, or solved for the accelerations."""
+    written: str
+    if keep and mechanism.loops:
+        written = getattr(mq.reduce_loops(mechanism, keep), form)(steps=steps)
+    elif steps and not keep:  # the last section of which is the same
+        written = derivation(mechanism, "lagrange", form, steps)
+    else:
+        names = [name.strip() for name in keep.split(",") if name.strip()]
+        written = getattr(mq.derive(mechanism).solved(names), form)(symbols=True)
     return written
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 from mecanique.derivation.methods import METHODS, derive, readable
 from mecanique.derivation.reduction import Reduction, routh
 from mecanique.derivation.single_equation import SingleEquation, reduce_loops
+from mecanique.derivation.solved import Solved
 
 __all__ = [
     "METHODS",
     "Reduction",
     "SingleEquation",
+    "Solved",
     "derive",
     "readable",
     "reduce_loops",

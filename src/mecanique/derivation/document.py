@@ -17,7 +17,8 @@ from mecanique.derivation.printing.prose import escape as tex
 from mecanique.derivation.printing.prose import find_points, to_latex
 from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import without_common_divisor
-from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.derivation import Derivation, Result
+from mecanique.derivation.symbolic.solution import result_of
 
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
 _DIVIDED = "Each line is divided by the numbers and parameters {}all its terms share."
@@ -84,6 +85,11 @@ class Document:
         return equations([without_common_divisor(row) for row in rows], own=own)
 
     @cached_property
+    def result(self) -> tuple[str, list[Equation | Result]]:
+        """What the last section says, and its lines: accelerations, forces and integrals."""
+        return result_of(self.derivation)
+
+    @cached_property
     def linear(self) -> Linear | None:
         """The matrices of M q'' + C q' + K q = f if the equations are linear, else None."""
         return None if self.derivation.written is not None else linear(self.derivation)
@@ -107,6 +113,10 @@ class Document:
             out += [f"     {line}" for line in self.linear.text().splitlines()]
         for sentence in self._state_assumptions(writer):
             out += ["", *_wrap(sentence)]
+        said, solved = self.result
+        if solved:
+            out += ["", f"{len(stages) + 2}. Result", *_wrap(said)]
+            out += [f"     {line.write(writer)}" for line in solved]
         return "\n".join(out)
 
     def latex(self, steps: bool, symbols: bool = False) -> str:
@@ -150,6 +160,10 @@ class Document:
             positive = expression(assumption.positive).latex()
             said = self._convert(_TAKEN.format(assumption.subject))
             out.append(f"{said} ${positive}$, {_POSITIVE}\n")
+        if steps and self.result[1]:
+            said, solved = self.result
+            lines = [line.write(writer) for line in solved]
+            out += ["\\subsection*{Result}", self._convert(said), display(lines)]
         return "\n".join(out)
 
     def mathml(self, steps: bool, symbols: bool = False) -> str:
@@ -193,7 +207,7 @@ class Document:
         return tuple(found)
 
     def sections(self) -> tuple[Section, ...]:
-        """Return symbols, steps and, last, the equations of motion, as sections in MathML."""
+        """Return symbols, steps, the equations of motion and what they come to, in MathML."""
         writer = MathML()
         rows = ""
         for meaning in meanings(self.derivation):
@@ -213,7 +227,12 @@ class Document:
         elif self.linear is not None:
             formulas += (self.linear.mathml(),)
             closing += _LINEAR
-        return (*out, Section("Equations of motion", closing, formulas))
+        out.append(Section("Equations of motion", closing, formulas))
+        said, solved = self.result
+        if solved:
+            lines = [_MATH.format("block", line.write(writer)) for line in solved]
+            out.append(Section("Result", said, tuple(lines)))
+        return tuple(out)
 
     @property
     def _about(self) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from html import escape
@@ -18,10 +18,12 @@ from mecanique.derivation.numeric.newton_euler import Balances, Reaction
 from mecanique.derivation.printing.expressions import to_matrix
 from mecanique.derivation.printing.prose import escape as escape_for_latex
 from mecanique.derivation.printing.writers import Equation
+from mecanique.derivation.solved import Solved
 from mecanique.derivation.symbolic.derivation import Derivation, Stages
-from mecanique.derivation.symbolic.symbols import MOST_TERMS
+from mecanique.derivation.symbolic.solution import solve
+from mecanique.derivation.symbolic.symbols import MOST_TERMS, coordinate_of
 from mecanique.derivation.term_units import unit_of
-from mecanique.errors import DerivationError
+from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
@@ -168,6 +170,28 @@ class Equations(Dynamics):
     def linear(self) -> Linear | None:
         """M q'' + C q' + K q = f if linear with constant coefficients, else None."""
         return self.document.linear
+
+    def solved(self, keep: str | Sequence[str] = ()) -> Solved:
+        """Return the equations solved: accelerations and forces of constraints in closed form.
+
+        Args:
+            keep: the coordinates, or velocities, to which constraints reduce the equations; by
+                default as many of the first as possible.
+
+        Raises:
+            UnknownNameError: if there is no such coordinate or velocity.
+            DerivationError: if there is no symbolic form, if constraints cannot be solved without a
+                divisor that may vanish, as those of loops, or do not leave these alone free.
+        """
+        velocities = self.mechanism.velocities
+        kept = []
+        for name in (keep,) if isinstance(keep, str) else keep:
+            rate = name if name in velocities else f"{name}'"
+            if rate not in velocities:
+                known = tuple(map(coordinate_of, velocities))
+                raise UnknownNameError("coordinate", name, known)
+            kept.append(rate)
+        return Solved(self.derivation, solve(self.derivation, tuple(dict.fromkeys(kept))))
 
     def matrix_form(self) -> str:
         """Return linear equations of motion as M q'' + C q' + K q = f with all matrices, as text.

@@ -97,9 +97,8 @@ def _refuse_misfits(mechanism: Mechanism, ground: Ground) -> None:
             n = np.array(element.normal)
             if element.axes != "world":
                 n = turn(element.axes, element.normal)
-            fault = cord_fault(
-                mechanism, element, np.stack(np.broadcast_arrays(*stops), axis=-2), n
-            )
+            places = np.stack(np.broadcast_arrays(*stops), axis=-2)
+            fault = cord_fault(mechanism, element, places, n)
         elif isinstance(element, (Gear, Rack)):
             a, b = (mechanism.joint(name) for name in element.joints)
             assert isinstance(a, Single)

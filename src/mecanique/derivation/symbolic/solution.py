@@ -8,22 +8,36 @@ Dynamics of Nonholonomic Systems, 1972, ch. III).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import combinations
 from math import prod
 from typing import final
 
-from mecanique.derivation.printing.equations import expression, shorter
+from mecanique.derivation.printing.equations import equations, expression, shorter
 from mecanique.derivation.printing.expressions import to_formula, to_power
 from mecanique.derivation.printing.formulas import add, multiply
-from mecanique.derivation.printing.writers import Expression
-from mecanique.derivation.scalars.cancel import divide_by_wave, divide_exactly, tidy
+from mecanique.derivation.printing.writers import Equation, Expression
+from mecanique.derivation.scalars.cancel import (
+    divide_by_wave,
+    divide_exactly,
+    tidy,
+    without_common_divisor,
+)
 from mecanique.derivation.scalars.evaluation import Substitution
 from mecanique.derivation.scalars.polynomials import exponents
-from mecanique.derivation.scalars.series import Basis, Kind, Series
-from mecanique.derivation.symbolic.derivation import Derivation, along_displacement
+from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
+from mecanique.derivation.symbolic.cutting import enumerate_words
+from mecanique.derivation.symbolic.derivation import (
+    Derivation,
+    Left,
+    Result,
+    Stage,
+    along_displacement,
+)
 from mecanique.derivation.symbolic.multipliers import (
     Column,
     determinant,
@@ -31,7 +45,10 @@ from mecanique.derivation.symbolic.multipliers import (
     is_constant,
     sweep,
 )
+from mecanique.derivation.symbolic.symbols import coordinate_of
 from mecanique.errors import DerivationError
+
+_INTEGRALS = ("Energy integral", "Jacobi's integral")
 
 _MOST_COUPLED = 3
 """Accelerations that depend on each other are solved for up to this number, by Cramer's rule."""
@@ -58,6 +75,15 @@ class Quotient:
         """Whether it is short enough to be read."""
         return max(len(self.above), len(self.below)) <= _LONGEST
 
+    @property
+    def divided(self) -> bool:
+        """Whether it is divided by what may vanish."""
+        generators = self.above.ring.generators
+        powers = {item for _, monomial, _ in self.above.terms() for item in exponents(monomial)}
+        return self.below != 1 or any(
+            e < 0 and generators[i].kind is Kind.COORDINATE for i, e in powers
+        )
+
     def expression(self) -> Expression:
         """Return it as printed, with a factored denominator."""
         if self.below == 1:
@@ -66,6 +92,11 @@ class Quotient:
         whole = Expression((multiply(to_formula(self.above), under),))
         sums = add(expression(self.above).terms)
         return shorter(whole, Expression((multiply((sums, 1), under),)))
+
+    def equate(self, name: str) -> Equation:
+        """Return the equation that states it, under its name."""
+        left = expression(self.above.ring[name])
+        return Equation(left, self.expression(), self.below)
 
 
 @final
@@ -86,6 +117,12 @@ class Solution:
     rows: tuple[Series, ...]
     accelerations: Mapping[str, Quotient]
     forces: Mapping[str, Quotient]
+
+    @cached_property
+    def equations(self) -> tuple[Equation, ...]:
+        """The rows as they are printed, empty if one of them says nothing."""
+        rows = [without_common_divisor(row) for row in self.rows]
+        return equations(rows) if all(rows) else ()
 
 
 def solve(derivation: Derivation, kept: Sequence[str] = ()) -> Solution:
@@ -125,11 +162,16 @@ class _Solving:
         if kept and sorted(wanted) != sorted(self.kept):
             raise DerivationError(self._explain_kept(kept))
         rates = [tie.demand if tie.of_velocities else tie.demand.ddt() for tie in self.ties]
-        self.still = self._reach([at(rate).linear(v)[1] for rate in rates])
-        gamma = [tie.second.linear(self.algebra.accelerations)[1] for tie in self.ties]
-        self.p = self._reach([self.put(at(entry)) for entry in gamma])
-        both = zip(derivation.h, derivation.Q, strict=True)
-        self.rest = [self.put(at(h - Q)) for h, Q in both]
+        self.rates = [at(rate) for rate in rates]
+        """What the constraints keep zero, linear in the velocities."""
+        self.still = self._reach([rate.linear(v)[1] for rate in self.rates])
+        self.rates += [*_level(given, self.rates)]
+        gamma = [at(tie.second.linear(self.algebra.accelerations)[1]) for tie in self.ties]
+        rest = [at(h - Q) for h, Q in zip(derivation.h, derivation.Q, strict=True)]
+        self.sides = [(gamma, rest)]
+        """γ and h − Q, in all velocities and, where that differs, in those that are kept."""
+        if self.kept and self.A:
+            self.sides.append(([*map(self._put, gamma)], [*map(self._put, rest)]))
 
     def _turn_rows(self, left: Sequence[int]) -> bool:
         """Turn two rows cos φ w and sin φ w, as of a plane's fixed axes, into w and 0, if any."""
@@ -147,25 +189,23 @@ class _Solving:
 
     def _explain(self, left: Sequence[int]) -> str:
         rows = ", ".join(self.ties[k].name for k in left)
+        loops = any(not (self.ties[k].of_velocities or self.ties[k].of_contact) for k in left)
+        remedy = "; reduce_loops keeps one coordinate of loops" if loops else ""
         return (
             f"mechanism {self.algebra.mechanism.name!r}: {rows} can be solved for no velocity "
-            "without a divisor that may vanish"
+            f"without a divisor that may vanish{remedy}"
         )
 
     def _explain_kept(self, kept: Sequence[str]) -> str:
-        v, found = self.algebra.velocities, [self.algebra.velocities[k] for k in self.kept]
-        count = len(self.allowed.basis)
-        independent = f"; {', '.join(found)} can be kept" if found else ""
-        if len(kept) != count:
-            wanted = f"{count} of its {len(v)} velocities free, got {', '.join(kept)}"
-            return (
-                f"mechanism {self.algebra.mechanism.name!r}: its constraints leave {wanted}"
-                f"{independent}"
-            )
-        return (
-            f"mechanism {self.algebra.mechanism.name!r}: the other velocities do not follow from "
-            f"{', '.join(kept)} without a divisor that may vanish{independent}"
-        )
+        v, count = self.algebra.velocities, len(self.allowed.basis)
+        got = ", ".join(map(coordinate_of, kept))
+        free = [coordinate_of(v[k]) for k in self.kept]
+        can = f"; {enumerate_words(free)} can be kept" if free else ""
+        where = f"mechanism {self.algebra.mechanism.name!r}"
+        if len(kept) == count:
+            return f"{where}: without a divisor that may vanish, not all follows from {got}{can}"
+        leave = "its constraints leave" if self.ties else "without constraints it has"
+        return f"{where}: {leave} {count} of {len(v)} velocities free, got {got} to keep{can}"
 
     def _find_kept(self) -> tuple[int, ...]:
         """Return the velocity that each independent displacement is, none unless all are."""
@@ -188,11 +228,9 @@ class _Solving:
         values = [-along_displacement(row, rest) for row in self.turn]
         return self.allowed.reach(self.ring, self.A, values)
 
-    def put(self, series: Series) -> Series:
+    def _put(self, series: Series) -> Series:
         """Replace the velocities that follow from those that are kept."""
         v = self.algebra.velocities
-        if not self.kept or not self.A:
-            return series
         others = [k for k in range(len(v)) if k not in self.kept]
         free = [self.ring[v[k]] for k in self.kept]
         values = {}
@@ -206,10 +244,15 @@ class _Solving:
         return tidy(self.ring.sum(terms))
 
     def solution(self) -> Solution:
-        """Return the solution."""
-        ring, S, p = self.ring, self.allowed.basis, self.p
+        """Return the solution: that with fewer terms, as constraints allow several forms."""
+        found = [self._solve(gamma, rest) for gamma, rest in self.sides]
+        solved = [one for one in found if one.accelerations]
+        return min(solved, key=_count) if solved else found[-1]
+
+    def _solve(self, gamma: Sequence[Series], rest: Column) -> Solution:
+        ring, S, p = self.ring, self.allowed.basis, self._reach(gamma)
         moved = [self._inertia(column) for column in S]
-        fixed = [a + b for a, b in zip(self._inertia(p), self.rest, strict=True)]
+        fixed = [a + b for a, b in zip(self._inertia(p), rest, strict=True)]
         mass = [[tidy(along_displacement(one, other)) for other in moved] for one in S]
         loads = [tidy(along_displacement(one, fixed)) for one in S]
         c = _solve_blocks(mass, [-load for load in loads])
@@ -219,13 +262,11 @@ class _Solving:
             accelerations = {
                 name: _combine(p[i], [column[i] for column in S], c) for i, name in enumerate(names)
             }
-            if not all(quotient.bearable for quotient in accelerations.values()):
-                accelerations = {}
+            accelerations = self._shorten(accelerations)
         rows = []
-        named = [ring[names[k]] for k in self.kept]
-        if named or not S:
+        if self.kept or not S:
             for row, load in zip(mass, loads, strict=True):
-                inertia = [m * a for m, a in zip(row, named, strict=True)]
+                inertia = [m * ring[names[k]] for m, k in zip(row, self.kept, strict=True)]
                 rows.append(ring.sum([*inertia, load]))
         return Solution(
             tuple(self.algebra.velocities[k] for k in self.kept),
@@ -253,7 +294,16 @@ class _Solving:
             if k not in shared:
                 (generator,) = tie.multiplier.generators()
                 found[generator.name] = _combine(weighed[-1][k], [w[k] for w in weighed[:-1]], c)
-        return found if all(quotient.bearable for quotient in found.values()) else {}
+        return self._shorten(found)
+
+    def _shorten(self, quotients: Mapping[str, Quotient]) -> dict[str, Quotient]:
+        """Return quotients as short as the constraints allow, none if one is long."""
+        if not all(quotient.bearable for quotient in quotients.values()):
+            return {}
+        return {
+            name: Quotient(_shorten(quotient.above, self.rates), quotient.below)
+            for name, quotient in quotients.items()
+        }
 
     def _weigh(self, forces: Column) -> Column:
         """Return the multipliers of the ties that balance forces."""
@@ -306,6 +356,47 @@ def _find_still(derivation: Derivation) -> dict[str, Series]:
             if here(gap).vanishes() and not here(gap.diff(name)).vanishes():
                 found |= {name: ring.number(0), f"{name}'": ring.number(0)}
     return found
+
+
+def _shorten(series: Series, rates: Sequence[Series]) -> Series:
+    """Subtract multiples of what constraints keep zero, as long as half of the terms fall away."""
+    for rate in rates:
+        for share in _list_shares(series, rate):
+            rest = tidy(series - share * rate)
+            if 2 * len(rest) <= len(series):
+                return _shorten(rest, rates)
+    return series
+
+
+def _level(rows: Sequence[Column], rates: Sequence[Series]) -> Iterator[Series]:
+    """Yield pairs of rates in axes that turn, put together along the velocities they turn from."""
+    for i, k in combinations(range(len(rows)), 2):
+        for c, s in zip(rows[i], rows[k], strict=True):
+            if not (is_constant(c) or is_constant(s)) and is_constant(tidy(c * c + s * s)):
+                yield tidy(c * rates[i] + s * rates[k])
+
+
+def _list_shares(series: Series, rate: Series) -> Iterator[Series]:
+    """Yield monomials by which a term of the rate is a term of the series."""
+    ring, seen = series.ring, set[tuple[int, Fraction]]()
+    for trig, monomial, c in rate.terms():
+        for other, whole, size in series.terms():
+            share = whole - monomial, size / c
+            if other == trig and share not in seen and _is_finite(ring, share[0]):
+                seen.add(share)
+                yield canonical(ring, {0: {share[0]: 1}}, 1, series.reach) * share[1]
+
+
+def _is_finite(ring: Basis, monomial: int) -> bool:
+    """Return whether a monomial is divided by parameters alone."""
+    given = (Kind.PARAMETER, Kind.CONSTANT)
+    return all(e > 0 or ring.generators[i].kind in given for i, e in exponents(monomial))
+
+
+def _count(solution: Solution) -> int:
+    """Return the number of terms of a solution."""
+    quotients = (*solution.accelerations.values(), *solution.forces.values())
+    return sum(len(quotient.above) + len(quotient.below) for quotient in quotients)
 
 
 def is_pull(column: Column, k: int) -> bool:
@@ -386,3 +477,52 @@ def _divide_waves(above: Series, below: Series) -> list[Series]:
                     break
                 above, below = rest, less
     return [above, below]
+
+
+def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
+    """Return the sentences and the lines of a derivation's last section, none if nothing is new.
+
+    It lists equations without multipliers, accelerations, forces of constraints and integrals.
+    """
+    if derivation.written is not None:
+        return "", []
+    said, lines = list[str](), list[Equation | Result]()
+    with suppress(DerivationError):  # loops, and constraints without displacements everywhere
+        solved = solve(derivation)
+        single = len(solved.kept) == 1 and bool(solved.accelerations)
+        if derivation.ties and solved.equations:
+            said.append(
+                f"The constraints leave {enumerate_words([*map(coordinate_of, solved.kept)])} free."
+            )
+            if not single:
+                said.append("Without the forces of the constraints these equations remain.")
+                lines += solved.equations
+        if solved.accelerations:
+            divided = any(value.divided for value in solved.accelerations.values())
+            where = " wherever no denominator is zero" if divided else ""
+            said.append(f"The accelerations are explicit{where}.")
+        if solved.forces:
+            by = "" if solved.accelerations else " from the accelerations"
+            said.append(f"The forces of the constraints follow{by}.")
+        pairs = [*solved.accelerations.items(), *solved.forces.items()]
+        lines += [value.equate(name) for name, value in pairs]
+    integrals = [*_list_integrals(derivation.stages)]
+    if integrals:
+        letters = enumerate_words([*dict.fromkeys(map(_letter, integrals))])
+        are = "is" if len(integrals) == 1 else "are"
+        said.append(f"Along any motion {letters} {are} constant.")
+    return " ".join(said), [*lines, *integrals]
+
+
+def _list_integrals(stages: tuple[Stage, ...]) -> Iterator[Result]:
+    for stage in stages:
+        if stage.title in _INTEGRALS:
+            yield from stage.results
+        for line in stage.results:
+            if isinstance(line.left, Left) and line.left.quantity == "p" and line.left.component:
+                yield line
+
+
+def _letter(line: Result) -> str:
+    assert isinstance(line.left, Left)
+    return line.left.symbol

@@ -100,8 +100,8 @@ def derivation_of(equations: Equations) -> Derivation:
         return _named_results(equations)
     blocks = []
     _, *parts = equations.document.sections()
-    for number, part in enumerate(parts, 1):
-        last = number == len(parts)
+    for part in parts:
+        last = part.title in ("Equations of motion", "Result")
         formulas = part.formulas or ("",)
         for k, formula in enumerate(formulas):
             heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
