@@ -36,6 +36,7 @@ RIGHT = {
     "applied": "public, `Reference.applied`: a list of forces",
     "colored": "public, `Shape.colored`: a changed copy, as `sorted` returns one",
     "renamed": "public, `Joint.renamed`: a changed copy",
+    "solved": "public, `Equations.solved`: a changed copy",
     "undetermined": "public, `Reference.undetermined`: a list of components",
 }
 """Participles that stay, and why."""

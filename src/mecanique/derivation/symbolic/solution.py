@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, compress
 from math import prod
 from typing import final
 
@@ -52,6 +52,9 @@ _INTEGRALS = ("Energy integral", "Jacobi's integral")
 
 _MOST_COUPLED = 3
 """Accelerations that depend on each other are solved for up to this number, by Cramer's rule."""
+
+_MOST_PRODUCTS = 20_000
+"""Determinants that multiply out to more terms are not expanded."""
 
 _LONGEST = 40
 """Numerators and denominators with more terms are too long to be read."""
@@ -142,10 +145,10 @@ class _Solving:
         self.algebra = derivation.algebra
         self.ring = ring = self.algebra.ring
         still = _find_still(derivation)
-        self.at = at = Substitution(still, {}) if still else _leave
+        at = Substitution(still, {}) if still else tidy
         v = self.algebra.velocities
-        self.M = [[tidy(at(entry)) for entry in row] for row in derivation.M]
-        given = [[tidy(at(slope)) for slope in tie.slopes(ring)] for tie in self.ties]
+        self.M = [list(map(at, row)) for row in derivation.M]
+        given = [list(map(at, tie.slopes(ring))) for tie in self.ties]
         wanted = [v.index(name) for name in kept]
         # what is kept gives way last; else the later coordinates follow the first
         ranks = [len(v) + k if k in wanted else len(v) - k for k in range(len(v))]
@@ -160,7 +163,7 @@ class _Solving:
             raise DerivationError(self._explain(left))
         self.kept = self._find_kept()
         if kept and sorted(wanted) != sorted(self.kept):
-            raise DerivationError(self._explain_kept(kept))
+            raise DerivationError(self._explain_choice(kept))
         rates = [tie.demand if tie.of_velocities else tie.demand.ddt() for tie in self.ties]
         self.rates = [at(rate) for rate in rates]
         """What the constraints keep zero, linear in the velocities."""
@@ -196,7 +199,7 @@ class _Solving:
             f"without a divisor that may vanish{remedy}"
         )
 
-    def _explain_kept(self, kept: Sequence[str]) -> str:
+    def _explain_choice(self, kept: Sequence[str]) -> str:
         v, count = self.algebra.velocities, len(self.allowed.basis)
         got = ", ".join(map(coordinate_of, kept))
         free = [coordinate_of(v[k]) for k in self.kept]
@@ -209,16 +212,13 @@ class _Solving:
 
     def _find_kept(self) -> tuple[int, ...]:
         """Return the velocity that each independent displacement is, none unless all are."""
-        found = []
+        found = list[int]()
+        users = [sum(map(bool, parts)) for parts in zip(*self.allowed.basis, strict=True)]
+        # with x' = z' the velocity that gives way has an entry of 1 as well
+        gone = {k for _, u in self.allowed.pulls for k, entry in enumerate(u) if entry}
         for column in self.allowed.basis:
-            alone = [
-                i
-                for i, entry in enumerate(column)
-                if entry == 1 and sum(bool(other[i]) for other in self.allowed.basis) == 1
-            ]
-            # entries of 1 come with what follows, too: x' = z' keeps what was not eliminated
-            own = [i for i in alone if not any(is_pull(u, i) for _, u in self.allowed.pulls)]
-            found += own[:1]
+            alone = [i for i, entry in enumerate(column) if entry == 1 and users[i] == 1]
+            found += [i for i in alone if i not in gone][:1]
         return tuple(found) if len(found) == len(self.allowed.basis) else ()
 
     def _reach(self, rest: Sequence[Series]) -> Column:
@@ -233,12 +233,13 @@ class _Solving:
         v = self.algebra.velocities
         others = [k for k in range(len(v)) if k not in self.kept]
         free = [self.ring[v[k]] for k in self.kept]
-        values = {}
-        for k in others:
-            parts = [column[k] * x for column, x in zip(self.allowed.basis, free, strict=True)]
-            values[k] = self.ring.sum([self.still[k], *parts])
+        basis = zip(*self.allowed.basis, strict=True)
+        values = [
+            along_displacement(parts, free) + p for parts, p in zip(basis, self.still, strict=True)
+        ]
+        names = [v[k] for k in others]
         terms = []
-        for powers, coefficient in series.coefficients([v[k] for k in others]).items():
+        for powers, coefficient in series.coefficients(names).items():
             factors = [values[k] ** e for k, e in zip(others, powers, strict=True) if e]
             terms.append(prod(factors, start=coefficient))
         return tidy(self.ring.sum(terms))
@@ -253,16 +254,15 @@ class _Solving:
         ring, S, p = self.ring, self.allowed.basis, self._reach(gamma)
         moved = [self._inertia(column) for column in S]
         fixed = [a + b for a, b in zip(self._inertia(p), rest, strict=True)]
-        mass = [[tidy(along_displacement(one, other)) for other in moved] for one in S]
-        loads = [tidy(along_displacement(one, fixed)) for one in S]
+        mass = [_project(column, moved) for column in S]
+        loads = _project(fixed, S)
         c = _solve_blocks(mass, [-load for load in loads])
         names = self.algebra.accelerations
         accelerations: dict[str, Quotient] = {}
         if c is not None:
-            accelerations = {
-                name: _combine(p[i], [column[i] for column in S], c) for i, name in enumerate(names)
-            }
-            accelerations = self._shorten(accelerations)
+            shares = [*zip(*S, strict=True)] or [()] * len(p)
+            pairs = zip(names, p, shares, strict=True)
+            accelerations = self._shorten({name: _combine(x, row, c) for name, x, row in pairs})
         rows = []
         if self.kept or not S:
             for row, load in zip(mass, loads, strict=True):
@@ -320,20 +320,24 @@ class _Solving:
 
     def _inertia(self, column: Column) -> Column:
         """Return M times a column."""
-        return [tidy(along_displacement(row, column)) for row in self.M]
+        return _project(column, self.M)
 
 
 def _identity(ring: Basis, size: int) -> list[Column]:
-    return [[ring.number(int(i == k)) for k in range(size)] for i in range(size)]
+    rows = [[ring.number(0)] * size for _ in range(size)]
+    for k, row in enumerate(rows):
+        row[k] = ring.number(1)
+    return rows
 
 
 def _mix(weights: Column, rows: Sequence[Column]) -> Column:
     """Return the sum of rows, each times its weight."""
-    return [tidy(along_displacement(weights, column)) for column in zip(*rows, strict=True)]
+    return _project(weights, [*zip(*rows, strict=True)])
 
 
-def _leave(series: Series) -> Series:
-    return series
+def _project(column: Sequence[Series], others: Sequence[Sequence[Series]]) -> Column:
+    """Return the product of a column with each of the others."""
+    return [tidy(along_displacement(column, other)) for other in others]
 
 
 def _find_still(derivation: Derivation) -> dict[str, Series]:
@@ -399,11 +403,6 @@ def _count(solution: Solution) -> int:
     return sum(len(quotient.above) + len(quotient.below) for quotient in quotients)
 
 
-def is_pull(column: Column, k: int) -> bool:
-    """Return whether a displacement moves along a velocity."""
-    return bool(column[k])
-
-
 def _solve_blocks(M: Sequence[Sequence[Series]], loads: Sequence[Series]) -> list[Quotient] | None:
     """Solve M c = loads for accelerations that depend on each other, block by block."""
     found: dict[int, Quotient] = {}
@@ -415,18 +414,18 @@ def _solve_blocks(M: Sequence[Sequence[Series]], loads: Sequence[Series]) -> lis
             edge = {j for k in edge for j, entry in enumerate(M[k]) if entry} - block
         rows = sorted(block)
         waiting = [k for k in waiting if k not in block]
-        if len(rows) > _MOST_COUPLED:
+        part = [list(compress(M[i], map(block.__contains__, range(len(M))))) for i in rows]
+        sides = [loads[i] for i in rows]
+        # the product of three rows may have the product of their lengths
+        if len(rows) > _MOST_COUPLED or prod(max(map(len, row)) for row in part) > _MOST_PRODUCTS:
             return None
-        part = [[M[i][k] for k in rows] for i in rows]
         below = determinant(M[0][0].ring, part)
-        if below.vanishes() or len(below) > _LONGEST:
+        if below.vanishes() or len(below) > _LONGEST or max(map(len, sides)) > _LONGEST:
             return None
         for place, k in enumerate(rows):
-            swapped = [
-                [*row[:place], loads[i], *row[place + 1 :]]
-                for i, row in zip(rows, part, strict=True)
-            ]
-            found[k] = _reduce(determinant(below.ring, swapped), below)
+            swapped = zip(sides, part, strict=True)
+            columns = [[*row[:place], side, *row[place + 1 :]] for side, row in swapped]
+            found[k] = _reduce(determinant(below.ring, columns), below)
     return [found[k] for k in range(len(M))]
 
 

@@ -1,0 +1,283 @@
+"""Solved equations end as a book's do, and give the accelerations and forces of the reference."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from systems import derive_system
+
+import mecanique as mq
+from mecanique.derivation.scalars.cancel import divide_by_wave
+from mecanique.derivation.scalars.elementary import cos, sin
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.polynomials import exponents
+from mecanique.derivation.scalars.ring import Ring
+from mecanique.derivation.symbolic.solution import Quotient
+from mecanique.errors import DerivationError, UnknownNameError
+from mecanique.model import time
+from mecanique.verification.states.random import random_states
+
+m, r, g = mq.Parameter("m", 1.3, "kg"), mq.Parameter("r", 0.5, "m"), mq.Parameter("g", 9.81, "m/s²")
+W, F = mq.Parameter("W", 0.9, "rad/s"), mq.Parameter("F", 2.0, "N")
+SLIDES = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
+TURNS = (("yaw", (0.0, 0.0, 1.0)), ("pitch", (0.0, 1.0, 0.0)), ("roll", (1.0, 0.0, 0.0)))
+
+
+def lines(equations: mq.Equations, *keep: str) -> list[str]:
+    return equations.solved(keep).text().splitlines()
+
+
+def turntable() -> mq.Mechanism:
+    """A homogeneous ball, located by three slides and three hinges, on a table that turns at W."""
+    chain = ("ground", *"abcde", "ball")
+    slides = tuple(
+        mq.Prismatic(f"along_{q}", chain[k], chain[k + 1], axis=axis, coordinate=q)
+        for k, (q, axis) in enumerate(SLIDES)
+    )
+    hinges = tuple(
+        mq.Revolute(f"by_{q}", chain[k], chain[k + 1], axis=axis, coordinate=q)
+        for k, (q, axis) in enumerate(TURNS, 3)
+    )
+    axle = mq.Revolute("axle", "ground", "table", axis=(0, 0, 1), coordinate="turn")
+    names = tuple(q for q, _ in (*SLIDES, *TURNS))
+    return mq.Mechanism(
+        "turntable",
+        (
+            *(mq.Body("ground"), mq.Body("table", mq.disk(5.0, 2.0))),
+            *(*map(mq.Body, chain[1:-1]), mq.Body("ball", mq.ball(m, r))),
+        ),
+        (axle, *slides, *hinges),
+        coordinates=mq.Coordinates(names, {"turn": W * time()}),
+        parameters=(m, r, g, W),
+        gravity=(0, 0, -g),
+        contacts=(mq.Rolling("contact", "ball", r, axis=None, on="table"),),
+    )
+
+
+def spool(*, under: bool) -> mq.Mechanism:
+    """A spool on level ground, pulled by a thread that leaves its core below or above."""
+    core, k = mq.Parameter("c", 0.2, "m"), mq.Parameter("I", 0.1, "kg·m²")
+    lever = F * core * (-1 if under else 1)
+    return mq.Mechanism(
+        "spool",
+        (
+            *(mq.Body("ground"), mq.Body("along"), mq.Body("center")),
+            mq.Body("spool", mq.Shape(m, (0, 0, 0), (0.05, k, 0.05, 0, 0, 0))),
+        ),
+        (
+            mq.Prismatic("slide", "ground", "along", axis=(1, 0, 0), coordinate="x"),
+            mq.Prismatic("lift", "along", "center", axis=(0, 0, 1), coordinate="z"),
+            mq.Revolute("roll", "center", "spool", axis=(0, 1, 0), coordinate="turn"),
+        ),
+        forces=(
+            mq.Force("pull", "center", (0, 0, 0), (F, 0, 0)),
+            mq.JointForce("lever", "roll", lever),
+        ),
+        parameters=(m, r, g, F, core, k),
+        gravity=(0, 0, -g),
+        contacts=(mq.Rolling("floor", "spool", r),),
+    )
+
+
+def yo_yo() -> mq.Mechanism:
+    """A disk that unwinds from a thread at its rim: the map keeps it from slipping."""
+    return mq.Mechanism(
+        "yo_yo",
+        (mq.Body("ground"), mq.Body("center"), mq.Body("disk", mq.disk(m, r))),
+        (
+            mq.Prismatic("fall", "ground", "center", axis=(0, 0, -1), coordinate="y"),
+            mq.Revolute("spin", "center", "disk", axis=(0, 0, 1), coordinate="phi"),
+        ),
+        coordinates=mq.Coordinates(("y",), {"phi": mq.coordinate("y") / r}),
+        parameters=(m, r, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def test_the_rolling_disk_ends_as_in_the_book() -> None:
+    """Goldstein, Classical Mechanics, sect. 2.4, with a disk for the hoop."""
+    for method in ("lagrange", "newton_euler", "virtual_work"):
+        for keep in ((), ("x",), ("turn",), ("x'",)):
+            assert lines(derive_system("rolling_disk", method), *keep) == [
+                "x'' = 2 g sin(alpha)/3",
+                "z'' = 0",
+                "turn'' = 2 g sin(alpha)/(3 R)",
+                "lambda_contact_normal = m g cos(alpha)",
+                "lambda_contact_x = -m g sin(alpha)/3",
+            ]
+
+
+def test_the_coin_has_three_equations_and_its_contact_force_beside_them() -> None:
+    """Neimark & Fufaev, Dynamics of Nonholonomic Systems, ch. II: 5/4, 6/4 and 3/2 m r²."""
+    solved = derive_system("rolling_coin").solved()
+    assert solved.independent == ("yaw", "lean", "spin")
+    assert [str(equation) for equation in solved.equations] == [
+        "(1 + 5 sin(lean)^2) yaw'' + 6 sin(lean) spin'' + 10 sin(lean) cos(lean) yaw' lean'"
+        " + 2 cos(lean) lean' spin' = 0",
+        "5 r lean'' - 5 r sin(lean) cos(lean) yaw'^2 - 6 r cos(lean) yaw' spin'"
+        " - 4 g sin(lean) = 0",
+        "3 sin(lean) yaw'' + 3 spin'' + 5 cos(lean) yaw' lean' = 0",
+    ]
+    assert str(solved.accelerations["yaw''"]) == "yaw'' = -2 lean' spin'/cos(lean)"
+    assert [*solved.forces] == ["lambda_rim_normal", "lambda_rim_x", "lambda_rim_y"]
+
+
+def test_the_ball_on_a_turntable_circles_at_two_sevenths() -> None:
+    """Routh, Advanced Rigid Dynamics: z' x W, 2/7 of the table's rate."""
+    solved = mq.derive(turntable()).solved()
+    assert str(solved.accelerations["x''"]) == "x'' = -2 W y'/7"
+    assert str(solved.accelerations["y''"]) == "y'' = 2 W x'/7"
+    assert str(solved.forces["lambda_contact_normal"]) == "lambda_contact_normal = m g"
+
+
+@pytest.mark.parametrize(("under", "lever"), [(True, "r - c"), (False, "r + c")])
+def test_a_spool_goes_where_its_thread_pulls(under: bool, lever: str) -> None:
+    """With the lever arm r ∓ c of the thread about the contact, (I + m r²) x'' = F r (r ∓ c)."""
+    solved = mq.derive(spool(under=under)).solved("x")
+    x = str(solved.accelerations["x''"])
+    assert x in (f"x'' = F r ({lever})/(m r^2 + I)", f"x'' = r ({lever}) F/(m r^2 + I)")
+
+
+def test_trees_end_as_in_the_book() -> None:
+    assert lines(derive_system("atwood_machine")) == ["x'' = 2 (m1 - m2) g/(2 m1 + 2 m2 + M)"]
+    assert lines(mq.derive(yo_yo())) == ["y'' = 2 g/3"]
+    assert lines(derive_system("cart_pole")) == [
+        "x'' = (F + m (l q'^2 + g cos(q)) sin(q) - c x')/(M + m sin(q)^2)",
+        "q'' = -((M + m) g sin(q) + (F + m l sin(q) q'^2 - c x') cos(q))/(l (M + m sin(q)^2))",
+    ]
+    assert lines(derive_system("kepler_orbit")) == [
+        "phi'' = -2 phi' r'/r",
+        "r'' = r phi'^2 - mu/r^2",
+    ]
+
+
+def test_the_sleigh_needs_no_divisor_that_vanishes() -> None:
+    """Its edge leaves neither x nor y free everywhere: all accelerations are explicit yet."""
+    solved = derive_system("chaplygin_sleigh").solved()
+    assert solved.independent == ()
+    assert solved.equations == ()
+    assert str(solved.forces["lambda_edge_side"]) == (
+        "lambda_edge_side = m I (sin(theta) y' + cos(theta) x') theta'/(m a^2 + I)"
+    )
+    assert repr(solved) == "<Solved equations of 'chaplygin_sleigh', no velocity independent>"
+
+
+SOLVED = (
+    *("acrobot", "atwood_machine", "bead_on_hoop", "cart_pole"),
+    *("chaplygin_sleigh", "double_atwood_machine", "double_pendulum", "elastic_pendulum"),
+    *("foucault_pendulum", "furuta_pendulum", "gyroscope", "heavy_top", "kepler_orbit"),
+    *("planetary_gear", "rolling_coin", "rolling_disk", "spherical_pendulum", "two_link_arm"),
+    *("swinging_atwood_machine", "two_blocks", "two_wheeled_cart"),
+)
+
+
+@pytest.mark.parametrize(
+    "mechanism",
+    [*(mq.textbook.load(name) for name in SOLVED), turntable(), spool(under=True), yo_yo()],
+    ids=lambda mechanism: mechanism.name,
+)
+def test_what_is_solved_is_what_the_reference_says(mechanism: mq.Mechanism) -> None:
+    equations = mq.derive(mechanism)
+    found = equations.solved().found
+    states = random_states(mechanism, 6, 5, equations.derivation.assumptions, lot=8)
+    reference = mq.Reference(mechanism)
+    a = reference.acceleration(states.q, states.v, states.t)
+    names = equations.derivation.algebra.accelerations
+    values = {**states.values, **dict(zip(names, a.T, strict=True))}
+    value = Evaluation(equations.derivation.algebra.ring, values)
+
+    def compute(quotient: Quotient) -> np.ndarray:
+        return np.asarray(value(quotient.above) / value(quotient.below) + 0 * states.t)
+
+    size = 1 + float(np.abs(a).max())
+    for name, quotient in found.accelerations.items():
+        np.testing.assert_allclose(compute(quotient), values[name], rtol=0, atol=1e-11 * size)
+    for row in found.rows:
+        terms = [np.abs(value(part)).max() for part in row.coefficients(names).values()]
+        limit = 1e-10 * (1 + size * max(terms, default=0.0))
+        np.testing.assert_allclose(value(row) + 0 * states.t, 0, rtol=0, atol=limit)
+    if found.forces:
+        given = reference.multipliers(states.q, states.v, states.t)
+        forces = {f"lambda_{name.replace(': ', '_')}": force for name, force in given.items()}
+        most = 1 + max(float(np.abs(force).max()) for force in forces.values())
+        for name, quotient in found.forces.items():
+            np.testing.assert_allclose(
+                compute(quotient), forces[name], rtol=0, atol=1e-10 * most * size
+            )
+
+
+def test_forces_that_redundancy_shares_are_not_listed() -> None:
+    """Both wheels of a cart keep it from sliding sideways; each bears its own weight."""
+    solved = derive_system("two_wheeled_cart").solved()
+    assert solved.independent == ("yaw", "pitch", "left")
+    assert len(solved.equations) == 3
+    assert [*solved.forces] == ["lambda_left_contact_normal", "lambda_right_contact_normal"]
+
+
+@pytest.mark.parametrize(
+    ("name", "keep", "message"),
+    [
+        ("rolling_disk", ("x", "turn"), "leave 1 of 3 velocities free, got x, turn to keep; turn"),
+        ("rolling_coin", ("x", "y", "z"), "not all follows from x, y, z; yaw, lean and spin can"),
+        ("double_pendulum", ("q1",), "without constraints it has 2 of 2 velocities free, got q1"),
+        ("slider_crank", (), "B_z can be solved for no velocity .*; reduce_loops keeps one"),
+    ],
+)
+def test_what_cannot_be_solved_is_refused(name: str, keep: tuple[str, ...], message: str) -> None:
+    with pytest.raises(DerivationError, match=message):
+        derive_system(name).solved(keep)
+
+
+def test_what_cannot_be_kept_is_named() -> None:
+    with pytest.raises(UnknownNameError, match="coordinate 'w'"):
+        derive_system("rolling_disk").solved("w")
+    with pytest.raises(DerivationError, match="three hinges"):
+        derive_system("ball_on_a_turntable").solved()
+
+
+@pytest.mark.parametrize("method", ["lagrange", "newton_euler", "virtual_work"])
+def test_a_derivation_ends_with_its_result(method: str) -> None:
+    equations = derive_system("rolling_disk", method)
+    _, _, result = equations.text(steps=True).partition(". Result\n")
+    assert "The constraints leave x free." in result
+    assert "     x'' = 2 g sin(alpha)/3\n" in result
+    assert ("     E = " in result) is (method == "lagrange")
+    assert equations.latex(steps=True).count("\\subsection*{Result}") == 1
+    assert "\\ddot{x} &= \\frac{2 g}{3} \\sin \\alpha" in equations.latex(steps=True)
+    assert equations.document.sections()[-1].title == "Result"
+    assert "<h4>Result</h4>" in equations.mathml(steps=True)
+    assert "Result" not in equations.text()
+
+
+def test_integrals_stand_at_the_end() -> None:
+    text = derive_system("kepler_orbit").text(steps=True)
+    assert text.endswith(
+        "The accelerations are explicit wherever no denominator is zero. Along any motion p_phi is"
+        "\n   constant.\n     phi'' = -2 phi' r'/r\n     r'' = r phi'^2 - mu/r^2"
+        "\n     p_phi = m r^2 phi'"
+    )
+
+
+def test_all_formats_say_the_same() -> None:
+    solved = derive_system("rolling_disk").solved()
+    assert str(solved) == solved.text()
+    assert solved.latex().count("\\\\") == 4
+    assert solved.mathml().count("<math") == 5
+    assert "radius of the disk" in solved.text(symbols=True)
+    assert "radius of the disk" in solved.latex(symbols=True)
+    assert "radius of the disk" in solved._repr_html_()
+
+
+def test_waves_divide_exactly_or_not_at_all() -> None:
+    ring = Ring()
+    a, b, x = ring.coordinate("a"), ring.coordinate("b"), ring.parameter("x")
+    waves = (cos(a), 0), (sin(a), 1)
+    ((angle, _),) = exponents(next(iter(cos(a).parts)) >> 1)
+    others = x + cos(b), sin(a + b) * x + 3, cos(2 * a) + sin(b - a), cos(a) * sin(a)
+    for wave, parity in waves:
+        for other in others:
+            found = divide_by_wave(other * wave, angle, parity)
+            assert found is not None
+            assert (found - other).vanishes()
+        for other in (x, cos(b) + sin(a + b), 1 + wave):
+            assert divide_by_wave(other, angle, parity) is None
