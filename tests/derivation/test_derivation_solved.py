@@ -15,7 +15,7 @@ from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.symbolic.solution import Quotient
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model import time
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states import random_states
 
 m, r, g = mq.Parameter("m", 1.3, "kg"), mq.Parameter("r", 0.5, "m"), mq.Parameter("g", 9.81, "m/s²")
 W, F = mq.Parameter("W", 0.9, "rad/s"), mq.Parameter("F", 2.0, "N")
