@@ -124,18 +124,20 @@ class Checker:
         judged = judge_formula(statements, self.truth, quantity, text)
         several = len(judged) > 1
         lines = []
-        for number, one in enumerate(judged, 1):
+        for number, formula in enumerate(judged, 1):
             causes: tuple[Cause, ...] = ()
-            if not one.holds and one.residual is not None:
+            if not formula.holds and formula.residual is not None:
                 place = number if several else 0
                 causes = self.search.mend(
-                    one.residual, place, text, quantity.dimensions, one.series
+                    formula.residual, place, text, quantity.dimensions, formula.series
                 )
-            outcome: Outcome = "right" if one.holds else "wrong"
-            if one.holds and one.forms:
+            outcome: Outcome = "right" if formula.holds else "wrong"
+            if formula.holds and formula.forms:
                 outcome = "right except for form"
-            lines.append(Line(one.statement.text, outcome, one.worst, one.forms, causes))
-        exact = bool(judged) and all(self._is_proven(one, quantity) for one in judged)
+            lines.append(
+                Line(formula.statement.text, outcome, formula.worst, formula.forms, causes)
+            )
+        exact = bool(judged) and all(self._is_proven(formula, quantity) for formula in judged)
         forms = [form for line in lines for form in line.forms]
         wrong = any(line.outcome == "wrong" for line in lines)
         whole: Outcome = "wrong" if wrong else "right"
@@ -158,16 +160,16 @@ class Checker:
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
         )
 
-    def _is_proven(self, one: Judged, quantity: Quantity) -> bool:
+    def _is_proven(self, judged: Judged, quantity: Quantity) -> bool:
         """Return whether a formula that holds can also be proven by algebra."""
         proof = self._proof(quantity.derivation)
-        if not one.holds or one.root is None or proof is None:
+        if not judged.holds or judged.root is None or proof is None:
             return False
         if quantity.kind == "conserved":
-            return proof.prove_conservation(one.root, Letters.of(self.mechanism).rate_nodes)
+            return proof.prove_conservation(judged.root, Letters.of(self.mechanism).rate_nodes)
         if quantity.kind == "up to a constant":
-            return proof.prove_constant(one.root, one.series)
-        return proof.prove_motion(one.root, one.series)
+            return proof.prove_constant(judged.root, judged.series)
+        return proof.prove_motion(judged.root, judged.series)
 
     def _proof(self, derivation: Derivation | None = None) -> Proof | None:
         """Return a prover based on the equations of motion, or on another derivation."""
@@ -193,23 +195,23 @@ class Checker:
 
     def _motion(self, statements: Sequence[Statement], text: str, letters: Letters) -> Check:
         truth = self.truth
-        found = residuals(statements, truth, truth.sample, text)
-        numbers = self._with_numbers(found, statements, text)
+        equations = residuals(statements, truth, truth.sample, text)
+        numbers = self._with_numbers(equations, statements, text)
         forms = []
         if numbers:
-            forms, found = ["right for these values of the parameters only"], numbers
+            forms, equations = ["right for these values of the parameters only"], numbers
         defined = {name: node for name, node in letters.defined.items() if "'" not in name}
-        explained = self.search.causes(found, text, defined)
+        explained = self.search.causes(equations, text, defined)
         lines = [
-            _line(one, causes, self._factors.explain(one) if one.holds else "")
-            for one, causes in zip(found, explained, strict=True)
+            _line(residual, causes, self._factors.explain(residual) if residual.holds else "")
+            for residual, causes in zip(equations, explained, strict=True)
         ]
-        wrong = [one for one in found if not one.holds]
+        wrong = [residual for residual in equations if not residual.holds]
         bad = any(line.outcome == "wrong" for line in lines)
         outcome: Outcome = "wrong" if bad else "right"
         if not bad:
             nv = self.mechanism.nv
-            missing = count_missing(found)
+            missing = count_missing(equations)
             if missing:
                 outcome = "incomplete"
                 forms.append(f"{missing} of {nv} equations missing")
@@ -222,61 +224,64 @@ class Checker:
             outcome=outcome,
             lines=tuple(lines),
             states=truth.sample.count,
-            varied=found[0].sample.varied,
-            exact=not numbers and self._prove_all(found),
+            varied=equations[0].sample.varied,
+            exact=not numbers and self._prove_all(equations),
             forms=tuple(dict.fromkeys(forms)),
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
-            at=_state(max(wrong, key=lambda one: one.worst)) if wrong else None,
+            at=_state(max(wrong, key=lambda residual: residual.worst)) if wrong else None,
         )
 
-    def _prove_all(self, found: Sequence[Residual]) -> bool:
+    def _prove_all(self, equations: Sequence[Residual]) -> bool:
         """Return whether every equation holds and is proven."""
         proof = self._proof()
-        if proof is None or not all(one.holds for one in found):
+        if proof is None or not all(residual.holds for residual in equations):
             return False
-        return all(proof.prove_motion(one.root) for one in found)
+        return all(proof.prove_motion(residual.root) for residual in equations)
 
     def _with_numbers(
-        self, found: Sequence[Residual], statements: Sequence[Statement], text: str
+        self, equations: Sequence[Residual], statements: Sequence[Statement], text: str
     ) -> list[Residual]:
         """Return equations with numbers in place of parameters, if they are right with these."""
         truth = self.truth
-        if not truth.sample.varied or all(one.holds for one in found):
+        if not truth.sample.varied or all(residual.holds for residual in equations):
             return []
-        written = set().union(*(one.root.letters for one in found))
+        written = set().union(*(residual.root.letters for residual in equations))
         parameters = {parameter.symbol for parameter in self.mechanism.parameters}
-        if parameters <= written or any(self.search.has_unit_fault(one, text) for one in found):
+        if parameters <= written or any(
+            self.search.has_unit_fault(residual, text) for residual in equations
+        ):
             return []
         again = residuals(
             statements, truth, truth.with_numbers(frozenset(parameters & written)), text
         )
-        return again if all(one.holds for one in again) else []
+        return again if all(residual.holds for residual in again) else []
 
 
-def _line(one: Residual, causes: tuple[Cause, ...], factor: str) -> Line:
+def _line(residual: Residual, causes: tuple[Cause, ...], factor: str) -> Line:
     forms = []
-    if one.holds:
-        if one.says_nothing:
+    if residual.holds:
+        if residual.says_nothing:
             forms.append("it holds for any motion")
-        elif not one.is_affine:
+        elif not residual.is_affine:
             forms.append("not linear in the accelerations")
-        elif one.has_factor_of_velocities:
+        elif residual.has_factor_of_velocities:
             forms.append("not divided by a common factor that depends on velocities")
         elif factor:
             forms.append(factor)
     outcome: Outcome = "wrong"
-    if one.holds:
+    if residual.holds:
         outcome = "right except for form" if forms else "right"
     if causes and causes[0].kind == "linearized":
         outcome, forms = "right except for form", ["linearized"]
-    return Line(one.statement.text, outcome, one.worst, tuple(forms), causes)
+    return Line(residual.statement.text, outcome, residual.worst, tuple(forms), causes)
 
 
-def _state(one: Residual) -> dict[str, float]:
+def _state(residual: Residual) -> dict[str, float]:
     """Return the state with the largest difference, by letters that occur, except accelerations."""
-    k = int(np.argmax(one.relative))
-    names = sorted(one.root.letters - set(one.truth.accelerations) - {"pi"})
+    k = int(np.argmax(residual.relative))
+    names = sorted(residual.root.letters - set(residual.truth.accelerations) - {"pi"})
     values = {
-        name: np.broadcast_to(one.sample.letters[name], (one.sample.count,)) for name in names
+        name: np.broadcast_to(residual.sample.letters[name], (residual.sample.count,))
+        for name in names
     }
     return {name: float(value[k]) for name, value in values.items()}

@@ -146,17 +146,17 @@ def pair(a: Mechanism, b: Mechanism) -> Pairs:
         grown = False
         for one in a.tree:
             # a joint that keeps its name, or whose child does, shows what the other is called
-            other = b.joint(joints[one.name]) if one.name in joints else None
-            if other is None and one.child in bodies:
+            twin = b.joint(joints[one.name]) if one.name in joints else None
+            if twin is None and one.child in bodies:
                 found = into_b.get(bodies[one.child])
                 if found is not None and found.name not in joints.values():
                     joints[one.name] = found.name
                     grown = True
-            elif other is not None and one.child not in bodies:
-                if other.child not in bodies.values():
-                    bodies[one.child] = other.child
+            elif twin is not None and one.child not in bodies:
+                if twin.child not in bodies.values():
+                    bodies[one.child] = twin.child
                     grown = True
-            elif other is None and bodies.get(one.parent) is not None:
+            elif twin is None and bodies.get(one.parent) is not None:
                 alike = [
                     joint
                     for joint in b.joints
@@ -184,13 +184,13 @@ def _by_name(first: Iterable[str], second: Iterable[str]) -> dict[str, str]:
     return {name: name for name in first if name in known}
 
 
-def _alike(one: Joint, other: Joint, body: Body, twin: Body) -> bool:
+def _alike(one: Joint, twin_joint: Joint, body: Body, twin: Body) -> bool:
     """Whether two joints with other names and their children are the same in all numbers."""
-    if type(one) is not type(other) or isinstance(one, Fixed) != isinstance(other, Fixed):
+    if type(one) is not type(twin_joint) or isinstance(one, Fixed) != isinstance(twin_joint, Fixed):
         return False
     origins = [
         np.array([*joint.origin.xyz, *np.ravel(joint.origin.rotation)], dtype=float)
-        for joint in (one, other)
+        for joint in (one, twin_joint)
     ]
     (m, c, inertia), (n, d, moment) = numbers_of(body), numbers_of(twin)
     return (
@@ -343,28 +343,28 @@ def _only_merge(a: Mechanism, b: Mechanism, pairs: Pairs, one: Body, other: Body
 
 
 def _bodies(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
-    for one in a.bodies:
-        if one.name not in pairs.bodies:
+    for body in a.bodies:
+        if body.name not in pairs.bodies:
             continue
-        other = b.body(pairs.bodies[one.name])
-        where = f"link {one.name!r}"
-        (m, c, inertia), (n, d, moment) = numbers_of(one), numbers_of(other)
-        if abs(m - n) > _SAME * max(m, n) and _only_merge(a, b, pairs, one, other):
+        twin = b.body(pairs.bodies[body.name])
+        where = f"link {body.name!r}"
+        (m, c, inertia), (n, d, moment) = numbers_of(body), numbers_of(twin)
+        if abs(m - n) > _SAME * max(m, n) and _only_merge(a, b, pairs, body, twin):
             continue
         if abs(m - n) > _SAME * max(abs(m), abs(n)):
             percent = f" ({100 * (n / m - 1):+.3g} %)" if m else ""
             before, after = _show(m, n)
             change = Change(where, "mass", before, f"{after} kg{percent}", mass_slip(m, n))
-            yield change, one.replace(mass=n)
+            yield change, body.replace(mass=n)
         if _differ(c, d):
             slip = vector_slip(c, d)
-            yield _change(where, "center of mass", c, d, "m", slip), one.replace(center=d)
+            yield _change(where, "center of mass", c, d, "m", slip), body.replace(center=d)
         if _differ(inertia, moment, 1e-7):
             slip = inertia_slip(m, c, inertia, moment)
             old, new = (tensor[_ROWS, _COLUMNS] for tensor in (inertia, moment))
             yield (
                 _change(where, "inertia xx yy zz xy xz yz", old, new, "kg·m²", slip),
-                Body(one.name, *one.replace(inertia=other.inertia).shapes, as_given=True),
+                Body(body.name, *body.replace(inertia=twin.inertia).shapes, as_given=True),
             )
 
 
@@ -372,56 +372,56 @@ def _joints(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
     for one in a.joints:
         if one.name not in pairs.joints:
             continue
-        other = b.joint(pairs.joints[one.name])
+        twin = b.joint(pairs.joints[one.name])
         where = f"joint {one.name!r}"
-        if pairs.bodies.get(one.parent, "") != other.parent:
-            yield Change(where, "parent", repr(one.parent), repr(other.parent)), None
-        if pairs.bodies.get(one.child, "") != other.child:
-            yield Change(where, "child", repr(one.child), repr(other.child)), None
-        if type(one) is not type(other):
-            kinds = [type(joint).__name__.lower() for joint in (one, other)]
+        if pairs.bodies.get(one.parent, "") != twin.parent:
+            yield Change(where, "parent", repr(one.parent), repr(twin.parent)), None
+        if pairs.bodies.get(one.child, "") != twin.child:
+            yield Change(where, "child", repr(one.child), repr(twin.child)), None
+        if type(one) is not type(twin):
+            kinds = [type(joint).__name__.lower() for joint in (one, twin)]
             yield Change(where, "type", kinds[0], kinds[1]), None
             continue
-        yield from _frames(where, one, other)
-        if isinstance(one, (Single, Planar)) and isinstance(other, (Single, Planar)):
-            old, new = (np.array(joint.axis, dtype=float) for joint in (one, other))
+        yield from _frames(where, one, twin)
+        if isinstance(one, (Single, Planar)) and isinstance(twin, (Single, Planar)):
+            old, new = (np.array(joint.axis, dtype=float) for joint in (one, twin))
             if _differ(old, new):
                 slip = axis_slip(old, new)
-                yield _change(where, "axis", old, new, "", slip), replace(one, axis=other.axis)
-        if isinstance(one, Single) and isinstance(other, Single):
-            yield from _single(a, b, where, one, other)
+                yield _change(where, "axis", old, new, "", slip), replace(one, axis=twin.axis)
+        if isinstance(one, Single) and isinstance(twin, Single):
+            yield from _single(a, b, where, one, twin)
 
 
-def _frames(where: str, one: Joint, other: Joint) -> Iterator[_Numeric]:
-    here, there = (np.array(joint.origin.xyz, dtype=float) for joint in (one, other))
+def _frames(where: str, one: Joint, twin: Joint) -> Iterator[_Numeric]:
+    here, there = (np.array(joint.origin.xyz, dtype=float) for joint in (one, twin))
     if _differ(here, there):
         slip = vector_slip(here, there)
-        moved = replace(one, origin=replace(one.origin, xyz=other.origin.xyz))
+        moved = replace(one, origin=replace(one.origin, xyz=twin.origin.xyz))
         yield _change(where, "origin xyz", here, there, "m", slip), moved
-    turns = [np.array(joint.origin.rotation, dtype=float) for joint in (one, other)]
+    turns = [np.array(joint.origin.rotation, dtype=float) for joint in (one, twin)]
     if np.abs(turns[0] - turns[1]).max() > _SAME:
-        before, after = (np.array(joint.origin.rpy, dtype=float) for joint in (one, other))
+        before, after = (np.array(joint.origin.rpy, dtype=float) for joint in (one, twin))
         slip = turn_slip(before, after)
-        turned = replace(one, origin=replace(one.origin, rpy=other.origin.rpy))
+        turned = replace(one, origin=replace(one.origin, rpy=twin.origin.rpy))
         yield _change(where, "origin rpy", before, after, "rad", slip), turned
 
 
 def _single(
-    a: Mechanism, b: Mechanism, where: str, one: Single, other: Single
+    a: Mechanism, b: Mechanism, where: str, one: Single, twin: Single
 ) -> Iterator[_Numeric]:
     for what, names in (("limits", ("lower", "upper")), ("effort and velocity", _BOUNDS)):
-        before, after = (_bounds(joint.limits or Limits(), names) for joint in (one, other))
+        before, after = (_bounds(joint.limits or Limits(), names) for joint in (one, twin))
         if not np.array_equal(before, after):
             finite = np.isfinite([before, after]).all()
             slip = bounds_slip(before, after) if finite else ""
             yield _change(where, what, before, after, "", slip), None
     for what, values in (
-        ("armature", [a.evaluate(one.armature), b.evaluate(other.armature)]),
-        ("damping", [_damping(a, one), _damping(b, other)]),
+        ("armature", [a.evaluate(one.armature), b.evaluate(twin.armature)]),
+        ("damping", [_damping(a, one), _damping(b, twin)]),
     ):
         if abs(values[0] - values[1]) > _SAME * max(map(abs, values)):
             yield Change(where, what, *_show(*values)), None
-    laws = [str(m.coordinates.driven.get(j.coordinate, "")) for m, j in ((a, one), (b, other))]
+    laws = [str(m.coordinates.driven.get(j.coordinate, "")) for m, j in ((a, one), (b, twin))]
     if laws[0] != laws[1]:
         yield Change(where, "law of its coordinate", laws[0] or "free", laws[1] or "free"), None
 

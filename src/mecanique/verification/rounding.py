@@ -91,15 +91,15 @@ def rounding(
         if quantity in values
     }
     pushed = beta["bias"] + beta["forces"]
-    found = {"mass matrix": size**2, **{name: size * most for name, most in beta.items()}}
-    found["inverse dynamics"] = size * (np.sum(s * np.abs(states.a * d), axis=1) + pushed)
+    bounds = {"mass matrix": size**2, **{name: size * most for name, most in beta.items()}}
+    bounds["inverse dynamics"] = size * (np.sum(s * np.abs(states.a * d), axis=1) + pushed)
     if "acceleration" in values:
         mass = values["mass matrix"] / (d[:, :, None] * d[:, None, :])
         scaled = {"bias": values["bias"] / d, "forces": values["forces"] / d}
         scaled["acceleration"] = values["acceleration"] * d
         if mechanism.constrained:
             linked = constraints(mechanism, states)
-            found["acceleration"] = _of_loops(
+            bounds["acceleration"] = _of_loops(
                 linked,
                 d,
                 mass,
@@ -112,13 +112,13 @@ def rounding(
             inverse = np.abs(_inverses(mass))
             pushed = pushed + np.sum(s * np.abs(scaled["acceleration"]), axis=1)
             driven = np.einsum("nij,nj->ni", inverse, s)
-            found["acceleration"] = np.linalg.norm(driven, axis=1) * pushed
+            bounds["acceleration"] = np.linalg.norm(driven, axis=1) * pushed
             energy = moving_mass(mechanism) * np.sum(s * driven, axis=1)
-            found["reactions"] = np.sqrt(energy) * pushed
-    if np.ndim(regular) and "acceleration" in found:
-        found["acceleration"] = _STEPS * found["acceleration"]
+            bounds["reactions"] = np.sqrt(energy) * pushed
+    if np.ndim(regular) and "acceleration" in bounds:
+        bounds["acceleration"] = _STEPS * bounds["acceleration"]
     unit = UNIT * mechanism.nv ** (1.0 if mechanism.loops else 0.5)
-    return {name: unit * np.nan_to_num(bound, posinf=np.inf) for name, bound in found.items()}
+    return {name: unit * np.nan_to_num(bound, posinf=np.inf) for name, bound in bounds.items()}
 
 
 def _of_loops(

@@ -328,7 +328,7 @@ def random_states(
             "states are kept at once"
         )
     random = np.random.default_rng(seed)
-    lot, found, rank, near = max(samples, lot), list[States](), 0, False
+    lot, accepted, rank, near = max(samples, lot), list[States](), 0, False
     count = min(lot, max(_USUAL_CLOSED, 2 * samples)) if mechanism.constrained else lot
     for _ in range(_ROUNDS):
         candidates = _draw(mechanism, lot, random)
@@ -342,26 +342,26 @@ def random_states(
             elif walk:
                 candidates = _walk(mechanism, candidates, random)
             closed = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
-            if not len(closed.at) and not any(map(len, found)):
+            if not len(closed.at) and not any(map(len, accepted)):
                 refuse_locked(mechanism)
                 near = True
             if closed.rank > rank:
                 # what was found before is special
                 rank = closed.rank
-                found.clear()
+                accepted.clear()
             elif closed.rank < rank:
                 continue
             candidates = replace(candidates.at(closed.at), q=closed.q, v=closed.v)
         at = np.flatnonzero(is_possible(mechanism, candidates, assumptions))
-        found.append(candidates.at(at[: samples - sum(map(len, found))]))
-        if sum(map(len, found)) == samples:
-            parts = [(part.q, part.v, part.t, part.a) for part in found]
+        accepted.append(candidates.at(at[: samples - sum(map(len, accepted))]))
+        if sum(map(len, accepted)) == samples:
+            parts = [(part.q, part.v, part.t, part.a) for part in accepted]
             q, v, t, a = map(np.concatenate, zip(*parts, strict=True))
             return States(mechanism, q, v, t, a)
     raise InputError(
         f"expected states of mechanism {mechanism.name!r} at which its coordinate map is defined"
         f"{', its loops are closed' if mechanism.loops else ''} and no spring or "
-        f"damper has length zero, found {sum(map(len, found))} of {samples} "
+        f"damper has length zero, found {sum(map(len, accepted))} of {samples} "
         f"among {_ROUNDS * count} random ones"
     )
 

@@ -424,29 +424,29 @@ class Latex:
             assert skip is not None
             kind = "SEMICOLON" if self._tokens.tables else "NEWLINE"
             return self._tokens.put(kind, ";", at, skip.end())
-        if found := _FRACTION.match(text, at):
-            return self._fraction_of_time(found)
-        if found := _DOT.match(text, at):
-            return self._read_dots(found)
-        if found := _ENVIRONMENT.match(text, at):
-            return self._environment(found)
-        if found := _CASES.match(text, at):
-            return found.end()
-        if found := _IGNORED.match(text, at):
+        if match := _FRACTION.match(text, at):
+            return self._fraction_of_time(match)
+        if match := _DOT.match(text, at):
+            return self._read_dots(match)
+        if match := _ENVIRONMENT.match(text, at):
+            return self._environment(match)
+        if match := _CASES.match(text, at):
+            return match.end()
+        if match := _IGNORED.match(text, at):
             # the dot of "\left." is no sign; elsewhere a dot after a space ends a sentence
             before = self._tokens.found[-1:]
-            if before and before[0].kind == "NEWLINE" and "quad" in found[0]:
-                self._tokens.put("INDENT", " ", at, found.end())
-            return found.end()
-        if found := _SPACING.match(text, at):
-            return found.end()
-        found = _COMMAND.match(text, at)
-        if found is None:
+            if before and before[0].kind == "NEWLINE" and "quad" in match[0]:
+                self._tokens.put("INDENT", " ", at, match.end())
+            return match.end()
+        if match := _SPACING.match(text, at):
+            return match.end()
+        match = _COMMAND.match(text, at)
+        if match is None:
             raise self._tokens.explain("a backslash at the end has no meaning", at)
-        return self._plain_command(found)
+        return self._plain_command(match)
 
-    def _plain_command(self, found: re.Match[str]) -> int:
-        name, at, end = found[0][1:], found.start(), found.end()
+    def _plain_command(self, match: re.Match[str]) -> int:
+        name, at, end = match[0][1:], match.start(), match.end()
         if name in ("cdot", "times", "ast"):
             return self._tokens.put("TIMES", "*", at, end)
         if name == "over":
@@ -513,33 +513,33 @@ class Latex:
             raise self._tokens.explain("a brace is not closed", len(self._tokens.plain) - 1)
         return at
 
-    def _fraction_of_time(self, found: re.Match[str]) -> int:
-        order = int(found["order"] or 1)
-        if found["word"]:
-            if not self._tokens.is_moving(found["word"]):
-                command = _COMMAND.match(self._tokens.plain, found.start())
+    def _fraction_of_time(self, match: re.Match[str]) -> int:
+        order = int(match["order"] or 1)
+        if match["word"]:
+            if not self._tokens.is_moving(match["word"]):
+                command = _COMMAND.match(self._tokens.plain, match.start())
                 assert command is not None
                 return self._plain_command(command)
-            return self._tokens.put_derivative(found["word"], order, found)
+            return self._tokens.put_derivative(match["word"], order, match)
         for _ in range(order):
-            self._tokens.put("RATE", "d/dt", found.start(), found.end())
-        return found.end()
+            self._tokens.put("RATE", "d/dt", match.start(), match.end())
+        return match.end()
 
-    def _read_dots(self, found: re.Match[str]) -> int:
-        inner = (found["inner"] or found["word"] or "").strip()
-        word = re.sub(r"[\\\s_{},]|\(t\)", "", inner + (found["subscript"] or ""))
+    def _read_dots(self, match: re.Match[str]) -> int:
+        inner = (match["inner"] or match["word"] or "").strip()
+        word = re.sub(r"[\\\s_{},]|\(t\)", "", inner + (match["subscript"] or ""))
         if not word.isalnum():
             raise self._tokens.explain(
                 "expected a single letter below the dots, e.g. \\ddot{\\theta}_1; write d/dt "
                 "before brackets",
-                found.start(),
+                match.start(),
             )
-        return self._tokens.put_word(word + "'" * len(found["dots"]), found.start(), found.end())
+        return self._tokens.put_word(word + "'" * len(match["dots"]), match.start(), match.end())
 
-    def _environment(self, found: re.Match[str]) -> int:
-        tokens, opens = self._tokens, found["which"] == "begin"
-        table = found["name"] in _TABLES
-        if found["name"] == "array":
+    def _environment(self, match: re.Match[str]) -> int:
+        tokens, opens = self._tokens, match["which"] == "begin"
+        table = match["name"] in _TABLES
+        if match["name"] == "array":
             # a matrix within brackets, lines elsewhere
             before = tokens.found[-1:]
             if opens:
@@ -550,8 +550,8 @@ class Latex:
         if table:
             tokens.tables += 1 if opens else -1
             kind = "LSQB" if opens else "RSQB"
-            return tokens.put(kind, "[" if opens else "]", found.start(), found.end())
-        return found.end()
+            return tokens.put(kind, "[" if opens else "]", match.start(), match.end())
+        return match.end()
 
 
 def join_lines(tokens: list[Token]) -> list[Token]:
@@ -751,8 +751,8 @@ class Scanner:
             return self._latex.read_command(at)
         if sign == "&":
             return self._tokens.put("COMMA", ",", at, at + 1) if self._tokens.tables else at + 1
-        if found := _NUMBER.match(text, at):
-            return self._tokens.put("NUMBER", found[0], at, found.end())
+        if match := _NUMBER.match(text, at):
+            return self._tokens.put("NUMBER", match[0], at, match.end())
         if sign.isalpha():
             return self._word(at)
         if sign == "." and text[at + 1 : at + 2] in ("*", "/", "^"):
@@ -764,48 +764,48 @@ class Scanner:
             return self._tokens.put("EQUALS", "=", at, at + 2)
         if sign == "'" and self._tokens.found and self._tokens.found[-1].kind == "RPAR":
             return self._tokens.put("PRIME", "'", at, at + 1)
-        if found := _METHOD.match(text, at):
-            return self._method(found)
+        if match := _METHOD.match(text, at):
+            return self._method(match)
         if sign in SINGLE:
             return self._tokens.put_sign(sign, at)
-        if found := _END_OF_SENTENCE.match(text, at):
-            return found.end()
+        if match := _END_OF_SENTENCE.match(text, at):
+            return match.end()
         remedy = _REMEDIES.get(sign, "expected letters, numbers and + - * / ^ ( ) =")
         raise self._tokens.explain(f"{sign!r} has no meaning here; {remedy}", at)
 
     def _word(self, at: int) -> int:
         text = self._tokens.plain
-        if found := _DERIVATIVE.match(text, at):
-            return self._tokens.put_derivative(found["word"], _order(found["by"]), found)
-        if found := _D_BY_DT.match(text, at):
-            return self._tokens.put("RATE", "d/dt", at, found.end())
-        if (found := _LEIBNIZ.match(text, at)) and self._tokens.is_moving(found["word"]):
-            return self._tokens.put_derivative(found["word"], int(found["order"] or 1), found)
-        if (found := _DOT_OF.match(text, at)) and self._tokens.is_moving(found["word"]):
-            return self._tokens.put_derivative(found["word"], len(found["dots"]), found)
-        found = _WORD.match(text, at)
-        assert found is not None
-        word, end = re.sub(r"[{}\\\s]", "", found[0]), found.end()
+        if match := _DERIVATIVE.match(text, at):
+            return self._tokens.put_derivative(match["word"], _order(match["by"]), match)
+        if match := _D_BY_DT.match(text, at):
+            return self._tokens.put("RATE", "d/dt", at, match.end())
+        if (match := _LEIBNIZ.match(text, at)) and self._tokens.is_moving(match["word"]):
+            return self._tokens.put_derivative(match["word"], int(match["order"] or 1), match)
+        if (match := _DOT_OF.match(text, at)) and self._tokens.is_moving(match["word"]):
+            return self._tokens.put_derivative(match["word"], len(match["dots"]), match)
+        match = _WORD.match(text, at)
+        assert match is not None
+        word, end = re.sub(r"[{}\\\s]", "", match[0]), match.end()
         if word == "and":
             return self._tokens.put("NEWLINE", word, at, end)
         return self._tokens.put_word(word, at, end)
 
-    def _method(self, found: re.Match[str]) -> int:
+    def _method(self, match: re.Match[str]) -> int:
         """Read the derivative in q(t).diff(t)."""
         before = self._tokens.found[-1] if self._tokens.found else None
         if before is None or before.kind != "NAME":
             raise self._tokens.explain(
-                "expected a coordinate before .diff, e.g. q.diff(t)", found.start()
+                "expected a coordinate before .diff, e.g. q.diff(t)", match.start()
             )
-        name = self._tokens.letters.by_key.get(before.value + "'" * _order(found["by"]))
+        name = self._tokens.letters.by_key.get(before.value + "'" * _order(match["by"]))
         if before.value in self._tokens.unknown:
-            return found.end()
+            return match.end()
         if name is None:
-            raise self._tokens.explain(f"{before.value!r} has no derivative by t", found.start())
+            raise self._tokens.explain(f"{before.value!r} has no derivative by t", match.start())
         self._tokens.found[-1] = Token(
-            "NAME", name, before.start, self._tokens.place_after(found.end())
+            "NAME", name, before.start, self._tokens.place_after(match.end())
         )
-        return found.end()
+        return match.end()
 
 
 def _order(by: str) -> int:

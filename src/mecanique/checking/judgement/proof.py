@@ -125,17 +125,17 @@ class Proof:
         """Whether a series is a row or constraint, times a number and powers of letters."""
         return any(self._has_ratio(above, one) for one in self._known)
 
-    def _has_ratio(self, above: Series, other: Series) -> bool:
-        if above.parts.keys() != other.parts.keys():
+    def _has_ratio(self, above: Series, row: Series) -> bool:
+        if above.parts.keys() != row.parts.keys():
             return False
         angle = next(iter(above.parts))
         # packed monomials of a product add up, and keep their order
-        first, second = max(above.parts[angle]), max(other.parts[angle])
-        have, own = above.parts[angle][first], other.parts[angle][second]
-        ratio = Fraction(have * other.denominator, above.denominator * own)
-        reach = above.reach + other.reach
+        first, second = max(above.parts[angle]), max(row.parts[angle])
+        have, own = above.parts[angle][first], row.parts[angle][second]
+        ratio = Fraction(have * row.denominator, above.denominator * own)
+        reach = above.reach + row.reach
         letters = Series(self._ring, {0: {first - second: 1}}, 1, reach)
-        return _is_zero(above - other * letters * ratio)
+        return _is_zero(above - row * letters * ratio)
 
     @cached_property
     def _known(self) -> tuple[Series, ...]:

@@ -324,15 +324,15 @@ def mistake_readings(right: RightEquations) -> Iterator[Hypothesis]:
     mechanism = right.truth.mechanism
     used = {g.name for row in right.derivation.rows for g in row.generators()}
     parameters = [p for p in mechanism.parameters if p.symbol in used]
-    for one, other in permutations(parameters, 2):
-        if one.unit != other.unit:
+    for first, second in permutations(parameters, 2):
+        if first.unit != second.unit:
             continue
-        moved = {one.symbol: right.sample.values[other.symbol]}
-        what = f"{other.symbol} is written for {one.symbol} throughout"
+        moved = {first.symbol: right.sample.values[second.symbol]}
+        what = f"{second.symbol} is written for {first.symbol} throughout"
         yield _read(right, "letter", what, 1.5, moved)
-        if one.symbol < other.symbol:
-            moved |= {other.symbol: right.sample.values[one.symbol]}
-            what = f"{one.symbol} and {other.symbol} are exchanged throughout"
+        if first.symbol < second.symbol:
+            moved |= {second.symbol: right.sample.values[first.symbol]}
+            what = f"{first.symbol} and {second.symbol} are exchanged throughout"
             yield _read(right, "letter", what, 1.5, moved)
 
 
@@ -357,19 +357,19 @@ def mistake_angles(right: RightEquations) -> Iterator[Hypothesis]:
     """Yield equations with absolute coordinates for relative ones, and vice versa."""
     mechanism, values = right.truth.mechanism, right.sample.values
     moving = [name for name in mechanism.coordinates if f"{name}'" in values]
-    for one, other in permutations(moving, 2):
+    for base, moved_letter in permutations(moving, 2):
         for sign in (-1, 1):
             moved = {
-                name: values[name] + sign * values[name.replace(other, one, 1)]
-                for name in (other, f"{other}'")
+                name: values[name] + sign * values[name.replace(moved_letter, base, 1)]
+                for name in (moved_letter, f"{moved_letter}'")
             }
             turn = np.eye(mechanism.nv)
             places = mechanism.velocities
-            turn[places.index(f"{other}'"), places.index(f"{one}'")] = sign
+            turn[places.index(f"{moved_letter}'"), places.index(f"{base}'")] = sign
             what = (
-                f"{other} is taken relative to {one} instead of absolute"
+                f"{moved_letter} is taken relative to {base} instead of absolute"
                 if sign > 0
-                else f"{other} is taken absolute instead of relative to {one}"
+                else f"{moved_letter} is taken absolute instead of relative to {base}"
             )
             yield _read(right, "angle", what, 1.4, moved, turn)
 
@@ -652,21 +652,21 @@ class Hypotheses:
         found = [motion for _, motion in self._led]
         return np.stack(found) if found else np.zeros((0, *self._sample.motion.shape))
 
-    def _lead(self, one: Hypothesis) -> Array | None:
+    def _lead(self, hypothesis: Hypothesis) -> Array | None:
         """Return a hypothesis's accelerations and multipliers, None if undetermined."""
         sample = self._sample
-        if not (np.isfinite(one.M).all() and np.isfinite(one.rest).all()):
+        if not (np.isfinite(hypothesis.M).all() and np.isfinite(hypothesis.rest).all()):
             return None
         scale = np.abs(sample.M).max((1, 2)) ** sample.M.shape[-1]
-        alone = np.abs(np.linalg.det(one.M)) > _SINGULAR * scale
+        alone = np.abs(np.linalg.det(hypothesis.M)) > _SINGULAR * scale
         if not (alone.all() or sample.slopes.shape[1]):
             return None
         J = sample.slopes
-        if one.released:
+        if hypothesis.released:
             J = J.copy()
-            J[:, list(one.released)] = 0.0
+            J[:, list(hypothesis.released)] = 0.0
         own = -np.einsum("nmv,nv->nm", J, sample.a)
-        a, multipliers = accelerate(one.M, -one.rest, J, own)
+        a, multipliers = accelerate(hypothesis.M, -hypothesis.rest, J, own)
         if not (np.abs(a - sample.a) > 1e-7 * np.abs(sample.a)).any():
             return None
         return np.concatenate([a, multipliers], axis=1)

@@ -56,35 +56,35 @@ class Context:
     def arguments(self) -> dict[str, Array]:
         """The possible arguments of sine and cosine, by their formula."""
         values = self.values
-        found = {name: values[name] for name in self.angles}
+        arguments = {name: values[name] for name in self.angles}
         for one, other in permutations(self.angles, 2):
-            found[f"{one} - {other}"] = values[one] - values[other]
+            arguments[f"{one} - {other}"] = values[one] - values[other]
             if one < other:
-                found[f"{one} + {other}"] = values[one] + values[other]
-        for name in tuple(found):
-            found[f"2 {name}" if " " not in name else f"2 ({name})"] = 2 * found[name]
-        return found
+                arguments[f"{one} + {other}"] = values[one] + values[other]
+        for name in tuple(arguments):
+            arguments[f"2 {name}" if " " not in name else f"2 ({name})"] = 2 * arguments[name]
+        return arguments
 
     @cached_property
     def factors(self) -> dict[str, tuple[str, Array]]:
         """Kind and value of each factor that a term may lack, by its formula."""
-        found: dict[str, tuple[str, Array]] = {}
+        factors: dict[str, tuple[str, Array]] = {}
         for symbol in self.units:
             value = self.values[symbol]
-            found[symbol] = ("factor missing", value)
-            found[f"{symbol}^2"] = ("factor missing", value * value)
+            factors[symbol] = ("factor missing", value)
+            factors[f"{symbol}^2"] = ("factor missing", value * value)
         for one, other in permutations(self.units, 2):
             if self.units[one] == self.units[other]:
-                found[f"{one}/{other}"] = ("letter", self.values[one] / self.values[other])
+                factors[f"{one}/{other}"] = ("letter", self.values[one] / self.values[other])
         for name in (*self.coordinates, *self.velocities):
-            found[name] = ("factor missing", self.values[name])
+            factors[name] = ("factor missing", self.values[name])
         for formula, value in self.arguments.items():
-            found[f"cos({formula})"] = ("small angle", np.cos(value))
-            found[f"sin({formula})"] = ("factor missing", np.sin(value))
+            factors[f"cos({formula})"] = ("small angle", np.cos(value))
+            factors[f"sin({formula})"] = ("factor missing", np.sin(value))
             tangent = np.tan(value)
-            found[f"tan({formula})"] = ("sin for cos", tangent)
-            found[f"tan({formula})^2"] = ("sin for cos", tangent * tangent)
-        return found
+            factors[f"tan({formula})"] = ("sin for cos", tangent)
+            factors[f"tan({formula})^2"] = ("sin for cos", tangent * tangent)
+        return factors
 
     @cached_property
     def ratios(self) -> Array:
@@ -99,13 +99,13 @@ class Context:
         own = self._dimensions.get(name)
         fixed = [*self.units, *self.coordinates]
         if name in fixed and own is not None:
-            group = [other for other in fixed if self._dimensions.get(other) == own]
-            yield from ((other, values[other]) for other in group if other != name)
+            group = [letter for letter in fixed if self._dimensions.get(letter) == own]
+            yield from ((letter, values[letter]) for letter in group if letter != name)
             if self.units.get(name) == "kg":
                 yield from self._sums(group)
         for family in (self.coordinates, self.velocities, self.accelerations):
             if name in family:
-                yield from ((other, values[other]) for other in family if other != name)
+                yield from ((letter, values[letter]) for letter in family if letter != name)
                 yield from self._combinations(name, family)
 
     def _sums(self, group: list[str]) -> Iterator[tuple[str, Array]]:
@@ -117,11 +117,11 @@ class Context:
 
     def _combinations(self, name: str, family: tuple[str, ...]) -> Iterator[tuple[str, Array]]:
         values = self.values
-        for other in family:
-            if other != name:
-                yield f"{name} + {other}", values[name] + values[other]
-                yield f"{name} - {other}", values[name] - values[other]
-                yield f"{other} - {name}", values[other] - values[name]
+        for letter in family:
+            if letter != name:
+                yield f"{name} + {letter}", values[name] + values[letter]
+                yield f"{name} - {letter}", values[name] - values[letter]
+                yield f"{letter} - {name}", values[letter] - values[name]
 
 
 def needed_values(tape: Tape, values: Values, target: Array) -> list[Array]:
@@ -430,25 +430,25 @@ def repair_term(part: Part) -> Iterator[Repair]:
 
 
 def _scale(part: Part, ratio: float) -> Iterator[Repair]:
-    found = Fraction(ratio).limit_denominator(SIMPLE)
-    close = found != 0 and abs(ratio / float(found) - 1) < ALIKE
-    if found == -1 and close:
+    factor = Fraction(ratio).limit_denominator(SIMPLE)
+    close = factor != 0 and abs(ratio / float(factor) - 1) < ALIKE
+    if factor == -1 and close:
         text = f"the sign of the term '{part.quoted}' is wrong"
         yield Repair("sign", text, part.quoted, 1.0)
-    elif close and found in _INERTIAS and _is_inertial(part):
+    elif close and factor in _INERTIAS and _is_inertial(part):
         text = (
-            f"the term '{part.quoted}' should be {found} times as large: the inertia may be "
+            f"the term '{part.quoted}' should be {factor} times as large: the inertia may be "
             "taken about the wrong point (center or pin) or of the wrong body"
         )
         yield Repair("inertia", text, part.quoted, 1.5)
-    elif close and found > 0:
+    elif close and factor > 0:
         text = {
             Fraction(2): f"the term '{part.quoted}' is half of what it should be",
             Fraction(1, 2): f"the term '{part.quoted}' is twice what it should be",
-        }.get(found, f"the term '{part.quoted}' should be {found} times as large")
+        }.get(factor, f"the term '{part.quoted}' should be {factor} times as large")
         yield Repair("factor", text, part.quoted, 1.4)
     elif close:
-        text = f"the term '{part.quoted}' should be multiplied by {found}"
+        text = f"the term '{part.quoted}' should be multiplied by {factor}"
         yield Repair("factor", text, part.quoted, 2.4)
     else:
         text = f"the term '{part.quoted}' should be {ratio:.6g} times as large"

@@ -35,20 +35,20 @@ _WORDS = (
 """The truth minus the answer as a multiple of a part of the truth, with kind and words."""
 
 
-def find_lacking(one: Residual, series: Mapping[str, Series]) -> Iterator[Repair]:
+def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[Repair]:
     """Yield parts of the true quantity whose absence or factor explains a formula."""
-    named = [name for name in series if name in one.root.letters]
+    named = [name for name in series if name in residual.root.letters]
     if len(named) != 1:
         return
-    slope = one.tape.along(one.slopes, named[0])
+    slope = residual.tape.along(residual.slopes, named[0])
     with np.errstate(all="ignore"):
-        lacks = one.values.whole / slope
-    usable = one.finite & np.isfinite(lacks)
+        lacks = residual.values.whole / slope
+    usable = residual.finite & np.isfinite(lacks)
     if not usable.any():
         return
     truth = series[named[0]]
-    evaluated = Evaluation(truth.ring, one.sample.values)
-    for part in list_parts(truth, one.truth.velocities):
+    evaluated = Evaluation(truth.ring, residual.sample.values)
+    for part in list_parts(truth, residual.truth.velocities):
         spend()
         own = np.broadcast_to(evaluated(part), lacks.shape)
         for factor, kind, words in _WORDS:
@@ -105,29 +105,29 @@ class Search:
         return Units(self._truth.mechanism)
 
     def causes(
-        self, found: Sequence[Residual], text: str, defined: Mapping[str, Node] = NOTHING
+        self, residuals: Sequence[Residual], text: str, defined: Mapping[str, Node] = NOTHING
     ) -> tuple[tuple[Cause, ...], ...]:
         """Return the likely causes for each wrong equation; none for a right one."""
-        several = len(found) > 1
-        holds = self._hold(found)
-        common = self._explain_all(found, holds)
-        right = np.array([one.holds for one in found])
+        several = len(residuals) > 1
+        holds = self._hold(residuals)
+        common = self._explain_all(residuals, holds)
+        right = np.array([residual.holds for residual in residuals])
         # a hypothesis that contradicts a right equation explains only part of the answer
         denied = _DENIED * ~np.asarray(holds[:, right].all(axis=1))
         causes: list[tuple[Cause, ...]] = []
-        for k, one in enumerate(found):
-            if one.holds:
+        for k, residual in enumerate(residuals):
+            if residual.holds:
                 causes.append(())
                 continue
             number = k + 1 if several else 0
             own = [*common, *self._list_likeliest(holds[:, k], denied, number)]
-            own += self._mend(one, number, text)
-            causes.append(_rank(_misfits(self.units, one, number, text, defined), own))
+            own += self._mend(residual, number, text)
+            causes.append(_rank(_misfits(self.units, residual, number, text, defined), own))
         return tuple(causes)
 
     def mend(
         self,
-        one: Residual,
+        residual: Residual,
         number: int,
         text: str,
         asked: Mapping[str, Dimension],
@@ -135,8 +135,8 @@ class Search:
     ) -> tuple[Cause, ...]:
         """Return the single changes that would make a formula of any quantity right."""
         units = Units(self._truth.mechanism, asked)
-        zero = np.zeros(one.sample.count)
-        found = repairs(one.tape, one.values, zero, self.context, text)
+        zero = np.zeros(residual.sample.count)
+        found = repairs(residual.tape, residual.values, zero, self.context, text)
         weighed = [
             (repair.weight, Cause(repair.kind, repair.text, repair.part, number))
             for repair in _list_in_time(found)
@@ -144,20 +144,20 @@ class Search:
         ]
         weighed += [
             (repair.weight, Cause(repair.kind, repair.text, "", number))
-            for repair in _list_in_time(find_lacking(one, series))
+            for repair in _list_in_time(find_lacking(residual, series))
         ]
-        return _rank(_misfits(units, one, number, text), weighed)
+        return _rank(_misfits(units, residual, number, text), weighed)
 
     def has_unit_fault(self, one: Residual, text: str) -> bool:
         """Return whether the units in an equation do not match."""
         return bool(_misfits(self.units, one, 0, text))
 
-    def _mend(self, one: Residual, number: int, text: str) -> list[tuple[float, Cause]]:
+    def _mend(self, residual: Residual, number: int, text: str) -> list[tuple[float, Cause]]:
         """Return the single changes that would make an equation right, with their weights."""
-        if one.sample is not self._truth.sample:
+        if residual.sample is not self._truth.sample:
             return []
-        zero = np.zeros(one.sample.count)
-        mended = _list_in_time(repairs(one.tape, one.values, zero, self.context, text))
+        zero = np.zeros(residual.sample.count)
+        mended = _list_in_time(repairs(residual.tape, residual.values, zero, self.context, text))
         return [
             (found.weight, Cause(found.kind, found.text, found.part, number)) for found in mended
         ]
@@ -170,24 +170,24 @@ class Search:
             return []
         return self._list_likeliest(np.asarray(holds.all(axis=1)), np.full(len(holds), _SEVERAL), 0)
 
-    def _hold(self, found: Sequence[Residual]) -> npt.NDArray[np.bool_]:
+    def _hold(self, residuals: Sequence[Residual]) -> npt.NDArray[np.bool_]:
         """Return whether each equation holds for the accelerations of each hypothesis."""
-        known = all(one.sample is self._truth.sample for one in found)
-        if not known or all(one.holds for one in found):
-            return np.zeros((0, len(found)), dtype=bool)
+        known = all(residual.sample is self._truth.sample for residual in residuals)
+        if not known or all(residual.holds for residual in residuals):
+            return np.zeros((0, len(residuals)), dtype=bool)
         with stop_clock():
             listed = self._hypotheses.listed
         if not listed:
-            return np.zeros((0, len(found)), dtype=bool)
+            return np.zeros((0, len(residuals)), dtype=bool)
         step = self._hypotheses.motions - self._truth.sample.motion
         columns = []
-        for one in found:
-            slopes = one.by_unknown
+        for residual in residuals:
+            slopes = residual.by_unknown
             with np.errstate(all="ignore"):
                 moved = np.einsum("nv,hnv->hn", slopes, step)
-                size = one.values.size + np.einsum("nv,hnv->hn", np.abs(slopes), np.abs(step))
-                left = np.abs(one.values.whole + moved) / size
-            left[:, ~one.finite] = 0.0
+                size = residual.values.size + np.einsum("nv,hnv->hn", np.abs(slopes), np.abs(step))
+                left = np.abs(residual.values.whole + moved) / size
+            left[:, ~residual.finite] = 0.0
             columns.append((left <= _HOLDS).all(axis=1))
         return np.stack(columns, axis=-1)
 
@@ -206,10 +206,10 @@ class Search:
 
 
 def _misfits(
-    units: Units, one: Residual, number: int, text: str, defined: Mapping[str, Node] = NOTHING
+    units: Units, residual: Residual, number: int, text: str, defined: Mapping[str, Node] = NOTHING
 ) -> list[Cause]:
     try:
-        units.find(one.root, text)
+        units.find(residual.root, text)
     except UnitMisfitError as fault:
         part = " ".join(text[fault.part.start : fault.part.end].split())
         if odd := units.list_odd(defined):

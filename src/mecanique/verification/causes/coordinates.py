@@ -216,13 +216,13 @@ def _answers(evidence: Evidence, readings: list[_Reading], rows: npt.NDArray[np.
     many = inputs.at(np.tile(np.arange(len(inputs)), len(readings)))
     moved = replace(
         many,
-        q=np.concatenate([inputs.q[:, one.q] * one.q_factor for one in readings]),
-        v=np.concatenate([inputs.v[:, one.v] * one.v_factor for one in readings]),
-        a=np.concatenate([inputs.a[:, one.v] * one.v_factor for one in readings]),
+        q=np.concatenate([inputs.q[:, reading.q] * reading.q_factor for reading in readings]),
+        v=np.concatenate([inputs.v[:, reading.v] * reading.v_factor for reading in readings]),
+        a=np.concatenate([inputs.a[:, reading.v] * reading.v_factor for reading in readings]),
     )
     answers = evidence.answers(evidence.recursion, moved).reshape(len(readings), len(inputs), -1)
     out = np.empty_like(answers)
-    for k, one in enumerate(readings):
-        out[k][:, one.v] = answers[k]
-        out[k] *= one.tau_factor
+    for k, reading in enumerate(readings):
+        out[k][:, reading.v] = answers[k]
+        out[k] *= reading.tau_factor
     return out

@@ -150,20 +150,20 @@ class Evidence:
             slopes: of the answers by its numbers, shape (k, n, nv); what these can explain is no
                 part of what is left, as they were chosen without what comes next.
         """
-        other = copy(self)
+        evidence = copy(self)
         for name in ("regressor", "before"):
-            other.__dict__.pop(name, None)
-        other.__dict__["weights"] = self.weights
-        other.chosen = None
+            evidence.__dict__.pop(name, None)
+        evidence.__dict__["weights"] = self.weights
+        evidence.chosen = None
         if origins or moments or turns:
-            other.recursion = self.recursion.vary(origins, moments, turns=turns)
-            other.base = other.answers(other.recursion, self.inputs)
+            evidence.recursion = self.recursion.vary(origins, moments, turns=turns)
+            evidence.base = evidence.answers(evidence.recursion, self.inputs)
         else:
-            other.tau = self.tau - effect
+            evidence.tau = self.tau - effect
         if slopes is not None and len(slopes):
-            directions, sizes, _ = np.linalg.svd(other.weigh(slopes).T, full_matrices=False)
-            other.chosen = directions[:, sizes > 1e-9 * sizes[0]]
-        return other
+            directions, sizes, _ = np.linalg.svd(evidence.weigh(slopes).T, full_matrices=False)
+            evidence.chosen = directions[:, sizes > 1e-9 * sizes[0]]
+        return evidence
 
     def weigh(self, differences: Array) -> Array:
         """Return differences as weighted rows, shape (…, N), without what is chosen already.

@@ -293,9 +293,9 @@ class _Joint:
         return Frames("joint origin", self._where, text, {self._k: other})
 
     def _face(self, R: Array, text: str) -> Frames:
-        other = self._X.copy()
-        other[:3, :3] = R
-        return Frames("joint turn", self._where, text, {self._k: other})
+        frame = self._X.copy()
+        frame[:3, :3] = R
+        return Frames("joint turn", self._where, text, {self._k: frame})
 
 
 def _both(k: int, X: Array, where: str, shift: Array, turn: Array) -> Frames:
@@ -375,13 +375,13 @@ def _axes(evidence: Evidence, k: int) -> Iterator[Frames]:
     link = evidence.recursion.tree[k]
     if link.kind not in ("turn", "slide"):
         return
-    own = np.array(link.axis)
+    right_axis = np.array(link.axis)
     others = [sign * axis for axis in np.eye(3) for sign in (1, -1)]
-    others += [own[list(order)] for order in permutations(range(3))]
-    others += [own * (1 - 2 * axis) for axis in np.eye(3)]
-    seen = [own]
-    yield with_axis(evidence, k, -own, f"axis of joint {link.joint!r}: reversed")
-    for axis in (axis for axis in others if not np.allclose(axis, -own, rtol=0, atol=1e-9)):
+    others += [right_axis[list(order)] for order in permutations(range(3))]
+    others += [right_axis * (1 - 2 * axis) for axis in np.eye(3)]
+    seen = [right_axis]
+    yield with_axis(evidence, k, -right_axis, f"axis of joint {link.joint!r}: reversed")
+    for axis in (axis for axis in others if not np.allclose(axis, -right_axis, rtol=0, atol=1e-9)):
         if not any(np.allclose(axis, one, rtol=0, atol=1e-9) for one in seen):
             seen.append(axis)
             where = f"joint {link.joint!r}"
@@ -413,15 +413,15 @@ def _from_to(a: Array, b: Array) -> Array:
 
 
 def _face(X: Array, R: Array) -> Array:
-    other: Array = X.copy()
-    other[:3, :3] = R
-    return other
+    frame: Array = X.copy()
+    frame[:3, :3] = R
+    return frame
 
 
 def _move(X: Array, p: Array) -> Array:
-    other: Array = X.copy()
-    other[:3, 3] = p
-    return other
+    frame: Array = X.copy()
+    frame[:3, 3] = p
+    return frame
 
 
 def _shift(J: Array, factor: float) -> Array:

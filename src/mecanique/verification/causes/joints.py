@@ -41,29 +41,29 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
         if not rate.any():
             continue
         columns = np.zeros((len(free), *evidence.tau.shape))
-        own = np.zeros(len(free))
+        present = np.zeros(len(free))
         for k, joint in enumerate(free):
             index = velocities[joint.velocities[-1]]
             columns[k, :, index] = rate[:, index]
             if kind == "armature":
-                own[k] = mechanism.evaluate(joint.armature)
+                present[k] = mechanism.evaluate(joint.armature)
             if kind == "damping":
                 dampers = loads_in(mechanism.forces, joint.name, "damper")
-                own[k] = sum(mechanism.evaluate(damper.coefficient) for damper in dampers)
+                present[k] = sum(mechanism.evaluate(damper.coefficient) for damper in dampers)
             amounts, answers = fit(evidence, columns[k : k + 1])
             where, unit = f"joint {joint.name!r}", _UNITS[kind, joint.turns]
             # there is no less than nothing of it
-            if own[k] + amounts[0] > -1e-9 * abs(amounts[0]):
+            if present[k] + amounts[0] > -1e-9 * abs(amounts[0]):
                 slope = (columns[k] * evidence.weights).reshape(1, -1)
                 left = float(evidence.residual(answers))
                 sigma = deviations(slope, left, evidence.tau.size) if evidence.is_measured else [0]
-                text = _text(kind, where, amounts[0], own[k], unit, float(sigma[0]))
+                text = _text(kind, where, amounts[0], present[k], unit, float(sigma[0]))
                 # a rotor or friction that one side does not count is likelier than any odd number
-                amount = replace(Amount.of(own[k] + amounts[0], own[k]), share=0.0)
+                amount = replace(Amount.of(present[k] + amounts[0], present[k]), share=0.0)
                 yield Change(kind, where, text, answers, 1, amount, slopes=columns[k : k + 1])
         if len(free) > 1:
             amounts, answers = fit(evidence, columns.sum(axis=0)[None])
-            if amounts[0] + own.min() > -1e-9 * abs(amounts[0]):
+            if amounts[0] + present.min() > -1e-9 * abs(amounts[0]):
                 yield Change(
                     kind,
                     "",
@@ -71,39 +71,39 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
                     answers,
                     1,
                 )
-            if np.count_nonzero(own) > 1:
-                without = evidence.base - np.einsum("k,knv->nv", own, columns)
+            if np.count_nonzero(present) > 1:
+                without = evidence.base - np.einsum("k,knv->nv", present, columns)
                 yield Change(kind, "", f"the {kind} of every joint is left out", without)
 
 
 def gravity_changes(evidence: Evidence) -> Iterator[Change]:
     """Gravity of the other sign, in another direction, of another strength."""
-    inputs, own, recursion = evidence.inputs, evidence.gravity, evidence.recursion
+    inputs, pull, recursion = evidence.inputs, evidence.gravity, evidence.recursion
     still = evidence.answers(recursion, inputs, np.zeros(3))
     pulls = np.array([evidence.answers(recursion, inputs, axis) - still for axis in np.eye(3)])
     if not pulls.any():
         return
 
     def answers(g: Array) -> Array:
-        predicted: Array = evidence.base + np.einsum("k,knv->nv", g - own, pulls)
+        predicted: Array = evidence.base + np.einsum("k,knv->nv", g - pull, pulls)
         return predicted
 
-    size = float(np.linalg.norm(own))
+    size = float(np.linalg.norm(pull))
     if size:
-        yield Change("gravity sign", "", "gravity pulls the other way", answers(-own))
+        yield Change("gravity sign", "", "gravity pulls the other way", answers(-pull))
         yield Change("gravity direction", "", "gravity is left out", answers(np.zeros(3)))
     for axis, name in zip(np.eye(3), "xyz", strict=True):
         for sign, mark in ((1, "+"), (-1, "−")):
             g = sign * size * axis
-            if size and not np.allclose(np.abs(g), np.abs(own), rtol=0, atol=1e-9 * size):
+            if size and not np.allclose(np.abs(g), np.abs(pull), rtol=0, atol=1e-9 * size):
                 yield Change(
                     "gravity direction", "", f"gravity pulls along {mark}{name}", answers(g)
                 )
     amounts, predicted = fit(evidence, pulls)
     found = np.where(
-        np.abs(own + amounts) > 1e-9 * np.linalg.norm(own + amounts), own + amounts, 0.0
+        np.abs(pull + amounts) > 1e-9 * np.linalg.norm(pull + amounts), pull + amounts, 0.0
     )
-    plain = [np.zeros(3), -own, *(sign * size * axis for axis in np.eye(3) for sign in (1, -1))]
+    plain = [np.zeros(3), -pull, *(sign * size * axis for axis in np.eye(3) for sign in (1, -1))]
     if size and any(np.allclose(found, one, rtol=0, atol=1e-9 * size) for one in plain):
         # it is one of those above
         return
@@ -111,7 +111,7 @@ def gravity_changes(evidence: Evidence) -> Iterator[Change]:
     yield Change("gravity direction", "", f"gravity is ({listed}) m/s²", predicted, 3)
 
 
-def _text(kind: str, where: str, amount: float, own: float, unit: str, sigma: float) -> str:
-    if own and abs(amount + own) <= 1e-6 * abs(own):
-        return f"the {kind} of {where} ({own:.6g} {unit}) is left out"
-    return f"{kind} of {where}: {give(own + amount, sigma)} {unit} instead of {own:.6g}"
+def _text(kind: str, where: str, amount: float, present: float, unit: str, sigma: float) -> str:
+    if present and abs(amount + present) <= 1e-6 * abs(present):
+        return f"the {kind} of {where} ({present:.6g} {unit}) is left out"
+    return f"{kind} of {where}: {give(present + amount, sigma)} {unit} instead of {present:.6g}"

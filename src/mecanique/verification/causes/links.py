@@ -401,8 +401,8 @@ def _variants(J: Array, pose: Array, frame: Array, *, root: bool) -> Iterator[tu
         if inertia.any()
     ]
     # a unit of both mass and length is rarer than one of them, and stands last
-    found = [*units[:4], *slips.mistake_point(m, c, inertia)]
-    for slip in found:
+    tensors = [*units[:4], *slips.mistake_point(m, c, inertia)]
+    for slip in tensors:
         yield tensor, slip._replace(value=moments_of(m, c, slip.value))
     if c.any():
         yield center, Slip("center of mass", slips.LEFT_OUT, moments_of(m, 0 * c, inertia))
@@ -410,29 +410,29 @@ def _variants(J: Array, pose: Array, frame: Array, *, root: bool) -> Iterator[tu
             yield center, slip._replace(value=moments_of(m, slip.value, inertia))
     turn, away = pose[:3, :3], pose[:3, :3] @ c + pose[:3, 3]
     far = slips.lever_of(m, turn.T @ away)
-    found = []
+    tensors = []
     lever = slips.lever_of(m, c)
     if far.any() and not np.allclose(far, lever, rtol=0, atol=1e-12 * np.abs(lever).max()):
         about, moved = "about the world's origin", "moved from the world's origin, in vain"
-        found = [
+        tensors = [
             Slip("wrong point", about, inertia + far),
             Slip("wrong point", moved, inertia - far),
         ]
-    found += [*slips.mistake_products(inertia), *_in_other_axes(inertia, turn, frame), *units[4:]]
-    for slip in found:
+    tensors += [*slips.mistake_products(inertia), *_in_other_axes(inertia, turn, frame), *units[4:]]
+    for slip in tensors:
         yield tensor, slip._replace(value=moments_of(m, c, slip.value))
 
 
 def _in_other_axes(inertia: Array, turn: Array, frame: Array) -> Iterator[Slip]:
     """Yield the inertia given in other axes than the link's."""
     turns = [("in the world's axes", turn), ("in the parent's axes", frame)]
-    found = [(said, R.T @ inertia @ R) for said, R in turns]
-    found += [(f"{said}, turned the wrong way", R @ inertia @ R.T) for said, R in turns]
-    found += [(slip.text, slip.value) for slip in slips.mistake_axes(inertia)]
+    tensors = [(said, R.T @ inertia @ R) for said, R in turns]
+    tensors += [(f"{said}, turned the wrong way", R @ inertia @ R.T) for said, R in turns]
+    tensors += [(slip.text, slip.value) for slip in slips.mistake_axes(inertia)]
     principal, axes = np.linalg.eigh(inertia)
     size = np.abs(inertia).max()
     if np.abs(inertia - np.diag(np.diag(inertia))).max() > 1e-12 * size:
-        found.append(("in its axes of figure", axes.T @ inertia @ axes))
+        tensors.append(("in its axes of figure", axes.T @ inertia @ axes))
         for order in permutations(range(3)):
-            found.append(("in its axes of figure", np.diag(principal[list(order)])))
-    yield from slips.list_once("wrong axes", found, inertia, 1e-12 * max(size, 1e-300))
+            tensors.append(("in its axes of figure", np.diag(principal[list(order)])))
+    yield from slips.list_once("wrong axes", tensors, inertia, 1e-12 * max(size, 1e-300))

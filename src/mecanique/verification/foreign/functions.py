@@ -87,27 +87,29 @@ class Functions:
         """
         n = len(self.by) or mechanism.nv
         call = _Caller(mechanism, states)
-        found: dict[str, Array] = {}
+        values: dict[str, Array] = {}
         if self.mass_matrix:
-            found["mass matrix"] = call(self.mass_matrix, "mass_matrix", "q", (n, n))
+            values["mass matrix"] = call(self.mass_matrix, "mass_matrix", "q", (n, n))
         if self.gravity:
-            found["gravity"] = call(self.gravity, "gravity", "q", (n,))
+            values["gravity"] = call(self.gravity, "gravity", "q", (n,))
         if self.bias:
-            found["bias"] = call(self.bias, "bias", "qv", (n,))
+            values["bias"] = call(self.bias, "bias", "qv", (n,))
         elif self.coriolis:
             C = call(self.coriolis, "coriolis", "qv", (n, n), (n,))
             Cv = np.einsum("nij,nj->ni", C, states.v) if C.ndim == 3 else C
-            found["bias"] = Cv + found["gravity"]
+            values["bias"] = Cv + values["gravity"]
         if self.forces:
-            found["forces"] = call(self.forces, "forces", "qv", (n,))
+            values["forces"] = call(self.forces, "forces", "qv", (n,))
         if self.inverse_dynamics:
-            found["inverse dynamics"] = call(self.inverse_dynamics, "inverse_dynamics", "qva", (n,))
+            values["inverse dynamics"] = call(
+                self.inverse_dynamics, "inverse_dynamics", "qva", (n,)
+            )
         if self.acceleration:
-            found["acceleration"] = call(self.acceleration, "acceleration", "qv", (n,))
+            values["acceleration"] = call(self.acceleration, "acceleration", "qv", (n,))
         if self.energy:
             T, V = call(self.energy, "energy", "qv", (2,)).T
-            found |= {"kinetic energy": T, "potential energy": V}
-        return found
+            values |= {"kinetic energy": T, "potential energy": V}
+        return values
 
 
 def read_samples(path: str | os.PathLike[str], mechanism: Mechanism) -> tuple[States, Array]:
