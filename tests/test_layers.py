@@ -166,7 +166,7 @@ ORDER: dict[str, list[str]] = {
     "verification.chapter": ["row", "energies examples laws pendulum words_read"],
     "checking": ["budget", "grammar", "judgement", "verdict", "mistakes", "check"],
     "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
-    "checking.judgement": ["truth", "motion proof quantities", "formula"],
+    "checking.judgement": ["truth", "equilibria motion proof quantities", "formula"],
     "checking.mistakes": ["units vanishing_factors", "hypotheses repairs", "search"],
     "teaching": ["answers", "sheet", "exercise marks"],
     "serving": ["tools", "agents"],

@@ -434,7 +434,7 @@ PAPERS = (
         "Strogatz, Nonlinear Dynamics and Chaos, sect. 3.5",
         "where the bead rides on the hoop",
         system("bead_on_hoop"),
-        "theta = acos(g/(R W^2))",
+        "theta = 0\ntheta = pi\ncos(theta) = g/(R W^2)",
         "equilibrium",
     ),
     Paper(

@@ -64,6 +64,16 @@ def course(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def test_points_go_by_independent_right_equations(course: Path) -> None:
+    for name, text in (("dora", "1 = 2\n" + "0 = 0\n" * 6), ("eli", f"{POLE}\n{POLE}\n1 = 2")):
+        folder = course / "answers" / name
+        folder.mkdir()
+        (folder / "2.txt").write_text(text, encoding="utf-8")
+    totals = grade(course / "sheet.toml", course / "answers").totals
+    assert totals["dora"] == 0.0
+    assert totals["eli"] == pytest.approx(4 / 3, abs=1e-4)
+
+
 def test_points_go_by_equation_and_reasons_are_given(course: Path) -> None:
     found = grade(course / "sheet.toml", course / "answers")
     assert found.totals == {"anna": 7.0, "ben": 3.0, "cleo": 2.0}

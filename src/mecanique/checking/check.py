@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import final
 
@@ -11,17 +12,23 @@ import numpy as np
 from mecanique.checking.budget import bound_work
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.reader import Statement, define, read
+from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.formula import Judged, judge_formula
 from mecanique.checking.judgement.motion import Residual, count_missing, residuals
 from mecanique.checking.judgement.proof import Proof
 from mecanique.checking.judgement.quantities import Quantity, ask_for
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.search import Search
+from mecanique.checking.mistakes.units import UnitMisfitError
 from mecanique.checking.mistakes.vanishing_factors import Factors
 from mecanique.checking.verdict import Cause, Check, Line, Outcome
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.errors import FormulaError, InputError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.units import say_unit
+
+_STRETCHED = 1e-6
+"""Largest relative difference at states near zero and far out, where more is lost to rounding."""
 
 _MOTION = ("equation of motion", "equations of motion")
 
@@ -126,7 +133,9 @@ class Checker:
         lines = []
         for number, formula in enumerate(judged, 1):
             causes: tuple[Cause, ...] = ()
-            if not formula.holds and formula.residual is not None:
+            if formula.fault:
+                causes = (Cause("emptiness", formula.fault, "", number if several else 0),)
+            elif not formula.holds and formula.residual is not None:
                 place = number if several else 0
                 causes = self.search.mend(
                     formula.residual, place, text, quantity.dimensions, formula.series
@@ -142,10 +151,14 @@ class Checker:
         wrong = any(line.outcome == "wrong" for line in lines)
         whole: Outcome = "wrong" if wrong else "right"
         if not wrong and quantity.kind == "several" and quantity.values is not None:
-            missing = len(quantity.values) - len({line.text for line in lines})
+            missing = len(quantity.values) - len(frozenset().union(*(f.covers for f in judged)))
             if missing > 0:
                 whole = "incomplete"
                 forms.append(f"{missing} of {len(quantity.values)} frequencies missing")
+        lacking = [name for formula in judged for name in formula.missing]
+        if not wrong and lacking:
+            whole = "incomplete"
+            forms += [f"{name} is missing" for name in lacking]
         if whole == "right" and forms:
             whole = "right except for form"
         return Check(
@@ -190,8 +203,23 @@ class Checker:
             let = [f"{name} = {formula}" for name, formula in let.items()]
         letters = Letters.of(self.mechanism, further)
         for definition in let:
-            _, _, letters = define(definition, letters)
+            name, formula, letters = define(definition, letters)
+            self._refuse_other_unit(name, formula, definition)
         return letters
+
+    def _refuse_other_unit(self, name: str, formula: Node, definition: str) -> None:
+        """Refuse a letter of the system that is defined anew as a quantity of another kind."""
+        its, units = self.search.units.of.get(name), self.search.units
+        try:
+            new = units.find(formula, "")
+        except UnitMisfitError:
+            return  # the answer that uses it says where
+        if its is not None and new is not None and its != new:
+            raise FormulaError(
+                f"{name!r} is in {say_unit(its)}, its definition in {say_unit(new)}; define "
+                "another letter",
+                definition,
+            )
 
     def _motion(self, statements: Sequence[Statement], text: str, letters: Letters) -> Check:
         truth = self.truth
@@ -202,16 +230,24 @@ class Checker:
             forms, equations = ["right for these values of the parameters only"], numbers
         defined = {name: node for name, node in letters.defined.items() if "'" not in name}
         explained = self.search.causes(equations, text, defined)
-        lines = [
-            _line(residual, causes, self._factors.explain(residual) if residual.holds else "")
-            for residual, causes in zip(equations, explained, strict=True)
-        ]
+        lines, sound, proven = [], [], True
+        for number, (residual, causes) in enumerate(zip(equations, explained, strict=True), 1):
+            proof = not numbers and self._is_motion_proven(residual)
+            proven = proven and proof
+            fault = self._find_fault(residual, text, proven=proof) if residual.holds else ""
+            if fault:
+                place = number if len(equations) > 1 else 0
+                causes = (Cause("emptiness", fault, "", place),)
+            factor = self._factors.explain(residual) if residual.holds and not fault else ""
+            lines.append(_line(residual, causes, factor, sound=residual.holds and not fault))
+            if lines[-1].outcome != "wrong":
+                sound.append(residual)
         wrong = [residual for residual in equations if not residual.holds]
         bad = any(line.outcome == "wrong" for line in lines)
         outcome: Outcome = "wrong" if bad else "right"
+        nv = self.mechanism.nv
+        missing = count_missing(sound) if sound else nv
         if not bad:
-            nv = self.mechanism.nv
-            missing = count_missing(equations)
             if missing:
                 outcome = "incomplete"
                 forms.append(f"{missing} of {nv} equations missing")
@@ -225,18 +261,33 @@ class Checker:
             lines=tuple(lines),
             states=truth.sample.count,
             varied=equations[0].sample.varied,
-            exact=not numbers and self._prove_all(equations),
+            exact=not bad and proven,
             forms=tuple(dict.fromkeys(forms)),
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
             at=_state(max(wrong, key=lambda residual: residual.worst)) if wrong else None,
+            independent=nv - missing,
         )
 
-    def _prove_all(self, equations: Sequence[Residual]) -> bool:
-        """Return whether every equation holds and is proven."""
+    def _is_motion_proven(self, residual: Residual) -> bool:
+        """Return whether an equation holds and is proven."""
         proof = self._proof()
-        if proof is None or not all(residual.holds for residual in equations):
-            return False
-        return all(proof.prove_motion(residual.root) for residual in equations)
+        return residual.holds and proof is not None and proof.prove_motion(residual.root)
+
+    def _find_fault(self, residual: Residual, text: str, *, proven: bool) -> str:
+        """Return why an equation that holds at the random states is no answer, "" if it is one."""
+        if residual.emptiness or proven:
+            return residual.emptiness
+        if self.search.has_unit_fault(residual, text):
+            return "the units do not match"
+        stretched = self.truth.stretch(residual.sample)
+        if stretched is None:
+            return ""
+        values = residual.tape.evaluate(stretched.letters, stretched.count)
+        far = replace(residual, values=values, sample=stretched)
+        if far.worst <= _STRETCHED:
+            return ""
+        state = ", ".join(f"{name} = {x:.4g}" for name, x in _state(far).items())
+        return f"it holds near the usual states only, not at {state}"
 
     def _with_numbers(
         self, equations: Sequence[Residual], statements: Sequence[Statement], text: str
@@ -257,19 +308,17 @@ class Checker:
         return again if all(residual.holds for residual in again) else []
 
 
-def _line(residual: Residual, causes: tuple[Cause, ...], factor: str) -> Line:
+def _line(residual: Residual, causes: tuple[Cause, ...], factor: str, *, sound: bool) -> Line:
     forms = []
-    if residual.holds:
-        if residual.says_nothing:
-            forms.append("it holds for any motion")
-        elif not residual.is_affine:
+    if sound:
+        if not residual.is_affine:
             forms.append("not linear in the accelerations")
         elif residual.has_factor_of_velocities:
             forms.append("not divided by a common factor that depends on velocities")
         elif factor:
             forms.append(factor)
     outcome: Outcome = "wrong"
-    if residual.holds:
+    if sound:
         outcome = "right except for form" if forms else "right"
     if causes and causes[0].kind == "linearized":
         outcome, forms = "right except for form", ["linearized"]

@@ -94,6 +94,7 @@ class Check:
         forms: deviations of a right answer from the requested form.
         causes: possible causes of a wrong answer, the likeliest first.
         at: the state with the largest difference, by letter.
+        independent: of equations of motion, how many right ones are independent of each other.
 
     Example:
         >>> answer = mq.check(mq.textbook.load("simple_pendulum"), "q'' - g/l sin q = 0")
@@ -113,6 +114,7 @@ class Check:
     forms: tuple[str, ...] = ()
     causes: tuple[Cause, ...] = ()
     at: Mapping[str, float] | None = None
+    independent: int = 0
 
     @property
     def right(self) -> bool:
@@ -148,6 +150,7 @@ class Check:
             "causes": [cause.to_dict() for cause in self.causes],
             "lines": [line.to_dict() for line in self.lines],
             "at": dict(self.at) if self.at else None,
+            "independent": self.independent,
         }
 
     @property

@@ -157,8 +157,8 @@ def _credit(verdict: Check, mechanism: Mechanism, question: Question) -> float:
         return sum(worth) / len(worth) if len(worth) > 1 else 0.0
     worth_of = {"right": 1.0, "right except for form": question.form}
     credit = sum(worth_of.get(line.outcome, 0.0) for line in verdict.lines)
-    if verdict.outcome == "incomplete":
-        credit = min(credit, mechanism.nv - 1.0)
+    # equations that follow from each other count once
+    credit = min(credit, verdict.independent)
     return min(1.0, credit / max(mechanism.nv, len(verdict.lines)))
 
 

@@ -190,12 +190,15 @@ def _size(node: Node, value: Any, below: list[Array], sizes: list[Array]) -> Any
             # cancellation in the divisor makes the quotient uncertain to the same degree
             return sizes[0] / np.abs(below[1]) * (sizes[1] / np.abs(below[1]))
         case "power":
-            worse = sizes[0] / np.abs(below[0])
+            # of a base that is zero nothing is lost
+            worse = np.where(below[0] == 0, 1.0, sizes[0] / np.abs(below[0]))
             return np.abs(value) * np.maximum(1.0, np.abs(below[1]) * worse)
         case "negative":
             return sizes[0]
         case "call":
             # an argument with terms of size s has the error s ε, as have its sine and cosine
+            if node.name == "abs":
+                return sizes[0]
             return np.abs(value) + (sizes[0] if node.name in ("sin", "cos") else 0.0)
     return np.abs(value)
 

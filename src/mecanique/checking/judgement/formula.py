@@ -5,145 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import permutations
-from typing import Any, final
+from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.grammar.reader import Statement
 from mecanique.checking.grammar.tape import Tape
 from mecanique.checking.grammar.tree import Node, add, letter, negate
+from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import TOLERANCE, Residual
 from mecanique.checking.judgement.quantities import Quantity
 from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.errors import FormulaError
-from mecanique.model.mechanism_units import characteristic_length
-from mecanique.model.random_positions import angles
-
-_BALANCED = 1e-9
-"""Forces balance if they add up to less than this part of their usual size."""
-
-_GRID = 721
-"""Number of values of a coordinate between which sign changes of a condition are sought."""
-
-_HALVINGS = 60
-_WIDE = 6.0
-"""Lengths are sought up to this many characteristic lengths."""
-
-
-@final
-class Positions:
-    """The positions that some statements describe; coordinates that they omit are zero.
-
-    Args:
-        truth: the mechanism's own equations.
-        text: the text of the statements.
-    """
-
-    def __init__(self, truth: Truth, text: str) -> None:
-        self._truth = truth
-        self._text = text
-        sample = truth.sample
-        still = dict.fromkeys(
-            (*truth.mechanism.coordinates, *truth.velocities, *truth.accelerations),
-            np.zeros(sample.count),
-        )
-        self._values: dict[str, Array] = {
-            name: np.broadcast_to(np.asarray(value, dtype=float), (sample.count,))
-            for name, value in {**sample.values, **still}.items()
-        }
-
-    @property
-    def _count(self) -> int:
-        return len(self._values["t"])
-
-    def move(self, statements: Sequence[Statement]) -> None:
-        """Move to the positions that the statements describe.
-
-        Raises:
-            FormulaError: if a statement does not describe positions, or has no solution.
-        """
-        given: set[str] = set()
-        for statement in statements:
-            left, right = statement.sides[0], statement.sides[-1]
-            if left.kind == "letter" and left.name in self._truth.mechanism.coordinates:
-                found = Tape(right).evaluate(self._values, self._count).whole
-                self._values[left.name] = found
-                given.add(left.name)
-                self._keep(np.isfinite(found), statement)
-        for statement in statements:
-            left, right = statement.sides[0], statement.sides[-1]
-            if not (left.kind == "letter" and left.name in given):
-                root = left if len(statement.sides) == 1 else add(left, negate(right))
-                self._solve(statement, root, given)
-
-    def measure_forces(self) -> float:
-        """Return the largest unbalanced force, relative to the usual size of forces."""
-        derivation, sample = self._truth.derivation, self._truth.sample
-        assert derivation is not None
-        evaluated = Evaluation(derivation.algebra.ring, self._values)
-        usual = np.abs(sample.bias - sample.forces).mean(0)
-        left_over = np.zeros(self._count)
-        for k, (h, Q) in enumerate(zip(derivation.h, derivation.Q, strict=True)):
-            with np.errstate(all="ignore"):
-                force = np.abs(np.broadcast_to(evaluated(h - Q), (self._count,)))
-                left_over = np.fmax(left_over, force / max(usual[k], 1e-300))
-        worst = float(left_over.max())
-        return worst if worst > _BALANCED else 0.0
-
-    def _keep(self, states: Array, statement: Statement) -> None:
-        at = np.flatnonzero(states)
-        if not len(at):
-            raise FormulaError("the formula has a value at no state", self._text, statement.start)
-        self._values = {name: value[at] for name, value in self._values.items()}
-
-    def _solve(self, statement: Statement, root: Node, given: set[str]) -> None:
-        """Move to all positions at which a condition on one coordinate holds."""
-        mechanism = self._truth.mechanism
-        free = sorted((root.letters & set(mechanism.coordinates)) - given)
-        if len(free) != 1:
-            raise FormulaError(
-                "expected COORDINATE = FORMULA, e.g. q = 0, or a condition on one coordinate",
-                self._text,
-                statement.start,
-            )
-        (name,) = free
-        reach = np.pi if name in angles(mechanism) else _WIDE * characteristic_length(mechanism)
-        # an odd offset keeps the grid away from simple positions such as 0
-        grid = np.linspace(-reach, reach, _GRID) + 0.000271 * reach
-        tape = Tape(root)
-        states, steps = np.repeat(np.arange(self._count), _GRID), np.tile(grid, self._count)
-        table = self._evaluate(tape, name, states, steps).reshape(self._count, _GRID)
-        with np.errstate(all="ignore"):
-            turned = table[:, :-1] * table[:, 1:] < 0
-        at, place = np.nonzero(turned)
-        low, high = grid[place], grid[place + 1]
-        first = table[at, place]
-        for _ in range(_HALVINGS if len(at) else 0):
-            middle = (low + high) / 2
-            same = self._evaluate(tape, name, at, middle) * first > 0
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
-        ends = self._evaluate(tape, name, at, low) if len(at) else first
-        # a jump from one sign to the other is a pole, not a root
-        roots = np.abs(ends) < np.abs(first) + 1e-300
-        if not roots.any():
-            raise FormulaError(
-                f"the condition holds at no {name} of any state", self._text, statement.start
-            )
-        at, found = at[roots], low[roots]
-        self._values = {other: value[at] for other, value in self._values.items()}
-        self._values[name] = found
-
-    def _evaluate(self, tape: Tape, name: str, states: npt.NDArray[Any], values: Array) -> Array:
-        found = np.empty(len(values))
-        for some in tape.blocks(len(values)):
-            letters = {other: value[states[some]] for other, value in self._values.items()}
-            letters[name] = values[some]
-            found[some] = tape.evaluate(letters, len(letters[name])).whole
-        return found
 
 
 @final
@@ -158,6 +34,9 @@ class Judged:
         forms: its deviations from the requested form.
         root: the expression that a proof must show to be zero, or constant.
         series: definitions of further letters in it.
+        fault: why it is no answer although it is true, or empty.
+        covers: which of several values it holds for.
+        missing: what the whole answer lacks, in words.
     """
 
     statement: Statement
@@ -166,11 +45,14 @@ class Judged:
     forms: tuple[str, ...] = ()
     root: Node | None = None
     series: Mapping[str, Series] = field(default_factory=dict)
+    fault: str = ""
+    covers: frozenset[int] = frozenset()
+    missing: tuple[str, ...] = ()
 
     @property
     def holds(self) -> bool:
         """Whether it is right."""
-        return self.worst <= TOLERANCE
+        return self.worst <= TOLERANCE and not self.fault
 
 
 def judge_formula(
@@ -202,8 +84,38 @@ def _judge_value(
     for statement in statements:
         one = _residual(statement, truth, sample, known, quantity.letters[0], text)
         worst = one.worst if quantity.again is None else _compare_changes(one, sample, quantity)
-        found.append(_judge_residual(one, worst, quantity.series))
+        judged = _judge_residual(one, worst, quantity.series)
+        fault = _find_emptiness(one, known, alone=quantity.again is None)
+        found.append(replace(judged, fault=fault) if judged.holds and fault else judged)
     return found
+
+
+def _find_emptiness(one: Residual, known: Mapping[str, Array], *, alone: bool = True) -> str:
+    """Return why an equation that holds does not determine the letters in question, "" if it does.
+
+    Args:
+        one: the equation.
+        known: the true values of the letters.
+        alone: whether it must hold for these values alone, in each state.
+    """
+    if not one.statement.is_equation:
+        return ""
+    count, tables = one.sample.count, []
+    for factor in _FACTORS:
+        moved = {**one.sample.values, **{name: factor * value for name, value in known.items()}}
+        values = one.tape.evaluate(moved, count)
+        with np.errstate(all="ignore"):
+            changed = np.where(values.size > 0, values.whole / values.size, 0.0)
+        tables.append(np.where(np.abs(changed) > TOLERANCE, changed, 0.0))
+    signs = np.sign(np.nan_to_num(np.stack(tables)))
+    if not signs.any():
+        return "it holds for any value of the quantity in question"
+    below, above = (signs[:5], signs[5:])
+    if alone and (signs[4] * signs[5] > 0).mean() > 0.5:
+        return "it only touches zero: a square or a magnitude does not determine a quantity"
+    if alone and any((side.min(0) * side.max(0) < 0).any() for side in (below, above)):
+        return "it holds for other values, too"
+    return ""
 
 
 def _compare_changes(one: Residual, sample: Sample, quantity: Quantity) -> float:
@@ -305,6 +217,12 @@ def _judge_matrix(
 
 
 _MOST_ORDERED = 4
+_CONSTANT = 1e-12
+"""What changes less than this part of its terms in a second is constant."""
+
+_FACTORS = np.array([1e-3, 0.03, 0.3, 0.7, 0.9, 1.1, 1.4, 3.0, 30.0, 1e3])
+"""What the quantity in question is multiplied by, to see that an equation holds for it alone."""
+
 _ENTRY = "#entry"
 _NOTHING = "#nothing"
 
@@ -348,6 +266,8 @@ def _judge_constant(
     for statement in statements:
         moving = [side for side in statement.sides if side.letters & rates.keys()]
         formula = moving[0] if moving else statement.sides[-1]
+        if len(moving) > 1:
+            formula = add(formula, negate(moving[1]).at(moving[1].start, moving[1].end))
         if formula.letters & set(quantity.letters) - sample.values.keys():
             raise FormulaError(
                 "expected a formula in the letters of the system", text, formula.start
@@ -361,9 +281,12 @@ def _judge_constant(
         with np.errstate(all="ignore"):
             relative = total / size
         worst = _worst(np.where(size > 0, relative, 0.0))
-        constant = not (size > 0).any()
-        forms = ("it does not depend on the motion at all",) if constant else ()
-        found.append(Judged(statement, None, worst, forms, formula))
+        fault = ""
+        if formula.letters & {*truth.accelerations, *truth.multipliers}:
+            fault = "a conserved quantity depends on positions and velocities, not on accelerations"
+        elif not (size > _CONSTANT * values.size).any():
+            fault = "it does not depend on the motion at all"
+        found.append(Judged(statement, None, worst, root=formula, fault=fault))
     return found
 
 
@@ -374,7 +297,8 @@ def _judge_several(
     assert quantity.values is not None
     found = []
     for statement in statements:
-        tried = []
+        tried: list[Residual] = []
+        used = []
         for omega in quantity.values:
             with np.errstate(all="ignore"):
                 period = 2 * np.pi / omega
@@ -387,8 +311,12 @@ def _judge_several(
             tried.append(
                 _residual(statement, truth, truth.sample, known, quantity.letters[0], text)
             )
-        best = min(tried, key=lambda one: one.worst)
-        found.append(Judged(statement, best, best.worst))
+            used.append(known)
+        covers = frozenset(k for k, one in enumerate(tried) if one.worst <= TOLERANCE)
+        k = min(range(len(tried)), key=lambda k: tried[k].worst)
+        # an equation of several frequencies holds for each of them
+        fault = _find_emptiness(tried[k], used[k], alone=len(tried) == 1) if covers else ""
+        found.append(Judged(statement, tried[k], tried[k].worst, fault=fault, covers=covers))
     return found
 
 
@@ -404,7 +332,9 @@ def _judge_letters(
             names = ", ".join(quantity.letters)
             raise FormulaError(f"expected an equation for one of {names}", text, statement.start)
         one = _residual(statement, truth, truth.sample, known, "", text)
-        found.append(_judge_residual(one, one.worst, quantity.series))
+        judged = _judge_residual(one, one.worst, quantity.series)
+        fault = _find_emptiness(one, known, alone=False) if judged.holds else ""
+        found.append(replace(judged, fault=fault))
     return found
 
 
@@ -451,8 +381,13 @@ def _forces_elsewhere(truth: Truth, body: str, names: Sequence[str]) -> set[str]
 def _judge_equilibrium(
     statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
 ) -> list[Judged]:
-    """Judge positions: forces must balance at each of them."""
-    positions = Positions(truth, text)
-    positions.move(statements)
-    worst = positions.measure_forces()
-    return [Judged(statement, None, worst) for statement in statements]
+    """Judge positions: forces must balance at each of them, and all must be named."""
+    positions, missing = judge_positions(statements, truth, text)
+    found = []
+    for position in positions:
+        for statement in position.statements:
+            fault = "" if position.worst else position.fault
+            found.append(Judged(statement, None, position.worst, fault=fault))
+    if missing:
+        found[0] = replace(found[0], missing=tuple(missing))
+    return found

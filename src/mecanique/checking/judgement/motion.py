@@ -125,6 +125,16 @@ _RANK = 1e-7
 _RANKED = 6
 """Number of states in which the rank of the equations is determined."""
 
+_LINES = 3
+"""Number of lines through the true accelerations that a nonlinear equation is followed along."""
+
+_REACHES = np.logspace(-4, 4, 49)
+"""How far along them, in usual accelerations."""
+
+_HALVINGS = 60
+_ROOT = 1e-6
+"""A sign changes at a root if the equation falls below this part of its value beside it."""
+
 _FEWEST = 6
 """Least number of states in which a formula must be finite."""
 
@@ -221,20 +231,82 @@ class Residual:
 
     @cached_property
     def is_affine(self) -> bool:
-        """Whether it is linear in the accelerations."""
+        """Whether it is linear in the accelerations, on both sides of the true ones."""
         before = self.sample.letters
         steps = []
-        for factor in (1.0, 2.0):
+        for factor in (-1.0, 1.0, 2.0):
             moved = {
                 name: before[name] + factor * (1.0 + np.abs(before[name]))
                 for name in self.truth.accelerations
             }
             steps.append(self.tape.evaluate({**before, **moved}, self.sample.count))
-        first, second = steps
-        bend = np.abs(second.whole - 2 * first.whole + self.values.whole)
+        back, first, second = steps
         with np.errstate(all="ignore"):
-            found = bend / second.size
+            bend = np.abs(second.whole - 2 * first.whole + self.values.whole)
+            kink = np.abs(first.whole - 2 * self.values.whole + back.whole)
+            found = np.fmax(bend, kink) / second.size
         return bool(np.nanmax(np.where(np.isfinite(found), found, 0.0)) <= TOLERANCE)
+
+    @cached_property
+    def emptiness(self) -> str:
+        """Why an equation that holds does not determine the motion, "" if it does.
+
+        An equation that is not linear in the accelerations is followed along lines through the true
+        ones: it must change its sign there, and nowhere else.
+        """
+        if self.says_nothing:
+            return "it holds for any motion"
+        if self.is_affine:
+            return ""
+        names, count = self.truth.accelerations, self.sample.count
+        usual = np.sqrt(np.mean(self.sample.a**2, axis=0))
+        scale = np.where(usual > 0, usual, 1.0)
+        directions = np.random.default_rng(0).normal(size=(_LINES, len(names))) * scale
+        states = np.repeat(np.arange(count), _LINES)
+        way = np.tile(directions, (count, 1))
+        near, far = (self._follow(states, way, sign * _REACHES) for sign in (-1.0, 1.0))
+        with np.errstate(all="ignore"):
+            touches = near[:, 0] * far[:, 0] > 0
+        if touches.mean() > 0.5:
+            return "it only touches zero: a square or a magnitude does not determine accelerations"
+        for sign, table in ((-1.0, near), (1.0, far)):
+            with np.errstate(all="ignore"):
+                row, step = np.nonzero(table[:, :-1] * table[:, 1:] < 0)
+            low, high = sign * _REACHES[step], sign * _REACHES[step + 1]
+            first = table[row, step]
+            for _ in range(_HALVINGS if len(row) else 0):
+                middle = (low + high) / 2
+                value = self._follow(states[row], way[row], middle[:, None])[:, 0]
+                low, high = (
+                    np.where(value * first > 0, middle, low),
+                    np.where(value * first > 0, high, middle),
+                )
+            left = self._follow(states[row], way[row], low[:, None])[:, 0]
+            # a jump from one sign to the other is a pole, no root
+            roots = np.flatnonzero(np.abs(left) < _ROOT * np.abs(first))
+            if len(roots):
+                k = roots[0]
+                a = self.sample.a[states[row[k]]]
+                wrong = a + low[k] * way[row[k]]
+                said = ", ".join(f"{name} = {x:.4g}" for name, x in zip(names, wrong, strict=True))
+                true = ", ".join(f"{x:.4g}" for x in a)
+                return f"it holds for other motions, too, as for {said} instead of {true}"
+        return ""
+
+    def _follow(self, states: npt.NDArray[np.intp], way: Array, steps: Array) -> Array:
+        """Return its values at steps from the true accelerations, shape (states, steps)."""
+        shape = np.broadcast_shapes((len(states), 1), steps.shape)
+        found = np.empty(shape)
+        a = self.sample.a[states]
+        letters = {
+            name: np.broadcast_to(value, (self.sample.count,))[states]
+            for name, value in self.sample.letters.items()
+        }
+        for k in range(shape[1]):
+            moved = a + np.broadcast_to(steps, shape)[:, k, None] * way
+            some = dict(zip(self.truth.accelerations, moved.T, strict=True))
+            found[:, k] = self.tape.evaluate({**letters, **some}, len(states)).whole
+        return found
 
     @cached_property
     def has_factor_of_velocities(self) -> bool:

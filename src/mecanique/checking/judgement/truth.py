@@ -36,6 +36,12 @@ _CANDIDATES = 64
 _SPREAD = 0.5
 """Parameters vary by a factor of up to e to the power of ± this."""
 
+_STRETCHES = (
+    *((0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (0.0, 1e3), (1e-3, 1e-3)),
+    *((1.0, 1e3), (1e2, 1.0), (1e3, 0.0)),
+)
+"""What positions and velocities are multiplied by to see what the random states hide."""
+
 _SINGULAR = 1e4
 """States with a larger condition number of the mass matrix are left out."""
 
@@ -142,8 +148,40 @@ class Truth:
         states = random_states(mechanism, _CANDIDATES, self.seed, derivation.assumptions)
         random = np.random.default_rng(self.seed + 1)
         values = self._letters(states, random, varied)
+        found = self._evaluate(values, len(states), varied=bool(varied), most=STATES)
+        if found is None:
+            raise InputError(
+                f"the equations of {mechanism.name!r} have a value at none of {len(states)} random "
+                "states"
+            )
+        return found
+
+    def stretch(self, sample: Sample) -> Sample | None:
+        """Return states near zero, at it and far out; None with loops or without a closed form.
+
+        What vanishes near the random states, or is tiny there, shows in these.
+        """
+        if self.derivation is None or self.derivation.ties:
+            return None
+        # a quaternion keeps its unit length
+        fixed = {k for _, at in self.mechanism.quaternions for k in at}
+        moving = {name for k, name in enumerate(self.mechanism.coordinates) if k not in fixed}
+        values: dict[str, Any] = {}
+        for name, value in sample.values.items():
+            scales = np.ones(len(_STRETCHES))
+            if name in moving or name in self.velocities:
+                scales = np.array([pair[name in self.velocities] for pair in _STRETCHES])
+            values[name] = np.outer(scales, np.broadcast_to(value, sample.count)).ravel()
+        count = len(_STRETCHES) * sample.count
+        return self._evaluate(values, count, varied=sample.varied, most=count)
+
+    def _evaluate(
+        self, values: dict[str, Any], n: int, *, varied: bool, most: int
+    ) -> Sample | None:
+        """Evaluate the closed form in n states; keep those with values, at most so many."""
+        derivation, mechanism = self.derivation, self.mechanism
+        assert derivation is not None
         evaluated = Evaluation(derivation.algebra.ring, values)
-        n = len(states)
         with np.errstate(all="ignore"):
             M = self._stack([entry for row in derivation.M for entry in row], evaluated, n)
             M = M.reshape(n, mechanism.nv, mechanism.nv)
@@ -155,11 +193,9 @@ class Truth:
                 possible &= np.broadcast_to(evaluated(assumption.positive) > 0, (n,))
             if not derivation.ties:
                 possible[possible] &= _are_regular(M[possible])
-        at = np.flatnonzero(possible)[:STATES]
+        at = np.flatnonzero(possible)[:most]
         if not len(at):
-            raise InputError(
-                f"the equations of {mechanism.name!r} have a value at none of {n} random states"
-            )
+            return None
         values = {name: value[at] if np.ndim(value) else value for name, value in values.items()}
         slopes, own = self._ties(evaluated, n)
         slopes, own, M, bias, forces = slopes[at], own[at], M[at], bias[at], forces[at]
@@ -178,7 +214,7 @@ class Truth:
             a=a,
             multipliers=multipliers,
             count=len(at),
-            varied=bool(varied),
+            varied=varied,
             lengths=lengths,
         )
 

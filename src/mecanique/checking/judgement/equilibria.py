@@ -1,0 +1,344 @@
+"""Judge sets of equilibria: each position by its balance, and all of them by a search of one's own.
+
+The search starts Newton's method from a grid over the coordinates that matter, in a few states with
+their own parameters. Families of equilibria, as of a coordinate without stiffness, are not counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.arrays import Array
+from mecanique.checking.budget import stop_clock
+from mecanique.checking.grammar.reader import Statement
+from mecanique.checking.grammar.tape import Tape
+from mecanique.checking.grammar.tree import Node, add, negate
+from mecanique.checking.judgement.truth import Truth
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.series import Series
+from mecanique.errors import FormulaError
+from mecanique.model.mechanism_units import characteristic_length
+from mecanique.model.random_positions import angles
+
+_BALANCED = 1e-9
+"""Forces balance if they add up to less than this part of their usual size."""
+
+_GRID = 721
+"""Number of values of a coordinate between which sign changes of a condition are sought."""
+
+_HALVINGS = 60
+_WIDE = 6.0
+"""Lengths are sought up to this many characteristic lengths."""
+
+_STATES = 4
+"""Number of states, each with its own parameters, in which all equilibria are sought."""
+
+_STARTS = {1: 48, 2: 16, 3: 8}
+"""Starting values of each coordinate, by their number; of more coordinates none are sought."""
+
+_ROUNDS = 40
+_STEP = 0.3
+"""Largest step of Newton's method, in radians or characteristic lengths."""
+
+_SAME = 1e-6
+"""Positions nearer than this, in radians or characteristic lengths, are the same."""
+
+_ISOLATED = 1e-7
+"""An equilibrium whose scaled stiffness has a smaller singular value belongs to a family."""
+
+_SHOWN = 3
+"""As many missing equilibria are named."""
+
+_STATE = "#state"
+
+
+@final
+class Equilibria:
+    """The equilibria of a mechanism, and positions that are said to be some.
+
+    Args:
+        truth: the mechanism's own equations in closed form.
+    """
+
+    def __init__(self, truth: Truth) -> None:
+        derivation, sample = truth.derivation, truth.sample
+        assert derivation is not None
+        self._truth = truth
+        self._ring = derivation.algebra.ring
+        self._forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
+        self._usual = np.maximum(np.abs(sample.bias - sample.forces).mean(0), 1e-300)
+        turning, length = angles(truth.mechanism), characteristic_length(truth.mechanism)
+        self.coordinates = tuple(truth.mechanism.coordinates)
+        self.turning = {name for name in self.coordinates if name in turning}
+        self.size = {name: 1.0 if name in turning else length for name in self.coordinates}
+        moving = (*truth.velocities, *truth.accelerations)
+        still = dict.fromkeys((*self.coordinates, *moving), np.zeros(sample.count))
+        self.at_zero: dict[str, Array] = {
+            name: np.broadcast_to(np.asarray(value, dtype=float), (sample.count,))
+            for name, value in {**sample.values, **still}.items()
+        }
+        self.at_zero[_STATE] = np.arange(sample.count, dtype=float)
+        own = {g.name for force in self._forces for g in force.generators()}
+        self.felt = tuple(name for name in self.coordinates if name in own)
+
+    def measure(self, values: dict[str, Array]) -> float:
+        """Return the largest unbalanced force, relative to the usual size of forces."""
+        worst = float(np.abs(self._balance(values)).max(initial=0.0))
+        return worst if worst > _BALANCED else 0.0
+
+    def _balance(self, values: dict[str, Array]) -> Array:
+        """Return the unbalanced forces, each relative to its usual size, shape (n, nv)."""
+        evaluated, count = Evaluation(self._ring, values), len(values[_STATE])
+        with np.errstate(all="ignore"):
+            rows = [np.broadcast_to(evaluated(force), (count,)) for force in self._forces]
+        balance: Array = np.nan_to_num(np.stack(rows, axis=-1) / self._usual, nan=np.inf)
+        return balance
+
+    def find_all(self) -> dict[int, Array] | None:
+        """Return every equilibrium in a few states, shape (k, felt); None if they are not known."""
+        count = len(self.felt)
+        if count not in _STARTS or self._truth.derivation is None:
+            return None
+        axes = []
+        for name in self.felt:
+            reach = np.pi if name in self.turning else _WIDE * self.size[name]
+            axes.append(np.linspace(-reach, reach, _STARTS[count], endpoint=False) + 0.0123 * reach)
+        starts = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, count)
+        states = np.repeat(np.arange(min(_STATES, self._truth.sample.count)), len(starts))
+        q = np.tile(starts, (len(states) // len(starts), 1))
+        size = np.array([self.size[name] for name in self.felt])
+        slopes = [self._differentiate(force) for force in self._forces]
+        for _ in range(_ROUNDS):
+            balance, stiffness = self._linearize(states, q, slopes, size)
+            with np.errstate(all="ignore"):
+                step = -(np.linalg.pinv(np.nan_to_num(stiffness)) @ balance[..., None])[..., 0]
+            length = np.linalg.norm(step, axis=1, keepdims=True)
+            step = step * np.minimum(1.0, _STEP / np.maximum(length, 1e-300))
+            q = q + np.nan_to_num(step) * size
+        balance, stiffness = self._linearize(states, q, slopes, size)
+        good = np.abs(balance).max(axis=1) <= _BALANCED
+        for k, name in enumerate(self.felt):
+            if name in self.turning:
+                # half a turn is π, not −π
+                q[:, k] = np.pi - np.mod(np.pi - q[:, k] + _SAME, 2 * np.pi) + _SAME
+            else:
+                good &= np.abs(q[:, k]) <= _WIDE * size[k]
+        found = {}
+        for state in range(min(_STATES, self._truth.sample.count)):
+            chosen = np.flatnonzero(good & (states == state))
+            if len(chosen) and np.linalg.svd(stiffness[chosen])[1][:, -1].min() < _ISOLATED:
+                return None
+            kept: list[Array] = []
+            for position in q[chosen]:
+                if not any(self.is_same(position, other) for other in kept):
+                    kept.append(position)
+            found[state] = np.array(kept).reshape(-1, count)
+        return found
+
+    def _differentiate(self, force: Series) -> list[Series]:
+        return [force.diff(name) for name in self.felt]
+
+    def _linearize(
+        self,
+        states: npt.NDArray[np.intp],
+        q: Array,
+        slopes: Sequence[Sequence[Series]],
+        size: Array,
+    ) -> tuple[Array, Array]:
+        """Return forces and stiffness, scaled, shape (n, nv) and (n, nv, felt)."""
+        values = {name: value[states] for name, value in self.at_zero.items()}
+        values |= dict(zip(self.felt, q.T, strict=True))
+        evaluated = Evaluation(self._ring, values)
+        stiffness = np.empty((len(states), len(slopes), len(self.felt)))
+        with np.errstate(all="ignore"):
+            for i, row in enumerate(slopes):
+                for j, slope in enumerate(row):
+                    stiffness[:, i, j] = evaluated(slope) * size[j] / self._usual[i]
+        return self._balance(values), stiffness
+
+    def is_same(self, one: Array, other: Array) -> bool:
+        """Return whether two positions are the same, angles up to full turns."""
+        for name, a, b in zip(self.felt, one, other, strict=True):
+            step = (a - b) / self.size[name]
+            if name in self.turning:
+                step = np.mod(step + np.pi, 2 * np.pi) - np.pi
+            if not abs(step) < _SAME:
+                return False
+        return True
+
+    def name(self, position: Array, state: int) -> str:
+        """Return a position in words, with multiples of π or the parameters that it depends on."""
+        said = [_say(x, turns=n in self.turning) for n, x in zip(self.felt, position, strict=True)]
+        whole = ", ".join(f"{name} = {x}" for name, x in zip(self.felt, said, strict=True))
+        if not any("." in x for x in said):
+            return whole
+        own = {g.name for force in self._forces for g in force.generators()}
+        parameters = [p.symbol for p in self._truth.mechanism.parameters if p.symbol in own]
+        values = (f"{name} = {self.at_zero[name][state]:.4g}" for name in parameters)
+        return f"{whole} (for {', '.join(values)})"
+
+
+def _say(x: float, *, turns: bool) -> str:
+    twelfths = 12 * x / np.pi
+    if abs(x) < _SAME:
+        return "0"
+    if not turns or abs(twelfths - round(twelfths)) > _SAME or round(twelfths) % 2:
+        return f"{x:.4g}"
+    divisor = 12 // int(np.gcd(12, round(twelfths)))
+    times = abs(round(twelfths)) * divisor // 12
+    sign = "-" if x < 0 else ""
+    over = f"/{divisor}" if divisor > 1 else ""
+    return f"{sign}{times if times > 1 else ''}π{over}"
+
+
+@final
+@dataclass(frozen=True)
+class Position:
+    """A position that an answer names, in all states where it has a value.
+
+    Args:
+        statements: the lines that give it.
+        worst: its largest unbalanced force.
+        fault: why it is no position, or empty.
+        values: the letters there, each shape (n,).
+    """
+
+    statements: tuple[Statement, ...]
+    worst: float
+    fault: str
+    values: dict[str, Array]
+
+
+def judge_positions(
+    statements: Sequence[Statement], truth: Truth, text: str
+) -> tuple[list[Position], list[str]]:
+    """Return the positions that an answer names, and the names of equilibria that it lacks."""
+    equilibria = Equilibria(truth)
+    positions = [_move(equilibria, group, text) for group in _group(statements, equilibria)]
+    if any(position.worst or position.fault for position in positions):
+        return positions, []
+    with stop_clock():
+        known = equilibria.find_all()
+    missing: dict[str, None] = {}
+    for state, found in (known or {}).items():
+        named = []
+        for position in positions:
+            at = np.flatnonzero(position.values[_STATE] == state)
+            columns = [position.values[name][at] for name in equilibria.felt]
+            named += list(np.stack(columns, axis=-1)) if columns else []
+        for one in found:
+            if not any(equilibria.is_same(one, other) for other in named):
+                missing[equilibria.name(one, state)] = None
+        if missing:
+            break  # parameters differ from state to state, and so do the numbers
+    return positions, list(missing)[:_SHOWN]
+
+
+def _group(statements: Sequence[Statement], known: Equilibria) -> Iterator[list[Statement]]:
+    """Yield the lines of each position: a new one begins where a coordinate is given again."""
+    group: list[Statement] = []
+    given: set[str] = set()
+    for statement in statements:
+        names = _unknowns(statement, known) - given if group else _unknowns(statement, known)
+        if group and not names:
+            yield group
+            group, given = [], set()
+        group.append(statement)
+        given |= _unknowns(statement, known)
+    if group:
+        yield group
+
+
+def _unknowns(statement: Statement, known: Equilibria) -> set[str]:
+    left = statement.sides[0]
+    if left.kind == "letter" and left.name in known.coordinates:
+        return {left.name}
+    letters = set().union(*(side.letters for side in statement.sides))
+    return letters & set(known.coordinates)
+
+
+def _move(known: Equilibria, statements: Sequence[Statement], text: str) -> Position:
+    """Return the position that some lines give; coordinates that nothing feels are zero."""
+    values, given = dict(known.at_zero), set[str]()
+    fault = ""
+    for statement in statements:
+        left, right = statement.sides[0], statement.sides[-1]
+        if left.kind == "letter" and left.name in known.coordinates and left.name not in given:
+            others = sorted((right.letters & set(known.coordinates)) - given)
+            if others:
+                fault = f"it is a condition: {', '.join(others)} is not given"
+            found = Tape(right).evaluate(values, len(values[_STATE])).whole
+            values = {**values, left.name: found}
+            given.add(left.name)
+            values = _keep(values, np.isfinite(found), text, statement)
+        else:
+            root = left if len(statement.sides) == 1 else add(left, negate(right))
+            values = _solve(known, values, given, root, text, statement)
+            given |= root.letters & set(known.coordinates)
+    open_ones = [name for name in known.felt if name not in given]
+    worst = known.measure(values)
+    if open_ones and not worst and not fault:
+        fault = f"{', '.join(open_ones)} {'is' if len(open_ones) == 1 else 'are'} not given"
+    return Position(tuple(statements), worst, fault, values)
+
+
+def _keep(
+    values: dict[str, Array], states: npt.NDArray[np.bool_], text: str, statement: Statement
+) -> dict[str, Array]:
+    if not states.any():
+        raise FormulaError("the formula has a value at no state", text, statement.start)
+    return {name: value[states] for name, value in values.items()}
+
+
+def _solve(
+    known: Equilibria,
+    values: dict[str, Array],
+    given: set[str],
+    root: Node,
+    text: str,
+    statement: Statement,
+) -> dict[str, Array]:
+    """Return all positions at which a condition on one coordinate holds."""
+    free = sorted((root.letters & set(known.coordinates)) - given)
+    if len(free) != 1:
+        raise FormulaError(
+            "expected COORDINATE = FORMULA, e.g. q = 0, or a condition on one coordinate",
+            text,
+            statement.start,
+        )
+    (name,), count = free, len(values[_STATE])
+    reach = np.pi if name in known.turning else _WIDE * known.size[name]
+    # an odd offset keeps the grid away from simple positions such as 0
+    grid = np.linspace(-reach, reach, _GRID) + 0.000271 * reach
+    tape = Tape(root)
+
+    def evaluate(states: npt.NDArray[np.intp], numbers: Array) -> Array:
+        found = np.empty(len(numbers))
+        for some in tape.blocks(len(numbers)):
+            letters = {letter: value[states[some]] for letter, value in values.items()}
+            letters[name] = numbers[some]
+            found[some] = tape.evaluate(letters, len(letters[name])).whole
+        return found
+
+    states, steps = np.repeat(np.arange(count), _GRID), np.tile(grid, count)
+    table = evaluate(states, steps).reshape(count, _GRID)
+    with np.errstate(all="ignore"):
+        at, place = np.nonzero(table[:, :-1] * table[:, 1:] < 0)
+    low, high = grid[place], grid[place + 1]
+    first = table[at, place]
+    for _ in range(_HALVINGS if len(at) else 0):
+        middle = (low + high) / 2
+        same = evaluate(at, middle) * first > 0
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    ends = evaluate(at, low) if len(at) else first
+    # a jump from one sign to the other is a pole, not a root
+    roots = np.abs(ends) < np.abs(first) + 1e-300
+    if not roots.any():
+        raise FormulaError(f"the condition holds at no {name} of any state", text, statement.start)
+    moved = {letter: value[at[roots]] for letter, value in values.items()}
+    return {**moved, name: low[roots]}

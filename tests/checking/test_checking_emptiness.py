@@ -1,0 +1,118 @@
+"""Nothing for nothing: what holds without saying anything, or near the usual states only, is wrong.
+
+The right equation of the pendulum is q'' + g/l sin q = 0; what stands beside it here is made of it.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+import mecanique as mq
+
+RIGHT = "(q'' + g/l sin q)"
+EMPTY = (
+    ("0 = 0", "it holds for any motion"),
+    ("q'' = q''", "it holds for any motion"),
+    (f"{RIGHT} (q'' + 100 q^2 sin q) = 0", "it holds for other motions, too"),
+    ("q''^2 = (g/l sin q)^2", "it holds for other motions, too"),
+    (f"sin{RIGHT} = 0", "it holds for other motions, too"),
+    (f"abs{RIGHT} = 0", "it only touches zero"),
+    (f"{RIGHT}^2 = 0", "it only touches zero"),
+    (f"cos{RIGHT} = 1", "it only touches zero"),
+    (f"sqrt(abs{RIGHT}) = 0", "it only touches zero"),
+    (f"{RIGHT} + g/l exp(-1000000 q^2) = 0", "it holds near the usual states only"),
+    (f"{RIGHT} + g/l (q/100)^40 = 0", "it holds near the usual states only"),
+    (f"{RIGHT} + g/l (sign(q)^2 - 1) = 0", "it holds near the usual states only"),
+    (f"{RIGHT} + 1e-9 q' = 0", "it holds near the usual states only"),
+    (f"{RIGHT} + 1e-10 = 0", "it holds near the usual states only"),
+    (f"{RIGHT} + exp(-1000000 q^2) = 0", "the units do not match"),
+    (f"{RIGHT} + abs(q) - sqrt(q^2) = 0", "the units do not match"),
+)
+
+
+@pytest.mark.parametrize(("text", "reason"), EMPTY)
+def test_an_equation_that_says_nothing_is_wrong(text: str, reason: str) -> None:
+    found = mq.check(mq.textbook.load("simple_pendulum"), text)
+    assert (found.outcome, found.independent) == ("wrong", 0)
+    assert found.causes[0].text.startswith(reason)
+
+
+@pytest.mark.parametrize(
+    ("text", "outcome"),
+    [
+        (f"(2 + cos q) {RIGHT} = 0", "right"),
+        (f"{RIGHT}/(q'' + g/l sin q + g/l) = 0", "right except for form"),
+        ("g sin(q)/q'' + l = 0", "right except for form"),
+        (f"exp({RIGHT} l/g) = 1", "right except for form"),
+        (f"{RIGHT} + g/l (abs(q) - sqrt(q^2)) = 0", "right"),
+    ],
+)
+def test_other_forms_of_the_right_equation_hold(text: str, outcome: str) -> None:
+    assert mq.check(mq.textbook.load("simple_pendulum"), text).outcome == outcome
+
+
+def test_equations_that_follow_from_each_other_count_once() -> None:
+    double = mq.textbook.load("double_pendulum")
+    first, second = mq.derive(double).text().splitlines()[:2]
+    assert mq.check(double, f"{first}\n{second}").independent == 2
+    assert mq.check(double, f"{first}\n{first}").independent == 1
+    assert mq.check(double, f"{first}\n{first}\n1 = 2\n0 = 0").independent == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "ask", "reason"),
+    [
+        ("7", "conserved quantity", "it does not depend on the motion at all"),
+        ("sin(q)^2 + cos(q)^2", "conserved quantity", "it does not depend on the motion at all"),
+        ("q''", "conserved quantity", "a conserved quantity depends on positions and velocities"),
+        ("0 = 0", "frequency", "it holds for any value of the quantity in question"),
+        ("omega^2 = omega^2", "frequency", "it holds for any value of the quantity in question"),
+        ("(omega^2 - g/l)^2 = 0", "frequency", "it only touches zero"),
+        ("(omega^2 - g/l)(omega - 4 sqrt(g/l)) = 0", "frequency", "it holds for other values, too"),
+        ("T = T", "kinetic energy", "it holds for any value of the quantity in question"),
+        ("abs(T - m l^2 q'^2/2) = 0", "kinetic energy", "it only touches zero"),
+        ("V = V", "potential energy", "it holds for any value of the quantity in question"),
+    ],
+)
+def test_a_quantity_is_not_had_for_nothing(text: str, ask: str, reason: str) -> None:
+    found = mq.check(mq.textbook.load("simple_pendulum"), text, ask)
+    assert found.outcome == "wrong"
+    assert found.causes[0].text.startswith(reason)
+
+
+def test_a_letter_of_the_system_keeps_its_unit() -> None:
+    pendulum = mq.textbook.load("simple_pendulum")
+    with pytest.raises(mq.FormulaError, match="'g' is in m/s², its definition in 1/s²; define"):
+        mq.check(pendulum, "q'' + g sin q = 0", let=["g = g/l"])
+    assert mq.check(pendulum, "q'' + g/(2 l) sin q = 0", let=["l = l/2"]).right
+
+
+@pytest.mark.parametrize(
+    ("system", "text", "outcome", "words"),
+    [
+        ("simple_pendulum", "q = 0", "incomplete", "q = π is missing"),
+        ("simple_pendulum", "q = 0\nq = pi", "right", ""),
+        ("simple_pendulum", "sin q = 0", "right", ""),
+        ("simple_pendulum", "q = 0\nq = 2 pi", "incomplete", "q = π is missing"),
+        ("simple_pendulum", "q = 0.3\nq = 0\nq = pi", "wrong", ""),
+        ("double_pendulum", "q1 = q2", "wrong", "it is a condition: q2 is not given"),
+        ("double_pendulum", "q1 = 0", "wrong", "q2 is not given"),
+        ("double_pendulum", "q1 = 0, q2 = 0", "incomplete", "q1 = π, q2 = π is missing"),
+        ("double_pendulum", "sin q1 = 0\nsin q2 = 0", "right", ""),
+        ("bead_on_hoop", "sin theta = 0\ncos(theta) = g/(R W^2)", "right", ""),
+        ("bead_on_hoop", "sin theta = 0", "incomplete", "theta = -1.02 (for "),
+        ("spherical_pendulum", "theta = pi\ntheta = 0", "right", ""),
+        ("two_blocks", "q1 = 0\nq2 = 0", "wrong", ""),
+    ],
+)
+def test_equilibria_are_judged_as_a_set(system: str, text: str, outcome: str, words: str) -> None:
+    found = mq.check(mq.textbook.load(system), text, "equilibrium")
+    assert found.outcome == outcome, str(found)
+    assert words in " ".join([found.form, *map(str, found.causes)])
+
+
+def test_frequencies_are_counted_by_those_that_are_named() -> None:
+    """Two ways to write one frequency are one."""
+    coupled = mq.textbook.load("coupled_pendulums")
+    found = mq.check(coupled, "omega^2 = g/l\nomega = sqrt(g/l)", "frequency")
+    assert (found.outcome, found.form) == ("incomplete", "1 of 2 frequencies missing")
