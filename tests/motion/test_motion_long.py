@@ -106,3 +106,22 @@ def test_least_and_largest_values_are_of_the_motion_not_of_its_samples() -> None
     assert "q [rad]: -1 … 1, at the end" in motion.summary()
     dense = mq.simulate(pendulum, q={"q": 1.0}, duration=4.0, samples=4001)
     assert motion.audit().speed == pytest.approx(dense.audit().speed, rel=1e-9)
+
+
+@pytest.mark.parametrize("duration", [2000.0, 1e4])
+def test_an_orbit_by_default_is_where_kepler_puts_it(duration: float) -> None:
+    """Kepler's equation, e = 0.6; errors of single steps had added up to 0.03 rad in 1e4 s."""
+    orbit, e = mq.textbook.load("kepler_orbit"), 0.6
+    mu = orbit.values["mu"]
+    motion = mq.simulate(
+        orbit, q={"r": 1.0}, v={"phi": (mu * (1 + e)) ** 0.5}, duration=duration, samples=2
+    )
+    assert ADDED in motion.method
+    mean = (mu * (1 - e) ** 3) ** 0.5 * duration
+    anomaly = mean
+    for _ in range(50):
+        anomaly -= (anomaly - e * np.sin(anomaly) - mean) / (1 - e * np.cos(anomaly))
+    half = np.sqrt((1 + e) / (1 - e)) * np.tan(anomaly / 2)
+    turns = np.round((mean - 2 * np.arctan(half)) / (2 * np.pi))
+    true = 2 * np.arctan(half) + 2 * np.pi * turns
+    assert motion["phi"][-1] == pytest.approx(true, abs=5e-6), "as many digits as are printed"

@@ -225,7 +225,7 @@ def simulate(
         v: velocities at the start: shape (nv,) or by name (q or q'), zero where left out. What a
             mapping leaves out is named, with its value at the start, in the motion's `method`.
         duration: how long [s].
-        rtol: relative tolerance of each step, in 1e-14…1e-1; where it is 1e-11 or less and dop853
+        rtol: relative tolerance of each step, in 1e-14…1e-1; where it is 1e-10 or less and dop853
             would take more than 10,000 steps, their tolerance is smaller, because their errors add
             up.
         atol: absolute tolerance of each step, in the units of q and v; as rtol by default.

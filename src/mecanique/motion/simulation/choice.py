@@ -41,9 +41,9 @@ closed form for each pair of velocities."""
 PAYOFF_OF_LOOPS = 1.5
 """Deriving the equations must save this many times what it takes, by an estimate."""
 
-TIGHT_RTOL, TIGHT_RTOL_OF_LOOPS = 1e-11, 1e-10
-"""At this tolerance or a smaller one, the whole motion is to be that accurate, not each step. Steps
-on loops are taken to a tenth of the tolerance anyway."""
+TIGHT_RTOL = 1e-10
+"""At this tolerance, the default, or a smaller one, the whole motion is to be about that accurate,
+not each step alone: an orbit's phase otherwise errs by the square of the time."""
 
 MANY_STEPS = 10_000
 """So many steps of a tight tolerance are taken to a smaller one, because their errors add up."""
@@ -244,9 +244,15 @@ def _with_program(problem: Problem, choice: Choice, t: float) -> Choice:
 
 
 def _with_series(problem: Problem, choice: Choice, reason: str, optimized: bool) -> Choice:
-    """Change to Taylor series, if the equations have them."""
+    """Change to Taylor series, if the equations have them.
+
+    Where steps are tightened they are to the least tolerance: it takes next to no more of them.
+    """
+    if choice.share < 1.0:
+        choice = replace(choice, share=MIN_RTOL / problem.rtol)
     try:
-        problem.code.build_integrator(problem.reference, problem.rtol, optimized=optimized)
+        tolerance = choice.share * problem.rtol
+        problem.code.build_integrator(problem.reference, tolerance, optimized=optimized)
     except DerivationError:
         return replace(choice, compiles=False)
     return replace(choice, method="taylor", equations=None, reason=reason, optimized=optimized)
@@ -277,9 +283,8 @@ def _can_take_closed_form(problem: Problem, choice: Choice) -> bool:
 
 
 def _can_tighten(problem: Problem, choice: Choice) -> bool:
-    tight = TIGHT_RTOL if problem.loops is None else TIGHT_RTOL_OF_LOOPS
     explicit = choice.method in ("dop853", "compiled")
-    return explicit and choice.share == 1.0 and MIN_RTOL < problem.rtol <= tight
+    return explicit and choice.share == 1.0 and MIN_RTOL < problem.rtol <= TIGHT_RTOL
 
 
 def _can_compile(problem: Problem, choice: Choice) -> bool:

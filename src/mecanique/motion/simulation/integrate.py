@@ -56,7 +56,9 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
         UnknownNameError: if an event depends on a name that does not exist.
     """
     if choice.method == "taylor":
-        return integrate_series(problem, choice.optimized)
+        return integrate_series(
+            replace(problem, rtol=choice.share * problem.rtol), choice.optimized
+        )
     look = partial(worth_reconsidering, problem, choice) if may_change(problem, choice) else None
     if choice.method == "compiled":
         return integrate_in_c(problem, choice.share, partial(_watch, choice), look)
