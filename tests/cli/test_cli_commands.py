@@ -351,3 +351,35 @@ def test_equations_that_are_too_long_to_be_read_are_listed_as_results(
     equations = mq.derive(mq.textbook.load("double_pendulum"))
     assert run.stdout.rstrip("\n") == mq.write_recursion(equations).text()
     assert f"The equations have {equations.terms} terms: here they are a list" in run.stderr
+
+
+def test_derive_solves_what_rolls() -> None:
+    """The last line of a book: Goldstein, Classical Mechanics, sect. 2.4, with a disk."""
+    for words in (("--solve",), ("--in", "x"), ("--in", "turn")):
+        solved = fine("derive", "rolling_disk", *words)
+        assert "x'' = 2 g sin(alpha)/3\n" in solved
+        assert "lambda_contact_x = -m g sin(alpha)/3\n" in solved
+        assert "radius of the disk" in solved
+    coin = fine("derive", "rolling_coin", "--in", "yaw,lean,spin")
+    assert "yaw'' = -2 lean' spin'/cos(lean)" in coin
+    assert ". Result\n" in fine("derive", "rolling_disk", "--solve", "--steps")
+    page = fine("derive", "rolling_disk", "--solve", "--format", "latex")
+    assert "\\ddot{x} &= \\frac{2 g}{3} \\sin \\alpha" in page
+    assert "J theta'' + C theta'^2" in fine("derive", "slider_crank", "--in", "theta")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("rolling_disk", "--in", "x,turn"), "leave 1 of 3 velocities free, got x, turn to keep"),
+        (("double_pendulum", "--in", "q1"), "without constraints it has 2 of 2 velocities free"),
+        (("slider_crank", "--solve"), "reduce_loops keeps one coordinate of loops"),
+        (("cart_pole", "--in", "z"), "unknown coordinate 'z'"),
+        (("cart_pole", "--solve", "--routh"), "expected one of --routh, --in or --solve"),
+        (("cart_pole", "--solve", "--units"), "expected one of --routh, --in or --solve"),
+    ],
+)
+def test_derive_says_why_it_does_not_solve(words: tuple[str, ...], message: str) -> None:
+    result = call("derive", *words)
+    assert result.exit_code == 2
+    assert message in " ".join(result.output.split())

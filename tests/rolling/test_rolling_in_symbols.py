@@ -46,7 +46,8 @@ def test_virtual_work_has_as_many_equations_as_free_velocities_and_no_multiplier
         assert "lambda" not in derive(mechanism, "virtual_work").text()
         text = derive(mechanism, "virtual_work").text(steps=True)
         # in the equilibrium of a single body the contact's force stands as the reactions do
-        assert "lambda" not in text[text.index("Sum of the virtual work") :]
+        derived, _, _ = text.partition(". Result\n")  # which gives the forces in closed form
+        assert "lambda" not in derived[derived.index("Sum of the virtual work") :]
         assert "Independent displacements" in text
 
 

@@ -394,7 +394,7 @@ class VirtualWork:
         known = not algebra.mechanism.velocity_constraints
         met = [tie for one in self.cuts.touches for tie in one.ties]
         met += [tie for one in self.cuts.closings for tie in one.ties]
-        self._unknowns |= {f"lambda_{tie.name}": tie.meaning for tie in met}
+        self._unknowns |= {f"lambda_{tie.name}": tie.meaning for tie in (*met, *ties)}
         return Derivation(
             algebra=algebra,
             M=M,
