@@ -88,6 +88,44 @@ test("a block on a spring rests at zero and has its natural frequency and dampin
   assert.deepEqual(modes[0].shape, [1]);
 });
 
+// A bead of mass 1 on a hoop of radius 1 that turns at w about the vertical: θ'' = sin θ (w² cos θ − g).
+const BEAD = {
+  engine: {
+    ...BLOCK.engine,
+    coordinates: ["theta"],
+    velocities: ["theta'"],
+    parameters: ["g", "w"],
+    values: [9.81, 4],
+    start: [0.7, 0],
+  },
+  program: {
+    rates: (t, y, p, out, tau) => {
+      out[0] = y[1];
+      out[1] = Math.sin(y[0]) * (p[1] ** 2 * Math.cos(y[0]) - p[0]) + (tau ? tau[0] : 0);
+      out[2] = 0;
+      return out;
+    },
+  },
+};
+
+test("all positions of rest of a bead on a hoop are found, with their stability", () => {
+  const machine = new Machine(BEAD.engine, BEAD.program);
+  const setting = machine.initial();
+  const small = new SmallMotions(machine, setting);
+  const rests = small.findAll(machine.begin(setting), [Math.PI], [true]);
+  const found = rests.map(({ y, modes }) => [y[0], modes[0].square]).sort(([a], [b]) => a - b);
+  const aside = Math.acos(9.81 / 16);
+  const expected = [
+    [-aside, 16 * Math.sin(aside) ** 2],
+    [0, 9.81 - 16],
+    [aside, 16 * Math.sin(aside) ** 2],
+    [Math.PI, -9.81 - 16],
+  ];
+  assert.equal(found.length, 4);
+  found.flat().forEach((x, k) => near(x, expected.flat()[k], 1e-5));
+  near(rests[0].y[0], aside, 1e-8); // that downhill from the start comes first
+});
+
 test("a mode moves by its own sine", () => {
   const { machine, setting } = bench();
   const small = new SmallMotions(machine, setting);
@@ -129,7 +167,10 @@ test("a second motion starts beside the first, and a link keeps it", () => {
   const text = writeFragment(own.changes());
   assert.equal(text, "b.x=0.01");
   assert.deepEqual(readFragment(`#${text}`, BLOCK.engine).changes, [["beside", "x", 0.01]]);
-  assert.throws(() => own.set([["beside", "x", NaN]]), /finite number for the difference in x, got nan/);
+  assert.throws(
+    () => own.set([["beside", "x", NaN]]),
+    /finite number for the difference in x, got nan/,
+  );
   assert.equal(own.neighbor.by, 0.01);
   assert.equal(own.set([["beside", "x", 0]]).other, null);
 });

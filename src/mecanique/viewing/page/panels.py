@@ -373,6 +373,7 @@ _BESIDE = (
 _MODES = (
     '<section class="study"><h3>Small motions</h3>'
     '<div class="bar"><button type="button" id="modes-find">Find rest and modes</button></div>'
+    '<div class="bar" id="rests" role="group" aria-label="Positions of rest" hidden></div>'
     '<p id="modes-told" class="note" role="status"></p>'
     '<div class="scroll"><table id="modes" hidden></table></div></section>'
 )

@@ -9,6 +9,11 @@ const RANK = 1e-9; // of the largest eigenvalue
 const SWEEPS = 60;
 const DESCENTS = 300;
 const FARTHEST_STEP = 0.2; // of a round, in the units of the coordinates
+const STEPS = 40; // of Newton's, from a start that leads somewhere
+const STARTS = 40;
+const SEARCH = 400; // how long other positions of rest are searched for [ms]
+const SAME = 1e-5; // positions nearer than this are one
+const GOLDEN = (Math.sqrt(5) - 1) / 2;
 const RESTING = 1e-9; // of the accelerations that a push of the size of the forces would cause
 
 // Eigenvalues and eigenvectors (columns) of a symmetric matrix, by Jacobi's rotations.
@@ -41,6 +46,17 @@ function rotate(A, V, [p, q], [c, s]) {
   for (let k = 0; k < A.length; k++)
     [A[p][k], A[q][k]] = [c * A[p][k] - s * A[q][k], s * A[p][k] + c * A[q][k]];
 }
+
+// The k-th of evenly spread numbers from 0 to 1 for the n-th start, by powers of an irrational.
+const spread = (n, k) => {
+  const x = n * GOLDEN ** (k + 1);
+  return x - Math.floor(x);
+};
+
+const isAlike = (modes, others) => {
+  const most = Math.max(...modes.map(({ square }) => Math.abs(square)), 1e-300);
+  return modes.every(({ square }, k) => Math.abs(square - others[k].square) < 1e-4 * most);
+};
 
 const symmetric = (A) => A.map((row, i) => row.map((x, j) => (x + A[j][i]) / 2));
 const column = (A, k) => A.map((row) => row[k]);
@@ -113,12 +129,13 @@ export class SmallMotions {
     };
   }
 
-  // Where the mechanism rests, found downhill from a position; null if it finds no rest.
-  settle(from) {
+  // Where the mechanism rests, found downhill from a position, or by Newton's steps, which also end
+  // where it would fall; null if it finds no rest.
+  settle(from, downhill = true) {
     const { nq } = this.machine;
     let y = from.slice();
     y.fill(0, nq);
-    for (let round = 0; round < DESCENTS; round++) {
+    for (let round = 0; round < (downhill ? DESCENTS : STEPS); round++) {
       const at = this.directions(y);
       const push = at.inverse.map((row) => dot(row, at.rest));
       const size = Math.hypot(...push);
@@ -129,7 +146,8 @@ export class SmallMotions {
       const eta = push.map(() => 0);
       values.forEach((value, k) => {
         const axis = column(vectors, k);
-        const step = dot(axis, push) / Math.max(Math.abs(value), 1e-6 * most);
+        if (Math.abs(value) < 1e-6 * most) return; // free to move: any place will do
+        const step = dot(axis, push) / (downhill ? Math.abs(value) : value);
         axis.forEach((x, i) => (eta[i] += step * x));
       });
       const x = at.L[0].map((_, i) => dot(column(at.L, i), eta));
@@ -141,8 +159,37 @@ export class SmallMotions {
   // The position of rest nearest downhill and its modes: ω² [1/s²], damping ratio, shape.
   find(from) {
     const found = this.settle(from);
-    if (!found) return null;
-    const { y, at } = found;
+    return found && this.describe(found);
+  }
+
+  // All positions of rest that searches from the start and from places spread around it lead to,
+  // lowest first: spans are how far each coordinate is varied, turns whether it is an angle.
+  findAll(from, spans, turns) {
+    const rests = [];
+    const end = performance.now() + SEARCH;
+    // into −π … π, where −π counts as π
+    const fold = (x, k) =>
+      turns[k] ? x - 2 * Math.PI * Math.ceil((x - SAME) / (2 * Math.PI) - 0.5) : x;
+    for (let n = 0; n < STARTS && (n < 2 || performance.now() < end); n++) {
+      const start = from.slice();
+      if (n > 1) spans.forEach((span, k) => (start[k] += span * (2 * spread(n, k) - 1)));
+      this.machine.normalize(start);
+      if (this.loops && !this.loops.close(this.t, start)) continue;
+      const found = this.settle(start, n === 0);
+      if (!found || this.machine.beyond(this.p, [this.t, found.y])) continue;
+      turns.forEach((_, k) => (found.y[k] = fold(found.y[k], k)));
+      const gap = ({ y }) => Math.max(...spans.map((_, k) => Math.abs(fold(y[k] - found.y[k], k))));
+      if (rests.some((rest) => gap(rest) < SAME)) continue;
+      const rest = this.describe(found);
+      // of a family, of which any member is near another, one is shown
+      const free = rest.modes.filter(({ square }) => square === 0).length;
+      if (free && rests.some(({ modes }) => isAlike(modes, rest.modes))) continue;
+      rests.push(rest);
+    }
+    return rests;
+  }
+
+  describe({ y, at }) {
     const { S, R } = this.stiffness(y, at);
     const { values, vectors } = eigen(S);
     const most = Math.max(...values.map(Math.abs), 1e-300);

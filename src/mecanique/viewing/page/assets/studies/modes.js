@@ -36,6 +36,7 @@ export class Modes {
     setup.listeners.push(this);
     this.told = document.getElementById("modes-told");
     this.table = document.getElementById("modes");
+    this.list = document.getElementById("rests");
     document.getElementById("modes-find").onclick = () => this.find();
   }
 
@@ -47,16 +48,41 @@ export class Modes {
     return found && { ...found, small };
   }
 
+  // Every position of rest that is found, each a button that shows its modes; the first at once.
   find() {
-    const { machine } = this.setup.bench;
-    const found = this.rest();
-    this.table.hidden = !found;
-    if (!found) {
-      this.told.textContent = "No position of rest was found downhill from this start.";
-      return;
-    }
-    const at = machine.engine.coordinates.map((name, k) => `${name} = ${near(found.y[k])}`);
-    this.told.textContent = `At rest where ${at.join(", ")}. ${this.count(found.modes)}`;
+    const { machine, setting } = this.setup.bench;
+    const { coordinates } = machine.engine;
+    const small = new SmallMotions(machine, setting);
+    const turns = coordinates.map((name) => this.unitOf(name) === "rad");
+    const moves = coordinates.map((name) => this.unitOf(name) !== "");
+    const spans = turns.map((turn, k) => (turn ? Math.PI : moves[k] * this.picture.stage.size));
+    const rests = small.findAll(machine.begin(setting), spans, turns);
+    this.list.replaceChildren(...rests.map((rest) => this.offer({ ...rest, small })));
+    this.list.hidden = rests.length < 2;
+    this.table.hidden = !rests.length;
+    if (rests.length) this.tell({ ...rests[0], small });
+    else this.told.textContent = "No position of rest was found near this start.";
+  }
+
+  unitOf(name) {
+    return this.scene.series.find((series) => series.name === name)?.unit ?? "";
+  }
+
+  place({ y }) {
+    const { coordinates } = this.setup.bench.machine.engine;
+    return coordinates.map((name, k) => `${name} = ${near(y[k])}`).join(", ");
+  }
+
+  offer(rest) {
+    const button = Object.assign(document.createElement("button"), { type: "button" });
+    const falls = rest.modes.some(({ square }) => square < 0);
+    button.textContent = `${this.place(rest)}: ${falls ? "unstable" : "stable"}`;
+    button.onclick = () => this.tell(rest);
+    return button;
+  }
+
+  tell(found) {
+    this.told.textContent = `At rest where ${this.place(found)}. ${this.count(found.modes)}`;
     const rows = found.modes.map((mode, k) => this.row(found, mode, k));
     const head = document.createElement("tr");
     for (const text of COLUMNS) {
