@@ -58,14 +58,6 @@ def list_program(
 ) -> Listing:
     """Write a program as text; a result that is used once is written where it is used.
 
-    Args:
-        tape: the program.
-        outputs: its outputs.
-        inputs: text of each input, by its name on the tape.
-        notation: notation of the language.
-        names: names of some results, by their index on the tape.
-        fresh: stem of the names of other results.
-
     Raises:
         DerivationError: if the language lacks a function.
     """

@@ -13,13 +13,7 @@ from mecanique.program.tape import Tape, Value
 
 
 def push_forward(tape: Tape, outputs: Sequence[Value], along: Mapping[int, Value]) -> list[Value]:
-    """Return the rate of each output when the inputs change at given rates.
-
-    Args:
-        tape: the program; the rates are written on it.
-        outputs: the outputs.
-        along: rate of each input that changes, by its index.
-    """
+    """Return the rate of each output when the inputs change at given rates."""
     rates: dict[int, Value] = dict(along)
     for place in tape.find_needed(outputs):
         if place in rates:
@@ -35,14 +29,7 @@ def push_forward(tape: Tape, outputs: Sequence[Value], along: Mapping[int, Value
 def pull_back(
     tape: Tape, outputs: Sequence[Value], weights: Sequence[Value], inputs: Sequence[int]
 ) -> list[Value]:
-    """Return Σ weight ∂output/∂input for each input, in one sweep for any number of inputs.
-
-    Args:
-        tape: the program; the derivatives are written on it.
-        outputs: the outputs to differentiate.
-        weights: factor of each output.
-        inputs: indices of the inputs.
-    """
+    """Return Σ weight ∂output/∂input for each input, in one sweep for any number of inputs."""
     needed = tape.find_needed(outputs)
     depends = set(inputs)
     for place in needed:

@@ -210,12 +210,7 @@ class Counts:
 
 
 def count(tape: Tape, outputs: Sequence[Value]) -> Counts:
-    """Return the numbers of operations that outputs need.
-
-    Args:
-        tape: the program.
-        outputs: its outputs.
-    """
+    """Return the numbers of operations that outputs need."""
     kinds = [tape.operations[place][0] for place in tape.find_needed(outputs)]
     sums = sum(kind in "+-" for kind in kinds)
     products, divisions = kinds.count("*"), kinds.count("/")

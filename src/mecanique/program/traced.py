@@ -54,28 +54,15 @@ class Traced:
 
 
 def trace(tape: Tape, value: Value) -> Any:
-    """Return a value of a tape as a scalar; a number remains a float.
-
-    Args:
-        tape: the tape.
-        value: a number, or the index of an operation.
-    """
+    """Return a value of a tape as a scalar; a number remains a float."""
     return Traced(tape, value) if isinstance(value, int) else value
 
 
 def value_of(scalar: Any) -> Value:
-    """Return a scalar as a value of its tape.
-
-    Args:
-        scalar: a traced one, or a number.
-    """
+    """Return a scalar as a value of its tape."""
     return scalar.place if isinstance(scalar, Traced) else float(scalar)
 
 
 def values_of(scalars: Iterable[Any]) -> list[Value]:
-    """Return several scalars as values of their tape.
-
-    Args:
-        scalars: traced ones, or numbers.
-    """
+    """Return several scalars as values of their tape."""
     return [value_of(scalar) for scalar in scalars]

@@ -50,13 +50,7 @@ class JointMotion:
 def along(
     letters: Letters, scalars: Sequence[Any], known: Mapping[int, Value] | None = None
 ) -> list[Any]:
-    """Return the rates of scalars at constant velocities v.
-
-    Args:
-        letters: the inputs.
-        scalars: functions of t, q and v.
-        known: rates of results on the tape that need not be differentiated again, by their place.
-    """
+    """Return the rates of scalars at constant v; those known on the tape are taken as they are."""
     tape = letters.tape
     rates = {
         name.place: value_of(rate) for name, rate in zip(letters.q, letters.rates, strict=True)
@@ -68,10 +62,6 @@ def along(
 
 def chart_of(letters: Letters, tree: Sequence[Link]) -> JointMotion:
     """Compute the motion of the joints of a tree.
-
-    Args:
-        letters: the inputs.
-        tree: its links.
 
     Raises:
         DerivationError: if the coordinate map depends on a function without derivatives.

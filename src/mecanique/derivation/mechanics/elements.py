@@ -85,13 +85,7 @@ class Ground:
 def ground_of(
     pose: Callable[[str], Matrix], values: Mapping[str, Any], arithmetic: Arithmetic
 ) -> Ground:
-    """Return the poses of bodies in some arithmetic.
-
-    Args:
-        pose: returns the pose of a body in the world.
-        values: value of each symbol, by name.
-        arithmetic: the arithmetic.
-    """
+    """Return the poses of bodies in some arithmetic."""
 
     def number(scalar: Scalar) -> Any:
         return arithmetic(scalar, values)
@@ -111,12 +105,7 @@ def ground_of(
 
 
 def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
-    """Return the actions of all elements' unit forces on the bodies.
-
-    Args:
-        mechanism: the mechanism with the elements.
-        ground: the poses of its bodies.
-    """
+    """Return the actions of all elements' unit forces on the bodies."""
     units: list[UnitForce] = []
     first = 0
     for element in mechanism.elements:

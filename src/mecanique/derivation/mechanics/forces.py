@@ -50,11 +50,7 @@ class Action:
     moment: Triple
 
     def opposite(self, body: str) -> Action:
-        """Return the opposite action, on the other body.
-
-        Args:
-            body: name of the other body.
-        """
+        """Return the opposite action, on the other body."""
         force, moment = scale(-1.0, self.force), scale(-1.0, self.moment)
         return replace(self, body=body, force=force, moment=moment)
 
@@ -275,13 +271,7 @@ class Forces:
 
 
 def on_velocities(letters: Letters, moved: Sequence[Any], weights: Sequence[Any]) -> list[Any]:
-    """Return Σ weight ∂x'/∂v for functions x(q, t), for each velocity.
-
-    Args:
-        letters: the inputs.
-        moved: functions of the coordinates and time.
-        weights: factor of each.
-    """
+    """Return Σ weight ∂x'/∂v for functions x(q, t), for each velocity."""
     tape = letters.tape
     gradient = pull_back(
         tape,

@@ -41,11 +41,7 @@ class Guides:
         self._names = force_names(letters.mechanism.elements)
 
     def sizes(self, acting: Sequence[Action]) -> list[Any]:
-        """Return the magnitude of each force.
-
-        Args:
-            acting: all other actions on the bodies, including inertia forces.
-        """
+        """Return the magnitude of each force."""
         if not self._names:
             return []
         totals = self._along(acting)
@@ -60,11 +56,7 @@ class Guides:
         return factorize(self._letters.tape, products(rows, rows)).solve(missing)
 
     def actions(self, sizes: Mapping[str, Any]) -> list[Action]:
-        """Return the actions of the elements on the bodies.
-
-        Args:
-            sizes: magnitudes of their forces, by name.
-        """
+        """Return the actions of the elements on the bodies."""
         found: list[Action] = []
         for unit, pressing in self._pairs:
             size = sizes[self._names[unit.index]]

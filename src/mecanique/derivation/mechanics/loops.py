@@ -42,12 +42,7 @@ class Loops:
 
 
 def loops_of(letters: Letters, recursion: TreeRecursion) -> Loops:
-    """Return the equations of a mechanism's loops, contacts and velocity constraints.
-
-    Args:
-        letters: its inputs.
-        recursion: the recursion over its bodies.
-    """
+    """Return the equations of a mechanism's loops, contacts and velocity constraints."""
     names: list[str] = []
     blocks: list[int] = []
 
@@ -78,11 +73,6 @@ def closure(loop: Loop, ground: Ground, angle: Callable[[Any, Any], Any]) -> lis
 
     There frame b has the position p and the rotation matrix R; a hinge keeps R z = z, a weld keeps
     the skew part of R at zero.
-
-    Args:
-        loop: the loop.
-        ground: the poses.
-        angle: returns the angle of a point (x, y) from y and x.
     """
     A, a = ground.frame(loop.body_a, loop.frame_a)
     B, b = ground.frame(loop.body_b, loop.frame_b)

@@ -198,9 +198,6 @@ class TreeRecursion:
         A turn about its axis n does not change a body's m, h·n and n·E n, nor a slide its E; with
         these moved to the parent, most bodies have no mass of their own and take fewer operations
         (M. Gautier & W. Khalil, IEEE Trans. Robotics and Automation 6 (1990) 368).
-
-        Args:
-            stands: pose of each link in its parent's axes with its coordinates at zero.
         """
         for place in range(len(self.links) - 1, -1, -1):
             link, body = self.links[place], self.inertias[place]
@@ -360,11 +357,7 @@ class TreeRecursion:
         return found
 
     def pose(self, body: str) -> Matrix:
-        """Return the pose of a body in the world.
-
-        Args:
-            body: its name.
-        """
+        """Return the pose of a body in the world."""
         seat = self.seats[body]
         return product(self.poses[seat.place], seat.pose) if seat.place >= 0 else seat.pose
 

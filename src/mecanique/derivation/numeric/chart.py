@@ -72,11 +72,6 @@ def efforts_in_joints(
 ) -> np.ndarray | None:
     """Return the torques given with the states as forces in the joints; None without any.
 
-    Args:
-        states: the states, with or without torques.
-        move: the joint motions in these states.
-        columns: index of the joint velocity along which a torque of each name acts.
-
     Returns:
         Shape (n, nu); generalized forces become the least torques that do the same virtual work.
     """

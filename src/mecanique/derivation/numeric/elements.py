@@ -63,11 +63,6 @@ class Sizes:
 def unit_needs(mechanism: Mechanism, at: Snapshot, *, pressed: bool = False) -> list[np.ndarray]:
     """Return the wrench that balances the elements' unit forces on each body, each (n, 6, k).
 
-    Args:
-        mechanism: the mechanism with the elements.
-        at: its bodies, cut free.
-        pressed: whether to return instead the wrenches that grow with the forces' magnitudes.
-
     Raises:
         DerivationError: if a cord has no straight run, or wheels do not mesh.
     """

@@ -77,12 +77,7 @@ class Loads:
         return D
 
     def on_joints(self, move: Motions, states: States) -> np.ndarray:
-        """Return the forces in the joints, including given torques, shape (n, nu).
-
-        Args:
-            move: joint coordinates and velocities of the states.
-            states: coordinates, velocities and times.
-        """
+        """Return the forces in the joints, including given torques, shape (n, nu)."""
         Q = np.zeros_like(move.u)
         torques = efforts_in_joints(states, move, self._column)
         if torques is not None:

@@ -40,12 +40,7 @@ class Arithmetic:
     number: Callable[[Any], Any] = float
 
     def __call__(self, scalar: Scalar, values: Mapping[str, Any]) -> Any:
-        """Evaluate a scalar of the description; whole numbers 0, 1 and −1 stay plain.
-
-        Args:
-            scalar: the number or expression.
-            values: value of each symbol, by name.
-        """
+        """Evaluate a scalar of the description; whole numbers 0, 1 and −1 stay plain."""
         scalar = plain(scalar)
         if isinstance(scalar, float) and scalar in (0.0, 1.0, -1.0):
             return int(scalar)
@@ -61,13 +56,7 @@ class Arithmetic:
 def joint_values(
     mechanism: Mechanism, values: Mapping[str, Any], arithmetic: Arithmetic
 ) -> dict[str, Any]:
-    """Add the values of the driven joint coordinates: r = φ(q, t).
-
-    Args:
-        mechanism: the mechanism with the coordinate map.
-        values: value of each generalized coordinate, parameter, input and t, by name.
-        arithmetic: the arithmetic to use.
-    """
+    """Add the values of the driven joint coordinates: r = φ(q, t)."""
     driven = {
         name: arithmetic(scalar, values) for name, scalar in mechanism.coordinates.driven.items()
     }
@@ -75,13 +64,7 @@ def joint_values(
 
 
 def poses(tree: Sequence[Link], values: Mapping[str, Any], arithmetic: Arithmetic) -> list[Matrix]:
-    """Return the pose of every link in the world, in the order of the tree.
-
-    Args:
-        tree: the links.
-        values: value of each joint coordinate and parameter, by name.
-        arithmetic: the arithmetic to use.
-    """
+    """Return the pose of every link in the world, in the order of the tree."""
     found: list[Matrix] = []
     for link in tree:
         here = product(origin(link.origin, values, arithmetic), local(link, values, arithmetic))
@@ -90,13 +73,7 @@ def poses(tree: Sequence[Link], values: Mapping[str, Any], arithmetic: Arithmeti
 
 
 def origin(placement: Placement, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matrix:
-    """Return a placement as a matrix.
-
-    Args:
-        placement: placement of the frame.
-        values: value of each parameter, by name.
-        arithmetic: the arithmetic to use.
-    """
+    """Return a placement as a matrix."""
     pose = []
     for row, offset in zip(placement.rotation, placement.xyz, strict=True):
         pose.append([arithmetic(entry, values) for entry in (*row, offset)])
@@ -174,12 +151,7 @@ def moments(body: Body, values: Mapping[str, Any], arithmetic: Arithmetic) -> Ma
 
 
 def product(a: Matrix, b: Matrix) -> Matrix:
-    """Multiply two poses.
-
-    Args:
-        a: a pose.
-        b: a pose in the frame of a.
-    """
+    """Multiply two poses."""
     columns, rows = transpose(b), []
     for row in a:
         out = [combination(row[:3], column) for column in columns]

@@ -7,12 +7,7 @@ from typing import Any
 
 
 def quaternion_product(p: Sequence[Any], r: Sequence[Any]) -> list[Any]:
-    """Return the product p ⊗ r, four scalars (Goldstein, Classical Mechanics, 1980, sect. 4-5).
-
-    Args:
-        p: four scalars.
-        r: four scalars, or three if the scalar part is zero.
-    """
+    """Return the product p ⊗ r, four scalars (Goldstein, Classical Mechanics, 1980, sect. 4-5)."""
     x, y, z, w = p
     a, b, c, *scalar = r
     out = [
@@ -25,14 +20,7 @@ def quaternion_product(p: Sequence[Any], r: Sequence[Any]) -> list[Any]:
 
 
 def quaternion_rotation(x: Any, y: Any, z: Any, w: Any) -> tuple[tuple[Any, Any, Any], ...]:
-    """Return the rotation matrix of a unit quaternion, three rows of three scalars.
-
-    Args:
-        x: first component.
-        y: second component.
-        z: third component.
-        w: scalar component.
-    """
+    """Return the rotation matrix of a unit quaternion, three rows of three scalars."""
     return (
         (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
         (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),

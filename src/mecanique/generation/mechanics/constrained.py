@@ -29,13 +29,7 @@ from mecanique.verification.states import random_states
 
 
 def sample(letters: Letters, tables: list[Any], states: States) -> list[np.ndarray]:
-    """Return tables of scalars at a few states, each shape (states, rows, columns).
-
-    Args:
-        letters: the inputs.
-        tables: rows of scalars.
-        states: the states.
-    """
+    """Return tables of scalars at a few states, each shape (states, rows, columns)."""
     inputs = inputs_at(letters, states)
     found = []
     for table in tables:
@@ -46,12 +40,7 @@ def sample(letters: Letters, tables: list[Any], states: States) -> list[np.ndarr
 
 
 def inputs_at(letters: Letters, states: States) -> dict[str, Any]:
-    """Return the value of every input of a program in some states, by name.
-
-    Args:
-        letters: the inputs.
-        states: coordinates, velocities and times.
-    """
+    """Return the value of every input of a program in some states, by name."""
     values = states.values
     return {
         "t": states.t,
@@ -125,11 +114,7 @@ class Constrained:
         self._factors = factorize(self._tape, self._resistance)
 
     def solve(self, drive: list[Any]) -> Solution:
-        """Solve for accelerations and multipliers.
-
-        Args:
-            drive: forces minus bias.
-        """
+        """Solve for accelerations and multipliers."""
         if self._reduced.pivots and not self._weight:
             return self._solve_reduced(drive)
         if self._weight:
@@ -174,11 +159,7 @@ class Constrained:
         return self._solution(a, [known[k] for k in range(len(J))])
 
     def close(self, gaps: list[Any]) -> list[Any]:
-        """Return the displacements of least energy that close the gaps of all rows.
-
-        Args:
-            gaps: gap of every row; those of redundant ones follow from the others.
-        """
+        """Return the displacements of least energy that close the gaps of all rows."""
         found = self._factors.solve([-gaps[k] for k in self._kept])
         return [dot(found, column) for column in self._pulled]
 
@@ -271,13 +252,7 @@ def _is_singular(masses: np.ndarray) -> bool:
 
 
 def landing_of(letters: Letters, loops: Loops, constrained: Constrained) -> LoopProjection:
-    """Return the changes of q and v that close the loops and their rates.
-
-    Args:
-        letters: the mechanism's inputs.
-        loops: the equations of its loops.
-        constrained: the same, factorized.
-    """
+    """Return the changes of q and v that close the loops and their rates."""
     step: list[Any] = constrained.close(loops.residual)
     turn: list[Any] = constrained.close(loops.rate)
     # the rates of q are linear in v, so replacing v by the step gives the change of q

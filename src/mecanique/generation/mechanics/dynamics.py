@@ -85,11 +85,7 @@ class Dynamics:
         self.tree = tree
 
     def answer(self, quantity: str) -> list[Value]:
-        """Return the values of a quantity, row by row.
-
-        Args:
-            quantity: one of `mecanique.generation.quantities.QUANTITIES`.
-        """
+        """Return the values of a quantity, row by row."""
         answers: dict[str, Callable[[], list[Any]]] = {
             "rhs": lambda: [*self.letters.rates, *self.acceleration],
             "acceleration": lambda: self.acceleration,
@@ -107,12 +103,7 @@ class Dynamics:
         return values_of(answers[quantity]())
 
     def differentiate(self, outputs: list[Value], by: str) -> list[Value]:
-        """Return the derivatives of a quantity, row by row.
-
-        Args:
-            outputs: values of the quantity.
-            by: the variable: q (along the motion of each velocity), v, y, a, tau or p.
-        """
+        """Return the derivatives of a quantity, row by row."""
         letters = self.letters
         tape, directions = letters.tape, self._directions(by)
         columns = [push_forward(tape, outputs, direction) for direction in directions]
@@ -213,10 +204,6 @@ class Dynamics:
 
 def dynamics_of(equations: Equations, open: tuple[str, ...]) -> Dynamics:  # noqa: A002
     """Return a mechanism's quantities by the form of its equations with the fewest operations.
-
-    Args:
-        equations: its equations of motion.
-        open: symbols of the parameters and signals that remain inputs.
 
     Raises:
         DerivationError: if the coordinate map has no derivatives.

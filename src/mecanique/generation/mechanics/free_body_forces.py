@@ -208,11 +208,7 @@ class FreeBodyForces:
         return list(self.reactions())[::2]
 
     def work(self, action: Action) -> list[Any]:
-        """Return the virtual work of a force, F·δx + M·δφ, for each velocity.
-
-        Args:
-            action: the force.
-        """
+        """Return the virtual work of a force, F·δx + M·δφ, for each velocity."""
         pose = self._pose(action.body)
         arm = [x - row[3] for x, row in zip(action.origin, pose, strict=True)]
         moment = add(action.moment, cross(arm, action.force))
@@ -224,11 +220,7 @@ class FreeBodyForces:
         return on_velocities(self._letters, moved, weights)
 
     def accelerate(self, scalars: Sequence[Any]) -> list[Any]:
-        """Return second derivatives along the motion.
-
-        Args:
-            scalars: functions of t and q.
-        """
+        """Return second derivatives along the motion."""
         letters, tape = self._letters, self._letters.tape
         rates = {q.place: value_of(r) for q, r in zip(letters.q, letters.rates, strict=True)}
         rates[letters.t.place] = 1.0

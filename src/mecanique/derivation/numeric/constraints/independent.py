@@ -96,9 +96,6 @@ class Reduced:
     def acceleration(self, states: States) -> np.ndarray:
         """Return a, shape (n, nv).
 
-        Args:
-            states: coordinates, velocities and times, with closed loops.
-
         Raises:
             DerivationError: if a motion that the loops allow has no inertia.
         """
@@ -114,11 +111,7 @@ class Reduced:
         return result
 
     def regularity(self, states: States) -> np.ndarray:
-        """Return the least singular value of the dependent columns of J, relative to J's, (n,).
-
-        Args:
-            states: positions with closed loops.
-        """
+        """Return the least singular value of the dependent columns of J, relative to J's, (n,)."""
         found = np.ones(len(states))
         for group in self._groups(states) if self._mechanism.nv else ():
             found[group.at] = group.regular

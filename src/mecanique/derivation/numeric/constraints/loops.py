@@ -161,12 +161,7 @@ def _carry(poses: list[Jet], place: int, X: np.ndarray) -> Jet:
 
 
 def is_locked(state: States, at: Callable[[States], Constraints]) -> bool:
-    """Return whether loops prevent every motion in a state; there are no other constraints.
-
-    Args:
-        state: one state with closed loops.
-        at: returns J and γ of the loops.
-    """
+    """Return whether loops prevent every motion in a state; there are no other constraints."""
     units = velocity_scales(state.mechanism)
     J = at(state).jacobian[0] * units
     lengths = np.linalg.norm(J, axis=1)

@@ -110,12 +110,7 @@ class Held:
 
 
 def constraints(mechanism: Mechanism, states: States) -> Constraints:
-    """Return Φ, J and γ of all constraints on a mechanism's tree.
-
-    Args:
-        mechanism: a mechanism with loops, contacts or velocity constraints.
-        states: coordinates, velocities and times.
-    """
+    """Return Φ, J and γ of all constraints on a mechanism's tree."""
     return Held(mechanism).at(states)
 
 
@@ -221,9 +216,6 @@ class Constrained:
 
     def motion(self, states: States) -> ConstrainedMotion:
         """Solve for accelerations and multipliers.
-
-        Args:
-            states: coordinates, velocities and times, with closed loops.
 
         Raises:
             DerivationError: if a motion that the loops allow has no inertia.

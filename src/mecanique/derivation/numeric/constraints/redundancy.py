@@ -32,11 +32,7 @@ class Redundancy(NamedTuple):
 
 
 def find_redundancy(mechanism: Mechanism) -> Redundancy:
-    """Find the equations that are redundant in every sampled position that can be reached.
-
-    Args:
-        mechanism: a mechanism with loops, contacts or velocity constraints.
-    """
+    """Find the equations that are redundant in every sampled position that can be reached."""
     held = Held(mechanism)
     rows, shared = set(range(len(held.names))), set(range(len(held.names)))
     found = False
