@@ -47,7 +47,7 @@ API = {
     "Verdicts and checks": ("mecanique.verification", "mecanique.checking"),
     "Motions": ("mecanique.motion",),
     "Pages, views and figures": ("mecanique.viewing", "mecanique.figure"),
-    "URDF": ("mecanique.urdf",),
+    "URDF and MJCF": ("mecanique.urdf", "mecanique.formats"),
     "Code": ("mecanique.generation",),
     "Errors": ("mecanique.errors",),
 }

@@ -25,6 +25,7 @@ from mecanique.errors import (
     UrdfError as UrdfError,
 )
 from mecanique.figure.draw import picture as picture
+from mecanique.formats import read as read
 from mecanique.generation import (
     Code as Code,
     generate as generate,

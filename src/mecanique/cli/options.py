@@ -113,15 +113,15 @@ class Reading:
 
     def read(self, path: Path) -> mq.Mechanism:
         """Return the mechanism of a file."""
-        return mq.read_urdf(
-            path,
-            root=self.root,
-            strict=self.strict,
-            package_path=self.package_path or None,
-            arguments=self.arguments,
-            loops=self.loops,
-            parameters=self.keep,
-        )
+        of_urdf: dict[str, Any] = {
+            "root": self.root if self.root != "fixed" else None,
+            "strict": self.strict,
+            "package_path": self.package_path,
+            "arguments": self.arguments,
+            "loops": self.loops,
+        }
+        given = {name: value for name, value in of_urdf.items() if value}
+        return mq.read(path, parameters=self.keep, **given)
 
 
 def reads_files(command: Callable[..., R]) -> Callable[..., R]:

@@ -242,6 +242,6 @@ def _is_urdf(path: str | os.PathLike[str]) -> bool:
 
 
 def _read(path: str | os.PathLike[str]) -> Mechanism:
-    from mecanique.urdf.read import read_urdf
+    from mecanique.formats import read
 
-    return read_urdf(path)
+    return read(path)

@@ -13,6 +13,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.errors import MecaniqueError
+from mecanique.formats import read
 from mecanique.model import slips
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
@@ -21,7 +22,6 @@ from mecanique.model.joints import Fixed, Joint, Planar
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.model.slips import DIGITS, LEFT_OUT, Factor, Slip
-from mecanique.urdf.read import read_urdf
 from mecanique.verification.change import Change, Difference
 from mecanique.verification.difference import relative_difference, scale
 from mecanique.verification.states import random_states
@@ -248,7 +248,7 @@ def diff(
 
 def _read(given: Mechanism | str | os.PathLike[str]) -> Mechanism:
     """Return a mechanism in numbers."""
-    m = given if isinstance(given, Mechanism) else read_urdf(given)
+    m = given if isinstance(given, Mechanism) else read(given)
     bodies = []
     for body in m.bodies:
         center, inertia = m.evaluate_all(body.center), m.evaluate_all(body.inertia)

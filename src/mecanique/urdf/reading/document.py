@@ -98,7 +98,7 @@ Source = str | os.PathLike[str]
 
 _FORMATS = {
     "sdf": ": this is SDF, Gazebo's format; convert it to URDF first",
-    "mujoco": ": this is MJCF, MuJoCo's own format; convert it to URDF first",
+    "mujoco": ": this is MJCF, MuJoCo's own format; `mecanique.read` reads it",
     "COLLADA": ": this is a mesh, not a robot",
 }
 """What other outermost elements say a file is."""
