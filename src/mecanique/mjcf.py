@@ -135,7 +135,7 @@ class _Mass:
     center: Array
     inertia: Array
 
-    def moved(self, pose: Array) -> _Mass:
+    def move(self, pose: Array) -> _Mass:
         turn = pose[:3, :3]
         return _Mass(self.mass, turn @ self.center + pose[:3, 3], turn @ self.inertia @ turn.T)
 
@@ -422,7 +422,7 @@ class _Reader:
                     if part is not None:
                         parts.append(part)
                 case "inertial":
-                    given = self._inertial(child).moved(frame)
+                    given = self._inertial(child).move(frame)
                 case "site":
                     site = self._classes[child.attributes.get("class", name)].get("site", {})
                     there = {**site, **child.attributes}
@@ -437,7 +437,7 @@ class _Reader:
         if link.name != _GROUND:
             if by_geoms:
                 given = _sum(parts)
-            link.mass = self._bound(given or _empty())
+            link.mass = self._limit(given or _empty())
         for child, name, frame in inside:
             self._body(child, link, name, frame)
 
@@ -568,7 +568,7 @@ class _Reader:
             inertia = tensor_of(self._numbers(element, texts, "fullinertia", (0,) * 6, 6).tolist())
         else:
             inertia = np.diag(self._numbers(element, texts, "diaginertia", (0, 0, 0), 3))
-        return _Mass(mass, np.zeros(3), inertia).moved(pose)
+        return _Mass(mass, np.zeros(3), inertia).move(pose)
 
     def _geom(
         self, element: Element, texts: Mapping[str, str], frame: Array, link: _Link, counts: bool
@@ -606,7 +606,7 @@ class _Reader:
             raise self._refuse(element, f"expected {_SIZES[form]} positive sizes of a {form}")
         place = frame @ pose
         rgba = tuple(self._numbers(element, texts, "rgba", (0.5, 0.5, 0.5, 1), 4).tolist())
-        for geometry, offset in _drawn(form, size):
+        for geometry, offset in _draw(form, size):
             at = np.eye(4)
             at[2, 3] = offset
             link.visuals.append(Visual(geometry, _placement(place @ at), rgba))
@@ -614,9 +614,9 @@ class _Reader:
             return None
         volume, radii = _solid(form, size)
         total = density * volume if mass is None else mass
-        return _Mass(total, np.zeros(3), np.diag(total * radii)).moved(place)
+        return _Mass(total, np.zeros(3), np.diag(total * radii)).move(place)
 
-    def _bound(self, mass: _Mass) -> _Mass:
+    def _limit(self, mass: _Mass) -> _Mass:
         """Raise a mass and its principal moments to the least that <compiler> allows."""
         s = self._settings
         total = max(mass.mass, s.least_mass)
@@ -781,7 +781,7 @@ def _solid(form: str, size: Array) -> tuple[float, Array]:
     return tube + ball, np.array([across, across, along]) / (tube + ball)
 
 
-def _drawn(form: str, size: Array) -> list[tuple[Geometry, float]]:
+def _draw(form: str, size: Array) -> list[tuple[Geometry, float]]:
     """What shows a geom, and where along its z axis."""
     a, b, c = size.tolist()
     match form:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -143,6 +144,12 @@ def norm(text: str, q: Any, v: Any) -> tuple[Any, Any, Any]:
 def close(ours: Any, theirs: Any, mass: Any) -> None:
     size = max(np.abs(theirs).max(initial=0.0), np.abs(mass).max())
     assert np.abs(np.asarray(ours) - theirs).max(initial=0.0) < 1e-9 * size
+
+
+@pytest.fixture(autouse=True)
+def _log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """MuJoCo writes its warnings into a file where it is."""
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.mark.parametrize("name", TEXTS)
