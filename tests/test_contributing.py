@@ -28,7 +28,7 @@ EXAMPLES = {
 
 ELSEWHERE = {
     # a joint's own damping is read where URDF's joints are, and varied with them; springs may stand
-    # beside a URDF, or in MJCF; a spring's forgotten free length is one of the mistakes a check looks for
+    # beside a URDF or in MJCF; a forgotten free length is one of the mistakes a check looks for
     "force": {
         "checking/mistakes/hypotheses.py",
         "model/mechanism/mechanism.py",

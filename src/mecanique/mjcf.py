@@ -32,7 +32,7 @@ from mecanique.model.forces import Force, JointDamper, JointSpring
 from mecanique.model.joint_base import Limits
 from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement, angles_of
+from mecanique.model.placement import Placement, rpy_of
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
@@ -814,7 +814,7 @@ def _sum(parts: Sequence[_Mass]) -> _Mass:
 
 def _placement(pose: Array) -> Placement:
     x, y, z = pose[:3, 3].tolist()
-    return Placement((x, y, z), angles_of(pose[:3, :3]))
+    return Placement((x, y, z), rpy_of(pose[:3, :3]))
 
 
 def _unit(vector: Array | Sequence[float]) -> Array:
