@@ -51,8 +51,9 @@ def check(
         text: plain text, LaTeX, SymPy's text or MathML; one equation a line.
         ask: the quantity in question: "equation of motion", "kinetic energy", "potential energy",
             "Lagrangian", "energy", "mass matrix", "momentum of q", "conserved quantity",
-            "frequency", "equilibrium", "equilibrium of rod" (the balance of a free body, in the
-            letters of its reactions) or "reaction".
+            "frequency", "equilibrium" (all of them; a position begins where a coordinate is given
+            again), "equilibrium of rod" (the balance of a free body, in the letters of its
+            reactions) or "reaction".
         let: definitions of further letters, e.g. "J = m l^2/3", or a mapping from letter to
             formula.
         seed: of the random states.
