@@ -3,6 +3,8 @@ from __future__ import annotations
 import csv
 import json
 import sys
+import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -188,3 +190,29 @@ def test_without_pyarrow_parquet_says_how_to_get_it(
         mq.InputError, match=r"need pyarrow; install it with: pip install 'mecanique\[parquet\]'"
     ):
         motion.to_parquet("never.parquet")
+
+
+def test_every_damaged_file_is_refused_alike(motion: mq.Motion, tmp_path: Path) -> None:
+    path = tmp_path / "motion.npz"
+    motion.save(path)
+    whole = path.read_bytes()
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        data = bytearray(whole)
+        for at in rng.integers(0, len(data), 3):
+            data[at] = int(rng.integers(256))
+        path.write_bytes(bytes(data))
+        with suppress(mq.InputError):
+            mq.Motion.load(path)
+
+
+def test_a_file_that_unpacks_to_far_more_than_it_holds_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.npz"
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive,
+        archive.open("q.npy", "w") as q,
+    ):
+        for _ in range(100):
+            q.write(bytes(2**20))
+    with pytest.raises(mq.InputError, match=r"is damaged \(its \d+ bytes unpack to 104857600\)"):
+        mq.Motion.load(path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -34,13 +35,22 @@ class Store:
     Args:
         directory: where to keep them, or None.
         about: what identifies the runs; a directory that holds others is refused.
+        shapes: of q, v and steps of all runs.
+        size: how many runs a chunk has; the last may have fewer.
 
     Raises:
         InputError: if the directory holds other runs, or cannot be written.
     """
 
-    def __init__(self, directory: Path | None, about: Mapping[str, Any]) -> None:
+    def __init__(
+        self,
+        directory: Path | None,
+        about: Mapping[str, Any],
+        shapes: tuple[tuple[int, ...], ...],
+        size: int,
+    ) -> None:
         self.directory = directory
+        self._shapes, self._size = shapes, size
         self._chunks: dict[int, Chunk] = {}
         if directory is None:
             return
@@ -96,8 +106,24 @@ class Store:
         path = self._path(first)
         try:
             with np.load(path, allow_pickle=False) as arrays:
-                return Chunk(first, arrays["q"], arrays["v"], arrays["steps"])
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+                parts = [arrays[name] for name in ("q", "v", "steps")]
+            for part, (runs, *shape) in zip(parts, self._shapes, strict=True):
+                expected = (min(self._size, runs - first), *shape)
+                if part.shape != expected or part.dtype.kind not in "fi":
+                    raise ValueError(
+                        f"expected numbers of shape {expected}, got {part.dtype} of {part.shape}"
+                    )
+            return Chunk(first, *parts)
+        except (
+            EOFError,
+            KeyError,
+            MemoryError,
+            NotImplementedError,
+            OSError,
+            ValueError,
+            zipfile.BadZipFile,
+            zlib.error,
+        ) as error:
             raise InputError(
                 f"{str(path)!r} cannot be read ({error}); delete it and run again"
             ) from error

@@ -142,7 +142,9 @@ def simulate_many(
         if directory
         else {}
     )
-    store = Store(None if directory is None else Path(directory), about)
+    n, m = len(start), len(times)
+    shapes = (n, m, mechanism.nq), (n, m, mechanism.nv), (n,)
+    store = Store(None if directory is None else Path(directory), about, shapes, size)
     if not mechanism.constrained:
         reason += list_left_out(mechanism, q, v, start[0])
     runs = Runs(
@@ -231,12 +233,15 @@ def _elsewhere(parts: Iterator[Part], store: Store, executor: Executor) -> Itera
                 waiting = yield from _keep_done(waiting, store)
         while waiting:
             waiting = yield from _keep_done(waiting, store)
-    except BaseException:
+    except BaseException as error:
         for future in waiting:
             future.cancel()
             if future.done() and not future.cancelled() and future.exception() is None:
                 store.keep(future.result())
-        raise
+        if isinstance(error, (MecaniqueError, BrokenExecutor)) or not isinstance(error, Exception):
+            raise
+        # whatever else an executor raises, the runs that are done are kept
+        raise BrokenExecutor(f"{type(error).__name__}: {error}") from error
 
 
 def _keep_done(waiting: set[Future[Any]], store: Store) -> Any:

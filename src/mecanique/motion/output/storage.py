@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import struct
 import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
@@ -29,6 +31,9 @@ FORMAT = "mecanique motion 1"
 """First line of every file's description."""
 
 _Kind = TypeVar("_Kind", bound=Trajectory)
+
+MOST_UNPACKED, MOST_RATIO = 2**26, 200
+"""A file may unpack to so many bytes and this many times its size; times do not pack so well."""
 
 _STEPS = ("t", "q", "v", "a", "breaks")
 
@@ -192,7 +197,9 @@ def _read(path: str | PathLike[str]) -> _Saved:
     """Return what a file holds; refuse what is no motion."""
     try:
         # NumPy leaves a file that it opened itself open if it is damaged
-        with open(path, "rb") as handle, np.load(handle, allow_pickle=False) as file:
+        with open(path, "rb") as handle:
+            _refuse_bomb(handle)
+            file = np.load(handle, allow_pickle=False)
             data = {name: file[name] for name in file.files}
         about = json.loads(str(data["about"]))
         if about["format"] != FORMAT:
@@ -221,6 +228,14 @@ def _read(path: str | PathLike[str]) -> _Saved:
     except OSError as error:
         raise InputError(f"cannot read {os.fspath(path)!r}: {error.strerror or error}") from None
     except (
+        ArithmeticError,
+        MemoryError,
+        NotImplementedError,
+        RecursionError,
+        RuntimeError,
+        SyntaxError,
+        struct.error,
+        zlib.error,
         ValueError,
         KeyError,
         TypeError,
@@ -232,6 +247,16 @@ def _read(path: str | PathLike[str]) -> _Saved:
         raise InputError(
             f"{os.fspath(path)!r} is no motion saved by mecanique, or is damaged ({error})"
         ) from None
+
+
+def _refuse_bomb(file: IO[bytes]) -> None:
+    """Raise ValueError if what a file unpacks to is out of proportion to it; go to its start."""
+    size = file.seek(0, os.SEEK_END)
+    with zipfile.ZipFile(file) as archive:
+        unpacked = sum(member.file_size for member in archive.infolist())
+    if unpacked > MOST_UNPACKED + MOST_RATIO * size:
+        raise ValueError(f"its {size} bytes unpack to {unpacked}")
+    file.seek(0)
 
 
 def to_csv(motion: Trajectory, path: str | PathLike[str]) -> None:
