@@ -33,7 +33,7 @@ def unmangle(identifier: str) -> str:
     Args:
         identifier: the identifier, without a prefix.
     """
-    return _ESCAPE.sub(lambda found: chr(int(found[1], 16)) if found[1] else "'", identifier)
+    return _ESCAPE.sub(lambda letters: chr(int(letters[1], 16)) if letters[1] else "'", identifier)
 
 
 def identifiers(prefix: str, names: Iterable[str]) -> tuple[str, ...]:
@@ -47,11 +47,11 @@ def identifiers(prefix: str, names: Iterable[str]) -> tuple[str, ...]:
         DerivationError: if two names have the same identifier.
     """
     names = tuple(names)
-    found = tuple(f"{prefix}_{mangle(name)}" for name in names)
-    if len(set(found)) < len(names):
-        twice = next(name for name in found if found.count(name) > 1)
+    written = tuple(f"{prefix}_{mangle(name)}" for name in names)
+    if len(set(written)) < len(names):
+        twice = next(name for name in written if written.count(name) > 1)
         raise DerivationError(f"two names would both be written as {twice!r}; rename one")
-    return found
+    return written
 
 
 def file_stem(name: str, given: str | None = None) -> str:

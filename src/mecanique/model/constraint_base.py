@@ -91,9 +91,9 @@ class _Speaking(ABC):
     def quantities(self) -> tuple[Quantity, ...]:
         """What it states with a unit, field by field."""
         stated: list[Quantity] = []
-        for each in fields(self):
-            value, words = getattr(self, each.name), f"its {each.name.replace('_', ' ')}"
-            if "unit" not in each.metadata or value is None:
+        for item in fields(self):
+            value, words = getattr(self, item.name), f"its {item.name.replace('_', ' ')}"
+            if "unit" not in item.metadata or value is None:
                 continue
             if isinstance(value, Placement):
                 words = words.removesuffix(" a").removesuffix(" b")
@@ -101,7 +101,7 @@ class _Speaking(ABC):
                 stated.append(Quantity(f"{words}, its angles", value.rpy, "rad"))
             else:
                 scalars = value if isinstance(value, tuple) else (value,)
-                stated.append(Quantity(words, tuple(scalars), each.metadata["unit"]))
+                stated.append(Quantity(words, tuple(scalars), item.metadata["unit"]))
         return tuple(stated)
 
 

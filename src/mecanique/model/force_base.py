@@ -94,14 +94,14 @@ class _Force(ABC):
     """The field whose symbol stands for it in a figure."""
 
     def __post_init__(self) -> None:
-        for each in fields(self):
-            if each.metadata:
-                given = getattr(self, each.name)
-                is_vector = each.metadata["vector"]
+        for item in fields(self):
+            if item.metadata:
+                given = getattr(self, item.name)
+                is_vector = item.metadata["vector"]
                 value = (
-                    as_vector(given, f"{each.name} of {self.name!r}") if is_vector else plain(given)
+                    as_vector(given, f"{item.name} of {self.name!r}") if is_vector else plain(given)
                 )
-                object.__setattr__(self, each.name, value)
+                object.__setattr__(self, item.name, value)
 
     @property
     @abstractmethod
@@ -113,15 +113,15 @@ class _Force(ABC):
         """Its points, constants and expressions, field by field."""
         return tuple(
             Stated(
-                name=each.name.replace("_", " "),
-                scalars=_as_tuple(getattr(self, each.name)),
-                varies=each.metadata["varies"],
-                positive=each.metadata["positive"],
-                length=each.metadata["length"],
-                units=each.metadata["units"],
+                name=item.name.replace("_", " "),
+                scalars=_as_tuple(getattr(self, item.name)),
+                varies=item.metadata["varies"],
+                positive=item.metadata["positive"],
+                length=item.metadata["length"],
+                units=item.metadata["units"],
             )
-            for each in fields(self)
-            if each.metadata
+            for item in fields(self)
+            if item.metadata
         )
 
     @property

@@ -24,21 +24,21 @@ def units(mechanism: Mechanism) -> dict[str, str]:
 
     A generalized coordinate that is no joint's own has the unit that the coordinate map asks for.
     """
-    own: dict[str, str] = {}
+    by_coordinate: dict[str, str] = {}
     quasi: dict[str, str] = {}
     for joint in mechanism.joints:
-        own |= zip(joint.coordinates, (UNITS[kind] for kind in joint.kinds), strict=True)
+        by_coordinate |= zip(joint.coordinates, (UNITS[kind] for kind in joint.kinds), strict=True)
         if joint.quaternion:
             quasi |= dict.fromkeys(joint.linear_velocities, "m/s")
             quasi |= dict.fromkeys(joint.angular_velocities, "rad/s")
     inferred = dimensions_of(mechanism).states
     for name in mechanism.coordinates:
-        if name not in own:
-            own[name] = _infer_unit(mechanism, name, inferred)
-    found = {name: own[name] for name in mechanism.coordinates}
+        if name not in by_coordinate:
+            by_coordinate[name] = _infer_unit(mechanism, name, inferred)
+    by_name = {name: by_coordinate[name] for name in mechanism.coordinates}
     for name in mechanism.velocities:
-        found[name] = quasi[name] if name in quasi else per_second(own[name[:-1]])
-    return found
+        by_name[name] = quasi[name] if name in quasi else per_second(by_coordinate[name[:-1]])
+    return by_name
 
 
 def characteristic_length(mechanism: Mechanism, among: Collection[str] | None = None) -> float:

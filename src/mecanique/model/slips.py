@@ -157,7 +157,7 @@ def mistake_turn(rpy: Array) -> Iterator[Slip]:
         yield Slip(kind, text, turn_of(factor * rpy))
     yield Slip("frame", LEFT_OUT, np.eye(3))
     about = [turn_of(angle * axis) for angle, axis in zip(rpy, np.eye(3), strict=True)]
-    found = [
+    mistakes = [
         (
             f"turned about moving axes {_say((i, j, k))} instead of fixed ones",
             about[i] @ about[j] @ about[k],
@@ -166,13 +166,13 @@ def mistake_turn(rpy: Array) -> Iterator[Slip]:
     ]
     for order in permutations(range(3)):
         said = ", ".join("rpy"[k] for k in order)
-        found.append((f"rpy in the order {said}", turn_of(rpy[list(order)])))
+        mistakes.append((f"rpy in the order {said}", turn_of(rpy[list(order)])))
     names = ("roll", "pitch", "yaw")
     for signs in sorted(product((1, -1), repeat=3), key=lambda s: s.count(-1)):
         said = ", ".join(name for name, s in zip(names, signs, strict=True) if s < 0)
-        found.append((f"{said} with the other sign", turn_of(np.array(signs) * rpy)))
-    found.append(("turned back", right.T))
-    yield from list_once("joint turn", found, right, 1e-9)
+        mistakes.append((f"{said} with the other sign", turn_of(np.array(signs) * rpy)))
+    mistakes.append(("turned back", right.T))
+    yield from list_once("joint turn", mistakes, right, 1e-9)
 
 
 def turn_of(rpy: Array) -> Array:

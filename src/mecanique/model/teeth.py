@@ -150,8 +150,8 @@ class WheelTeeth:
         high = np.broadcast_to(heights, turn.shape)
         r = radius + high * cos(self.rise)
         places = np.stack([r * np.cos(turn), r * np.sin(turn), high * sin(self.rise)], axis=-1)
-        found: Array = places.reshape(-1, 3) @ self.axes.T
-        return found
+        corners: Array = places.reshape(-1, 3) @ self.axes.T
+        return corners
 
     def visuals(self) -> Iterator[Visual]:
         """Yield a box for each tooth."""
@@ -209,10 +209,10 @@ class RackTeeth:
         places = np.array([-_WIDE, -_NARROW, _NARROW, _WIDE]) / 2 * pitch
         along = np.concatenate([k * pitch + places for k in self._numbers(pitch)])
         high = np.tile(heights, len(along) // 4)
-        found: Array = (
+        corners: Array = (
             self.start + along[:, None] * self.axes[:, 0] + high[:, None] * self.axes[:, 1]
         )
-        return found
+        return corners
 
     def visuals(self, module: float) -> Iterator[Visual]:
         """Yield a box for each tooth.
@@ -238,17 +238,17 @@ def visuals_of(mechanism: Mechanism) -> dict[str, tuple[Visual, ...]]:
     Args:
         mechanism: whose bodies.
     """
-    found = {body.name: body.visuals for body in mechanism.bodies}
+    visuals = {body.name: body.visuals for body in mechanism.bodies}
     for teeth in teeth_of(mechanism):
-        own = found[teeth.body]
+        drawn = visuals[teeth.body]
         if isinstance(teeth, RackTeeth):
-            found[teeth.body] = (*own, *teeth.visuals(mechanism.evaluate(teeth.module)))
+            visuals[teeth.body] = (*drawn, *teeth.visuals(mechanism.evaluate(teeth.module)))
             continue
-        rims = [v for v in own if teeth.internal or _is_pitch(mechanism, v, teeth.radius)]
+        rims = [v for v in drawn if teeth.internal or _is_pitch(mechanism, v, teeth.radius)]
         color = rims[0].rgba if rims else None
-        own = tuple(_to_root(mechanism, visual, teeth) for visual in own)
-        found[teeth.body] = (*own, *(replace(tooth, rgba=color) for tooth in teeth.visuals()))
-    return found
+        drawn = tuple(_to_root(mechanism, visual, teeth) for visual in drawn)
+        visuals[teeth.body] = (*drawn, *(replace(tooth, rgba=color) for tooth in teeth.visuals()))
+    return visuals
 
 
 def teeth_of(mechanism: Mechanism) -> tuple[Toothed, ...]:
@@ -261,18 +261,18 @@ def teeth_of(mechanism: Mechanism) -> tuple[Toothed, ...]:
     if not meshes:
         return ()
     poses = _poses(mechanism)
-    found: dict[tuple[str, bool], Toothed] = {}
+    placed: dict[tuple[str, bool], Toothed] = {}
     waiting = [mesh for mesh in meshes if _has_axes(mechanism, mesh)]
     counts = _count(mechanism, waiting)
     while waiting:
         # what meshes with wheels that have teeth comes first
-        known = {body for body, _ in found}
+        known = {body for body, _ in placed}
         mesh = next((m for m in waiting if known & _parts(mechanism, m)), waiting[0])
         waiting.remove(mesh)
-        for teeth in _mesh(mechanism, mesh, poses, counts[id(mesh)], found):
+        for teeth in _mesh(mechanism, mesh, poses, counts[id(mesh)], placed):
             key = teeth.body, isinstance(teeth, WheelTeeth) and teeth.internal
-            found.setdefault(key, teeth)
-    return tuple(found.values())
+            placed.setdefault(key, teeth)
+    return tuple(placed.values())
 
 
 def _parts(mechanism: Mechanism, mesh: Gear | Rack) -> set[str]:
@@ -285,19 +285,19 @@ def _mesh(
     mesh: Gear | Rack,
     poses: dict[str, Array],
     counts: tuple[int, int],
-    found: dict[tuple[str, bool], Toothed],
+    placed: dict[tuple[str, bool], Toothed],
 ) -> Iterator[Toothed]:
     """The teeth of both parts of a mesh; a tooth of one is between two of the other."""
-    wheel, other = (mechanism.joint(name) for name in mesh.joints)
+    wheel, partner_joint = (mechanism.joint(name) for name in mesh.joints)
     assert isinstance(wheel, Revolute)
-    A, B = poses[wheel.child], poses[other.child]
+    A, B = poses[wheel.child], poses[partner_joint.child]
     touch = find_pitch_point(mechanism, mesh, A, B)
     n, u, t = touch.axis, touch.toward, np.cross(touch.axis, touch.toward)
     radius = mechanism.evaluate(mesh.radius)
     pitch = 2 * pi * radius / counts[0]
     internal = isinstance(mesh, Gear) and mesh.internal
     width = _width_of(mechanism, mesh, touch) or pitch
-    known, partner = found.get((wheel.child, internal)), found.get((other.child, False))
+    known, partner = placed.get((wheel.child, internal)), placed.get((partner_joint.child, False))
     along = np.cross(touch.other_axis, touch.other_toward)
     sign = 1 if along @ t > 0 else -1
     apart = 0.0  # along t, of a tooth of the wheel from where the pitch circles touch [m]
@@ -322,7 +322,7 @@ def _mesh(
         size = mechanism.evaluate(mesh.other_radius)
         frame = np.stack([touch.other_toward, along, touch.other_axis], axis=1)
         yield WheelTeeth(
-            body=other.child,
+            body=partner_joint.child,
             axes=B[:3, :3].T @ frame,
             radius=mesh.other_radius,
             count=counts[1],
@@ -336,9 +336,9 @@ def _mesh(
     start = back @ (A[:3, 3] + radius * u + between * t - B[:3, 3])
     axes = back @ np.stack([t, -u, np.cross(t, -u)], axis=1)
     module = 2 * mesh.radius / counts[0]
-    reach = _reach(mechanism, other.child, start, axes[:, 0]) or (-4 * pitch, 4 * pitch)
+    reach = _reach(mechanism, partner_joint.child, start, axes[:, 0]) or (-4 * pitch, 4 * pitch)
     yield RackTeeth(
-        body=other.child, axes=axes, start=start, module=module, reach=reach, width=width
+        body=partner_joint.child, axes=axes, start=start, module=module, reach=reach, width=width
     )
 
 

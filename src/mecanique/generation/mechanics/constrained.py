@@ -127,9 +127,9 @@ class Constrained:
         a = [x + dot(found, column) for x, column in zip(free, self._pulled, strict=True)]
         return self._solution(a, found)
 
-    def _solution(self, a: list[Any], found: list[Any]) -> Solution:
+    def _solution(self, a: list[Any], values: list[Any]) -> Solution:
         multipliers: list[Any] = [0.0] * len(self._loops.names)
-        for k, value in zip(self._kept, found, strict=True):
+        for k, value in zip(self._kept, values, strict=True):
             multipliers[k] = value
         return Solution(tuple(a), tuple(multipliers))
 
@@ -146,11 +146,13 @@ class Constrained:
             -(self._gamma[k] + dot(J[k], reduced.rest) + dot(row, b))
             for k, row in zip(reduced.others, rows, strict=True)
         ]
-        found = factorize(tape, products(rows, pulled)).solve(missing)
-        if found:
-            b = [x + dot(found, column) for x, column in zip(b, transpose(pulled), strict=True)]
+        multipliers = factorize(tape, products(rows, pulled)).solve(missing)
+        if multipliers:
+            b = [
+                x + dot(multipliers, column) for x, column in zip(b, transpose(pulled), strict=True)
+            ]
         a = [c + dot(row, b) for c, row in zip(reduced.rest, reduced.spread, strict=True)]
-        known = dict(zip(reduced.others, found, strict=True))
+        known = dict(zip(reduced.others, multipliers, strict=True))
         # the equation of an eliminated velocity contains only the multiplier of its own row
         for k, column in reduced.pivots.items():
             left = dot(self._M[column], a) - drive[column]

@@ -211,14 +211,14 @@ def dynamics_of(equations: Equations, open: tuple[str, ...]) -> Dynamics:  # noq
     mechanism = equations.mechanism
     letters = Letters(mechanism, open)
     tree = Tree(letters)
-    found = Dynamics(letters, tree, tree, "recursion along the tree")
+    recursive = Dynamics(letters, tree, tree, "recursion along the tree")
     if mechanism.constrained or mechanism.nv > _READABLE:
-        return found
+        return recursive
     try:
         letters = Letters(mechanism, open)
         form = ClosedFormProgram(letters, equations)
-        other = Dynamics(letters, form, Tree(letters), f"closed form by {equations.title}")
-        sizes = [count(d.letters.tape, d.answer("rhs")).total for d in (other, found)]
+        closed = Dynamics(letters, form, Tree(letters), f"closed form by {equations.title}")
+        sizes = [count(d.letters.tape, d.answer("rhs")).total for d in (closed, recursive)]
     except DerivationError:
-        return found
-    return other if sizes[0] <= sizes[1] else found
+        return recursive
+    return closed if sizes[0] <= sizes[1] else recursive

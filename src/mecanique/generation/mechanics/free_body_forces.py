@@ -155,8 +155,8 @@ class FreeBodyForces:
     @cached_property
     def _closing(self) -> list[Action]:
         m = self._mechanism
-        loops = [each for loop in m.loops for each in self._close(loop)]
-        return loops + [each for contact in m.contacts for each in self._press(contact)]
+        loops = [action for loop in m.loops for action in self._close(loop)]
+        return loops + [action for contact in m.contacts for action in self._press(contact)]
 
     @property
     def _acting(self) -> list[Action]:
@@ -166,20 +166,20 @@ class FreeBodyForces:
     def _transmit(self, acting: Sequence[Action]) -> dict[str, Action]:
         """Return the actions of joints on their children under forces, including inertia forces."""
         needed: dict[str, list[Action]] = {body.name: [] for body in self._mechanism.bodies}
-        for each in acting:
-            needed[each.body].append(each)
-        found: dict[str, Action] = {}
+        for action in acting:
+            needed[action.body].append(action)
+        reactions: dict[str, Action] = {}
         for joint in reversed(self._mechanism.tree):
             at = self._point(joint.child, NOTHING)
             force, moment = NOTHING, NOTHING
-            for each in needed[joint.child]:
-                arm = [x - y for x, y in zip(each.origin, at, strict=True)]
-                force = add(force, scale(-1.0, each.force))
-                moment = add(moment, scale(-1.0, add(each.moment, cross(arm, each.force))))
+            for action in needed[joint.child]:
+                arm = [x - y for x, y in zip(action.origin, at, strict=True)]
+                force = add(force, scale(-1.0, action.force))
+                moment = add(moment, scale(-1.0, add(action.moment, cross(arm, action.force))))
             reaction = Action(joint.name, "reaction", joint.child, at, force, moment)
-            found[joint.name] = reaction
+            reactions[joint.name] = reaction
             needed[joint.parent].append(reaction.opposite(joint.parent))
-        return found
+        return reactions
 
     def _press(self, contact: Contact) -> tuple[Action, Action]:
         """Return the actions of a contact on its two bodies, at the point of contact."""

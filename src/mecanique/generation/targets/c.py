@@ -44,9 +44,9 @@ def compiler() -> str:
         InputError: if there is none.
     """
     for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
-        found = shutil.which(name) if name else None
-        if found:
-            return found
+        path = shutil.which(name) if name else None
+        if path:
+            return path
     raise InputError(
         "expected a C compiler, found none: install gcc or clang, or name one in the environment "
         "variable CC"

@@ -66,15 +66,15 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
     """
     letters, fixed = program.letters, _find_fixed(program)
     states = [*letters["q"], *letters["v"]]
-    found = [Variable("time", "time", "s")]
+    variables = [Variable("time", "time", "s")]
     for state, value in zip(states, program.start, strict=True):
-        found.append(Variable(state.name, "state", state.unit, start=value))
+        variables.append(Variable(state.name, "state", state.unit, start=value))
     for state in states:
-        found.append(Variable(f"der({state.name})", "rate", per_second(state.unit)))
+        variables.append(Variable(f"der({state.name})", "rate", per_second(state.unit)))
     for letter in letters["p"]:
         kind = "parameter" if letter.name in program.mechanism.values else "input"
         held = letter.place in fixed
-        found.append(
+        variables.append(
             Variable(
                 name=letter.name,
                 kind=kind,
@@ -86,16 +86,16 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
         )
     for letter in letters["tau"]:
         meaning = "added to the forces of the mechanism"
-        found.append(Variable(letter.name, "input", letter.unit, meaning, 0.0))
+        variables.append(Variable(letter.name, "input", letter.unit, meaning, 0.0))
     for answer in results_of(program):
         labels = _label(program, answer)
         meaning = answer.quantity.meaning
-        found += [Variable(name, "output", unit, meaning) for name, unit in labels]
-    names = [variable.name for variable in found]
+        variables += [Variable(name, "output", unit, meaning) for name, unit in labels]
+    names = [variable.name for variable in variables]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise DerivationError(f"two variables of the model would be called {twice[0]!r}")
-    return tuple(found)
+    return tuple(variables)
 
 
 def results_of(program: Program) -> list[Answer]:
@@ -240,10 +240,10 @@ def _label_reactions(program: Program) -> Iterator[tuple[str, str]]:
 
 def _list_indices(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
     """Return the indices from 1 on, row by row."""
-    found: list[tuple[int, ...]] = [()]
+    indices: list[tuple[int, ...]] = [()]
     for size in shape:
-        found = [(*index, k) for index in found for k in range(1, size + 1)]
-    return found
+        indices = [(*index, k) for index in indices for k in range(1, size + 1)]
+    return indices
 
 
 _OPTIONS = ("-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-fno-math-errno")
@@ -507,25 +507,25 @@ def main():
     description = read_model_description(folder)
     states = range(len(INPUTS["t"]))
     model = Model(FMU3Model, folder, description)
-    found = {name: [] for name in EXPECTED}
+    answers = {name: [] for name in EXPECTED}
     for k in states:
         model.start(k)
-        found["rhs"].append(model.read(1 + model.states, model.states))
+        answers["rhs"].append(model.read(1 + model.states, model.states))
         at = 1 + 2 * model.states + len(INPUTS["p"][0]) + len(INPUTS["tau"][0])
         for name, size in GROUPS.items():
-            found[name].append(model.read(at, size))
+            answers[name].append(model.read(at, size))
             at += size
     failed = 0
     for name, expected in EXPECTED.items():
-        off = np.array(found[name]) - expected
+        off = np.array(answers[name]) - expected
         failed |= report(name, np.linalg.norm(WEIGHTS[name] * off, axis=1), ALLOWED[name])
     other = Model(FMU3Slave, folder, description)
     steps = [compare_step(model, other, k) for k in states[:10]]
     steps = [difference for difference in steps if difference is not None]
     failed |= report("co-simulation", steps or [np.inf], [1e-7] * max(len(steps), 1))
-    for each in (model, other):
-        each.fmu.terminate()
-        each.fmu.freeInstance()
+    for instance in (model, other):
+        instance.fmu.terminate()
+        instance.fmu.freeInstance()
     shutil.rmtree(folder, ignore_errors=True)
     return failed
 

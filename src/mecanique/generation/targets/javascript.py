@@ -82,10 +82,10 @@ def functions(program: Program) -> list[str]:
 
 
 def _find_node() -> str:
-    found = shutil.which("node")
-    if found is None:
+    path = shutil.which("node")
+    if path is None:
         raise InputError("expected node to run JavaScript, found none: install Node.js")
-    return found
+    return path
 
 
 def _list_arguments(answer: Answer) -> list[str]:

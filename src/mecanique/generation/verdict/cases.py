@@ -110,11 +110,11 @@ def _compute_reactions(reference: Reference, states: States, tau: np.ndarray) ->
 def _compute_gap_rates(reference: Reference, states: States) -> np.ndarray:
     """Return Φ', or ψ for rows that restrict velocities only, shape (n, m)."""
     assert reference.closed is not None, "the mechanism has loops"
-    found = []
+    gap_rates = []
     for q, v, t in zip(states.q, states.v, states.t.tolist(), strict=True):
         here = reference.closed.closures.at(q, v, t)
-        found.append(here.jacobian @ v + here.drift)
-    return np.array(found)
+        gap_rates.append(here.jacobian @ v + here.drift)
+    return np.array(gap_rates)
 
 
 def unit_of(name: str, answer: np.ndarray, d: np.ndarray, mass: float) -> Any:
@@ -146,7 +146,7 @@ def _compute_multipliers(reference: Reference, states: States, tau: np.ndarray) 
     M = answer_of("mass_matrix", reference, states, tau)
     rest = answer_of("bias", reference, states, tau) - tau
     rest = rest - answer_of("forces", reference, states, tau)
-    found = []
+    multipliers = []
     for k in range(len(states)):
         solved = np.linalg.lstsq(J[k].T, M[k] @ a[k] + rest[k], rcond=None)
         if solved[2] < len(J[k]):
@@ -154,8 +154,8 @@ def _compute_multipliers(reference: Reference, states: States, tau: np.ndarray) 
                 f"constraints of mechanism {reference.mechanism.name!r} are redundant, which "
                 "leaves their multipliers undetermined"
             )
-        found.append(solved[0])
-    return np.array(found)
+        multipliers.append(solved[0])
+    return np.array(multipliers)
 
 
 DIFFERENCES = 1e-6
@@ -308,8 +308,8 @@ def count_varied(program: Program, cases: Cases) -> int:
         program: the compared program.
         cases: the states.
     """
-    own = np.array([program.mechanism.values.get(p.name, np.nan) for p in program.parameters])
-    same = (cases.inputs["p"] == own) | np.isnan(own)
+    defaults = np.array([program.mechanism.values.get(p.name, np.nan) for p in program.parameters])
+    same = (cases.inputs["p"] == defaults) | np.isnan(defaults)
     return int(np.count_nonzero(~same.all(axis=1)))
 
 
@@ -327,14 +327,14 @@ def _vary(program: Program, samples: int, seed: int) -> Iterator[tuple[Mechanism
             for symbol, factor in zip(symbols, factors, strict=True)
         }
         try:
-            other = mechanism.replace(**values)
-            Reference.of(other)
+            variant = mechanism.replace(**values)
+            Reference.of(variant)
         except MecaniqueError:
             continue
-        varied.append(other)
+        varied.append(variant)
     yield mechanism, samples - number * len(varied)
-    for other in varied:
-        yield other, number
+    for variant in varied:
+        yield variant, number
 
 
 def _compute_cases(program: Program, mechanism: Mechanism, samples: int, seed: int) -> Cases:
@@ -400,16 +400,16 @@ def _draw_regular(reference: Reference, samples: int, seed: int) -> States:
     states = random_states(mechanism, samples, seed)
     if not mechanism.constrained:
         return states
-    found = []
+    draws = []
     for k in range(_ROUNDS):
         J = np.asarray(reference.constraint_jacobian(states.q, states.t))
         ranks = np.linalg.matrix_rank(J, tol=_RANK * np.linalg.norm(J, axis=(1, 2)))
-        found.append((ranks, states))
-        most = max(int(ranks.max()) for ranks, _ in found)
-        if sum(int((ranks == most).sum()) for ranks, _ in found) >= samples:
+        draws.append((ranks, states))
+        most = max(int(ranks.max()) for ranks, _ in draws)
+        if sum(int((ranks == most).sum()) for ranks, _ in draws) >= samples:
             break
         states = random_states(mechanism, samples, seed + k + 1)
-    kept = [states.at(np.flatnonzero(ranks == most)) for ranks, states in found]
+    kept = [states.at(np.flatnonzero(ranks == most)) for ranks, states in draws]
     return States(
         mechanism,
         np.concatenate([part.q for part in kept])[:samples],

@@ -133,12 +133,12 @@ class _Reader:
         return _draw_together(add(terms))
 
     def _read_term(self, *, negative: bool) -> Product:
-        found = multiply(self._read_factor())
+        factors = multiply(self._read_factor())
         while self._tokens[self._place] in ("*", "/"):
             below = self._next() == "/"
             factor = multiply(self._read_factor())
-            found = multiply(found, _invert(factor) if below else factor)
-        return multiply(number(-1), found) if negative else found
+            factors = multiply(factors, _invert(factor) if below else factor)
+        return multiply(number(-1), factors) if negative else factors
 
     def _read_factor(self) -> Product | Base | tuple[Base, Fraction]:
         token = self._next()

@@ -63,30 +63,36 @@ def _slopes(mechanism: Mechanism, names: tuple[str, ...]) -> np.ndarray:
     """∂r/∂q in a position like any other, shape (joint coordinates, nq)."""
     from sympy import Symbol
 
-    own, driven = tuple(mechanism.coordinates), mechanism.coordinates.driven
+    coordinates, driven = tuple(mechanism.coordinates), mechanism.coordinates.driven
     slopes = {
-        (names.index(name), own.index(symbol)): plain(law).diff(Symbol(symbol))
+        (names.index(name), coordinates.index(symbol)): plain(law).diff(Symbol(symbol))
         for name, law in driven.items()
-        for symbol in symbols_in(law) & set(own)
+        for symbol in symbols_in(law) & set(coordinates)
     }
-    here = {(names.index(name), own.index(name)): 1.0 for name in own if name in names}
+    here = {
+        (names.index(name), coordinates.index(name)): 1.0 for name in coordinates if name in names
+    }
     random = np.random.default_rng(1788)
     for near in _NEAR:
         at = {symbol.symbol: random.uniform(0.2, 1.0) for symbol in mechanism.inputs}
-        places = mechanism.neutral() + near * random.uniform(0.2, 1.0, len(own))
-        at |= {**dict(zip(own, places.tolist(), strict=True)), **mechanism.values, "t": near}
-        found = np.zeros((len(names), len(own)))
+        places = mechanism.neutral() + near * random.uniform(0.2, 1.0, len(coordinates))
+        at |= {
+            **dict(zip(coordinates, places.tolist(), strict=True)),
+            **mechanism.values,
+            "t": near,
+        }
+        matrix = np.zeros((len(names), len(coordinates)))
         for place, slope in (here | slopes).items():
             try:
-                found[place] = evaluate(slope, at)
+                matrix[place] = evaluate(slope, at)
             except (ArithmeticError, TypeError, ValueError):
-                found[place] = np.nan
-        if np.isfinite(found).all():
-            return found
+                matrix[place] = np.nan
+        if np.isfinite(matrix).all():
+            return matrix
     # where no position will do, which coordinates meet must do
     for place in here | slopes:
-        found[place] = random.uniform(0.5, 1.0)
-    return found
+        matrix[place] = random.uniform(0.5, 1.0)
+    return matrix
 
 
 def _find_crossed(mechanism: Mechanism, joints: tuple[str, ...]) -> Iterator[str]:

@@ -91,28 +91,28 @@ def laws_of_elements(m: Description, driven: Mapping[str, Scalar]) -> dict[str, 
     return {name: law for name, law in found.items() if name not in driven}
 
 
-def _solve(row: Row, found: dict[str, Scalar], chosen: tuple[str, ...]) -> None:
+def _solve(row: Row, solved: dict[str, Scalar], chosen: tuple[str, ...]) -> None:
     """Add the law that keeps a row as it is, if the laws so far do not."""
-    laws = {coordinate(name): law for name, law in found.items()}
+    laws = {coordinate(name): law for name, law in solved.items()}
     terms = {name: factor * coordinate(name) for name, factor in row.items()}
     total = plain(sum(terms.values())).subs(laws).expand()
-    moving = {*row, *(str(symbol) for law in found.values() for symbol in symbols_in(law))}
+    moving = {*row, *(str(symbol) for law in solved.values() for symbol in symbols_in(law))}
     if not any(total.diff(coordinate(name)) != 0 for name in moving):
         return
     for name in reversed(row):
-        if name in found or name in chosen:
+        if name in solved or name in chosen:
             continue
-        others = plain(sum([term for other, term in terms.items() if other != name]))
+        others = plain(sum([term for partner, term in terms.items() if partner != name]))
         law = plain(-others / row[name])
         if not isinstance(law, int | float):
             law = plain(law.subs(laws).expand())
         if name in symbols_in(law):
             continue
-        found[name] = law
+        solved[name] = law
         # what was solved for before may follow this one
-        for other, before in found.items():
-            if other != name and name in symbols_in(before):
-                found[other] = plain(before.subs({coordinate(name): law}).expand())
+        for partner, before in solved.items():
+            if partner != name and name in symbols_in(before):
+                solved[partner] = plain(before.subs({coordinate(name): law}).expand())
         return
 
 

@@ -56,8 +56,8 @@ def dimensions_of(m: Description) -> Dimensions:
 
     A generalized coordinate that is no joint's own has that which the coordinate map asks for.
     """
-    declared = {each.symbol: read_unit(each.unit) for each in m.parameters if each.unit}
-    declared |= {each.symbol: read_unit(each.unit) for each in m.inputs if each.unit}
+    declared = {letter.symbol: read_unit(letter.unit) for letter in m.parameters if letter.unit}
+    declared |= {letter.symbol: read_unit(letter.unit) for letter in m.inputs if letter.unit}
     states: dict[str, Dimension] = {"t": read_unit("s")}
     for joint in m.joints:
         for name, kind in zip(joint.coordinates, joint.kinds, strict=True):

@@ -192,11 +192,11 @@ def by_leaders(space: StateSpace, given: Given, names: tuple[str, ...], primes: 
     if not isinstance(given, Mapping):
         return given
     stems = {name: _stem(name, primes) for name in given}
-    found: dict[str, Any] = {
+    led: dict[str, Any] = {
         name: value for name, value in given.items() if stems[name] not in driven
     }
-    taken = {stems[name] for name in found}
-    for name in given.keys() - found.keys():
+    taken = {stems[name] for name in led}
+    for name in given.keys() - led.keys():
         law = driven[stems[name]]
         leaders = symbols_in(law) - space.values.keys()
         leader = min(leaders, default="")
@@ -209,9 +209,9 @@ def by_leaders(space: StateSpace, given: Given, names: tuple[str, ...], primes: 
         if leader in taken:
             raise InputError(f"{name} follows {leader}, which is given, too: {stems[name]} = {law}")
         rest = 0.0 if primes else space.evaluate(law.subs({coordinate(leader): 0}))
-        found[leader] = (np.asarray(given[name], dtype=float) - rest) / space.evaluate(slope)
+        led[leader] = (np.asarray(given[name], dtype=float) - rest) / space.evaluate(slope)
         taken.add(leader)
-    return found
+    return led
 
 
 def _stem(name: str, primes: int) -> str:
