@@ -1,0 +1,375 @@
+"""Verify random mechanisms: none may disagree, hang, or give what is no number.
+
+Run it by hand: python tests/benchmarks/random_mechanisms.py [NUMBER] [--seed S] [--only KIND]
+The kinds take turns: trees of all joints with springs, dampers and drives; planar loops of every
+kind in any tilt, far away, from 1 mm to 1 km, some with an idle loop; spatial loops; wheels, balls
+and ellipsoids on tilted planes, in bowls and on domes; blades and velocity constraints that depend
+on time; gears, racks, cords; coordinate maps. Each is verified at a few states in a process of its
+own that is ended after `LIMIT` seconds of processor time. A line tells each failure with what
+reproduces it, a table the outcomes by kind.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import signal
+import time
+from collections import Counter
+from math import pi
+
+import numpy as np
+import sympy
+
+import mecanique as mq
+from mecanique.model import (
+    Blade,
+    Body,
+    Coordinates,
+    Cord,
+    Damper,
+    Fixed,
+    Floating,
+    Force,
+    Gear,
+    Helical,
+    Joint,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Loop,
+    Mechanism,
+    Placement,
+    Planar,
+    Prismatic,
+    Pulley,
+    Rack,
+    Revolute,
+    Rolling,
+    Shape,
+    Spherical,
+    Spring,
+    Universal,
+    VelocityConstraint,
+    coordinate,
+)
+from mecanique.model.constraints.loops import CLOSED
+
+LIMIT = 60
+"""Seconds of processor time that one mechanism may take."""
+
+SAMPLES = 4
+
+Random = np.random.Generator
+Triple = tuple[float, float, float]
+
+
+def triple(values: np.ndarray) -> Triple:
+    """Return three floats."""
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def direction(random: Random) -> Triple:
+    """Return a unit vector, along an axis of the frame in half of all cases."""
+    if random.random() < 0.5:
+        return triple(np.eye(3)[random.integers(3)] * random.choice([-1, 1]))
+    vector = random.normal(size=3)
+    return triple(vector / np.linalg.norm(vector))
+
+
+def placement(random: Random, size: float = 1.0) -> Placement:
+    """Return a frame anywhere within a size, turned in half of all cases."""
+    turn = random.uniform(-3, 3, 3) * (random.random() < 0.5)
+    return Placement(triple(size * random.uniform(-1, 1, 3)), triple(turn))
+
+
+def shape(random: Random, size: float = 1.0) -> Shape:
+    """Return a box of any proportions, mass and place in its frame."""
+    mass = 10 ** random.uniform(-2, 2)
+    sides = triple(size * 10 ** random.uniform(-1, 0, 3))
+    return mq.box(mass, sides).at(triple(size * random.uniform(-0.5, 0.5, 3)))
+
+
+def tree(random: Random) -> Mechanism:
+    """Return a tree of all joints, with forces of all kinds."""
+    bodies, joints = [Body("ground")], list[Joint]()
+    for k in range(random.integers(1, 6)):
+        parent, child = bodies[random.integers(len(bodies))].name, f"b{k}"
+        name, origin, axis = f"j{k}", placement(random), direction(random)
+        match random.choice(7, p=[0.4, 0.2, 0.08, 0.08, 0.08, 0.08, 0.08]):
+            case 0:
+                joints.append(Revolute(name, parent, child, axis=axis, origin=origin))
+            case 1:
+                joints.append(Prismatic(name, parent, child, axis=axis, origin=origin))
+            case 2:
+                joints.append(Helical(name, parent, child, axis=axis, origin=origin, pitch=0.1))
+            case 3:
+                joints.append(Universal(name, parent, child, origin=origin))
+            case 4:
+                joints.append(Spherical(name, parent, child, origin=origin))
+            case 5:
+                joints.append(Planar(name, parent, child, origin=origin))
+            case _:
+                joints.append(Floating(name, parent, child, origin=origin))
+        bodies.append(Body(child, shape(random)))
+    single = [j.name for j in joints if isinstance(j, Revolute | Prismatic)]
+    forces: list[object] = []
+    if single:
+        at = single[random.integers(len(single))]
+        forces += [JointSpring("coil", at, 5.0), JointDamper("dash", at, 0.3)]
+        forces += [JointForce("drive", at, sympy.sin(2 * sympy.Symbol("t")))]
+    far = triple(random.uniform(2, 3, 3))
+    forces += [Spring("spring", "ground", far, bodies[-1].name, (0.1, 0, 0), 20.0, 1.0)]
+    forces += [Damper("damper", "ground", far, bodies[-1].name, (0.1, 0, 0), 2.0)]
+    forces += [Force("load", bodies[-1].name, (0, 0.1, 0), (1.0, -2.0, 0.5))]
+    return Mechanism("tree", tuple(bodies), tuple(joints), forces=tuple(forces))  # type: ignore[arg-type]  # collected
+
+
+def planar_loop(random: Random) -> Mechanism:
+    """Return a polygon of bars in one plane, closed by a loop of any kind, in any tilt."""
+    size, away = 10 ** random.uniform(-3, 3), 10 ** random.uniform(-3, 3)
+    kind = str(random.choice(list(CLOSED)))
+    base = Placement(triple(away * random.uniform(-1, 1, 3)), triple(random.uniform(-3, 3, 3)))
+    lengths = size * random.uniform(0.8, 1.2, random.integers(3, 6))
+    far = Placement((size * float(random.uniform(0.8, 1.2)), 0.0, 0.0))
+    around, bodies = (0, -1, 0), [Body("ground"), Body("base")]
+    joints: list[Joint] = [Fixed("mount", "ground", "base", origin=base)]
+    last, end = "base", Placement()
+    bars = [*lengths.tolist()]
+    for k, length in enumerate(bars[:-1]):
+        bodies.append(Body(f"b{k}", mq.rod(10 ** random.uniform(-1, 1), length, (1, 0, 0))))
+        joints.append(Revolute(f"j{k}", last, f"b{k}", axis=around, origin=end))
+        last, end = f"b{k}", Placement((length, 0, 0))
+    tip = bars[-2]
+    bodies.append(Body("rocker", mq.rod(1.0, bars[-1], (1, 0, 0))))
+    joints.append(Revolute("rock", "base", "rocker", axis=around, origin=far))
+    seat = "rocker", Placement((bars[-1], 0, 0), (pi / 2, 0, 0))
+    if kind in ("weld", "plate"):
+        bodies.append(Body("half", mq.rod(1.0, tip, (-1, 0, 0))))
+        joints.append(
+            Revolute("close", "rocker", "half", axis=around, origin=Placement((bars[-1], 0, 0)))
+        )
+        seat = "half", Placement((-0.5 * tip, 0, 0), (pi / 2, 0, 0))
+    apart = 0.5 * size if kind == "distance" else 0.0
+    mouth = Placement((tip, 0, 0), (pi / 2, 0, 0))
+    loops = [Loop("C", kind, last, mouth, *seat, apart)]  # type: ignore[arg-type]  # of CLOSED
+    if random.random() < 0.3:
+        loops.append(Loop.ball("idle", "base", far.xyz, "rocker", (0, 0, 0)))
+    gravity = (0.0, 0.0, -9.81 * size)
+    return Mechanism("polygon", tuple(bodies), tuple(joints), loops=tuple(loops), gravity=gravity)
+
+
+def spatial_loop(random: Random) -> Mechanism:
+    """Return a chain of six motions or more in space, closed by a ball, a rod or a hinge."""
+    bodies, joints = [Body("ground")], list[Joint]()
+    for k in range(random.integers(5, 7)):
+        axis, origin = direction(random), placement(random, 0.6)
+        joints.append(Revolute(f"j{k}", bodies[-1].name, f"b{k}", axis=axis, origin=origin))
+        bodies.append(Body(f"b{k}", shape(random, 0.4)))
+    ends = bodies[-1].name, triple(random.uniform(-0.3, 0.3, 3))
+    start = triple(random.uniform(-0.5, 0.5, 3))
+    if random.random() < 0.5:
+        loop = Loop.ball("loop", "ground", start, *ends)
+    else:
+        loop = Loop.distance("loop", "ground", start, *ends, 0.7)
+    return Mechanism("spatial", tuple(bodies), tuple(joints), loops=(loop,))
+
+
+def rolling(random: Random) -> Mechanism:
+    """Return a wheel, a ball or an ellipsoid, free on a plane, in a bowl or on a dome."""
+    radius, center = 10 ** random.uniform(-2, 0.5), (0.0, 0.0, 0.0)
+    if random.random() < 0.3:
+        center = triple(0.2 * radius * random.uniform(-1, 1, 3))
+    plane = placement(random)
+    kinds = [
+        Rolling("c", "body", radius, center, plane=plane),
+        Rolling("c", "body", radius, center, crown=0.3 * radius, plane=plane),
+        Rolling("c", "body", radius, center, None, plane=plane),
+        Rolling("c", "body", radius, center, None, plane=plane, stretch=(1.0, 0.7, 0.5)),
+        Rolling("c", "body", radius, center, None, plane=plane, bowl=4 * radius),
+        Rolling("c", "body", radius, center, None, plane=plane, bowl=-3 * radius),
+    ]
+    contact = kinds[random.integers(len(kinds))]
+    bodies = [Body("ground"), Body("body", shape(random, radius))]
+    joints: list[Joint] = [Floating("free", "ground", "body")]
+    forces: tuple[Force, ...] = ()
+    if random.random() < 0.5:
+        forces = (Force("load", "body", center, triple(random.normal(size=3))),)
+    return Mechanism("rolling", tuple(bodies), tuple(joints), forces=forces, contacts=(contact,))
+
+
+def sliding(random: Random) -> Mechanism:
+    """Return a sleigh on a blade, or held by a velocity constraint that depends on time."""
+    bodies = [Body("ground"), Body("sleigh", shape(random))]
+    joints: list[Joint] = [Planar("plane", "ground", "sleigh", names=("x", "y", "theta"))]
+    if random.random() < 0.5:
+        bodies.append(Body("arm", shape(random)))
+        joints.append(
+            Revolute("arm", "sleigh", "arm", axis=(0, 0, 1), origin=placement(random, 0.5))
+        )
+    gravity = triple(random.normal(size=3))
+    if random.random() < 0.5:
+        edge = Blade("edge", "sleigh", triple(np.append(random.uniform(-1, 1, 2), 0.0)))
+        return Mechanism("sleigh", tuple(bodies), tuple(joints), contacts=(edge,), gravity=gravity)
+    theta, t = coordinate("theta"), sympy.Symbol("t")
+    row = VelocityConstraint(
+        "row",
+        {"x": -sympy.sin(theta), "y": sympy.cos(theta), "theta": float(random.normal())},
+        float(random.normal()) * sympy.cos(1.3 * t),
+    )
+    return Mechanism(
+        "driven", tuple(bodies), tuple(joints), velocity_constraints=(row,), gravity=gravity
+    )
+
+
+def guided(random: Random) -> Mechanism:
+    """Return wheels in mesh, a pinion on a rack, or weights on a cord."""
+    across, flat = (0.0, -1.0, 0.0), (pi / 2, 0.0, 0.0)
+    big, small = (float(value) for value in random.uniform(0.1, 0.5, 2))
+    wheels = [Body(name, mq.disk(10 ** random.uniform(-1, 1), 0.2).at(rpy=flat)) for name in "ab"]
+    pick = random.integers(3)
+    if pick == 0:
+        return Mechanism(
+            "gears",
+            (Body("ground"), *wheels),
+            (
+                Revolute("A", "ground", "a", axis=across),
+                Revolute("B", "ground", "b", axis=across, origin=Placement((big + small, 0, 0))),
+            ),
+            forces=(JointForce("drive", "A", 2.0),),
+            elements=(Gear("mesh", "A", "B", big, other_radius=small),),
+        )
+    if pick == 1:
+        return Mechanism(
+            "rack",
+            (Body("ground"), wheels[0], Body("r", shape(random))),
+            (
+                Revolute("P", "ground", "a", axis=across),
+                Prismatic("S", "ground", "r", axis=(1, 0, 0), origin=Placement((0, 0, -big))),
+            ),
+            forces=(JointForce("drive", "P", 2.0),),
+            elements=(Rack("mesh", "P", "S", big),),
+        )
+    left, right = Placement((-big, 0, -1)), Placement((big, 0, -1))
+    return Mechanism(
+        "weights",
+        (Body("ground"), wheels[0], Body("m1", shape(random, 0.2)), Body("m2", shape(random, 0.2))),
+        (
+            Revolute("axle", "ground", "a", axis=across),
+            Prismatic("up", "ground", "m1", axis=(0, 0, 1), origin=left),
+            Prismatic("down", "ground", "m2", axis=(0, 0, -1), origin=right),
+        ),
+        elements=(Cord("cord", ("m1", (0, 0, 0)), (Pulley("a", big, -1),), ("m2", (0, 0, 0))),),
+    )
+
+
+def mapped(random: Random) -> Mechanism:
+    """Return a chain some of whose joints follow others, or time."""
+    bodies, joints = [Body("ground")], list[Joint]()
+    for k in range(random.integers(2, 5)):
+        kind = Revolute if random.random() < 0.6 else Prismatic
+        joints.append(
+            kind(
+                f"j{k}",
+                bodies[-1].name,
+                f"b{k}",
+                axis=direction(random),
+                origin=placement(random),
+                coordinate=f"r{k}",
+            )
+        )
+        bodies.append(Body(f"b{k}", shape(random)))
+    first, t = coordinate("r0"), sympy.Symbol("t")
+    number = float(random.uniform(0.3, 2))
+    laws = [number * first, sympy.sin(first) * number, number * sympy.cos(2 * t), first**2 / 3]
+    driven = {
+        f"r{k}": laws[random.integers(len(laws))]
+        for k in range(1, len(joints))
+        if random.random() < 0.7
+    }
+    coordinates = Coordinates((), driven)
+    return Mechanism("mapped", tuple(bodies), tuple(joints), coordinates=coordinates)
+
+
+KINDS = {
+    "tree": tree,
+    "planar loop": planar_loop,
+    "spatial loop": spatial_loop,
+    "rolling": rolling,
+    "sliding": sliding,
+    "guided": guided,
+    "map": mapped,
+}
+
+
+def judge(kind: str, seed: int) -> str:
+    """Return what became of one mechanism: "agrees", or what is wrong."""
+    mechanism = KINDS[kind](np.random.default_rng([seed, *kind.encode()]))
+    try:
+        verdict = mq.verify(mechanism, SAMPLES, seed)
+    except mq.MecaniqueError as error:
+        return f"declined: {type(error).__name__}: {error}"
+    if verdict.agrees:
+        return "agrees"
+    rows = [row for row in verdict.rows if not row.agrees]
+    return "disagrees: " + ", ".join(
+        f"{row.quantity} of {row.sources[0]} {row.worst:.1e} > {row.allowed:.1e}"
+        for row in rows[:3]
+    )
+
+
+def try_one(kind: str, seed: int) -> str:
+    """Judge one mechanism in a fork of this process, which ends after its limit."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if not child:
+        resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT + 5))
+        try:
+            outcome = judge(kind, seed)
+        except BaseException as error:  # any exception but the documented ones is a fault
+            outcome = f"raises: {type(error).__name__}: {error}"
+        os.write(writing, outcome[:2000].encode())
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading, encoding="utf-8", errors="replace") as pipe:
+        outcome = pipe.read()
+    status = os.waitpid(child, 0)[1]
+    if os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL):
+        return f"hangs: no end in {LIMIT} s of processor time"
+    return outcome or f"raises: ended with status {status}"
+
+
+def main(options: argparse.Namespace) -> int:
+    """Return the number of failures."""
+    kinds = [options.only] if options.only else list(KINDS)
+    counts: dict[str, Counter[str]] = {kind: Counter() for kind in kinds}
+    slowest = dict.fromkeys(kinds, 0.0)
+    os.nice(10)
+    for k in range(options.number):
+        kind, seed = kinds[k % len(kinds)], options.seed + k
+        begin = time.perf_counter()
+        outcome = try_one(kind, seed)
+        slowest[kind] = max(slowest[kind], time.perf_counter() - begin)
+        counts[kind][outcome.split(":")[0]] += 1
+        if outcome != "agrees":
+            print(f"{kind}, seed {seed}: {outcome[:400]}", flush=True)
+    heads = ("agrees", "declined", "disagrees", "raises", "hangs")
+    print(f"\n{'kind':14}", *(f"{head:>10}" for head in (*heads, "slowest s")))
+    for kind, count in counts.items():
+        print(f"{kind:14}", *(f"{count[head]:10}" for head in heads), f"{slowest[kind]:10.1f}")
+    return sum(count[head] for count in counts.values() for head in heads[2:])
+
+
+def read_options() -> argparse.Namespace:
+    """Return what the command line asks for."""
+    parser = argparse.ArgumentParser(description="Verify random mechanisms.")
+    parser.add_argument("number", nargs="?", type=int, default=500, help="how many")
+    parser.add_argument("--seed", type=int, default=0, help="of the first; the others follow")
+    parser.add_argument("--only", choices=KINDS, help="one kind alone")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    raise SystemExit(min(1, main(read_options())))
