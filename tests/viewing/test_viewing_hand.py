@@ -123,7 +123,7 @@ def test_a_press_shows_a_phase_portrait_of_each_coordinate(
     )
     first = seen.js(shown)
     for expected in (["q1", "q1'"], ["q2", "q2'"], first):
-        seen.page.click("#phase")
+        seen.page.click("#portrait")
         assert seen.js(shown) == expected
     seen.clean()
 

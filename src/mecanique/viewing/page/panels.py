@@ -93,7 +93,7 @@ def _plots(scene: Scene) -> str:
         '<option value="">time</option></select></label>'
         '<label class="pick" hidden>where <select id="plot-at">'
         '<option value="">always</option></select></label>'
-        '<button type="button" id="phase" title="Each coordinate with its rate">Phase</button>'
+        '<button type="button" id="portrait" title="Each coordinate with its rate">Phase</button>'
         '<button type="button" id="csv" title="Save the chosen quantities">CSV</button>'
         '<button type="button" id="svg" title="Save the plots as a picture">SVG</button></div>'
         '<div id="charts"></div>'

@@ -56,7 +56,7 @@ export class Plots {
     for (const { id, text, unit } of list)
       over.append(new Option(unit ? `${text} [${unit}]` : text, id));
     over.onchange = () => this.setOver(over.value === "" ? -1 : Number(over.value));
-    this.wirePhase(document.getElementById("phase"));
+    this.wirePhase(document.getElementById("portrait"));
     this.over = -1;
     this.section = null; // the states of a section, where one is shown
     this.holder.closest("[role=tabpanel]").addEventListener("opened", () => this.refresh());
