@@ -144,3 +144,35 @@ def test_the_command_takes_arguments(arm: Path) -> None:
 def test_other_formats_are_called_by_their_names(tag: str, said: str) -> None:
     with pytest.raises(mq.UrdfError, match=said):
         read_urdf(f"<{tag}/>")
+
+
+def test_a_urdf_that_holds_xacro_is_expanded_and_told(tmp_path: Path) -> None:
+    text = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+    <xacro:property name="m" value="${1 + 1}"/><link name="base"/><link name="arm"><inertial>
+    <mass value="${m}"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <joint name="j" type="continuous"><parent link="base"/><child link="arm"/></joint></robot>"""
+    plain, named = tmp_path / "arm.urdf", tmp_path / "arm.xacro"
+    for file in (plain, named):
+        file.write_text(text, encoding="utf-8")
+    assert mq.read_urdf(plain).body("arm").mass == 2.0
+    assert mq.read_urdf(plain) == mq.read_urdf(named)
+    (finding,) = (f for f in mq.lint(plain) if f.code == "M008")
+    assert finding.message == "it holds xacro macros, and was expanded"
+    assert "M008" not in [f.code for f in mq.lint(named)]
+    with pytest.raises(mq.UrdfError, match="xacro macros that are not expanded"):
+        mq.read_urdf(text)
+
+
+def test_a_package_beside_is_found_by_the_name_in_its_package_xml(tmp_path: Path) -> None:
+    from mecanique.urdf.reading.packages import MeshSearch
+
+    parts, robot = tmp_path / "parts-main" / "meshes", tmp_path / "robot" / "urdf"
+    for folder in (parts, robot):
+        folder.mkdir(parents=True)
+    (parts / "a.stl").write_bytes(b"")
+    xml = parts.parent / "package.xml"
+    xml.write_text("<package><name>parts</name></package>", encoding="utf-8")
+    uri = "package://parts/meshes/a.stl"
+    assert MeshSearch(robot / "r.urdf").find(uri) == parts / "a.stl"
+    assert MeshSearch(None, [tmp_path]).find(uri) == parts / "a.stl"
+    assert MeshSearch(robot / "r.urdf").find("package://others/meshes/a.stl") is None

@@ -87,6 +87,13 @@ _TABLE = (
         "XML allows nothing before its declaration, and strict readers refuse the file.",
         "Remove what stands before <?xml … ?>.",
     ),
+    Rule(
+        "M008",
+        "xacro-in-urdf",
+        "info",
+        "Engines that read the file itself drop or zero what they cannot read.",
+        "Call it .xacro, or expand it: xacro FILE > OTHER.urdf.",
+    ),
     # M1: elements, names and the tree of links
     Rule(
         "M101", "no-robot-name", "error", "URDF parsers refuse the file.", "Add name=… to <robot>."

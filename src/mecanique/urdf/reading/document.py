@@ -162,9 +162,12 @@ def read_document(
     places = None
     data = source if file is None and isinstance(source, str) else _bytes(file, report)
     values = Values(arguments or {}, letters or {})
-    if file is not None and data is not None and file.suffix.lower() == ".xacro":
+    named = file is not None and file.suffix.lower() == ".xacro"
+    if file is not None and isinstance(data, bytes) and (named or b"<xacro:" in data):
         expanded = expand(file, values, search, report)
         data, places = expanded if expanded is not None else (None, None)
+        if not named and data is not None:
+            report.add("M008", 1, "", "it holds xacro macros, and was expanded")
     elif arguments and data is not None:
         raise InputError(f"expected a .xacro file with arguments, got {report.file or 'a text'}")
     robot = None if data is None else parse(data, report)

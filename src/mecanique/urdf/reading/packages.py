@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import TypeAlias, final
 
@@ -13,6 +14,9 @@ PackagePath: TypeAlias = str | os.PathLike[str] | Iterable[str | os.PathLike[str
 
 _MOST_NAMED = 4
 """So many folders of the search path are named where something is not found."""
+
+_MOST_ABOVE, _MOST_FOLDERS = 4, 1000
+"""How far above the file, and among how many folders there, a package of any name is sought."""
 
 _SUFFIXES = {
     ".stl",
@@ -128,6 +132,16 @@ class MeshSearch:
                 if folder.name == package or _declares(folder, package):
                     yield folder
                 yield folder / package
+        # folders of another name whose package.xml has this one
+        for folder in (*self._path, *self._around):
+            for inside in _list_packages(folder):
+                if _declares(inside, package):
+                    yield inside
+
+    @property
+    def _around(self) -> list[Path]:
+        """Folders near the file that may hold packages beside its own."""
+        return [] if self._folder is None else [*self._folder.parents][:_MOST_ABOVE]
 
     def _roots(self) -> Iterator[Path]:
         """Folders that may contain plain paths."""
@@ -138,6 +152,15 @@ class MeshSearch:
                 if (folder / "package.xml").is_file():
                     yield folder
                     break
+
+
+def _list_packages(folder: Path) -> list[Path]:
+    """Return the folders in a folder that have a package.xml, the first thousand looked at."""
+    try:
+        inside = sorted(islice(folder.iterdir(), _MOST_FOLDERS))
+        return [path for path in inside if (path / "package.xml").is_file()]
+    except OSError:
+        return []
 
 
 def _declares(folder: Path, package: str) -> bool:
