@@ -178,3 +178,11 @@ def test_the_frequency_response_is_the_dynamic_stiffness_inverted() -> None:
         frequency_response(small, {"q2": 1.0}, float("nan"))
     with pytest.raises(mq.UnknownNameError, match="unknown velocity 'q3'"):
         frequency_response(small, {"q3": 1.0}, 1.0)
+
+
+def test_a_table_of_modes_has_no_nan_and_no_minus_zero() -> None:
+    """One mode of the cart does not oscillate, so that it has no damping ratio."""
+    table = mq.linearize(mq.textbook.load("cart_pole"), {"x": 0.0, "q": np.pi})._repr_html_()
+    assert "nan" not in table
+    assert "none" in table
+    assert "-0.0000" not in table

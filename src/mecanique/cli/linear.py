@@ -135,24 +135,20 @@ def _clean(matrix: np.ndarray) -> np.ndarray:
 
 
 def _modes(linearization: Linearization) -> Iterator[str]:
+    from mecanique.motion.linear.linearization import write_entry, write_ratio
+
     values = zip(
         linearization.frequencies, linearization.damping, linearization.modes.T, strict=True
     )
     for number, (omega, zeta, mode) in enumerate(values, 1):
-        shape = ", ".join(map(_write_entry, mode))
-        ratio = "none" if np.isnan(zeta) else f"{round(zeta, 12) + 0.0:.6g}"
+        shape = ", ".join(map(write_entry, mode))
+        ratio = write_ratio(zeta, 6)
         figures = (
             f"{omega:12.9g}  {omega / (2 * np.pi):12.9g}"
             if omega > 0
             else f"{'no oscillation':>26}"
         )
         yield f"{number:>4}  {figures}  {ratio:>9}  ({shape})"
-
-
-def _write_entry(x: complex) -> str:
-    # adding zero turns the -0 that rounding leaves into 0
-    real, imaginary = round(x.real, 4) + 0.0, round(x.imag, 4) + 0.0
-    return f"{real:+.4f}" if abs(x.imag) < 1e-9 else f"{complex(real, imaginary):+.4f}"
 
 
 def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:

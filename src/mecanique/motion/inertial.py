@@ -216,7 +216,7 @@ class InertialCheck:
         for row in self.rows:
             size, change = (f"{x:.4g} {row.unit}".rstrip() for x in (row.size, row.change))
             lines.append(
-                f"{row.name:<{width}}  {size:>16}  {change:>16}  {row.relative:9.1e}  "
+                f"{row.name:<{width}}  {size:>16}  {change:>16}  {self._weight(row):9.1e}  "
                 f"{row.time:.4g}"
             )
         word = "may" if self.inertial else "may not"

@@ -296,8 +296,7 @@ class Linearization:
         head = ["ω [rad/s]", "damping", *map(add_unit, self.deviations, self.units)]
         rows = []
         for omega, zeta, mode in zip(self.frequencies, self.damping, self.modes.T, strict=True):
-            shape = [f"{x.real:+.4f}" if abs(x.imag) < 1e-12 else f"{x:+.4f}" for x in mode]
-            rows.append([f"{omega:.6g}", f"{zeta:.3g}", *shape])
+            rows.append([f"{omega:.6g}", write_ratio(zeta, 3), *map(write_entry, mode)])
         caption, *_ = str(self).splitlines()
         return write_table(caption, [head, *rows])
 
@@ -316,14 +315,24 @@ class Linearization:
         if not len(self.M):
             lines.append("  nothing can move there, so there is no mode")
         for omega, zeta, mode in zip(self.frequencies, self.damping, self.modes.T, strict=True):
-            shape = ", ".join(
-                f"{x.real:+.4f}" if abs(x.imag) < 1e-12 else f"{x:+.4f}" for x in mode
-            )
+            shape = ", ".join(map(write_entry, mode))
             motion = f"{omega:.9g} rad/s" if omega > 0 else "no oscillation"
             lines.append(
                 f"  {motion}" + (f", damping {zeta:.3g}" if zeta > 1e-14 else "") + f": ({shape})"
             )
         return "\n".join(lines)
+
+
+def write_entry(x: complex) -> str:
+    """Return a component of a mode's shape as text, to four digits."""
+    # adding zero turns the -0 that rounding leaves into 0
+    real, imaginary = round(x.real, 4) + 0.0, round(x.imag, 4) + 0.0
+    return f"{real:+.4f}" if abs(x.imag) < 1e-9 else f"{complex(real, imaginary):+.4f}"
+
+
+def write_ratio(zeta: float, digits: int) -> str:
+    """Return a damping ratio as text; "none" where nothing oscillates."""
+    return "none" if np.isnan(zeta) else f"{round(zeta, 12) + 0.0:.{digits}g}"
 
 
 def _scale(modes: np.ndarray) -> np.ndarray:
