@@ -12,6 +12,7 @@ from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.cutting import enumerate_words
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Tie
 from mecanique.derivation.term_units import UNIT_AT_END
+from mecanique.derivation.tolerances import ALIGNED
 from mecanique.model.expression import symbols_in
 from mecanique.model.joint_base import UNITS, Single
 from mecanique.model.joints import Joint, Planar, Universal
@@ -317,7 +318,7 @@ def _say_direction(axis: tuple[float, float, float], joint: Joint | Single) -> s
     turned = any(not isinstance(angle, float) or angle for angle in joint.origin.rpy)
     of = f"the frame of joint {joint.name}" if turned else joint.parent
     for name, component in zip("xyz", axis, strict=True):
-        if abs(component) > 1 - 1e-12:
+        if abs(component) > 1 - ALIGNED:
             return f"{'-' if component < 0 else ''}{name} of {of}"
     return f"({', '.join(f'{component:.6g}' for component in axis)}) of {of}"
 

@@ -31,6 +31,7 @@ from mecanique.derivation.symbolic.derivation import (
 )
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.multipliers import loop_stages, solve_multipliers
+from mecanique.derivation.tolerances import CLOSED_WELL, FIRM
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
@@ -301,8 +302,8 @@ def _lines(coefficients: Sequence[Coefficient]) -> tuple[Result, ...]:
     return tuple(one.result() for one in coefficients)
 
 
-_STEPS, _CLOSED, _FIRM = 30, 1e-13, 1e-2
-"""Newton's iterations, the largest gap of a closed loop, and how regular states must be."""
+_STEPS = 30
+"""The most iterations of Newton to close a loop."""
 
 
 @final
@@ -413,9 +414,9 @@ class SingleEquation:
             evaluate = Evaluation(ring, values)
             gaps = np.array([evaluate(tie.demand) for tie in ties])
             J = np.array([[*map(evaluate, tie.slopes(ring))] for tie in ties])[:, others]
-            if np.linalg.svd(J, compute_uv=False)[-1] < _FIRM:
+            if np.linalg.svd(J, compute_uv=False)[-1] < FIRM:
                 return None
-            if np.abs(gaps).max() < _CLOSED:
+            if np.abs(gaps).max() < CLOSED_WELL:
                 break
             q = np.array(q)
             q[others] -= np.linalg.solve(J, gaps)
@@ -424,7 +425,7 @@ class SingleEquation:
         for one in self.found.coefficients:
             evaluate = Evaluation(ring, values)
             factor = evaluate(one.factor)
-            if abs(factor) < _FIRM:
+            if abs(factor) < FIRM:
                 return None
             values[one.name] = evaluate(one.value) / factor
         values[f"{self.coordinate}'"] = rate

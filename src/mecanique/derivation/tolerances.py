@@ -66,3 +66,15 @@ NEAT = 1e-9
 
 BALANCED = 1e-7
 """Forces balance at an equilibrium if their sum is at most this part of the largest of them."""
+
+ALIGNED = 1e-12
+"""Unit vectors whose cosine, or sine, is this close to 1, or 0, are parallel: axes are given to 16
+digits, and turned by at most a few hundred ε along a tree."""
+
+CLOSED_WELL = 1e-13
+"""Loops of textbook size, gaps of some meters at most, are closed for comparison to 100 ε, so that
+the comparison to 1e-9 is not of the gaps."""
+
+FIRM = 1e-2
+"""Random states in which the Jacobian of loops has a smaller singular value, or a coefficient a
+smaller divisor, are not compared: they amplify rounding a hundredfold."""

@@ -22,6 +22,7 @@ from mecanique.derivation.symbolic.derivation import Assumption, Tie
 from mecanique.derivation.symbolic.forces import Span, Travel
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, lift, total, zero
+from mecanique.derivation.tolerances import ALIGNED
 from mecanique.derivation.tree.poses import (
     Arithmetic,
     Matrix,
@@ -162,9 +163,9 @@ def normal_of(kinematics: Kinematics) -> np.ndarray | None:
     if not turns:
         return np.array([0.0, 0.0, 1.0])
     normal = turns[0]
-    parallel = all(np.linalg.norm(np.cross(normal, axis)) < 1e-12 for axis in turns)
-    across = all(abs(normal @ axis) < 1e-12 for axis in slides)
-    return normal if parallel and across and np.abs(normal).max() > 1 - 1e-12 else None
+    parallel = all(np.linalg.norm(np.cross(normal, axis)) < ALIGNED for axis in turns)
+    across = all(abs(normal @ axis) < ALIGNED for axis in slides)
+    return normal if parallel and across and np.abs(normal).max() > 1 - ALIGNED else None
 
 
 def find_swing(
@@ -178,7 +179,7 @@ def find_swing(
     axis = np.array(joint.axis)
     across = center - (center @ axis) * axis
     size = float(np.linalg.norm(across))
-    if not size or np.abs(across).max() < size * (1 - 1e-12) or np.abs(axis).max() < 1 - 1e-12:
+    if not size or np.abs(across).max() < size * (1 - ALIGNED) or np.abs(axis).max() < 1 - ALIGNED:
         return None
     n = np.round(across / size)
     t = np.cross(axis, n)

@@ -37,6 +37,7 @@ from mecanique.derivation.symbolic.multipliers import (
 )
 from mecanique.derivation.symbolic.symbols import Algebra, coordinate_of
 from mecanique.derivation.symbolic.vectors import Vector, along, cross, lift, total
+from mecanique.derivation.tolerances import ALIGNED
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.bodies.shape import Shape
@@ -113,7 +114,7 @@ def _find_rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]
         return None
     rotation = shape.visuals[0].placement.rotation
     axis = np.array([algebra.mechanism.evaluate(row[2]) for row in rotation])
-    if np.abs(axis).max() < 1 - 1e-12:
+    if np.abs(axis).max() < 1 - ALIGNED:
         return None
     at = algebra.mechanism.evaluate_all(shape.center)
     sign = -1 if axis @ np.array(at) < 0 else 1
