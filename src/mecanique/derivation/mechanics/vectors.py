@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import Any, TypeAlias
 
-from mecanique.derivation.tree.poses import combination
+from mecanique.derivation.tree.poses import combination, plus, times
 
 Triple: TypeAlias = "list[Any]"
 """Three scalars."""
@@ -40,13 +41,12 @@ def cross(a: Sequence[Any], b: Sequence[Any]) -> Triple:
 
 def add(*vectors: Sequence[Any]) -> Triple:
     """Return the sum of vectors."""
-    ones = (1.0,) * len(vectors)
-    return [dot(components, ones) for components in zip(*vectors, strict=True)]
+    return [_as_float(reduce(plus, components)) for components in zip(*vectors, strict=True)]
 
 
 def scale(factor: Any, vector: Sequence[Any]) -> Triple:
     """Return a multiple of a vector."""
-    return [dot((factor,), (x,)) for x in vector]
+    return [_as_float(times(factor, x)) for x in vector]
 
 
 def apply(R: Sequence[Sequence[Any]], vector: Sequence[Any]) -> Triple:

@@ -111,7 +111,7 @@ def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matr
     if link.kind == "turn":
         return _turn(link.axis, *arithmetic.sine_cosine(values[link.coordinates[0]]), arithmetic)
     if link.kind == "slide":
-        return _shift([_times(arithmetic(c, {}), values[link.coordinates[0]]) for c in link.axis])
+        return _shift([times(arithmetic(c, {}), values[link.coordinates[0]]) for c in link.axis])
     if link.kind in ("ball", "free"):
         *position, x, y, z, w = (values[name] for name in link.coordinates)
         turn = quaternion_rotation(x, y, z, w)
@@ -140,13 +140,13 @@ def moments(body: Body, values: Mapping[str, Any], arithmetic: Arithmetic) -> Ma
             [-ixy, half * (ixx + izz - iyy), -iyz],
             [-ixz, -iyz, half * (ixx + iyy - izz)],
         ]
-        first = [_times(mass, c) for c in center]
+        first = [times(mass, c) for c in center]
         for i in range(3):
             for k in range(3):
-                own = _plus(second[i][k], _times(first[i], center[k]))
-                total[i][k] = _plus(total[i][k], own)
-            total[i][3] = total[3][i] = _plus(total[i][3], first[i])
-        total[3][3] = _plus(total[3][3], mass)
+                own = plus(second[i][k], times(first[i], center[k]))
+                total[i][k] = plus(total[i][k], own)
+            total[i][3] = total[3][i] = plus(total[i][3], first[i])
+        total[3][3] = plus(total[3][3], mass)
     return total
 
 
@@ -155,7 +155,7 @@ def product(a: Matrix, b: Matrix) -> Matrix:
     columns, rows = transpose(b), []
     for row in a:
         out = [combination(row[:3], column) for column in columns]
-        out[3] = _plus(out[3], row[3])
+        out[3] = plus(out[3], row[3])
         rows.append(out)
     return rows
 
@@ -172,7 +172,7 @@ def times_point(pose: Matrix, point: Sequence[Any]) -> list[Any]:
         pose: the body's pose.
         point: shape (3,), in the body's frame [m].
     """
-    return [_plus(combination(row[:3], point), row[3]) for row in pose]
+    return [plus(combination(row[:3], point), row[3]) for row in pose]
 
 
 def combination(factors: Iterable[Any], terms: Iterable[Any]) -> Any:
@@ -184,7 +184,7 @@ def combination(factors: Iterable[Any], terms: Iterable[Any]) -> Any:
     """
     total: Any = 0
     for a, b in zip(factors, terms, strict=True):
-        total = _plus(total, _times(a, b))
+        total = plus(total, times(a, b))
     return total
 
 
@@ -198,16 +198,16 @@ def _turn(
     for i in range(3):
         row: list[Any] = []
         for k in range(3):
-            square = _times(n[i], n[k])
+            square = times(n[i], n[k])
             # cos δᵢₖ + (1 − cos) nᵢ nₖ: if n is a frame's axis this is exactly cos or 1
             if _is(square, 0):
                 along = cosine if i == k else square
             elif i == k and _is(square, 1):
                 along = 1
             else:
-                along = _times(square, 1 - cosine)
-                along = _plus(cosine, along) if i == k else along
-            row.append(_plus(along, _times(cross[i][k], sine)))
+                along = times(square, 1 - cosine)
+                along = plus(cosine, along) if i == k else along
+            row.append(plus(along, times(cross[i][k], sine)))
         rows.append([*row, 0])
     return rows
 
@@ -220,17 +220,25 @@ def _is(scalar: Any, number: int) -> bool:
     return isinstance(scalar, (int, float)) and scalar == number
 
 
-def _plus(a: Any, b: Any) -> Any:
-    if _is(a, 0):
+def plus(a: Any, b: Any) -> Any:
+    """Return a + b; zeros cost nothing."""
+    if isinstance(a, (int, float)) and a == 0:
         return b
-    return a if _is(b, 0) else a + b
+    return a if isinstance(b, (int, float)) and b == 0 else a + b
 
 
-def _times(a: Any, b: Any) -> Any:
-    if _is(a, 0) or _is(b, 0):
+def times(a: Any, b: Any) -> Any:
+    """Return a b; zeros and ones cost nothing."""
+    # most factors of a program are scalars of its tape: what each is, is asked only once
+    a_is_number, b_is_number = isinstance(a, (int, float)), isinstance(b, (int, float))
+    if not (a_is_number or b_is_number):
+        return a * b
+    if (a_is_number and a == 0) or (b_is_number and b == 0):
         return 0
-    if _is(a, -1) or _is(b, -1):
-        return -(b if _is(a, -1) else a)
-    if _is(a, 1):
+    if a_is_number and a == -1:
+        return -b
+    if b_is_number and b == -1:
+        return -a
+    if a_is_number and a == 1:
         return b
-    return a if _is(b, 1) else a * b
+    return a if b_is_number and b == 1 else a * b
