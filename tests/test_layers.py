@@ -195,14 +195,13 @@ ORDER: dict[str, list[str]] = {
         "ensemble inertial linear",
     ],
     "motion.simulation": [
-        "outcome",
         "problem",
         "integrators",
-        "arguments choice indefinite_mass failure watching",
+        "arguments choice failure watching",
         "integrate",
     ],
     "motion.simulation.integrators": [
-        "stalling scipy_ode taylor",
+        "stalling taylor",
         "methods",
         "refinement",
         "compiled",

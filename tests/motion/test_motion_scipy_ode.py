@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import ode
 
-from mecanique.motion.simulation.integrators import scipy_ode
+from mecanique.motion.simulation.integrators import methods
 
 
 def swing(t: float, y: np.ndarray) -> np.ndarray:
@@ -23,13 +23,13 @@ def end(kind: type[ode]) -> list[float]:
 
 def test_alone_it_gives_the_same_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "scipy.integrate")
-    alone = scipy_ode.import_ode.__wrapped__()
+    alone = methods.import_ode.__wrapped__()
     assert alone is not ode
     assert end(alone) == end(ode)
 
 
 def test_what_is_imported_already_is_taken() -> None:
-    assert scipy_ode.import_ode.__wrapped__() is ode
+    assert methods.import_ode.__wrapped__() is ode
 
 
 def test_where_scipy_is_built_otherwise_the_whole_is_imported(
@@ -38,7 +38,7 @@ def test_where_scipy_is_built_otherwise_the_whole_is_imported(
     def refuse(name: str) -> None:
         raise ImportError(name)
 
-    monkeypatch.setattr(scipy_ode, "import_module", refuse)
+    monkeypatch.setattr(methods, "import_module", refuse)
     monkeypatch.setitem(sys.modules, "scipy.integrate", sys.modules["scipy.integrate"])
     monkeypatch.delitem(sys.modules, "scipy.integrate")
-    assert scipy_ode.import_ode.__wrapped__().__name__ == "ode"
+    assert methods.import_ode.__wrapped__().__name__ == "ode"

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from mecanique.motion.motion import Motion, simulate
     from mecanique.motion.record.curve import State
     from mecanique.motion.record.events import Event, Occurrence
-    from mecanique.motion.record.statistics import Statistics
+    from mecanique.motion.record.trajectory import Statistics
     from mecanique.motion.simulation.watching.validity import contact_events
 
 __all__ = [
@@ -74,7 +74,7 @@ _HOMES = {
     "SpeedMatrices": ".linear.speeds",
     "SpeedRange": ".linear.speeds",
     "State": ".record.curve",
-    "Statistics": ".record.statistics",
+    "Statistics": ".record.trajectory",
     "SteadyLinearization": ".linear.steady",
     "Trust": ".analysis.trust",
     "contact_events": ".simulation.watching.validity",

@@ -23,8 +23,7 @@ from mecanique.motion.output.storage import load, save, to_csv, to_frame, to_par
 from mecanique.motion.record.curve import Curve, Times
 from mecanique.motion.record.events import Event, break_names
 from mecanique.motion.record.loops import Beginning, ClosedLoops, begin_on_loops
-from mecanique.motion.record.statistics import Statistics
-from mecanique.motion.record.trajectory import Trajectory
+from mecanique.motion.record.trajectory import Statistics, Trajectory
 from mecanique.motion.simulation.arguments import (
     longest_step,
     refuse_still,
@@ -32,8 +31,7 @@ from mecanique.motion.simulation.arguments import (
     span_and_tolerances,
 )
 from mecanique.motion.simulation.choice import COMPILED
-from mecanique.motion.simulation.failure import failure
-from mecanique.motion.simulation.indefinite_mass import refuse_indefinite
+from mecanique.motion.simulation.failure import failure, refuse_indefinite
 from mecanique.motion.simulation.integrate import integrate_by_choice
 from mecanique.motion.simulation.integrators.methods import METHODS
 from mecanique.motion.simulation.integrators.refinement import step_accuracy

@@ -11,7 +11,6 @@ import numpy as np
 from mecanique.arrays import median
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.derive import power_of
 from mecanique.motion.compile.python import Batched, vectorize
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.quadrature import integral
@@ -145,6 +144,8 @@ class _Power:
 
     @cached_property
     def _program(self) -> Batched:
+        from mecanique.motion.compile.derive import power_of
+
         return vectorize(power_of(self.reference.mechanism))
 
 

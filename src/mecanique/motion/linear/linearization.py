@@ -19,7 +19,7 @@ from mecanique.motion.motion import Motion, simulate
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.record.statistics import Statistics
+from mecanique.motion.record.trajectory import Statistics
 from mecanique.motion.simulation.arguments import Values, sample_times
 from mecanique.wording import write_table
 

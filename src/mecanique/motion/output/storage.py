@@ -24,8 +24,7 @@ from mecanique.motion.output.provenance import provenance, recover
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.record.statistics import Statistics
-from mecanique.motion.record.trajectory import Trajectory
+from mecanique.motion.record.trajectory import Statistics, Trajectory
 
 FORMAT = "mecanique motion 1"
 """First line of every file's description."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -16,12 +16,31 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve, State, Times
 from mecanique.motion.record.events import Event, Occurrence, break_names
 from mecanique.motion.record.loops import ClosedLoops
-from mecanique.motion.record.statistics import Statistics
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
     from mecanique.reference.engine.answers import PointMotion, Twist, Wrench
+
+
+@final
+@dataclass(frozen=True)
+class Statistics:
+    """Steps, evaluations and time of an integration.
+
+    Args:
+        steps: number of steps.
+        evaluations: number of evaluations of the equations.
+        seconds: time it took, the reference's construction included [s].
+        rtol: relative tolerance of a step.
+        atol: absolute tolerance of a step.
+    """
+
+    steps: int
+    evaluations: int
+    seconds: float
+    rtol: float
+    atol: float
 
 
 _MARKS = ("", "'", "''")

@@ -33,8 +33,7 @@ from mecanique.motion.simulation.integrators.methods import (
 )
 from mecanique.motion.simulation.integrators.refinement import refine, step_accuracy
 from mecanique.motion.simulation.integrators.taylor import integrate_series
-from mecanique.motion.simulation.outcome import Outcome
-from mecanique.motion.simulation.problem import Course, Integration, Problem
+from mecanique.motion.simulation.problem import Course, Integration, Outcome, Problem
 from mecanique.motion.simulation.watching.watcher import Interruption, Watcher
 
 

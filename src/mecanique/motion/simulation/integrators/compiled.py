@@ -24,9 +24,8 @@ from mecanique.motion.simulation.integrators.methods import (
     advance_within,
 )
 from mecanique.motion.simulation.integrators.refinement import refine, step_accuracy
-from mecanique.motion.simulation.integrators.stalling import Headway
-from mecanique.motion.simulation.outcome import Kind, Outcome
-from mecanique.motion.simulation.problem import Course, Integration, Problem
+from mecanique.motion.simulation.integrators.stalling import StallDetector
+from mecanique.motion.simulation.problem import Course, Integration, Kind, Outcome, Problem
 
 _KINDS: dict[str, Kind] = {
     "end": "end",
@@ -88,7 +87,7 @@ def integrate_in_c(
     tolerances = Tolerances(rtol, atol, problem.max_step, problem.max_steps)
     march = stepper.march(problem.start, problem.t0, problem.times, tolerances)
     task = Task(owning(equations), False, rtol, atol, restarts=True)
-    run, steps = _Run(problem, stepper, march, task, Headway(problem)), Steps()
+    run, steps = _Run(problem, stepper, march, task, StallDetector(problem)), Steps()
     steps.add(problem.t0, problem.start, task.rhs(problem.t0, problem.start))
     outcome: Outcome | None = None
     occurrences: _Events = _no_events
@@ -98,7 +97,7 @@ def integrate_in_c(
             reason, t, y, dy = march.advance(problem.end)
             steps.extend(t, y, dy)
             outcome = problem.report(march.t)
-            if outcome is None and run.headway.is_lost(len(steps.t), march.t):
+            if outcome is None and run.stalls.is_stalled(len(steps.t), march.t):
                 outcome = Outcome("no headway")
             under_way = outcome is None and march.t < problem.end
             if under_way and look is not None and look(steps.taken, march.t):
@@ -159,14 +158,14 @@ class _Run:
         stepper: the compiled code.
         march: the motion in it.
         task: the equations as Python, with the tolerances of steps past singular positions.
-        headway: whether it leads on.
+        stalls: finds whether it leads nowhere.
     """
 
     problem: Problem
     stepper: Stepper
     march: March
     task: Task
-    headway: Headway
+    stalls: StallDetector
 
     def pass_by(self, steps: Steps) -> Outcome | None:
         """Integrate by the reference past a singular position; return why to stop, if so.
@@ -181,7 +180,7 @@ class _Run:
 
         def look() -> Outcome | None:
             t, y = own.t[-1], own.y[-1]
-            if self.headway.is_lost(before + len(own.t), t):
+            if self.stalls.is_stalled(before + len(own.t), t):
                 return Outcome("no headway")
             away = self.stepper.distance(t, y) > _AWAY * NEAREST
             return Outcome("halt") if away or loops.has_left(t, y) else None

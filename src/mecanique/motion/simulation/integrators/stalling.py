@@ -29,7 +29,7 @@ _LOOPS = _Pace(500, 5e-7)
 
 
 @final
-class Headway:
+class StallDetector:
     """Watches the points of a run.
 
     Args:
@@ -42,7 +42,7 @@ class Headway:
         self._least = self._pace.part * (problem.end - problem.t0)
         self._next, self._checked = self._pace.points, problem.t0
 
-    def is_lost(self, points: int, t: float) -> bool:
+    def is_stalled(self, points: int, t: float) -> bool:
         """Return whether the last points cover next to nothing.
 
         Args:

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from mecanique.motion.record.curve import Curve, State
-from mecanique.motion.simulation.outcome import Outcome
-from mecanique.motion.simulation.problem import Course, Integration, Problem
+from mecanique.motion.simulation.problem import Course, Integration, Outcome, Problem
 
 AT_ONCE = 20_000
 """Steps between reports of progress and looks for an interruption."""

@@ -12,9 +12,8 @@ from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence, Quantity
 from mecanique.motion.record.steps import Steps
 from mecanique.motion.simulation.integrators.methods import Task, advance_within
-from mecanique.motion.simulation.integrators.stalling import Headway
-from mecanique.motion.simulation.outcome import Outcome
-from mecanique.motion.simulation.problem import Problem
+from mecanique.motion.simulation.integrators.stalling import StallDetector
+from mecanique.motion.simulation.problem import Outcome, Problem
 from mecanique.motion.simulation.watching.validity import Margin
 
 PLACES = (0.25, 0.5, 0.75, 1.0)
@@ -103,7 +102,7 @@ class Watcher:
         self._progress = problem.progress
         self._begin, self._duration = problem.t0, problem.end - problem.t0
         self._next_report = problem.t0
-        self._headway = Headway(problem, implicit=task.implicit)
+        self._stalls = StallDetector(problem, implicit=task.implicit)
         self._most_drift = 10 * task.rtol if rates.balls else float("inf")
         self._idle = not (problem.events or problem.progress or rates.balls or problem.loops)
 
@@ -126,7 +125,7 @@ class Watcher:
         steps = self._steps
         if self._reconsider is not None and self._reconsider(steps.taken, steps.t[-1]):
             return Outcome("reconsider")
-        if self._headway.is_lost(len(steps.t), steps.t[-1]):
+        if self._stalls.is_stalled(len(steps.t), steps.t[-1]):
             return Outcome("no headway")
         if self._idle:
             return None
