@@ -16,6 +16,7 @@ from mecanique import (
     simulate,
     sweep_speeds,
     textbook,
+    verify,
 )
 from mecanique.verification.states import random_states
 
@@ -219,3 +220,13 @@ def test_a_disk_down_an_incline_has_its_normal_force_and_friction() -> None:
         forces = source.multipliers({"z": 0.3}, {"x": 1.0, "turn": 1 / 0.3})
         assert forces["contact: normal"] == pytest.approx(weight * np.cos(slope), rel=1e-13)
         assert forces["contact: x"] == pytest.approx(-weight * np.sin(slope) / 3, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("rpy", "crown"), [((0.3, 0.0, 0.0), 0.0), ((0.3, 0.0, 0.0), 0.1), ((0.3, -0.7, 1.1), 0.0)]
+)
+def test_the_closed_form_on_a_tilted_plane(rpy: tuple[float, float, float], crown: float) -> None:
+    """Terms beside the root of a large integer are no measure of those without it."""
+    verdict = verify(wheel(crown, Placement((0.1, 0.2, 0.3), rpy)), 4, 1)
+    assert verdict.agrees, str(verdict)
+    assert "closed form" in {row.sources[0] for row in verdict.rows}

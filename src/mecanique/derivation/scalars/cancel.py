@@ -42,11 +42,17 @@ def without_rounding(series: Series, summed: Iterable[Series]) -> Series:
 
     Numbers given as floats are exact here, but a tilt's matrix is orthogonal up to rounding only.
     """
-    top = max((abs(c) for term in summed for _, _, c in term.terms()), default=Fraction(0))
-    least = top * Fraction(ROUNDING) * series.denominator
+
+    def has_root(monomial: int) -> bool:
+        return any(exponent(monomial, index) for index, _ in series.ring.roots)
+
+    # the root of a sum of floats is that of an integer as large as their denominators, so that
+    # coefficients beside it are no measure of others, nor others of them
+    sizes = (abs(c) for term in summed for _, m, c in term.terms() if not has_root(m))
+    least = max(sizes, default=Fraction(0)) * Fraction(ROUNDING) * series.denominator
     parts: dict[int, Polynomial] = {}
     for trig, polynomial in series.parts.items():
-        kept = {monomial: c for monomial, c in polynomial.items() if abs(c) > least}
+        kept = {m: c for m, c in polynomial.items() if abs(c) > least or has_root(m)}
         if kept:
             parts[trig] = kept
     return canonical(series.ring, parts, series.denominator, series.reach)
