@@ -142,7 +142,7 @@ def test_equilibria_start_where_they_are_told() -> None:
     mechanism = mq.textbook.load("rigid_bar_pendulum")
     (top,) = equilibria(mechanism, starts=[{"q": 3.0}])
     assert abs(top.q[0]) == pytest.approx(np.pi, rel=1e-12)
-    with pytest.raises(mq.InputError, match="number of starts of at least 0, got -1"):
+    with pytest.raises(mq.InputError, match="at least 0 for the number of starts, got -1"):
         equilibria(mechanism, starts=-1)
     with pytest.raises(mq.UnknownNameError, match="unknown coordinate 'p'"):
         equilibria(mechanism, starts=[{"p": 3.0}])
@@ -186,3 +186,11 @@ def test_a_table_of_modes_has_no_nan_and_no_minus_zero() -> None:
     assert "nan" not in table
     assert "none" in table
     assert "-0.0000" not in table
+
+
+def test_numbers_of_random_positions_are_bounded() -> None:
+    linkage = mq.textbook.load("four_bar_linkage")
+    with pytest.raises(mq.InputError, match="expected at most 1000000 for tries, got more"):
+        mq.assembly_branches(linkage, {"phi": 1.0}, tries=10**400)
+    with pytest.raises(mq.InputError, match="expected at most 1000000 for the number of starts"):
+        mq.equilibria(linkage, 10**400)

@@ -118,17 +118,20 @@ def _shorten(numbers: np.ndarray) -> str:
     return f"{numbers[~np.isfinite(numbers)][:3].tolist()} among them"
 
 
-def whole(number: object, what: str, least: int = 1) -> int:
+def whole(number: object, what: str, least: int = 1, most: int | None = None) -> int:
     """Return a whole number, or raise.
 
     Args:
         number: as given.
         what: its name, for the message.
         least: the smallest that is allowed.
+        most: the largest that is allowed, if there is one.
 
     Raises:
-        InputError: if it is no whole number or too small.
+        InputError: if it is no whole number, too small or too large.
     """
     if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < least:
         raise InputError(f"expected a whole number of at least {least} for {what}, got {number!r}")
+    if most is not None and number > most:
+        raise InputError(f"expected at most {most} for {what}, got more")
     return int(number)

@@ -14,6 +14,7 @@ from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
 from mecanique.model.random_positions import draw_positions
+from mecanique.model.values import whole
 from mecanique.motion.linear.differences import linearize_about
 from mecanique.motion.linear.equilibrium import equilibrium_near
 from mecanique.motion.linear.linearization import Linearization
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 
 _REACH = 1.0
 """Lengths of random starts lie within this of zero [m]."""
+
+MOST_STARTS = 1_000_000
+"""Random starts that may be asked for: hours of work."""
 
 SAME = 1e-6
 """Positions closer than this are one equilibrium."""
@@ -108,9 +112,8 @@ def equilibria(
 
         refuse_locked(reference.closed, t)
     if isinstance(starts, int):
-        if starts < 0:
-            raise InputError(f"expected a number of starts of at least 0, got {starts}")
-        positions = random_starts(mechanism, starts, seed)
+        count = whole(starts, "the number of starts", 0, MOST_STARTS)
+        positions = random_starts(mechanism, count, seed)
     else:
         positions = [mechanism.position(start) for start in starts]
     found = Found(reference, positions, t)

@@ -144,6 +144,9 @@ def _within(closed: Closed, q: Array, metric: Metric, tangent: Tangent, bend: Ar
     return displace(closed, q, metric.columns @ (tangent.along + tangent.directions @ bend))
 
 
+MOST_TRIES = 1_000_000
+"""Random positions that may be asked for: hours of work."""
+
 _NEAR = 1e-4
 """Gap, in characteristic lengths or radians, below which steps are not damped."""
 
@@ -417,7 +420,11 @@ def assembly_branches(
         >>> len(ways)
         2
     """
-    most, tries, seed = whole(most, "most"), whole(tries, "tries"), whole(seed, "seed", 0)
+    most, tries, seed = (
+        whole(most, "most"),
+        whole(tries, "tries", most=MOST_TRIES),
+        whole(seed, "seed", 0),
+    )
     keep = names_of(keep, "keep")
     start = assemble(mechanism, guess, keep=keep, t=t)
     if not mechanism.constrained:
