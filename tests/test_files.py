@@ -21,11 +21,11 @@ def full(*_: object) -> None:
 
 def test_a_full_disk_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = tmp_path / "motion.csv"
-    target.write_text("before")
+    target.write_text("before", encoding="utf-8")
     with pytest.raises(OSError, match="No space left") as caught, write_whole(target):
         full()
     assert caught.value.filename == str(target)
-    assert target.read_text() == "before"
+    assert target.read_text(encoding="utf-8") == "before"
     assert [path.name for path in tmp_path.iterdir()] == ["motion.csv"]
     monkeypatch.setattr("os.fsync", full)
     result = CliRunner().invoke(app, ["urdf", "simple_pendulum", "-o", str(tmp_path / "a.urdf")])

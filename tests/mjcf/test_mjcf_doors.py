@@ -45,7 +45,7 @@ def test_the_same_robot_in_two_formats_agrees(tmp_path: Path) -> None:
     file = tmp_path / "pendulum.urdf"
     mq.write_urdf(mechanism, file)
     assert mq.verify(mechanism, against=file, samples=10).agrees
-    (tmp_path / "heavy.xml").write_text(PENDULUM.replace('mass="2"', 'mass="3"'))
+    (tmp_path / "heavy.xml").write_text(PENDULUM.replace('mass="2"', 'mass="3"'), encoding="utf-8")
     assert "mass" in str(mq.diff(mechanism, tmp_path / "heavy.xml"))
 
 

@@ -172,7 +172,7 @@ def test_large_meshes_are_refused_before_they_are_held(
         ("a.obj", "v 0 0 0\n" * 4 + "f 1 2 3 4\n"),
         ("b.stl", "solid " + "vertex 0 0 0 " * 6),
     ):
-        (tmp_path / name).write_text(text)
+        (tmp_path / name).write_text(text, encoding="utf-8")
         with pytest.raises(mq.InputError, match="at most 1 triangles, got 2"):
             read_mesh(tmp_path / name)
 

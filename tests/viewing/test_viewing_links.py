@@ -51,11 +51,11 @@ def test_links_without_pictures_reach_from_joint_to_joint(visual: str, tmp_path:
         (rod,) = bodies[name].shapes
         radii[name], length = rod.size
         axis, center = np.array(rod.pose)[:3, 2], np.array(rod.pose)[:3, 3]
-        np.testing.assert_allclose(center - axis * length / 2, 0, atol=1e-12)
-        np.testing.assert_allclose(center + axis * length / 2, end, atol=1e-12)
+        np.testing.assert_allclose(center - axis * length / 2, 0, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(center + axis * length / 2, end, rtol=0, atol=1e-12)
         rotation = np.array(rod.pose)[:3, :3]
-        np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
-        assert np.linalg.det(rotation) == pytest.approx(1)
+        np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), rtol=0, atol=1e-12)
+        assert np.linalg.det(rotation) == pytest.approx(1, rel=1e-12)
     assert radii["upper"] > radii["fore"] > radii["hand"]
 
 

@@ -101,7 +101,7 @@ def derivation_of(equations: Equations) -> Derivation:
     blocks = []
     _, *parts = equations.document.sections()
     for part in parts:
-        last = part.title in ("Equations of motion", "Result")
+        last = part.title == "Equations of motion"
         formulas = part.formulas or ("",)
         for k, formula in enumerate(formulas):
             heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
