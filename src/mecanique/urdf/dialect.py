@@ -71,35 +71,22 @@ ACTUATOR_GEAR = "drake:gear_ratio"
 @final
 @dataclass(frozen=True)
 class Child:
-    """One child element of an extension.
-
-    Args:
-        tag: its name.
-        attribute: where its content stands: `name` of a link or frame, or `value`.
-        count: how many numbers the value holds; 0 for a name.
-        meaning: what it says.
-    """
+    """One child element of an extension."""
 
     tag: str
     attribute: Literal["name", "value"]
-    count: int
+    count: int  # how many numbers the value holds; 0 for a name
     meaning: str
 
 
 @final
 @dataclass(frozen=True)
 class Extension:
-    """An element below `robot` that URDF does not define.
-
-    Args:
-        tag: its name.
-        meaning: what it adds to the model.
-        children: its children by role, in the order written; all are required.
-    """
+    """An element below `robot` that URDF does not define."""
 
     tag: str
     meaning: str
-    children: Mapping[str, Child]
+    children: Mapping[str, Child]  # its children by role, in the order written; all are required
 
 
 def _link(tag: str, meaning: str) -> Child:

@@ -19,13 +19,7 @@ _ALWAYS = {"M006"}
 
 @final
 class Report:
-    """Collect the findings of one text.
-
-    Args:
-        file: name of the file, if there is one.
-        findings: where to note them; a list of its own by default.
-        stops: whether an error refuses the file.
-    """
+    """Collect the findings of one text."""
 
     def __init__(
         self, file: str | None, findings: list[Finding] | None = None, *, stops: bool = True
@@ -47,15 +41,7 @@ class Report:
         message: str,
         remedy: str | None = None,
     ) -> None:
-        """Note a finding.
-
-        Args:
-            code: the rule's code, or a rule of another package.
-            at: the element or line at fault.
-            where: the link, joint or other element.
-            message: what is found.
-            remedy: how to mend it, if better known than by the rule.
-        """
+        """Note a finding."""
         rule = RULES[code] if isinstance(code, str) else code
         line, file = (at, "") if isinstance(at, int) else (at.line, at.file)
         finding = Finding(
@@ -79,14 +65,7 @@ class Report:
         message: str,
         remedy: str | None = None,
     ) -> None:
-        """Note one finding for many places, at the first of them; nothing without places.
-
-        Args:
-            code: the rule's code.
-            places: element and name of each place.
-            message: what is found there.
-            remedy: how to mend it, if better known than by the rule.
-        """
+        """Note one finding for many places, at the first of them; nothing without places."""
         if places:
             names = list(dict.fromkeys(where for _, where in places))
             shown = ", ".join(names[:4]) + (f", … ({len(names)} in all)" if len(names) > 4 else "")
@@ -109,14 +88,7 @@ class Report:
         return any(finding.stops for finding in self.findings)
 
     def refuse(self, *, strict: bool = True) -> None:
-        """Raise one error for all errors found, if any of them stops the reader.
-
-        Args:
-            strict: whether every error does.
-
-        Raises:
-            UrdfError: that lists every error with its file and line.
-        """
+        """Raise one error for all errors found, if any of them stops the reader."""
         errors = sorted(self.errors, key=lambda finding: finding.line)
         if not (errors if strict else self.stopped):
             return

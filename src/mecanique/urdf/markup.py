@@ -64,19 +64,12 @@ class Comment:
 @final
 @dataclass(frozen=True)
 class Tag:
-    """An element.
-
-    Args:
-        tag: its name.
-        children: what stands inside.
-        content: text inside, instead of children.
-        attributes: name -> text.
-    """
+    """An element."""
 
     tag: str
     children: Sequence[Node]
-    content: str
-    attributes: dict[str, str]
+    content: str  # text inside, instead of children
+    attributes: dict[str, str]  # name -> text
 
     def __init__(self, tag: str, /, *children: Node, content: str = "", **attributes: str) -> None:
         object.__setattr__(self, "tag", tag)
@@ -94,15 +87,7 @@ def text(root: Tag) -> str:
 
 
 def number(value: float, what: str) -> str:
-    """Return a number so that reading it gives the same number again.
-
-    Args:
-        value: the number.
-        what: what it is, for the message.
-
-    Raises:
-        UrdfError: if it is not finite.
-    """
+    """Return a finite number so that reading it gives the same number again."""
     value = float(value)
     if not math.isfinite(value):
         raise UrdfError(f"expected a finite number for {what}, got {value}; a URDF cannot hold it")
@@ -113,15 +98,7 @@ def number(value: float, what: str) -> str:
 
 
 def numbers(values: Iterable[float], what: str) -> str:
-    """Return several numbers separated by spaces.
-
-    Args:
-        values: the numbers.
-        what: what they are, for the message.
-
-    Raises:
-        UrdfError: if one of them is not finite.
-    """
+    """Return several finite numbers separated by spaces."""
     return " ".join(number(value, what) for value in values)
 
 

@@ -42,23 +42,14 @@ _MOST_STEPS = 100_000
 @final
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Triangles, each by its corners; normals follow from them.
+    """Triangles, each by its corners; normals follow from them."""
 
-    Args:
-        corners: shape (m, 3, 3), in the file's units; counterclockwise from outside.
-        rgba: color and opacity, each from 0 to 1; None if the file gives none.
-    """
-
-    corners: Array
-    rgba: Rgba | None = None
+    corners: Array  # shape (m, 3, 3), in the file's units; counterclockwise from outside
+    rgba: Rgba | None = None  # color and opacity, each from 0 to 1; None if the file gives none
 
 
 def by_color(surfaces: Iterable[Surface]) -> tuple[Surface, ...]:
-    """Join surfaces of one color, in the order in which the colors appear.
-
-    Args:
-        surfaces: those without a triangle are left out.
-    """
+    """Join surfaces of one color, in the order of the colors; empty surfaces are left out."""
     colors: dict[Rgba | None, list[Array]] = {}
     for surface in surfaces:
         if len(surface.corners):
@@ -72,14 +63,7 @@ def _limit(triangles: int) -> None:
 
 
 def fan(counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Cut polygons into triangles that share each polygon's first corner.
-
-    Args:
-        counts: shape (k,), number of corners of each polygon; fewer than three give no triangle.
-
-    Returns:
-        Shape (m, 3), places of the triangles' corners in the row of all corners.
-    """
+    """Cut polygons, shape (k,) corners each, into triangles that share a corner, shape (m, 3)."""
     starts = np.cumsum(counts) - counts
     triangles = np.maximum(counts - 2, 0)
     _limit(int(triangles.sum()))
@@ -94,14 +78,7 @@ _VERTEX = re.compile(rb"(?<!\S)vertex(?!\S)(?:\s+(\S+)\s+(\S+)\s+(\S+))?")
 
 
 def read_stl(data: bytes) -> tuple[Surface, ...]:
-    """Read the triangles of an STL file.
-
-    Args:
-        data: its bytes; binary if their number is what the head states, text otherwise.
-
-    Raises:
-        InputError: if it is neither.
-    """
+    """Read the triangles of an STL file, binary if its head states their number, else text."""
     count = int.from_bytes(data[_HEAD - 4 : _HEAD], "little")
     if len(data) >= _HEAD + count * _FACET.itemsize and not (
         data.startswith(b"solid") and b"facet" in data[:1000]
@@ -126,15 +103,7 @@ def read_stl(data: bytes) -> tuple[Surface, ...]:
 
 
 def read_obj(data: bytes, folder: Path) -> tuple[Surface, ...]:
-    """Read the faces of an OBJ file, material by material.
-
-    Args:
-        data: the file.
-        folder: where its material libraries are; a missing one is ignored.
-
-    Raises:
-        InputError: if a line cannot be understood.
-    """
+    """Read the faces of an OBJ file by material; a missing material library is ignored."""
     # arrays take a tenth of what lists of numbers do
     points, triangles = array("d"), 0
     faces: dict[str, tuple[array[int], array[int]]] = {}
@@ -207,11 +176,7 @@ _DEEPEST = 40
 
 
 def read_collada(data: bytes) -> tuple[Surface, ...]:
-    """Read a COLLADA file.
-
-    Raises:
-        InputError: if it is not XML, or refers to elements it does not contain.
-    """
+    """Read a COLLADA file."""
     try:
         root = tree_of(data)
     except XmlRefusedError as error:
@@ -395,14 +360,7 @@ _TRANSFORMS = {"matrix": _transform, "translate": _translate, "rotate": _rotate,
 
 
 def read_mesh(path: Path) -> tuple[Surface, ...]:
-    """Read the surfaces of a mesh file, one for each color.
-
-    Args:
-        path: an STL, OBJ or DAE file.
-
-    Raises:
-        InputError: if there is no such file, its format is another, or it is broken.
-    """
+    """Read the surfaces of an STL, OBJ or DAE file, one for each color."""
     if not path.is_file():
         raise InputError(f"mesh file {path}: there is no such file")
     form = path.suffix.lower().lstrip(".")

@@ -8,11 +8,7 @@ from typing import final
 
 @final
 class Names:
-    """Give each thing a name of its own.
-
-    Args:
-        taken: names not to give.
-    """
+    """Give each thing a name of its own, none of those taken."""
 
     def __init__(self, taken: Iterable[str] = ()) -> None:
         self._taken = set(taken)

@@ -22,12 +22,7 @@ MOST_BYTES = 20_000_000
 
 
 def parse(data: bytes | str, report: Report) -> Element | None:
-    """Return the root element of an XML text, or None if it cannot be read; the report says why.
-
-    Args:
-        data: the text; bytes carry their own encoding, UTF-8 by default.
-        report: where faults are noted.
-    """
+    """Return the root element of an XML text, or None if it cannot be read; the report says why."""
     try:
         raw = data.encode() if isinstance(data, str) else data
     except UnicodeEncodeError as error:

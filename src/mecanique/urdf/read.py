@@ -153,15 +153,7 @@ def mechanism_of(
     *,
     damping: bool = True,
 ) -> Mechanism | None:
-    """Return the mechanism of a document; None if it has errors, which are in the report.
-
-    Args:
-        document: what the text says.
-        report: its faults so far; what the model finds is added.
-        gravity: shape (3,), acceleration of free fall in world axes [m/s²].
-        root: "fixed" or "floating".
-        damping: whether that of joints counts.
-    """
+    """Return the mechanism of a document; None if it has errors, which are in the report."""
     if report.stopped or document.root is None:
         return None
     joints, between = _joints(document, report)

@@ -47,19 +47,7 @@ _FRAME = {"link", "xyz", "rpy"}
 
 
 def with_loops(mechanism: Mechanism, path: str | os.PathLike[str]) -> Mechanism:
-    """Return a mechanism with the loops, springs and dampers of a TOML file.
-
-    Args:
-        mechanism: an open tree, as read from a URDF.
-        path: of the file.
-
-    Returns:
-        The closed mechanism.
-
-    Raises:
-        InputError: if the file cannot be read, or a field is missing, unknown or of another kind.
-        MechanismError: if a link or joint does not exist, or a loop does not fit.
-    """
+    """Return a mechanism with the loops, springs and dampers of a TOML file."""
     file = Path(path)
     try:
         found = tomllib.loads(file.read_text(encoding="utf-8"))

@@ -341,27 +341,15 @@ Kind: TypeAlias = Literal["fixed", "continuous", "revolute", "prismatic", "float
 @final
 @dataclass(frozen=True)
 class SimpleJoint:
-    """A joint of URDF.
-
-    Args:
-        name: its name.
-        kind: its type; "ball" for the type that only Drake has.
-        parent: name of the parent link.
-        child: name of the child link.
-        coordinate: name of its coordinate, if it has one alone.
-        xyz: shape (3,), position of its frame in the parent [m].
-        rpy: shape (3,), orientation of its frame in the parent [rad].
-        axis: shape (3,), None for a joint without.
-        limits: bounds, if any.
-    """
+    """A joint of URDF."""
 
     name: str
-    kind: Kind
+    kind: Kind  # its type; "ball" for the type that only Drake has
     parent: str
     child: str
-    coordinate: str | None = None
-    xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    coordinate: str | None = None  # name of its coordinate, if it has one alone
+    xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of its frame in the parent [m]
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of its frame in the parent [rad]
     axis: tuple[float, float, float] | None = None
     limits: Limits | None = None
 
@@ -369,12 +357,7 @@ class SimpleJoint:
 def chains(
     mechanism: Mechanism, spherical: Literal["ball", "floating"] = "ball"
 ) -> dict[str, tuple[SimpleJoint, ...]]:
-    """Return the simple joints of each joint, by its name; the last has its name and child.
-
-    Args:
-        mechanism: the mechanism.
-        spherical: the type a `Spherical` joint becomes.
-    """
+    """Return the simple joints of each joint, by its name; the last has its name and child."""
     if spherical not in ("ball", "floating"):
         raise InputError(f"expected 'ball' or 'floating' for a spherical joint, got {spherical!r}")
     joints = {joint.name for joint in mechanism.joints}
@@ -433,11 +416,7 @@ def _chain(
 
 
 def ends_of_tags(mechanism: Mechanism) -> set[str]:
-    """Return the names of the bodies at which a spring, a damper, a loop or a cord ends.
-
-    Args:
-        mechanism: whose forces and loops they are.
-    """
+    """Return the names of the bodies at which a spring, a damper, a loop or a cord ends."""
     ends: set[str] = set()
     for force in mechanism.forces:
         if isinstance(force, LineLoad):
@@ -455,13 +434,7 @@ def ends_of_tags(mechanism: Mechanism) -> set[str]:
 def forces_and_loops(
     mechanism: Mechanism, anchors: Mapping[str, str], *, mimicked: bool
 ) -> Iterator[Node]:
-    """Give the tags of springs, dampers, loops and cords, each after a comment with its name.
-
-    Args:
-        mechanism: whose forces and loops they are.
-        anchors: body -> the link that stands for it in the tags.
-        mimicked: whether mimic joints say all that the coordinate map does.
-    """
+    """Give the tags of springs, dampers, loops and cords, each after a comment with its name."""
     for force in mechanism.forces:
         match force:
             case Spring():

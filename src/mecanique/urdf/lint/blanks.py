@@ -34,19 +34,12 @@ _START_TAG = re.compile(rb"<[^\s/>]+(?:[^>\"']|\"[^\"]*\"|'[^']*')*>")
 @final
 @dataclass(frozen=True)
 class Blank:
-    """An attribute that urdfdom cannot read.
-
-    Args:
-        element: the element.
-        attribute: name of the attribute.
-        value: as written, with its blanks.
-        drops: whether an inertia is silently dropped; else the file is refused.
-    """
+    """An attribute that urdfdom cannot read."""
 
     element: Element
     attribute: str
-    value: str
-    drops: bool
+    value: str  # as written, with its blanks
+    drops: bool  # whether an inertia is silently dropped; else the file is refused
 
 
 def check(document: Document, report: Report) -> None:
@@ -63,12 +56,7 @@ def check(document: Document, report: Report) -> None:
 
 
 def blanks(robot: Element, raw: bytes) -> Iterator[Blank]:
-    """Yield the attributes of a robot that urdfdom cannot read because of blanks.
-
-    Args:
-        robot: the <robot> element.
-        raw: the text that it was parsed from.
-    """
+    """Yield the attributes of a robot that urdfdom cannot read because of blanks."""
     for holder in robot.children:
         yield from _within(holder, raw)
 
@@ -92,13 +80,7 @@ def _within(holder: Element, raw: bytes) -> Iterator[Blank]:
 
 
 def raw_attribute(element: Element, raw: bytes, name: str) -> str | None:
-    """Return an attribute as written, its blanks untouched; None if it is not there.
-
-    Args:
-        element: the element.
-        raw: the text.
-        name: of the attribute.
-    """
+    """Return an attribute as written, its blanks untouched; None if it is not there."""
     tag = start_tag(element, raw)
     found = tag and re.search(
         rb"\s%s\s*=\s*(?:\"([^\"]*)\"|'([^']*)')" % name.encode(), tag.group()
@@ -110,10 +92,5 @@ def raw_attribute(element: Element, raw: bytes, name: str) -> str | None:
 
 
 def start_tag(element: Element, raw: bytes) -> re.Match[bytes] | None:
-    """Return the start tag of an element in the text; None if that is in another encoding.
-
-    Args:
-        element: the element.
-        raw: the text.
-    """
+    """Return the start tag of an element in the text; None if that is in another encoding."""
     return _START_TAG.match(raw, element.offset)

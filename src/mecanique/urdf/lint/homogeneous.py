@@ -68,13 +68,7 @@ class Solid:
 def solid_of(
     shapes: Sequence[Visual], *, meshes: bool, faults: list[str] | None = None
 ) -> Solid | None:
-    """Return the solid that some shapes make together; None if one of them is not known.
-
-    Args:
-        shapes: of one link.
-        meshes: whether to read the files of meshes.
-        faults: where the meshes that cannot be read are noted, with the reason.
-    """
+    """Return the solid that shapes make together, None if one is unknown; note faults of meshes."""
     parts = []
     for shape in shapes:
         try:
@@ -369,13 +363,7 @@ def compare_inertias(
 
 
 def check(link: Link, report: Report, *, meshes: bool) -> None:
-    """Note a center of mass outside of the link's shape, and a density that no material has.
-
-    Args:
-        link: the link.
-        report: where findings go.
-        meshes: whether to read the files of meshes.
-    """
+    """Note a center of mass outside of the link's shape, and a density that no material has."""
     if not link.mass > 0:
         return
     # what is drawn may lack a motor; what collides may be larger than the part

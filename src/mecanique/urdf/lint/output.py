@@ -16,11 +16,7 @@ from mecanique.urdf.rules import RULES, Rule
 
 
 def as_text(findings: Sequence[Finding]) -> str:
-    """Return findings as text: why each matters and how to fix it, then their number.
-
-    Args:
-        findings: from `lint`.
-    """
+    """Return findings as text: why each matters and how to fix it, then their number."""
     lines = [
         line
         for finding in findings
@@ -36,11 +32,7 @@ def as_text(findings: Sequence[Finding]) -> str:
 
 
 def as_json(findings: Sequence[Finding]) -> str:
-    """Return findings as JSON: an object with the list "findings".
-
-    Args:
-        findings: from `lint`.
-    """
+    """Return findings as JSON: an object with the list "findings"."""
     rows = [asdict(finding) for finding in findings]
     return json.dumps({"findings": rows}, indent=2, ensure_ascii=False)
 
@@ -49,11 +41,7 @@ _LEVELS = {"error": "error", "warning": "warning", "info": "note"}
 
 
 def as_sarif(findings: Sequence[Finding]) -> str:
-    """Return findings as a SARIF 2.1.0 log.
-
-    Args:
-        findings: from `lint`.
-    """
+    """Return findings as a SARIF 2.1.0 log."""
     codes = sorted({finding.code for finding in findings})
     driver = {"name": "mecanique", "rules": [_rule(RULES[code]) for code in codes]}
     results = [_result(finding, codes.index(finding.code)) for finding in findings]

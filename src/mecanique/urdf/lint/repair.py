@@ -58,11 +58,7 @@ class Balance:
 
 
 def balances(robot: Element) -> Iterator[Balance]:
-    """Yield every inertia of a robot that no real body has, with the nearest one.
-
-    Args:
-        robot: the <robot> element.
-    """
+    """Yield every inertia of a robot that no real body has, with the nearest one."""
     for link in robot.all("link"):
         inertial = link.child("inertial")
         mass, inertia = (
@@ -81,11 +77,7 @@ def balances(robot: Element) -> Iterator[Balance]:
 
 
 def nearest_inertia(inertia: Sequence[float]) -> tuple[float, ...]:
-    """Return the nearest inertia that a real body can have, by the Frobenius norm.
-
-    Args:
-        inertia: ixx, iyy, izz, ixy, ixz, iyz [kg·m²].
-    """
+    """Return a real body's nearest inertia (ixx, iyy, izz, ixy, ixz, iyz), by Frobenius norm."""
     moments, axes = np.linalg.eigh(tensor_of(inertia))
     return entries_of(axes @ np.diag(_project(moments)) @ axes.T)
 

@@ -40,17 +40,11 @@ _WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[0-9]+|[^A-Za-z0-9]+")
 @final
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """A link in the root's axes, with all joints at zero.
+    """A link in the root's axes, with all joints at zero."""
 
-    Args:
-        origin: of its frame, shape (3,) [m].
-        center: of mass, shape (3,) [m].
-        inertia: about the center, shape (3, 3) [kg·m²].
-    """
-
-    origin: Array
-    center: Array
-    inertia: Array
+    origin: Array  # of its frame, shape (3,) [m]
+    center: Array  # of mass, shape (3,) [m]
+    inertia: Array  # about the center, shape (3, 3) [kg·m²]
 
 
 def mirror_name(name: str) -> str:

@@ -33,13 +33,7 @@ _ONES = (1.0, 1.0, 1.0)
 
 
 def contact_tag(mechanism: Mechanism, contact: Contact, anchors: Mapping[str, str]) -> Tag:
-    """Return the element of a contact.
-
-    Args:
-        mechanism: whose contact it is.
-        contact: the contact.
-        anchors: body -> the link that stands for it in the tags.
-    """
+    """Return the element of a contact."""
     where = f"contact {contact.name!r}"
 
     def text(components: Iterable[Scalar]) -> str:
@@ -75,14 +69,7 @@ def contact_tag(mechanism: Mechanism, contact: Contact, anchors: Mapping[str, st
 def read_contact(
     element: Element, links: Collection[str], names: Names, report: Report
 ) -> Contact | None:
-    """Return the contact that an element describes; None if faults were reported.
-
-    Args:
-        element: the element.
-        links: names of all links.
-        names: those that loops and forces have taken.
-        report: where faults are noted.
-    """
+    """Return the contact that an element describes; None if faults were reported."""
     name = name_of(element, report)
     where = f"contact {name!r}"
     ends = [name_of(element, report, attribute, where) for attribute in ("link", "on")]

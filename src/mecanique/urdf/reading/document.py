@@ -25,15 +25,7 @@ from mecanique.urdf.reading.xacro import Letters, Values, expand
 def root_of(
     links: list[Link], joints: list[JointText], report: Report, complete: bool
 ) -> str | None:
-    """Return the name of the root link; report joints that form no tree, and return None.
-
-    Args:
-        links: all links.
-        joints: all joints.
-        report: where faults are noted.
-        complete: whether every joint and link could be read; if not, disconnected parts are not
-            reported.
-    """
+    """Return the root link's name; report joints that form no tree, and parts apart if complete."""
     by_name = {link.name: link for link in links}
     carrier: dict[str, JointText] = {}
     sound = complete and bool(links)
@@ -107,35 +99,20 @@ _FORMATS = {
 @final
 @dataclass(frozen=True)
 class Document:
-    """The contents of a URDF text.
-
-    Args:
-        text: the text itself.
-        name: the robot's name.
-        element: the root element.
-        links: all links.
-        joints: all joints.
-        root: name of the root link; None if there is not one.
-        mimics: how mimicking joints follow free ones, by name.
-        extensions: what the drake: tags add.
-        rotors: the elements that give rotor inertias.
-        lost: the meshes that were not found, and their links.
-        searched: where packages were looked for, in words.
-        values: of a xacro file's arguments and properties; none of another's.
-    """
+    """The contents of a URDF text."""
 
     text: bytes
     name: str
     element: Element
     links: tuple[Link, ...]
     joints: tuple[JointText, ...]
-    root: str | None
-    mimics: dict[str, Follower]
-    extensions: Extensions
-    rotors: tuple[Element, ...]
-    lost: tuple[tuple[Element, str], ...]
-    searched: str
-    values: Values
+    root: str | None  # name of the root link; None if there is not one
+    mimics: dict[str, Follower]  # how mimicking joints follow free ones, by name
+    extensions: Extensions  # what the drake: tags add
+    rotors: tuple[Element, ...]  # the elements that give rotor inertias
+    lost: tuple[tuple[Element, str], ...]  # the meshes that were not found, and their links
+    searched: str  # where packages were looked for, in words
+    values: Values  # of a xacro file's arguments and properties; none of another's
 
 
 def read_document(
@@ -144,18 +121,7 @@ def read_document(
     arguments: Mapping[str, str] | None = None,
     letters: Letters | None = None,
 ) -> tuple[Document | None, Report]:
-    """Return the contents of a URDF and the faults found; no contents if it is not a robot.
-
-    Args:
-        source: the path of a URDF file, or its text.
-        package_path: folders to search for packages.
-        arguments: of a xacro file, by name.
-        letters: other values of a xacro file's arguments and properties.
-
-    Raises:
-        UnknownNameError: if a xacro file has no such argument.
-        InputError: if there are arguments and it is no xacro file.
-    """
+    """Return the contents of a URDF and the faults found; no contents if it is not a robot."""
     file = None if isinstance(source, str) and "<" in source else Path(source)
     report = Report(None if file is None else str(source))
     search = MeshSearch(file, package_path)

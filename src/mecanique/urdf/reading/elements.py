@@ -53,14 +53,7 @@ Triple: TypeAlias = "tuple[float, float, float]"
 def element_nodes(
     mechanism: Mechanism, anchors: Mapping[str, str], *, mimicked: bool
 ) -> Iterator[Node]:
-    """Give the tags of a mechanism's elements, each after a comment with its name.
-
-    Args:
-        mechanism: whose elements they are.
-        anchors: body -> the link that stands for it in the tags.
-        mimicked: whether mimic joints say all that the coordinate map does; a pin that the map
-            closes is a loop to those who do not know the map.
-    """
+    """Give the tags of a mechanism's elements, each after a comment with its name."""
     for element in mechanism.elements:
         if isinstance(element, Loop):
             yield from loop_nodes(mechanism, element, anchors, redundant=mimicked)
@@ -114,14 +107,7 @@ def _teeth_nodes(mechanism: Mechanism, element: Gear | Rack) -> Iterator[Node]:
 def read_teeth(
     element: Element, joints: Collection[str], names: Names, report: Report
 ) -> Gear | Rack | None:
-    """Return the gear or rack that an element of our own describes; None if faults were reported.
-
-    Args:
-        element: the element.
-        joints: names of all joints.
-        names: those that loops and forces have taken.
-        report: where faults are noted.
-    """
+    """Return the gear or rack that our own element describes; None if faults were reported."""
     name = name_of(element, report)
     where = f"{element.tag.partition(':')[2]} {name!r}"
     carried: list[str] = []
@@ -164,14 +150,7 @@ def read_teeth(
 def read_cord(
     element: Element, links: Collection[str], names: Names, report: Report
 ) -> Cord | None:
-    """Return the cord that an element of our own describes; None if faults were reported.
-
-    Args:
-        element: the element.
-        links: names of all links.
-        names: those that loops and forces have taken.
-        report: where faults are noted.
-    """
+    """Return the cord that an element of our own describes; None if faults were reported."""
     name = name_of(element, report)
     where = f"cord {name!r}"
     first, *over, last = element.children or [element]
@@ -199,14 +178,7 @@ def read_cord(
 def read_belt(
     element: Element, links: Collection[str], names: Names, report: Report
 ) -> Belt | None:
-    """Return the belt that an element of our own describes; None if faults were reported.
-
-    Args:
-        element: the element.
-        links: names of all links.
-        names: those that loops and forces have taken.
-        report: where faults are noted.
-    """
+    """Return the belt that an element of our own describes; None if faults were reported."""
     name = name_of(element, report)
     where = f"belt {name!r}"
     if any(child.tag != _PULLEY for child in element.children):

@@ -54,51 +54,28 @@ class BushingFaultError(Exception):
 @final
 @dataclass(frozen=True)
 class Frame:
-    """A frame on a link.
-
-    Args:
-        link: name of the link.
-        place: where it is in the link.
-    """
+    """A frame on a link."""
 
     link: str
-    place: Placement = field(default_factory=Placement)
+    place: Placement = field(default_factory=Placement)  # where it is in the link
 
 
 @final
 @dataclass(frozen=True)
 class InJoint:
-    """A spring and damper in a joint.
-
-    Args:
-        joint: name of the joint.
-        stiffness: [N·m/rad or N/m].
-        damping: [N·m·s/rad or N·s/m].
-        reference: the joint coordinate without force [rad or m].
-        turns: whether the joint may turn beyond the range where the bushing's angle is continuous.
-    """
+    """A spring and damper in a joint."""
 
     joint: str
-    stiffness: float
-    damping: float
-    reference: float
-    turns: bool
+    stiffness: float  # N·m/rad or N/m
+    damping: float  # N·m·s/rad or N·s/m
+    reference: float  # the joint coordinate without force [rad or m]
+    turns: bool  # whether the joint may leave the range of the bushing's angle
 
 
 def in_joint(
     a: Frame, c: Frame, between: list[JointText], values: Mapping[str, tuple[float, ...]]
 ) -> InJoint:
-    """Return the spring and damper in a joint that are equivalent to a bushing.
-
-    Args:
-        a: one frame.
-        c: the other.
-        between: the joints between their links.
-        values: torque and force stiffness and damping, each shape (3,), along the frame's axes.
-
-    Raises:
-        BushingFaultError: if there are none.
-    """
+    """Return the spring and damper in a joint that a bushing equals; values have shape (3,)."""
     if len(between) != 1 or between[0].kind not in ("revolute", "continuous", "prismatic"):
         raise BushingFaultError(
             f"no revolute or prismatic joint joins its links {a.link!r} and {c.link!r}"
@@ -155,25 +132,15 @@ _OWN = (LOOP, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT, ROLLING, BLADE)
 @final
 @dataclass
 class Extensions:
-    """The extensions of a robot.
+    """The extensions of a robot."""
 
-    Args:
-        forces: springs and dampers.
-        loops: closures.
-        contacts: what rolls, and blades.
-        velocity_constraints: in the names of joints.
-        elements: cords, and loops that mimic joints close.
-        used: the elements of Drake's that they come from.
-        own: the elements that mecanique alone reads.
-    """
-
-    forces: list[AnyForce] = field(default_factory=list)
+    forces: list[AnyForce] = field(default_factory=list)  # springs and dampers
     loops: list[Loop] = field(default_factory=list)
-    contacts: list[Contact] = field(default_factory=list)
-    velocity_constraints: list[Between] = field(default_factory=list)
+    contacts: list[Contact] = field(default_factory=list)  # what rolls, and blades
+    velocity_constraints: list[Between] = field(default_factory=list)  # in the names of joints
     elements: list[AnyElement] = field(default_factory=list)
-    used: list[Element] = field(default_factory=list)
-    own: list[Element] = field(default_factory=list)
+    used: list[Element] = field(default_factory=list)  # the elements of Drake's that they come from
+    own: list[Element] = field(default_factory=list)  # the elements that mecanique alone reads
     names: Names = field(default_factory=Names)
 
 

@@ -27,17 +27,7 @@ def numbers(
     default: tuple[float, ...] | None = None,
     most: float = LARGEST,
 ) -> tuple[float, ...] | None:
-    """Return the numbers of an attribute; None if they cannot be read, which is reported.
-
-    Args:
-        element: the element.
-        attribute: name of the attribute.
-        count: how many numbers it holds.
-        report: where faults are noted.
-        where: the link or joint, for the report.
-        default: what an attribute left out means; it must be there if None.
-        most: greatest magnitude.
-    """
+    """Return an attribute's numbers, `default` without it; None if unreadable, as reported."""
     text = element.attributes.get(attribute)
     what = f"{attribute} of <{element.tag}>"
     if text is None:
@@ -84,41 +74,20 @@ def number(
     default: float | None = None,
     most: float = LARGEST,
 ) -> float | None:
-    """Return the number of an attribute; None if it cannot be read, which is reported.
-
-    Args:
-        element: the element.
-        attribute: name of the attribute.
-        report: where faults are noted.
-        where: the link or joint, for the report.
-        default: what an attribute left out means; it must be there if None.
-        most: greatest magnitude; infinite numbers are read if it is infinite.
-    """
+    """Return an attribute's number, `default` without it; None if unreadable, as reported."""
     standard = None if default is None else (default,)
     values = numbers(element, attribute, 1, report, where, default=standard, most=most)
     return None if values is None else values[0]
 
 
 def placement(parent: Element, report: Report, where: str) -> Placement:
-    """Return the placement by the <origin> inside an element; the parent's frame without one.
-
-    Args:
-        parent: the element around.
-        report: where faults are noted.
-        where: the link or joint, for the report.
-    """
+    """Return the placement by the <origin> inside an element; the parent's frame without one."""
     element = single(parent, "origin", report, where)
     return Placement() if element is None else placement_of(element, report, where)
 
 
 def placement_of(element: Element, report: Report, where: str) -> Placement:
-    """Return the placement that an element's own xyz and rpy give.
-
-    Args:
-        element: with the attributes xyz and rpy, each of which may be left out.
-        report: where faults are noted.
-        where: the link or joint, for the report.
-    """
+    """Return the placement that an element's own xyz and rpy give."""
     zero = (0.0, 0.0, 0.0)
     xyz = numbers(element, "xyz", 3, report, where, default=zero) or zero
     rpy = numbers(element, "rpy", 3, report, where, default=zero) or zero
@@ -126,14 +95,7 @@ def placement_of(element: Element, report: Report, where: str) -> Placement:
 
 
 def single(parent: Element, tag: str, report: Report, where: str) -> Element | None:
-    """Return the child with a tag of which there may be one; more are reported.
-
-    Args:
-        parent: the element around.
-        tag: the child's tag.
-        report: where faults are noted.
-        where: the link or joint, for the report.
-    """
+    """Return the child with a tag of which there may be one; more are reported."""
     found = parent.all(tag)
     if len(found) > 1:
         report.add("M112", found[1], where, f"<{parent.tag}> has {len(found)} <{tag}>")
@@ -143,14 +105,7 @@ def single(parent: Element, tag: str, report: Report, where: str) -> Element | N
 def name_of(
     element: Element, report: Report, attribute: str = "name", where: str = ""
 ) -> str | None:
-    """Return a name that an attribute holds; None if it is missing or unfit, which is reported.
-
-    Args:
-        element: the element.
-        attribute: name of the attribute.
-        report: where faults are noted.
-        where: the link or joint, for the report.
-    """
+    """Return a name that an attribute holds; None if it is missing or unfit, which is reported."""
     name = element.attributes.get(attribute)
     if name is None:
         report.add("M103", element, where, f"<{element.tag}> has no {attribute}=…")

@@ -41,55 +41,32 @@ _X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 @final
 @dataclass(frozen=True)
 class Mimic:
-    """How a joint follows another: coordinate = multiplier × other + offset.
-
-    Args:
-        element: where it is written.
-        joint: name of the other joint.
-        multiplier: factor.
-        offset: [rad or m].
-    """
+    """How a joint follows another: coordinate = multiplier × other + offset."""
 
     element: Element
-    joint: str
+    joint: str  # name of the other joint
     multiplier: float
-    offset: float
+    offset: float  # rad or m
 
 
 @final
 @dataclass(frozen=True)
 class JointText:
-    """A joint as written.
-
-    Args:
-        name: its name.
-        element: where it is written.
-        kind: its type, e.g. "revolute".
-        parent: name of the parent link.
-        child: name of the child link.
-        origin: where its frame stands in the parent.
-        axis: its axis as written, or the default.
-        limits: its bounds, if any are written.
-        damping: [N·m·s/rad or N·s/m].
-        friction: [N·m or N].
-        mimic: the joint it follows, if any.
-        armature: inertia of the drive's rotor seen at the joint [kg·m² or kg].
-        screw: whether it is the slide of a screw, one joint with the hinge behind it.
-    """
+    """A joint as written."""
 
     name: str
     element: Element
-    kind: str
+    kind: str  # its type, e.g. "revolute"
     parent: str
     child: str
-    origin: Placement
-    axis: tuple[float, float, float]
+    origin: Placement  # where its frame stands in the parent
+    axis: tuple[float, float, float]  # its axis as written, or the default
     limits: Limits | None
-    damping: float
-    friction: float
+    damping: float  # N·m·s/rad or N·s/m
+    friction: float  # N·m or N
     mimic: Mimic | None
-    armature: float = 0.0
-    screw: bool = False
+    armature: float = 0.0  # inertia of the drive's rotor seen at the joint [kg·m² or kg]
+    screw: bool = False  # whether it is the slide of a screw, one joint with the hinge behind it
 
     @property
     def where(self) -> str:
@@ -359,17 +336,11 @@ def _mimic(element: Element, report: Report, where: str) -> Mimic | None:
 @final
 @dataclass(frozen=True)
 class Follower:
-    """How a joint follows one that moves freely: coordinate = multiplier × leader + offset.
+    """How a joint follows one that moves freely: coordinate = multiplier × leader + offset."""
 
-    Args:
-        leader: name of the joint that moves freely.
-        multiplier: factor.
-        offset: [rad or m].
-    """
-
-    leader: str
+    leader: str  # name of the joint that moves freely
     multiplier: float
-    offset: float
+    offset: float  # rad or m
 
 
 def followers(joints: list[JointText], report: Report) -> dict[str, Follower]:

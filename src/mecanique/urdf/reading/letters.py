@@ -39,17 +39,7 @@ Read = Callable[[Mapping[str, float]], Mechanism]
 
 
 def with_properties(mechanism: Mechanism, values: Mapping[str, float], read: Read) -> Mechanism:
-    """Return a mechanism whose numbers are polynomials in some properties of its file.
-
-    Args:
-        mechanism: as read with the values that are written.
-        values: of the arguments and properties, by name; each becomes a parameter.
-        read: returns the mechanism with other values.
-
-    Raises:
-        InputError: if something depends on them that is no polynomial, or no mass, center, inertia
-            or place of a joint.
-    """
+    """Return a mechanism whose numbers are polynomials in some properties of its file."""
     names, count = tuple(values), len(values)
     if count > MOST:
         raise InputError(f"expected at most {MOST} letters of a xacro file, got {count}")
@@ -173,26 +163,15 @@ _INERTIA = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 @final
 @dataclass(frozen=True)
 class _Letter:
-    """A number that may become a parameter.
+    """A number that may become a parameter."""
 
-    Args:
-        kind: of `KINDS`.
-        key: "body" or "joint", its name, and the quantity, e.g. "m".
-        parameter: its replacement.
-    """
-
-    kind: str
-    key: tuple[str, str, str]
+    kind: str  # of `KINDS`
+    key: tuple[str, str, str]  # "body" or "joint", its name, and the quantity, e.g. "m"
     parameter: Parameter
 
 
 def with_armature(mechanism: Mechanism, armature: float | Mapping[str, float] | None) -> Mechanism:
-    """Return a mechanism with other rotors.
-
-    Args:
-        mechanism: as read.
-        armature: of all joints with one coordinate, or by name of the joint [kg·m² or kg].
-    """
+    """Return a mechanism with other rotors: one for all joints, or by name [kg·m² or kg]."""
     if armature is None:
         return mechanism
     if isinstance(armature, Mapping):
@@ -209,13 +188,7 @@ def with_armature(mechanism: Mechanism, armature: float | Mapping[str, float] | 
 def with_letters(
     mechanism: Mechanism, wanted: str | Collection[str], others: Collection[str] = ()
 ) -> Mechanism:
-    """Return a mechanism with letters for some of its numbers.
-
-    Args:
-        mechanism: as read, in numbers.
-        wanted: one of `KINDS`, or a collection of them and of letters.
-        others: names that could have been letters as well, in a message.
-    """
+    """Return a mechanism with letters for some of its numbers."""
     if not isinstance(wanted, Collection):
         raise InputError(f"expected names of parameters, e.g. 'masses', got {wanted!r}")
     names = {wanted} if isinstance(wanted, str) else set(wanted)

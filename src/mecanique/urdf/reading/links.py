@@ -23,13 +23,7 @@ _SHAPES = ("box", "cylinder", "sphere", "mesh")
 @final
 @dataclass
 class Pictures:
-    """Read the appearance of links.
-
-    Args:
-        report: where faults are noted.
-        search: finds the mesh files.
-        materials: color of each material known by name.
-    """
+    """Read the appearance of links."""
 
     report: Report
     search: MeshSearch
@@ -152,27 +146,16 @@ ENTRIES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 @final
 @dataclass(frozen=True)
 class Link:
-    """A link as written.
-
-    Args:
-        name: its name.
-        element: where it is written.
-        mass: [kg].
-        frame: where the inertia's center and axes are in the link.
-        inertia: ixx, iyy, izz, ixy, ixz, iyz about the center, in the axes of `frame` [kg·m²].
-        visuals: what is drawn.
-        collisions: what would collide.
-        real: whether a real body can have this inertia.
-    """
+    """A link as written."""
 
     name: str
     element: Element
-    mass: float
-    frame: Placement
-    inertia: Inertia
+    mass: float  # kg
+    frame: Placement  # where the inertia's center and axes are in the link
+    inertia: Inertia  # about the center, in the axes of `frame` [kg·m²]
     visuals: tuple[Visual, ...]
     collisions: tuple[Visual, ...]
-    real: bool = True
+    real: bool = True  # whether a real body can have this inertia
 
     @property
     def where(self) -> str:

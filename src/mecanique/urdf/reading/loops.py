@@ -43,14 +43,7 @@ def has_own_loops(mechanism: Mechanism) -> bool:
 def loop_nodes(
     mechanism: Mechanism, loop: Loop, anchors: Mapping[str, str], *, redundant: bool = False
 ) -> Iterator[Node]:
-    """Yield the elements of a loop, after a comment with its name.
-
-    Args:
-        mechanism: whose loop it is.
-        loop: the loop.
-        anchors: body -> the link that stands for it in the tags.
-        redundant: whether mimic joints close it already, so that it only says what forces do.
-    """
+    """Yield the elements of a loop, after a comment with its name."""
     where = f"loop {loop.name!r}"
     ends = []
     for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)):
@@ -91,14 +84,7 @@ def loop_nodes(
 def read_loop(
     element: Element, links: Collection[str], names: Names, report: Report
 ) -> Loop | None:
-    """Return the loop that an element of our own describes; None if faults were reported.
-
-    Args:
-        element: the element.
-        links: names of all links.
-        names: those already used by loops and forces.
-        report: where faults are noted.
-    """
+    """Return the loop that an element of our own describes; None if faults were reported."""
     name = name_of(element, report)
     where = f"loop {name!r}"
     kind = element.attributes.get("type", "")

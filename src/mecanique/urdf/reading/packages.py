@@ -46,11 +46,6 @@ class MeshSearch:
 
     Only the URDF's own folder, the packages around it and the folders of the search path are
     searched, and only for suffixes of mesh formats: a URDF cannot make the viewer show other files.
-
-    Args:
-        file: the URDF file, if there is one.
-        package_path: more folders to search, before those of ROS_PACKAGE_PATH and
-            AMENT_PREFIX_PATH, and what robot_descriptions has fetched.
     """
 
     def __init__(self, file: Path | None, package_path: PackagePath | None = None) -> None:
@@ -62,24 +57,13 @@ class MeshSearch:
         self._found: dict[str, Path | None] = {}
 
     def find(self, uri: str) -> Path | None:
-        """Return the file of a mesh, or None if it is not there.
-
-        Args:
-            uri: as written: package://…, model://…, file://…, or a path, relative to the URDF file.
-
-        Raises:
-            OutsideError: if the path climbs out of its package.
-        """
+        """Return the file of a mesh, None if there is none; refuse a path out of its package."""
         if uri not in self._found:
             self._found[uri] = self._search(uri)
         return self._found[uri]
 
     def package(self, name: str) -> Path | None:
-        """Return the folder of a package, or None if it is not found.
-
-        Args:
-            name: of the package.
-        """
+        """Return the folder of a package, or None if it is not found."""
         if name in ("", ".", "..") or "/" in name or "\\" in name:
             return None
         return next((folder for folder in self._packages(name) if folder.is_dir()), None)

@@ -47,24 +47,14 @@ _MOST = 100
 @final
 @dataclass(frozen=True)
 class Between:
-    """A constraint as it stands in the text, in the names of joints.
-
-    Args:
-        name: its name.
-        terms: joint -> coefficient.
-        rate: what they are together.
-    """
+    """A constraint as it stands in the text, in the names of joints."""
 
     name: str
-    terms: tuple[tuple[str, Scalar], ...]
+    terms: tuple[tuple[str, Scalar], ...]  # joint -> coefficient
     rate: Scalar
 
     def of(self, joints: Mapping[str, Joint]) -> VelocityConstraint:
-        """Return it in the coordinates of the joints.
-
-        Args:
-            joints: by name.
-        """
+        """Return it in the coordinates of the joints."""
         own = {name: joint.coordinates[-1] for name, joint in joints.items() if joint.coordinates}
         letters = {coordinate(name): coordinate(own.get(name, name)) for name in own}
 
@@ -77,12 +67,7 @@ class Between:
 
 
 def constraint_node(mechanism: Mechanism, constraint: VelocityConstraint) -> Node:
-    """Return the element of a constraint, or a comment where it is none of single joints.
-
-    Args:
-        mechanism: whose it is.
-        constraint: the constraint.
-    """
+    """Return the element of a constraint, or a comment where it is none of single joints."""
     owners = {
         joint.coordinate: joint.name
         for joint in mechanism.joints
@@ -116,14 +101,7 @@ def constraint_node(mechanism: Mechanism, constraint: VelocityConstraint) -> Nod
 def read_velocity_constraint(
     element: Element, joints: Collection[str], names: Names, report: Report
 ) -> Between | None:
-    """Return the constraint that an element describes; None if faults were reported.
-
-    Args:
-        element: the element.
-        joints: names of all joints.
-        names: those that loops and forces have taken.
-        report: where faults are noted.
-    """
+    """Return the constraint that an element describes; None if faults were reported."""
     name = name_of(element, report)
     where = f"velocity constraint {name!r}"
     terms: list[tuple[str, Scalar]] = []

@@ -26,23 +26,13 @@ _MARK = "mecanique_place"
 @final
 @dataclass
 class Places:
-    """File and line of every element that xacro may copy.
+    """File and line of every element that xacro may copy."""
 
-    Args:
-        known: file and line by number.
-        taken: the number of each element that xacro left, in order; None for one of its own.
-    """
-
-    known: list[tuple[str, int]] = field(default_factory=list)
-    taken: list[int | None] = field(default_factory=list)
+    known: list[tuple[str, int]] = field(default_factory=list)  # file and line by number
+    taken: list[int | None] = field(default_factory=list)  # None for an element of xacro's own
 
     def mark(self, text: bytes, file: str) -> bytes:
-        """Return a text with a number in each element; as it is, if it cannot be read.
-
-        Args:
-            text: of a xacro file.
-            file: its name.
-        """
+        """Return a text with a number in each element; as it is, if it cannot be read."""
         root = parse(text, Report(file))
         try:
             text.decode("utf-8")  # offsets count its bytes
@@ -61,11 +51,7 @@ class Places:
         return b"".join([*pieces, text[before:]])
 
     def take(self, document: Any) -> None:
-        """Take the numbers out of an expanded document.
-
-        Args:
-            document: xml.dom.minidom's.
-        """
+        """Take the numbers out of an expanded document."""
         self.taken.clear()
         for node in _elements(document.documentElement):
             number = node.getAttribute(_MARK)
@@ -74,11 +60,7 @@ class Places:
                 node.removeAttribute(_MARK)
 
     def put(self, root: Element) -> Element:
-        """Return the elements of an expanded text with files and lines of those who wrote them.
-
-        Args:
-            root: of the expanded text.
-        """
+        """Return the elements of an expanded text with files and lines of those who wrote them."""
         if sum(1 for _ in root.walk()) != len(self.taken):
             return root
         return self._put(root, iter(self.taken), ("", root.line))
@@ -107,12 +89,7 @@ Letters = Mapping[str, float]
 
 @final
 class Values:
-    """The arguments and properties of a xacro file, noted while it is expanded.
-
-    Args:
-        given: values of arguments, by name.
-        letters: values of arguments and properties, instead of those given and written.
-    """
+    """The arguments and properties of a xacro file, noted while it is expanded."""
 
     def __init__(self, given: Mapping[str, str], letters: Letters) -> None:
         self._given = frozenset(given)
@@ -124,13 +101,7 @@ class Values:
         self._redefined: set[str] = set()
 
     def define(self, element: Any, table: Any, define: Callable[[Any, Any], None]) -> None:
-        """Define a property, with another value if it is a letter.
-
-        Args:
-            element: the <xacro:property>.
-            table: the library's properties at that place, by name.
-            define: the library's own function, which takes both.
-        """
+        """Define a property, with another value if it is a letter."""
         name = element.getAttribute("name")
         if name in self._letters and not element.hasAttribute("remove"):
             if element.hasAttribute("default"):
@@ -144,11 +115,7 @@ class Values:
         self._tables.append((name, table))
 
     def refuse_unknown(self) -> None:
-        """Refuse an argument that the expanded file never asked for.
-
-        Raises:
-            UnknownNameError: naming it.
-        """
+        """Refuse an argument that the expanded file never asked for."""
         for name in sorted(self._given - self.arguments.asked):
             raise UnknownNameError("argument", name, sorted(self.arguments.asked))
 
@@ -173,14 +140,7 @@ class Values:
         return numbers | dict.fromkeys(self._redefined, "is defined more than once")
 
     def choose(self, wanted: Collection[str]) -> tuple[dict[str, float], list[str]]:
-        """Return the values of those names that are the file's, and all that can be letters.
-
-        Args:
-            wanted: names of arguments, properties, or other things.
-
-        Raises:
-            InputError: if an argument or property is no number, or more than one.
-        """
+        """Return the values of those names that are the file's, and all that can be letters."""
         found = self.numbers()
         for name in sorted(wanted):
             if isinstance(why := found.get(name), str):
@@ -232,19 +192,7 @@ def _read(value: object) -> float | None:
 def expand(
     file: Path, values: Values, search: MeshSearch, report: Report
 ) -> tuple[bytes, Places] | None:
-    """Return a xacro file as URDF, and where its elements come from; None if that is impossible.
-
-    Args:
-        file: the xacro file.
-        values: of its arguments and properties, which are noted there.
-        search: finds packages.
-        report: where faults are noted.
-
-    Why it cannot be expanded is reported.
-
-    Raises:
-        UnknownNameError: if it has no such argument.
-    """
+    """Return a xacro file as URDF and its elements' places; None if impossible, as reported."""
     try:
         import xacro
         from xacro import substitution_args
