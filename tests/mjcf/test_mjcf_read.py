@@ -93,11 +93,15 @@ def test_a_joint_follows_another_by_a_polynomial() -> None:
 
 def test_files_are_included_with_their_lines(tmp_path: Path) -> None:
     (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "arm.xml").write_text(f"<mujocoinclude>\n{TWO}\n</mujocoinclude>", encoding="utf-8")
+    (tmp_path / "parts" / "arm.xml").write_text(
+        f"<mujocoinclude>\n{TWO}\n</mujocoinclude>", encoding="utf-8"
+    )
     main = tmp_path / "main.xml"
     main.write_text(model('<include file="parts/arm.xml"/>'), encoding="utf-8")
     assert read_mjcf(main) == read_mjcf(model(TWO))
-    (tmp_path / "parts" / "arm.xml").write_text("<mujocoinclude>\n<cat/>\n</mujocoinclude>", encoding="utf-8")
+    (tmp_path / "parts" / "arm.xml").write_text(
+        "<mujocoinclude>\n<cat/>\n</mujocoinclude>", encoding="utf-8"
+    )
     said = re.escape(f"{tmp_path / 'parts' / 'arm.xml'}:2: <cat> is not read")
     with pytest.raises(mq.InputError, match=said):
         read_mjcf(main)
