@@ -41,19 +41,10 @@ def on_turning_earth(
     facing: Literal["south", "east", "north", "west"] = "south",
     rate: float = EARTH_RATE,
 ) -> Mechanism:
-    """Return the mechanism on ground that turns with the earth, in the same coordinates.
+    """Return the mechanism on ground that turns with the earth [rad/s], in the same coordinates.
 
     The axis goes through the world's origin, and each body's weight is a force in the ground's
     axes: g contains the centrifugal acceleration that comes from the distance to the earth's axis.
-
-    Args:
-        mechanism: on ground at rest; world axes: z up, x where `facing` says.
-        latitude: [rad], positive in the north.
-        facing: where the world's x axis points: "south", "east", "north" or "west".
-        rate: of the earth's rotation [rad/s].
-
-    Raises:
-        InputError: if the latitude is not within ±π/2, or `facing` is none of the four.
     """
     latitude = finite(latitude, "the latitude")
     if not abs(latitude) <= np.pi / 2:

@@ -34,27 +34,13 @@ _AGREEMENT = 1e-9
 @final
 @dataclass(frozen=True)
 class AccelerationLaw:
-    """Gives accelerations at states of a motion.
-
-    Args:
-        mechanism: what moves.
-        reference: its `Reference`.
-    """
+    """Gives accelerations at states of a motion."""
 
     mechanism: Mechanism
     reference: Reference
 
     def __call__(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the accelerations, shape (n, nv).
-
-        Args:
-            t: shape (n,) [s].
-            q: shape (n, nq).
-            v: shape (n, nv).
-
-        Raises:
-            EngineError: if a motion moves no mass in a state, or a loop is open.
-        """
+        """Return the accelerations, shape (n, nv), by t, shape (n,) [s], q and v."""
         found, sure = self._by_program(t, q, v)
         if not sure.all():
             rest = States.of(self.mechanism, q[~sure], v[~sure], t[~sure])

@@ -147,16 +147,7 @@ class Audit:
 
 
 def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
-    """Check the balances of energy and momentum of a motion, and that its loops stay closed.
-
-    Args:
-        motion: the motion.
-        refine: also integrate again with a smaller tolerance.
-        accuracy: the error that is then accepted, relative to the largest coordinate.
-
-    Raises:
-        InputError: if the accuracy is not positive.
-    """
+    """Check the balances of energy and momentum of a motion, and that its loops stay closed."""
     if not accuracy > 0:
         raise InputError(f"expected a positive accuracy, got {accuracy!r}")
     from mecanique.motion.analysis.momentum import momentum_balances
@@ -188,10 +179,7 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
 
 
 def _contacts(motion: Trajectory) -> tuple[list[AuditRow], tuple[FrictionNeed, ...]]:
-    """The largest pull each contact would need where a body would leave the ground, and friction.
-
-    The friction needed is its largest ratio to the normal force where the contact presses.
-    """
+    """Return the largest pull, and ratio of friction to normal force, that contacts need."""
 
     def measure(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         columns = []

@@ -81,10 +81,6 @@ def energies(motion: Trajectory, times: np.ndarray) -> Energies:
     parts of T of first and zeroth degree in v, which prescribed motion brings (Goldstein, Classical
     Mechanics, 1950, sect. 2-6; Whittaker, Analytical Dynamics, 1904, art. 41). The integral is
     taken along the motion by quadrature of order 12 on its steps, halved where it needs that.
-
-    Args:
-        motion: the motion; impacts on it take energy.
-        times: shape (n,) [s].
     """
     reference, curve = motion.reference, motion.curve
     state = curve(times)
@@ -116,13 +112,9 @@ def is_rheonomic(mechanism: Mechanism) -> bool:
 @final
 @dataclass(frozen=True)
 class _Power:
-    """The power of forces, of many states at once where these are many.
+    """The power of forces, of many states at once where these are many."""
 
-    Args:
-        reference: that of a mechanism with these forces alone.
-    """
-
-    reference: Reference
+    reference: Reference  # that of a mechanism with these forces alone
 
     def __call__(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the power, shape (n, 1) [W]."""

@@ -30,35 +30,20 @@ Kind: TypeAlias = ForceKind | Literal["weight", "reaction", "inertia"]
 @final
 @dataclass(frozen=True, eq=False)
 class Action:
-    """A force and a moment on a body over n states, world axes.
+    """A force and a moment on a body over n states, world axes."""
 
-    Args:
-        name: of the force, the joint, or the body for weight and inertia.
-        kind: what makes it.
-        body: the body it acts on.
-        other: the body that takes the opposite; None if nothing in the mechanism does.
-        origin: shape (n, 3), point of application [m].
-        force: shape (n, 3) [N].
-        moment: shape (n, 3), about that point [N·m].
-    """
-
-    name: str
+    name: str  # of the force, the joint, or the body for weight and inertia
     kind: Kind
     body: str
-    other: str | None
-    origin: np.ndarray
-    force: np.ndarray
-    moment: np.ndarray
+    other: str | None  # the body that takes the opposite; None if nothing in the mechanism does
+    origin: np.ndarray  # shape (n, 3), point of application [m]
+    force: np.ndarray  # shape (n, 3) [N]
+    moment: np.ndarray  # shape (n, 3), about that point [N·m]
 
 
 @final
 class Actions:
-    """The forces on a mechanism's bodies, batched over states.
-
-    Args:
-        mechanism: whose bodies.
-        reference: its `Reference`, for poses, velocities, accelerations and reactions.
-    """
+    """The forces on a mechanism's bodies, batched over states."""
 
     def __init__(self, mechanism: Mechanism, reference: Reference) -> None:
         self._mechanism = mechanism
@@ -167,14 +152,7 @@ class Actions:
     def inertia(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray
     ) -> Iterator[Action]:
-        """Yield d'Alembert's forces: −m a_C at the center of mass C, and −(I α + ω × I ω).
-
-        Args:
-            t: shape (n,) [s].
-            q: shape (n, nq).
-            v: shape (n, nv).
-            a: shape (n, nv).
-        """
+        """Yield d'Alembert's forces: −m a_C at the center of mass C, and −(I α + ω × I ω)."""
         moving = self._reference.motions(q, v, a, t)
         for body in self._inert:
             at = self._at[body.name]

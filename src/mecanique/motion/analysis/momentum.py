@@ -24,19 +24,12 @@ _NEGLIGIBLE = 1e-14
 @final
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """A balance of momentum along a motion.
-
-    Args:
-        name: of the momentum.
-        residual: shape (n, 3), difference of the two sides.
-        size: of the sides.
-        unit: SI unit of the residual.
-    """
+    """A balance of momentum along a motion."""
 
     name: str
-    residual: np.ndarray
+    residual: np.ndarray  # shape (n, 3), difference of the two sides
     size: float
-    unit: str
+    unit: str  # SI unit of the residual
 
 
 def momentum_balances(motion: Trajectory) -> Iterator[Balance]:
@@ -87,11 +80,7 @@ def momentum_balances(motion: Trajectory) -> Iterator[Balance]:
 
 
 def momenta_along(motion: Trajectory) -> np.ndarray:
-    """Return linear momentum, angular about the origin and about the center, shape (n, 9).
-
-    Args:
-        motion: the motion.
-    """
+    """Return linear momentum, angular about the origin and about the center, shape (n, 9)."""
     reference, q, v, t = motion.reference, motion.q, motion.v, motion.t
 
     def by_unit(momentum: Momentum) -> list[np.ndarray]:

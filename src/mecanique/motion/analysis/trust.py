@@ -66,10 +66,6 @@ def trust(motion: Trajectory, accuracy: float) -> Trust:
 
     The exponent is the mean of the neighbor's departure, brought back to its first distance after
     each stretch (Benettin, Galgani & Strelcyn, Phys. Rev. A 14 (1976) 2338).
-
-    Args:
-        motion: the motion.
-        accuracy: the error accepted, relative to the largest coordinate.
     """
     begin, end = float(motion.curve.t[0]), float(motion.curve.t[-1])
     finer = _integrate_finer(motion, begin, end)

@@ -29,14 +29,10 @@ than all their equations take to derive."""
 
 
 class Admitted(NamedTuple):
-    """A program that may be used.
-
-    Args:
-        program: the equations, which agree with the reference.
-        make: makes functions of it, each of which overwrites its last answer.
-    """
+    """A program that may be used."""
 
     program: Program
+    # makes functions of it, each of which overwrites its last answer
     make: Callable[[], RightHandSide]
 
 
@@ -47,18 +43,7 @@ def require_agreement(
     source: str,
     states: States | None = None,
 ) -> None:
-    """Compare accelerations with the reference's at random states, as strictly as `verify` does.
-
-    Args:
-        mechanism: what moves.
-        reference: its `Reference`.
-        accelerations: gives them at states, shape (n, nv).
-        source: where they come from, for the message.
-        states: where to compare; random ones by default.
-
-    Raises:
-        DerivationError: if they do not agree.
-    """
+    """Compare accelerations with the reference's at random states, as strictly as `verify` does."""
     if states is None:
         states = random_states(mechanism, SAMPLES, 0)
     theirs = {
@@ -79,11 +64,7 @@ def require_agreement(
 
 
 def admit(mechanism: Mechanism, reference: Reference) -> Admitted:
-    """Derive a mechanism's equations as a program, and return it if the reference agrees.
-
-    Raises:
-        DerivationError: if there is no program, or it does not agree.
-    """
+    """Derive a mechanism's equations as a program, and return it if the reference agrees."""
     many = SAMPLES if mechanism.constrained else 0
     far = mechanism.nv > _FEW
     states = random_states(mechanism, many, 0, lot=many, walk=far) if many else None

@@ -44,11 +44,7 @@ _COMPILING_OPERATIONS = {"optimized": 5e-4, "plain": 5e-5}
 
 @final
 class Compiled:
-    """Compiled equations of motion of one mechanism, built on first use.
-
-    Args:
-        mechanism: what moves; it is not kept alive.
-    """
+    """Compiled equations of one mechanism, which they do not keep alive, built on first use."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = weakref.ref(mechanism)
@@ -64,11 +60,7 @@ class Compiled:
         self._optimized: set[float] = set()
 
     def program(self, reference: Reference) -> Program:
-        """Return the equations as a program, after it was compared with the reference.
-
-        Raises:
-            DerivationError: if there is no closed form, or it does not agree.
-        """
+        """Return the equations as a program, after it was compared with the reference."""
         if self._program is None:
             mechanism = self._mechanism()
             assert mechanism is not None, "who asks holds the mechanism"
@@ -91,13 +83,7 @@ class Compiled:
         return self._program
 
     def rhs(self, reference: Reference) -> RightHandSide:
-        """Return the equations as a function of floats, which overwrites its last answer.
-
-        Each call returns a function of its own.
-
-        Raises:
-            DerivationError: if there is no closed form, or it does not agree.
-        """
+        """Return a new function f(t, y) = y', which overwrites its last answer."""
         program = self.program(reference)
         if self._make is None:
             self._make = overwriting(program)
@@ -106,13 +92,7 @@ class Compiled:
         return self._make()
 
     def stepper(self, reference: Reference) -> Stepper:
-        """Return the equations as C, with the steps that integrate them.
-
-        Raises:
-            InputError: if no C compiler is installed.
-            DerivationError: if no program of the equations is known, it does not agree, or C does
-                not know an input.
-        """
+        """Return the equations as C, with the steps that integrate them."""
         if self._stepper is None:
             self._stepper = Stepper(self.program(reference))
         return self._stepper
@@ -128,29 +108,14 @@ class Compiled:
         return not isinstance(self._program, DerivationError)
 
     def borrow(self, reference: Reference, tolerance: float, *, optimized: bool) -> Any:
-        """Return a Taylor integrator for one user, who gives it back.
-
-        Args:
-            reference: the mechanism's `Reference`.
-            tolerance: relative error of a step.
-            optimized: whether its code is; it rounds otherwise.
-
-        Raises:
-            InputError: if heyoka is not installed.
-            DerivationError: if there is no closed form, it does not agree, or has no Taylor series.
-        """
+        """Return a Taylor integrator for one user, who gives it back."""
         pool = self._pools.get((tolerance, optimized))
         if pool:
             return pool.pop()
         return integrator(self.program(reference), tolerance, optimized=optimized)
 
     def build_integrator(self, reference: Reference, tolerance: float, *, optimized: bool) -> None:
-        """Build a Taylor integrator, if none is there.
-
-        Raises:
-            InputError: if heyoka is not installed.
-            DerivationError: if there is no closed form, it does not agree, or has no Taylor series.
-        """
+        """Build a Taylor integrator, if none is there."""
         machine = self.borrow(reference, tolerance, optimized=optimized)
         self.give_back(tolerance, machine, optimized=optimized)
 
@@ -182,11 +147,7 @@ class Compiled:
         return _DERIVING + 1e-3 * self._size**3
 
     def seconds_to_compile(self, operations: int | None = None) -> float:
-        """Return about how long it takes to compile the equations in C [s].
-
-        Args:
-            operations: of their program, if it is known; by the mechanism's size otherwise.
-        """
+        """Return about how long it takes to compile the equations in C [s]."""
         if operations is None:
             return _COMPILING * self._size
         from mecanique.generation.targets.c import LONG

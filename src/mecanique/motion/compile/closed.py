@@ -27,14 +27,7 @@ Beyond it the reference takes its accelerations from the state itself, as the pr
 
 @final
 class ClosedProgram:
-    """f(t, y) = y' and the way back onto the loops, for one integration.
-
-    Args:
-        program: the equations, which agree with the reference.
-        landing: how the program's mechanism stays on its loops.
-        reference: the mechanism's, with the rank of its constraints.
-        quick: the program as a function, which overwrites its last answer.
-    """
+    """f(t, y) = y' and the way back onto the loops, for one integration."""
 
     def __init__(
         self, program: Program, landing: LoopProjection, reference: Reference, quick: RightHandSide
@@ -60,14 +53,7 @@ class ClosedProgram:
         return self._quick(t, y) if self._is_regular(t, y) else self._slow(t, y)
 
     def close(self, t: float, y: np.ndarray) -> np.ndarray | None:
-        """Return the state on the loops next to a state, shape (nq + nv,).
-
-        None is returned where a singular position is near, or the loops are not.
-
-        Args:
-            t: its time [s].
-            y: shape (nq + nv,).
-        """
+        """Return the state (nq + nv,) on the loops near y; None near a singular position."""
         if not self._is_regular(t, y):
             return None
         nq, last = self._nq, ASTRAY

@@ -31,19 +31,7 @@ MOST = 100_000
 def program_of(
     mechanism: Mechanism, swept: Collection[str] = (), states: States | None = None
 ) -> Program:
-    """Derive the equations of a mechanism and return them as a program.
-
-    Args:
-        mechanism: a tree of few joints, or a closed mechanism.
-        swept: symbols of the parameters that stay inputs; all others are the numbers they stand
-            for.
-        states: of a closed mechanism, where to see which equations of its loops are redundant;
-            random ones by default.
-
-    Raises:
-        DerivationError: if there is no closed form, none that holds at every state, or it takes too
-            many operations.
-    """
+    """Derive a mechanism's equations as a program; only the swept parameters stay inputs."""
     kept = {p.symbol for p in mechanism.parameters if p.symbol in swept}
     letters = Letters(mechanism, kept, MOST if mechanism.constrained else inf)
     landing = None

@@ -53,27 +53,13 @@ def build_seconds(program: Program, *, optimized: bool = True) -> float:
 
 
 def building(operations: float, *, optimized: bool = True) -> float:
-    """Return about how long a program of so many operations takes to compile [s].
-
-    To import heyoka always counts, so that what is chosen by it depends on nothing that ran before.
-    """
+    """Return about how long a program of so many operations takes to compile [s]."""
     once, each = _BUILDING[optimized]
     return _IMPORTING + once + each * operations
 
 
 def integrator(program: Program, tolerance: float, runs: int = 1, *, optimized: bool = True) -> Any:
-    """Return a heyoka integrator: of one run, or of several side by side.
-
-    Args:
-        program: the equations; open parameters are par[0], par[1], …
-        tolerance: relative error of a step.
-        runs: number of runs that advance together, each with its own step.
-        optimized: whether it is optimized, which pays for long or many motions.
-
-    Raises:
-        InputError: if heyoka is not installed.
-        DerivationError: if the equations hold what has no Taylor series here.
-    """
+    """Return a heyoka integrator of runs side by side; its par[i] are the open parameters."""
     heyoka = _heyoka()
     equations = system(program, heyoka)
     size = len(program.tape.find_needed(program.rates))
@@ -104,11 +90,7 @@ def _heyoka() -> Any:
 
 
 def system(program: Program, heyoka: Any) -> list[tuple[Any, Any]]:
-    """Return the equations as heyoka takes them: pairs of a letter and its rate.
-
-    Raises:
-        DerivationError: if the equations hold what has no Taylor series here.
-    """
+    """Return the equations as heyoka takes them: pairs of a letter and its rate."""
     if program.signals:
         names = ", ".join(program.signals)
         raise DerivationError(

@@ -23,22 +23,14 @@ class Program:
 
     Its inputs are named as the mechanism names them: coordinates, velocities, "t", parameters left
     open, and signals that are functions.
-
-    Args:
-        mechanism: whose motion it is.
-        tape: the operations.
-        rates: value of each rate, first of q, then of v, shape (nq + nv,).
-        open: parameters that are inputs, by symbol.
-        signals: inputs of the mechanism that are functions of time, by symbol.
-        landing: of closed mechanisms, how they stay on their loops.
     """
 
     mechanism: Mechanism
     tape: Tape
-    rates: tuple[Value, ...]
-    open: tuple[str, ...]
-    signals: tuple[str, ...]
-    landing: LoopProjection | None = None
+    rates: tuple[Value, ...]  # value of each rate, first of q, then of v, shape (nq + nv,)
+    open: tuple[str, ...]  # parameters that are inputs, by symbol
+    signals: tuple[str, ...]  # inputs of the mechanism that are functions of time, by symbol
+    landing: LoopProjection | None = None  # of closed mechanisms, how they stay on their loops
 
     @property
     def states(self) -> tuple[str, ...]:

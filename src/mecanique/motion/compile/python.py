@@ -41,11 +41,7 @@ def owning(rhs: RightHandSide) -> RightHandSide:
 
 
 def overwriting(program: Program) -> Callable[[], RightHandSide]:
-    """Return a maker of functions f(t, y) = y', each of which overwrites its last answer.
-
-    To make an array takes as long as the equations of a pendulum. Each integration makes a function
-    of its own. The program has no open parameters.
-    """
+    """Return a maker of functions f(t, y) = y', each of which overwrites its last answer."""
     lines, rates = _write(program.tape, program.rates, program)
     signals = _signals(program)
     text = "\n".join(
@@ -71,12 +67,7 @@ def overwriting(program: Program) -> Callable[[], RightHandSide]:
 def list_values(
     program: Program, values: Sequence[Value]
 ) -> Callable[[float, np.ndarray], tuple[float, ...]]:
-    """Return a function of time and state that lists values of a program without open parameters.
-
-    Args:
-        program: the program.
-        values: of its tape.
-    """
+    """Return f(t, y) that lists values of the tape of a program without open parameters."""
     lines, answers = _write(program.tape, values, program)
     text = "\n".join(
         [
@@ -94,12 +85,7 @@ def list_values(
 
 
 def vectorize(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
-    """Return f(t, Y, out) of a program, for many states at once.
-
-    Args:
-        program: the program.
-        values: value of each open parameter, shape () or (n,).
-    """
+    """Return f(t, Y, out) of a program, for many states at once."""
     from mecanique.program.half_angles import by_tangents
 
     lines, rates = _write(*by_tangents(program.tape, program.rates), program)

@@ -29,18 +29,11 @@ _OPTIONS = ("-O2", "-march=native", "-fno-math-errno", "-fno-trapping-math")
 @final
 @dataclass(frozen=True)
 class Tolerances:
-    """How accurately to integrate.
-
-    Args:
-        rtol: relative tolerance of a step.
-        atol: absolute tolerance of a step.
-        max_step: longest step [s].
-        max_steps: most steps.
-    """
+    """How accurately to integrate."""
 
     rtol: float
     atol: float
-    max_step: float
+    max_step: float  # longest step [s]
     max_steps: int
 
 
@@ -110,16 +103,7 @@ def can_compile() -> bool:
 
 @final
 class March:
-    """One motion under way.
-
-    Args:
-        library: the compiled code.
-        size: number of entries of a state.
-        start: shape (size,), the state to start from.
-        t0: its time [s].
-        times: shape (n,), of the samples, in order [s].
-        tolerances: how accurately to integrate.
-    """
+    """One motion from a state (size,) at t0 [s] under way, with samples at times (n,) [s]."""
 
     def __init__(
         self,
@@ -162,11 +146,7 @@ class March:
         return int(self._samples.done)
 
     def advance(self, end: float) -> tuple[str, Array, Array, Array]:
-        """Continue integrating; return why it stopped, and the steps: times, states and rates.
-
-        Args:
-            end: until when, at the latest [s].
-        """
+        """Integrate until `end` [s]; return why it stopped, and the steps: t, y and y'."""
         self._motion.end = end
         size = len(self.y)
         t, y, dy = np.empty(_ROOM), np.empty((_ROOM, size)), np.empty((_ROOM, size))
@@ -177,28 +157,14 @@ class March:
         return ENDED[reason], t[:taken], y[:taken], dy[:taken]
 
     def put(self, t: float, y: Array, passed: int) -> None:
-        """Set the state.
-
-        Args:
-            t: time [s].
-            y: shape (size,), the state then.
-            passed: how many of the times of samples lie before.
-        """
+        """Set the time [s], the state and how many times of samples lie before."""
         self._motion.t, self._motion.h, self.y[:] = t, 0.0, y
         self._samples.done = passed
 
 
 @final
 class Stepper:
-    """A program with the steps that integrate it, compiled; closed loops stay closed.
-
-    Args:
-        program: the equations of motion.
-
-    Raises:
-        DerivationError: if an input is a function, which C does not know.
-        InputError: if no C compiler is installed.
-    """
+    """A program with the steps that integrate it, compiled; closed loops stay closed."""
 
     def __init__(self, program: Program) -> None:
         refuse_signals(program)
@@ -211,39 +177,20 @@ class Stepper:
         self._library.mecanique_advance_many.restype = None
 
     def distance(self, t: float, y: Array) -> float:
-        """Return the distance along the motion to a singular position, to first order.
-
-        Args:
-            t: time [s].
-            y: shape (nq + nv,), the state.
-        """
+        """Return the distance along the motion to a singular position, to first order."""
         speed, state = ctypes.c_double(), np.ascontiguousarray(y)
         none = ctypes.c_void_p(None)
         distance = self._library.mecanique_distance
         return float(distance(ctypes.c_double(t), _at(state), none, ctypes.byref(speed)))
 
     def march(self, start: Array, t0: float, times: Array, tolerances: Tolerances) -> March:
-        """Return a motion that is to be integrated.
-
-        Args:
-            start: shape (nq + nv,), the state to start from.
-            t0: its time [s].
-            times: shape (n,), of the samples, in order [s].
-            tolerances: how accurately to integrate.
-        """
+        """Return a motion to integrate from a state (nq + nv,), sampled at times (n,) [s]."""
         return March(self._library, self._size, start, t0, times, tolerances)
 
     def march_all(
         self, starts: Array, parameters: Array, times: Array, tolerances: Tolerances
     ) -> tuple[Array, npt.NDArray[Any], npt.NDArray[Any]]:
-        """Integrate many motions; return states at all times, steps, and why each ended.
-
-        Args:
-            starts: shape (n, nq + nv).
-            parameters: values of the open parameters, shape (n, any).
-            times: of the samples, the first of the start, shape (m,) [s].
-            tolerances: how accurately to integrate.
-        """
+        """Integrate n motions; return states at all times (m,) [s], steps, and why each ended."""
         count = len(starts)
         starts, parameters, later = (
             np.ascontiguousarray(x, dtype=float) for x in (starts, parameters, times[1:])
@@ -267,11 +214,7 @@ class Stepper:
 
 
 def refuse_signals(program: Program) -> None:
-    """Raise if C does not know an input of a program.
-
-    Raises:
-        DerivationError: if one is a function.
-    """
+    """Raise if C does not know an input of a program."""
     if program.signals:
         raise DerivationError(
             f"compiled C needs the equations as formulas, but the input "

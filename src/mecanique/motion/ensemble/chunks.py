@@ -33,45 +33,26 @@ FEWEST = 500
 @final
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Runs that are integrated as one piece.
+    """Runs that are integrated as one piece."""
 
-    Args:
-        first: index of its first run.
-        mechanism: what moves, pickled.
-        q: shape (n, nq), positions at the start.
-        v: shape (n, nv), velocities at the start.
-        parameters: values of the parameters that differ from run to run, shape (n,) each, by
-            symbol.
-        times: of the samples, the first is the start, shape (m,) [s].
-        method: "batch", "taylor", "compiled" or "single".
-        rtol: relative tolerance of a step.
-        atol: absolute tolerance of a step.
-        max_steps: most steps of a run.
-        threads: how many threads it may use.
-    """
-
-    first: int
+    first: int  # index of its first run
     mechanism: bytes
-    q: np.ndarray
-    v: np.ndarray
+    q: np.ndarray  # shape (n, nq), positions at the start
+    v: np.ndarray  # shape (n, nv), velocities at the start
+    # values of the parameters that differ from run to run, shape (n,) each, by symbol
     parameters: Mapping[str, np.ndarray]
-    times: np.ndarray
-    method: str
+    times: np.ndarray  # of the samples, the first is the start, shape (m,) [s]
+    method: str  # "batch", "taylor", "compiled" or "single"
     rtol: float
     atol: float
-    max_steps: int
-    threads: int = 1
+    max_steps: int  # most steps of a run
+    threads: int = 1  # how many threads it may use
 
     def __len__(self) -> int:
         return len(self.q)
 
     def take(self, first: int, count: int) -> Part:
-        """Return some of its runs.
-
-        Args:
-            first: index of the first of them.
-            count: at most how many.
-        """
+        """Return at most `count` of its runs, from the index `first`."""
         some = slice(first, first + count)
         return replace(
             self,
@@ -85,19 +66,12 @@ class Part:
 @final
 @dataclass(frozen=True, eq=False)
 class Chunk:
-    """The results of a part.
+    """The results of a part."""
 
-    Args:
-        first: index of its first run.
-        q: shape (n, m, nq), positions; not a number after a run has failed.
-        v: shape (n, m, nv), velocities.
-        steps: shape (n,), number of steps; negative for runs that failed.
-    """
-
-    first: int
-    q: np.ndarray
-    v: np.ndarray
-    steps: np.ndarray
+    first: int  # index of its first run
+    q: np.ndarray  # shape (n, m, nq), positions; not a number after a run has failed
+    v: np.ndarray  # shape (n, m, nv), velocities
+    steps: np.ndarray  # shape (n,), number of steps; negative for runs that failed
 
 
 def run_part(part: Part) -> Chunk:

@@ -36,41 +36,23 @@ _PIECE = 10_000
 @final
 @dataclass
 class Block:
-    """Runs that are integrated together.
+    """Runs that are integrated together."""
 
-    Args:
-        make: gives the equations of some of the runs, by their indices.
-        start: shape (size, n), states at the first time.
-        normalize: gives states with unit quaternions, or None if there are none.
-        rtol: relative tolerance of a step.
-        atol: absolute tolerance of a step.
-        max_step: longest step [s].
-        max_steps: most steps.
-    """
-
+    # gives the equations of some of the runs, by their indices
     make: Callable[[np.ndarray], Batched]
-    start: np.ndarray
+    start: np.ndarray  # shape (size, n), states at the first time
+    # gives states with unit quaternions, or None if there are none
     normalize: Callable[[np.ndarray], np.ndarray] | None
     rtol: float
     atol: float
-    max_step: float
+    max_step: float  # longest step [s]
     max_steps: int
 
 
 def integrate(
     block: Block, times: Sequence[float], stops: Sequence[float] = ()
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the states of all runs at some times, and how many steps each run took.
-
-    Args:
-        block: the runs.
-        times: increasing, the first is that of the start [s].
-        stops: times within that no step may reach across [s].
-
-    Returns:
-        States, shape (size, times, n), not a number after a run has failed, and steps, shape (n,),
-        negative for runs that failed.
-    """
+    """Return states (size, times, n), NaN after a failure, and steps (n,), negative if failed."""
     size, count = block.start.shape
     states = np.full((size, len(times), count), np.nan)
     states[:, 0] = block.start

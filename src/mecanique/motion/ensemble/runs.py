@@ -30,17 +30,7 @@ FORMAT = "mecanique runs 1"
 
 @final
 class Store:
-    """Chunks as they come, each kept once: in memory, or each in a file of a directory.
-
-    Args:
-        directory: where to keep them, or None.
-        about: what identifies the runs; a directory that holds others is refused.
-        shapes: of q, v and steps of all runs.
-        size: how many runs a chunk has; the last may have fewer.
-
-    Raises:
-        InputError: if the directory holds other runs, or cannot be written.
-    """
+    """Chunks as they come, each kept once: in memory, or each in a file of a directory."""
 
     def __init__(
         self,
@@ -75,11 +65,7 @@ class Store:
             raise InputError(f"the runs in {str(directory)!r} cannot be kept: {error}") from error
 
     def keep(self, chunk: Chunk) -> None:
-        """Keep a chunk; one that is there already is left as it is.
-
-        Raises:
-            InputError: if it cannot be written.
-        """
+        """Keep a chunk; one that is there already is left as it is."""
         if chunk.first in self:
             return
         if self.directory is None:
@@ -281,15 +267,7 @@ def identity(
     t: np.ndarray,
     settings: list[Any],
 ) -> dict[str, Any]:
-    """Return what identifies runs, so that only the same ones are continued in a directory.
-
-    Args:
-        mechanism: what moves.
-        start: shape (n, nq + nv).
-        parameters: values that differ from run to run.
-        t: times of the samples.
-        settings: tolerances and the size of a chunk.
-    """
+    """Return what identifies runs, so that only the same ones are continued in a directory."""
     arrays = [start, t, *(parameters[symbol] for symbol in sorted(parameters))]
     return {
         "format": FORMAT,

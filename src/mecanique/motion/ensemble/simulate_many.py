@@ -314,10 +314,6 @@ def _compare(mechanism: Mechanism, program: Program, varied: Mapping[str, np.nda
     """Compare the equations with the reference at the extreme values of each parameter.
 
     Those with which loops can never be closed have no motion, and nothing to compare.
-
-    Raises:
-        DerivationError: if they do not agree.
-        InputError: if there is no state to compare at.
     """
     from mecanique.reference import Reference
 

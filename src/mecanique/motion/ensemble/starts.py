@@ -16,13 +16,7 @@ from mecanique.model.values import column_of, numbers_of
 def sweep(
     mechanism: Mechanism, q: Any, v: Any, parameters: Any
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the starts of all runs, shape (n, nq + nv), and the given parameters, shape (n,) each.
-
-    Raises:
-        InputError: if a shape is wrong, a number is not finite, or the numbers of runs differ.
-        UnknownNameError: if a name does not exist.
-        MechanismError: if the mechanism is not sound with some of the parameters.
-    """
+    """Return the starts of all runs, shape (n, nq + nv), and given parameters, shape (n,) each."""
     names = mechanism.coordinates.names
     q = by_leaders(mechanism, q, names)
     positions = numbers_of(q, names, "coordinate", mechanism.neutral(), many=True)

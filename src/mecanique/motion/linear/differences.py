@@ -37,21 +37,7 @@ def linearize_about(
     described: Mechanism | None = None,
     chosen: str = "",
 ) -> Linearization:
-    """Linearize the equations of motion about a state.
-
-    Args:
-        reference: the mechanism.
-        at: positions, shape (nq,) or by name; loops are closed next to them.
-        v: velocities, shape (nv,) or by name; zero by default.
-        t: time [s].
-        described: the mechanism as described, where the reference's leaves disturbances out.
-        chosen: how the state came about.
-
-    Raises:
-        InputError: if the state is not what is expected, or nothing can be linearized there.
-        EngineError: if a motion moves no mass in this state.
-        ClosureError: if the loops cannot be closed.
-    """
+    """Linearize the equations of motion about a state, with loops closed next to it."""
     mechanism = reference.mechanism
     refuse_rolling(mechanism)
     position, velocity = mechanism.position(at), mechanism.velocity(v)

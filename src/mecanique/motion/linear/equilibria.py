@@ -124,13 +124,7 @@ def equilibria(
 
 @final
 class Found:
-    """The equilibria that starts have led to so far.
-
-    Args:
-        reference: the mechanism.
-        starts: positions, each shape (nq,), which show how large inertias are in general.
-        t: time at which forces are taken [s].
-    """
+    """The equilibria that starts, shape (nq,) each, have led to so far."""
 
     def __init__(self, reference: Reference, starts: Sequence[np.ndarray], t: float) -> None:
         self.equilibria: list[Equilibrium] = []

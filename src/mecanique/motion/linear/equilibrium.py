@@ -30,13 +30,7 @@ H = 1e-6
 
 
 def equilibrium_near(reference: Reference, start: np.ndarray, t: float) -> np.ndarray | None:
-    """Return the position without acceleration that Newton's method reaches, or None.
-
-    Args:
-        reference: the mechanism that may rest.
-        start: shape (nq,).
-        t: time [s].
-    """
+    """Return the position (nq,) without acceleration that Newton's method reaches, or None."""
     if not reference.mechanism.nv:
         return start
     try:
@@ -55,16 +49,7 @@ def effort(
     rate: np.ndarray,
     t: float,
 ) -> np.ndarray:
-    """Return Tᵀ (M a + bias − forces) of the motion on the loops with velocities w, shape (n,).
-
-    Args:
-        reference: the mechanism.
-        free: its independent coordinates.
-        q: shape (nq,), on the loops.
-        w: shape (n,), independent velocities.
-        rate: shape (n,), of w.
-        t: time [s].
-    """
+    """Return Tᵀ (M a + bias − forces), shape (n,), for velocities w on the loops and their rate."""
     v = free.velocity(q, w)
     a = free.acceleration(q, v, rate)
     along: np.ndarray = free.tangents(q).T @ reference.inverse_dynamics(q, v, a, t)

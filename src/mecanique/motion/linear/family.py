@@ -23,14 +23,7 @@ _NAMED = 4  # coordinates
 
 
 def find_family(reference: Reference, q: Array, t: float) -> tuple[str, ...]:
-    """Return the coordinates that may each have any value while a mechanism stays at rest.
-
-    Args:
-        reference: the mechanism; where loops, quaternions or the like tie coordinates, none is
-            found.
-        q: shape (nq,), an equilibrium.
-        t: time [s].
-    """
+    """Return the coordinates that may each have any value at rest; none where q is constrained."""
     mechanism = reference.mechanism
     if mechanism.constrained or len(q) != mechanism.nv:
         return ()
@@ -50,11 +43,7 @@ def find_family(reference: Reference, q: Array, t: float) -> tuple[str, ...]:
 
 
 def say_family(names: tuple[str, ...]) -> str:
-    """Return what is added to a sentence about an equilibrium; nothing if it stands alone.
-
-    Args:
-        names: the coordinates that may have any value.
-    """
+    """Return what is added to a sentence about an equilibrium; nothing if it stands alone."""
     if not names:
         return ""
     listed = ", ".join(names[:_NAMED])

@@ -44,50 +44,26 @@ _FLAT = 1e-3
 @final
 @dataclass(frozen=True)
 class Hinged:
-    """A mechanism without quaternions, in a state.
+    """A mechanism without quaternions, in a state."""
 
-    Args:
-        mechanism: its joints that turned by quaternions are slides and hinges.
-        position: of each coordinate, by name.
-        velocity: of each velocity, by name.
-    """
-
-    mechanism: Mechanism
-    position: dict[str, float]
-    velocity: dict[str, float]
+    mechanism: Mechanism  # its joints that turned by quaternions are slides and hinges
+    position: dict[str, float]  # of each coordinate, by name
+    velocity: dict[str, float]  # of each velocity, by name
 
 
 @final
 @dataclass(frozen=True)
 class _Turning:
-    """How a body turns, next to a state.
+    """How a body turns, next to a state."""
 
-    Args:
-        outer: unit vector of the axis that stays where it is, in the joint's frame.
-        outer_rate: about it [rad/s].
-        inner: unit vector of the body's own axis, in the body's frame.
-        inner_rate: about it [rad/s].
-    """
-
-    outer: Array
-    outer_rate: float
-    inner: Array
-    inner_rate: float
+    outer: Array  # unit vector of the axis that stays where it is, in the joint's frame
+    outer_rate: float  # about it [rad/s]
+    inner: Array  # unit vector of the body's own axis, in the body's frame
+    inner_rate: float  # about it [rad/s]
 
 
 def put_hinges(mechanism: Mechanism, q: Array, v: Array, a: Array) -> Hinged:
-    """Return a mechanism with hinges in place of its quaternions, in the same state.
-
-    Args:
-        mechanism: a mechanism with quaternions.
-        q: shape (nq,).
-        v: shape (nv,).
-        a: shape (nv,), accelerations.
-
-    Raises:
-        InputError: if a quaternion's own coordinates are named elsewhere, or hinges do not describe
-            the attitude.
-    """
+    """Return a mechanism with hinges in place of its quaternions, in the same state."""
     bodies, joints = list(mechanism.bodies), list[Joint]()
     place = dict(zip(mechanism.coordinates, q.tolist(), strict=True))
     rate = dict(zip(mechanism.velocities, v.tolist(), strict=True))

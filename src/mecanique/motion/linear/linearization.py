@@ -363,18 +363,7 @@ def mode_motion(
     periods: float,
     fps: float,
 ) -> Motion:
-    """Return a mode as a motion.
-
-    Args:
-        linearization: about which state.
-        mode: which one, 0 for the slowest; None for the slowest that oscillates.
-        amplitude: of the mode's largest component [rad or m], or None for one that is easily seen.
-        periods: how many periods.
-        fps: samples per second.
-
-    Raises:
-        InputError: if there is no such mode, or it does not oscillate.
-    """
+    """Return a mode, the slowest that oscillates by default, as a motion."""
     begin = perf_counter()
     mode = slowest(linearization) if mode is None else mode
     root, _ = chosen_mode(linearization, mode)
@@ -402,14 +391,7 @@ def mode_motion(
 
 
 def slowest(linearization: Linearization) -> int:
-    """Return the slowest mode that oscillates.
-
-    Args:
-        linearization: about which state.
-
-    Raises:
-        InputError: if there is none.
-    """
+    """Return the slowest mode that oscillates."""
     moving = np.flatnonzero((linearization.frequencies > 0) & (np.abs(linearization.damping) < 1))
     if not len(moving):
         raise InputError(f"no mode of {linearization.mechanism.name!r} oscillates there")
@@ -417,15 +399,7 @@ def slowest(linearization: Linearization) -> int:
 
 
 def chosen_mode(linearization: Linearization, mode: int) -> tuple[complex, np.ndarray]:
-    """Return exponent λ and shape of a mode that oscillates.
-
-    Args:
-        linearization: about which state.
-        mode: which one, 0 for the slowest.
-
-    Raises:
-        InputError: if there is no such mode, or it does not oscillate.
-    """
+    """Return exponent λ and shape of a mode that oscillates; 0 is the slowest."""
     count = len(linearization.M)
     if isinstance(mode, bool) or not isinstance(mode, (int, np.integer)) or not 0 <= mode < count:
         raise InputError(f"expected a mode in 0…{count - 1}, 0 for the slowest, got {mode!r}")
@@ -438,14 +412,7 @@ def chosen_mode(linearization: Linearization, mode: int) -> tuple[complex, np.nd
 def linear_solution(
     linearization: Linearization, mode: int, amplitude: float, t: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return q, v and v̇ of the linear motion in one mode, δ = A Re(shape e^(λt)).
-
-    Args:
-        linearization: about which state.
-        mode: which one.
-        amplitude: A.
-        t: shape (n,) [s].
-    """
+    """Return q, v and v̇ of the linear motion in one mode, δ = A Re(shape e^(λt)), at t [s]."""
     root, shape = chosen_mode(linearization, mode)
     waves = amplitude * np.exp(root * t)[:, None] * shape
     rates = Rates.of(linearization.mechanism)
@@ -477,12 +444,7 @@ def _closed_solution(
 
 
 def usual_amplitude(linearization: Linearization, mode: int) -> float:
-    """Return an amplitude that is easily seen: 0.2 rad, or 0.2 characteristic lengths.
-
-    Args:
-        linearization: about which state.
-        mode: which one.
-    """
+    """Return an amplitude that is easily seen: 0.2 rad, or 0.2 characteristic lengths."""
     _, shape = chosen_mode(linearization, mode)
     length = _length(linearization)
     reach = np.array([length if unit == "m" else 1.0 for unit in linearization.units])
@@ -562,18 +524,7 @@ class Response:
 def response(
     linearization: Linearization, force: Values, frequencies: np.ndarray | None = None
 ) -> Response:
-    """Return the steady response to a harmonic force over its frequency.
-
-    Args:
-        linearization: about which state.
-        force: amplitudes F of the generalized forces: shape (nv,), or by coordinate or velocity
-            name.
-        frequencies: ω, shape (n,) [rad/s]; by default 400 up to twice the highest natural
-            frequency.
-
-    Raises:
-        InputError: if a value is not what is expected, or ω is an undamped natural frequency.
-    """
+    """Return the steady response to a harmonic force, shape (nv,), over its frequency [rad/s]."""
     if frequencies is None:
         highest = float(linearization.frequencies.max(initial=0.0)) or 1.0
         # none of them is a rational multiple of the highest natural frequency with a small
@@ -736,19 +687,7 @@ def compare(
     mode: int | None = None,
     tolerance: float = 0.01,
 ) -> Comparison:
-    """Return a mode by the linear and by the exact equations side by side.
-
-    Args:
-        linearization: about an equilibrium.
-        amplitude: of the mode's largest component [rad or m]; by default the one at which they
-            differ by `tolerance`.
-        mode: which one, 0 for the slowest; by default the slowest that oscillates.
-        tolerance: the relative difference for which the amplitude is sought.
-
-    Raises:
-        InputError: if there is no such mode, it does not oscillate, the state is no equilibrium, or
-            the equations are not smooth there.
-    """
+    """Return a mode by the linear and by the exact equations side by side."""
     tolerance = finite(tolerance, "the tolerance")
     if not 0 < tolerance < 1:
         raise InputError(f"expected a tolerance in 0…1, got {tolerance:g}")

@@ -115,11 +115,7 @@ def linearize(
 
 
 def _search(reference: Reference, t: float, described: Mechanism) -> Linearization:
-    """Linearize about the best of the equilibria found from random starts.
-
-    Raises:
-        InputError: if none is found, or none can be linearized about.
-    """
+    """Linearize about the best of the equilibria found from random starts."""
     mechanism = reference.mechanism
     first, *starts = random_starts(mechanism, STARTS, 0)
     found = Found(reference, [first, *starts], t)

@@ -146,19 +146,13 @@ class SteadyLinearization:
 
 
 class _Free(NamedTuple):
-    """What may deviate from a steady motion, and how fast it then changes.
+    """What may deviate from a steady motion, and how fast it then changes."""
 
-    Args:
-        positions: which velocities' coordinates are independent, indices.
-        velocities: which velocities are independent, indices.
-        rates: (q', w') by deviations (δq, δw), shape (n, count) both.
-        tangent: v by w at the motion itself, shape (nv, nw).
-    """
-
-    positions: np.ndarray
-    velocities: np.ndarray
+    positions: np.ndarray  # which velocities' coordinates are independent, indices
+    velocities: np.ndarray  # which velocities are independent, indices
+    # (q', w') by deviations (δq, δw), shape (n, count) both
     rates: Callable[[np.ndarray], np.ndarray]
-    tangent: np.ndarray
+    tangent: np.ndarray  # v by w at the motion itself, shape (nv, nw)
 
 
 @one_thread_for_loops

@@ -14,17 +14,7 @@ from mecanique.motion.record.trajectory import Trajectory
 
 
 def plot(motion: Trajectory, what: str = "coordinates", joint: str | None = None) -> Any:
-    """Plot a motion; return the matplotlib Figure, which no window shows yet.
-
-    Args:
-        motion: what to plot.
-        what: "coordinates", "phase", "energies" or "reactions".
-        joint: for "reactions", the joint; the first by default.
-
-    Raises:
-        InputError: if matplotlib is not installed.
-        UnknownNameError: if there is no such plot or joint.
-    """
+    """Plot a motion; return the matplotlib Figure, which no window shows yet."""
     kinds: dict[str, Callable[[Trajectory, Any, str | None], None]] = {
         "coordinates": _coordinates,
         "phase": _phase,

@@ -33,16 +33,7 @@ def provenance(mechanism: Mechanism) -> dict[str, Any]:
 
 
 def recover(about: dict[str, Any], mechanism: Mechanism | None, path: str) -> Mechanism:
-    """Return the mechanism of a saved motion, checked against what the file states.
-
-    Args:
-        about: what `provenance` returned, from the file.
-        mechanism: the mechanism given, if any.
-        path: the file, for messages.
-
-    Raises:
-        InputError: if none is given and the catalogue has none, or it is another one.
-    """
+    """Return the mechanism of a saved motion, checked against what the file states."""
     if mechanism is None:
         place = about.get("catalogue")
         if not isinstance(place, dict):

@@ -38,15 +38,7 @@ _STEPS = ("t", "q", "v", "a", "breaks")
 
 
 def save(motion: Trajectory, path: str | PathLike[str]) -> None:
-    """Write a motion to an npz file, whole or not at all; nothing in it is pickled.
-
-    Args:
-        motion: what to write.
-        path: the file; ".npz" is added if it has no ending.
-
-    Raises:
-        InputError: if the file cannot be written.
-    """
+    """Write a motion to an npz file, whole or not at all; nothing in it is pickled."""
     from importlib.metadata import version
 
     path = Path(path)
@@ -82,19 +74,7 @@ def save(motion: Trajectory, path: str | PathLike[str]) -> None:
 
 
 def load(path: str | PathLike[str], mechanism: Mechanism | None, kind: type[_Kind]) -> _Kind:
-    """Read a motion that `save` wrote.
-
-    The mechanism's names and parameters must be the file's, and it must have the accelerations that
-    the file's steps have.
-
-    Args:
-        path: the file.
-        mechanism: what moved; not needed for a system of the catalogue.
-        kind: the class of what is returned.
-
-    Raises:
-        InputError: if the file is no motion, is damaged, or belongs to another mechanism.
-    """
+    """Read a motion that `save` wrote, and check that the mechanism is the file's."""
     saved = _read(path)
     mechanism = recover(saved.about, mechanism, os.fspath(path))
     if not saved.fits(mechanism):
@@ -133,32 +113,19 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None, kind: type[_Kin
 @final
 @dataclass(frozen=True, eq=False)
 class _Saved:
-    """What a file holds, before it is known to fit a mechanism.
+    """What a file holds, before it is known to fit a mechanism."""
 
-    Args:
-        about: its description, which says whose motion it is.
-        t: times of the samples.
-        q: positions there.
-        v: velocities there.
-        steps: times, positions, velocities and accelerations of the steps, and the breaks.
-        happened: a row for each event.
-        names: of these events.
-        watched: names of the events that were watched for; None in older files.
-        method: which method integrated it and why.
-        smooth: as in `Curve`.
-        close: as in `Curve`.
-        statistics: what that took.
-    """
-
-    about: dict[str, Any]
+    about: dict[str, Any]  # its description, which says whose motion it is
     t: np.ndarray
     q: np.ndarray
     v: np.ndarray
+    # times, positions, velocities and accelerations of the steps, and the breaks
     steps: list[np.ndarray]
-    happened: np.ndarray
+    happened: np.ndarray  # a row for each event
     names: list[str]
+    # names of the events that were watched for; None in older files
     watched: tuple[str, ...] | None
-    method: str
+    method: str  # which method integrated it and why
     smooth: bool
     close: bool
     statistics: Statistics
@@ -259,11 +226,7 @@ def _refuse_bomb(file: IO[bytes]) -> None:
 
 
 def to_csv(motion: Trajectory, path: str | PathLike[str]) -> None:
-    """Write t, q, v and a to a CSV file: a header with units, then one row per sample, all digits.
-
-    Raises:
-        InputError: if the file cannot be written.
-    """
+    """Write t, q, v and a to a CSV file: a header with units, then a row per sample, all digits."""
     header = ",".join(f'"{title}"' if "," in title else title for title in _titles(motion))
     table = np.column_stack([motion.t, motion.q, motion.v, motion.a])
 
@@ -276,11 +239,7 @@ def to_csv(motion: Trajectory, path: str | PathLike[str]) -> None:
 
 
 def to_frame(motion: Trajectory) -> Any:
-    """Return q, v and a as a pandas DataFrame with t as index; units are in `frame.attrs["units"]`.
-
-    Raises:
-        InputError: if pandas is not installed.
-    """
+    """Return q, v and a as a pandas DataFrame over t; units are in `frame.attrs["units"]`."""
     try:
         import pandas as pd
     except ImportError:
@@ -297,11 +256,7 @@ def to_frame(motion: Trajectory) -> Any:
 
 
 def to_parquet(motion: Trajectory, path: str | PathLike[str]) -> None:
-    """Write t, q, v and a to a Parquet file, with the units in the schema's metadata.
-
-    Raises:
-        InputError: if pyarrow is not installed, or the file cannot be written.
-    """
+    """Write t, q, v and a to a Parquet file, with the units in the schema's metadata."""
     try:
         import pyarrow as pa
         import pyarrow.parquet as pq

@@ -85,29 +85,18 @@ class _Pieces(NamedTuple):
 @final
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A motion as a function of time, through the steps of an integrator.
+    """A motion as a function of time, through the steps of an integrator."""
 
-    Args:
-        t: shape (n,), times of the steps [s]; at a break two steps have the same time.
-        q: shape (n, nq), positions.
-        v: shape (n, nv), velocities.
-        a: shape (n, nv), rates of the velocities.
-        breaks: shape (s,), index of the first step of each smooth stretch, 0 first.
-        rates: the maps between v and q̇.
-        smooth: whether polynomials use q, v and a of neighboring steps; otherwise those of each
-            stretch's points alone.
-        close: whether steps are so short that a derivative of q may enlarge rounding.
-        known: polynomials that are there already.
-    """
-
-    t: np.ndarray
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    breaks: np.ndarray
-    rates: Rates
+    t: np.ndarray  # shape (n,), times of the steps [s]; at a break two steps have the same time
+    q: np.ndarray  # shape (n, nq), positions
+    v: np.ndarray  # shape (n, nv), velocities
+    a: np.ndarray  # shape (n, nv), rates of the velocities
+    breaks: np.ndarray  # shape (s,), index of the first step of each smooth stretch, 0 first
+    rates: Rates  # the maps between v and q̇
+    # whether polynomials use q, v and a of neighboring steps; otherwise those of each stretch's
+    # points alone
     smooth: bool = True
-    close: bool = True
+    close: bool = True  # whether steps are so short that a derivative of q may enlarge rounding
     known: tuple[_Pieces, ...] | None = field(default=None, repr=False)
 
     @cached_property
@@ -153,11 +142,7 @@ class Curve:
         return self._pieces[0].error, self._errors_of_v.min(axis=0)
 
     def __call__(self, t: float | np.ndarray) -> State:
-        """Return the state at times within the motion; at a break, the state after it.
-
-        Args:
-            t: a number or shape (n,) [s].
-        """
+        """Return the state at times [s] within the motion; at a break, the state after it."""
         times = np.atleast_1d(np.asarray(t, dtype=float))
         if not len(self.intervals):
             q, v = (
@@ -177,14 +162,7 @@ class Curve:
         return State(times, q, v) if np.ndim(t) else State(float(times[0]), q[0], v[0])
 
     def admit(self, t: Times) -> float | np.ndarray:
-        """Return times as numbers; those beyond an end by rounding are moved to it.
-
-        Args:
-            t: a number or shape (n,) [s].
-
-        Raises:
-            InputError: if a time is not within the motion.
-        """
+        """Return times as numbers; those beyond an end by rounding are moved to it."""
         try:
             times = np.asarray(t, dtype=float)
         except (TypeError, ValueError):
@@ -199,15 +177,7 @@ class Curve:
     def with_steps(
         self, at: np.ndarray, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray
     ) -> Curve:
-        """Return the curve with further steps inside its intervals.
-
-        Args:
-            at: shape (n,), index of the step before each new one, increasing.
-            t: shape (n,), their times [s].
-            q: shape (n, nq).
-            v: shape (n, nv).
-            a: shape (n, nv).
-        """
+        """Return the curve with further steps, each after the step of index `at`, increasing."""
         place = at + 1
         breaks = self.breaks + np.searchsorted(place, self.breaks, side="right")
         curve = Curve(

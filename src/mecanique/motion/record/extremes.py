@@ -21,26 +21,16 @@ two nodes.
 
 
 class Maxima(NamedTuple):
-    """The largest values of some quantities.
+    """The largest values of some quantities."""
 
-    Args:
-        values: shape (k,); NaN where a quantity is never known.
-        times: shape (k,), when they are rwhiched [s].
-    """
-
-    values: np.ndarray
-    times: np.ndarray
+    values: np.ndarray  # shape (k,); NaN where a quantity is never known
+    times: np.ndarray  # shape (k,), when they are reached [s]
 
 
 def find_maxima(
     curve: Curve, quantities: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 ) -> Maxima:
-    """Return the largest values along a motion of quantities that are smooth between its breaks.
-
-    Args:
-        curve: the motion.
-        quantities: their values, shape (n, k), by t, q and v; NaN where one is not known.
-    """
+    """Return the largest values of quantities, shape (n, k), that are smooth between breaks."""
 
     def measure(times: np.ndarray) -> np.ndarray:
         state = curve(times)

@@ -32,32 +32,15 @@ _REPORTED = 1e-9
 
 
 class Beginning(NamedTuple):
-    """How a motion with closed loops begins.
+    """How a motion with closed loops begins."""
 
-    Args:
-        reference: the mechanism's, for motions from here.
-        state: positions and velocities on the loops, shape (nq + nv,).
-        remark: what was done to close them.
-    """
-
-    reference: Reference
-    state: np.ndarray
+    reference: Reference  # the mechanism's, for motions from here
+    state: np.ndarray  # positions and velocities on the loops, shape (nq + nv,)
     remark: str
 
 
 def begin_on_loops(reference: Reference, q: Given, v: Given, t: float) -> Beginning:
-    """Return the closed state to start from; what is given by name stays if that is possible.
-
-    Args:
-        reference: that of a mechanism with loops.
-        q: positions as given.
-        v: velocities as given.
-        t: time at the start [s].
-
-    Raises:
-        ClosureError: naming the loop that cannot be closed, and by how much.
-        EngineError: where branches of the motion cross, and the velocities decide for none.
-    """
+    """Return the closed state to start from; what is given by name stays if that is possible."""
     from mecanique.reference.loops.assembly import close_velocity, position_near, project
     from mecanique.reference.loops.singular import branch_acceleration, is_crossing
 
@@ -99,13 +82,7 @@ def _loops_of(reference: Reference) -> Closed:
 
 @final
 class ClosedLoops:
-    """The loops of a mechanism in motion.
-
-    Args:
-        reference: that of a mechanism with loops.
-        rtol: relative tolerance of a step.
-        close: a quicker way onto the loops, which may leave states to the reference.
-    """
+    """The loops of a mechanism in motion."""
 
     share: ClassVar[float] = 0.1
     """Part of the tolerance that a step may use: each starts afresh, and no errors cancel."""
@@ -122,12 +99,7 @@ class ClosedLoops:
         self._nq = reference.mechanism.nq
 
     def has_left(self, t: float, y: np.ndarray) -> bool:
-        """Return whether a state has drifted off the loops.
-
-        Args:
-            t: its time [s].
-            y: shape (nq + nv,).
-        """
+        """Return whether a state, shape (nq + nv,), has drifted off the loops."""
         gap = np.abs(self.close(t, y) - y)
         speed = 1.0 + float(np.abs(y[self._nq :]).max(initial=0.0))
         return bool(
@@ -136,12 +108,7 @@ class ClosedLoops:
         )
 
     def close(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Return the state on the loops next to a state, shape (nq + nv,).
-
-        Args:
-            t: its time [s].
-            y: shape (nq + nv,).
-        """
+        """Return the state on the loops next to a state, shape (nq + nv,)."""
         found = None if self._quick is None else self._quick(t, y)
         if found is not None:
             return found

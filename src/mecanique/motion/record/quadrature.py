@@ -35,15 +35,7 @@ def integral(
     smooth: int | None = None,
     negligible: np.ndarray | float = 0.0,
 ) -> np.ndarray:
-    """Return the integral from the motion's start to each time, shape (n, k).
-
-    Args:
-        curve: the motion.
-        integrand: what to integrate.
-        times: shape (n,), within the motion [s].
-        smooth: how many columns, the first ones, parts are halved for; all by default.
-        negligible: coefficients of these columns up to this are rounding.
-    """
+    """Return the integral from the motion's start to each time [s], shape (n, k)."""
     if len(curve.t) < 2:
         columns = integrand(curve.t, curve.q, curve.v).shape[1]
         return np.zeros((len(times), columns))

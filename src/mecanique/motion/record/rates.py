@@ -23,17 +23,14 @@ _Columns: TypeAlias = tuple[EllipsisType, slice]
 @final
 @dataclass(frozen=True)
 class Rates:
-    """The maps between v and q̇ of a mechanism.
+    """The maps between v and q̇ of a mechanism."""
 
-    Args:
-        plain: pairs of indices (in q, in v) of the coordinates whose rate is their velocity.
-        balls: first index of each quaternion in q and of its angular velocity in v.
-        free: first index of each free body's position in q and of its velocity in v; its quaternion
-            follows.
-    """
-
+    # pairs of indices (in q, in v) of the coordinates whose rate is their velocity
     plain: tuple[tuple[int, ...], tuple[int, ...]]
+    # first index of each quaternion in q and of its angular velocity in v
     balls: tuple[tuple[int, int], ...]
+    # first index of each free body's position in q and of its velocity in v; its quaternion
+    # follows
     free: tuple[tuple[int, int], ...]
 
     @classmethod
@@ -81,11 +78,7 @@ class Rates:
         return not self.balls and self.plain[0] == self.plain[1]
 
     def normalize(self, q: np.ndarray) -> np.ndarray:
-        """Return positions with every quaternion of unit length.
-
-        Args:
-            q: shape (…, nq).
-        """
+        """Return positions, shape (…, nq), with every quaternion of unit length."""
         if not self.balls:
             return q
         q = q.copy()
@@ -94,24 +87,12 @@ class Rates:
         return q
 
     def drift(self, q: np.ndarray) -> float:
-        """Return by how much the length of a quaternion differs from one, at most.
-
-        Args:
-            q: shape (…, nq).
-        """
+        """Return by how much the length of a quaternion differs from one, at most."""
         lengths = (np.linalg.norm(q[Q], axis=-1) for Q, _ in self._turning)
         return max((float(np.abs(length - 1).max()) for length in lengths), default=0.0)
 
     def first(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return q̇.
-
-        For a quaternion Q and ω in body axes: Q̇ = ½ Q ω (Shuster, J. Astronaut. Sci. 41
-        (1993) 439).
-
-        Args:
-            q: shape (…, nq).
-            v: shape (…, nv).
-        """
+        """Return q̇; of a quaternion Q̇ = ½ Q ω (Shuster, J. Astronaut. Sci. 41 (1993) 439)."""
         if self.trivial:
             return v
         rate = np.zeros_like(q)
@@ -123,13 +104,7 @@ class Rates:
         return rate
 
     def second(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """Return q̈.
-
-        Args:
-            q: shape (…, nq).
-            v: shape (…, nv).
-            a: shape (…, nv), rates of v.
-        """
+        """Return q̈, shape (…, nq), from a, the rates of v."""
         if self.trivial:
             return a
         rate = np.zeros_like(q)
@@ -144,12 +119,7 @@ class Rates:
         return rate
 
     def displace(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return positions after a small step along velocities: q + step where v is q̇.
-
-        Args:
-            q: shape (…, nq), with unit quaternions.
-            step: shape (…, nv), v times a short time.
-        """
+        """Return positions after a small step (…, nv) along velocities: q + step where v is q̇."""
         if self.trivial:
             shifted: np.ndarray = q + step
             return shifted
@@ -166,12 +136,7 @@ class Rates:
         return moved
 
     def velocities(self, q: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """Return v from q̇.
-
-        Args:
-            q: shape (…, nq), with unit quaternions.
-            rate: shape (…, nq).
-        """
+        """Return v, shape (…, nv), from q̇; quaternions are of unit length."""
         if self.trivial:
             return rate
         size = len(self.plain[1]) + 3 * len(self.balls) + 3 * len(self.free)

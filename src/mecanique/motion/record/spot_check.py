@@ -27,15 +27,7 @@ def agrees(quick: np.ndarray, right: np.ndarray, most: float) -> bool:
 
 
 def spot_check(quick: Callable[[], Parts], ask: Callable[[np.ndarray], Parts], count: int) -> Parts:
-    """Return what is computed at many states at once, if the reference gives the same at some.
-
-    Otherwise the reference answers at all of them.
-
-    Args:
-        quick: computes all states at once.
-        ask: returns the reference's answers in the states of these indices.
-        count: number of states.
-    """
+    """Return the quick values if the reference agrees at some states, or the reference's at all."""
     everywhere = np.arange(count)
     if count <= ASKED:
         return ask(everywhere)

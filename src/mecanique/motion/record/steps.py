@@ -19,22 +19,14 @@ RightHandSide: TypeAlias = Callable[[float, np.ndarray], np.ndarray]
 @final
 @dataclass
 class Steps:
-    """Steps as they come, and where the motion breaks; a recorder, filled while integrating.
+    """Steps as they come, and where the motion breaks; a recorder, filled while integrating."""
 
-    Args:
-        t: times [s].
-        y: states (q, v).
-        dy: their rates.
-        breaks: index of the first step of each smooth stretch.
-        spread: whether each step is a stretch of several points.
-        evaluations: number of evaluations of the equations.
-    """
-
-    t: list[float] = field(default_factory=list)
+    t: list[float] = field(default_factory=list)  # times [s]
     y: list[np.ndarray] = field(default_factory=list)
     dy: list[np.ndarray] = field(default_factory=list)
+    # index of the first step of each smooth stretch
     breaks: list[int] = field(default_factory=lambda: [0])
-    spread: bool = False
+    spread: bool = False  # whether each step is a stretch of several points
     evaluations: int = 0
 
     @property
@@ -54,37 +46,19 @@ class Steps:
         self.dy.append(dy)
 
     def extend(self, t: np.ndarray, y: np.ndarray, dy: np.ndarray) -> None:
-        """Note several steps.
-
-        Args:
-            t: shape (n,), their times [s].
-            y: shape (n, nq + nv), the states there.
-            dy: shape (n, nq + nv), their rates.
-        """
+        """Note steps: times (n,) [s], states and their rates (n, nq + nv)."""
         self.t += t.tolist()
         self.y += list(y)
         self.dy += list(dy)
 
     def add_spread(self, t: np.ndarray, y: np.ndarray, dy: np.ndarray) -> None:
-        """Note a step by several points, as a stretch of its own.
-
-        Args:
-            t: shape (n,), their times, the step's start left out [s].
-            y: shape (n, nq + nv), the states there.
-            dy: shape (n, nq + nv), their rates.
-        """
+        """Note a step by several points (n,), its start left out, as a stretch of its own."""
         if self.breaks[-1] < len(self.t) - 1:
             self.break_here(self.y[-1], self.dy[-1])
         self.extend(t, y, dy)
 
     def end_at(self, t: float, y: np.ndarray, rhs: RightHandSide) -> None:
-        """Let the last step end earlier.
-
-        Args:
-            t: when, within the last step [s].
-            y: the state there.
-            rhs: the equations.
-        """
+        """Let the last step end earlier, at a time within it [s]."""
         if self.spread:
             self._squeeze(t, rhs)
         self.t[-1], self.y[-1], self.dy[-1] = t, y, rhs(t, y)
@@ -109,24 +83,13 @@ class Steps:
         self.add(self.t[-1], y, dy)
 
     def cut(self, t: float) -> None:
-        """Forget the steps after a time.
-
-        Args:
-            t: time of a step [s].
-        """
+        """Forget the steps after a time."""
         keep = bisect_right(self.t, t)
         del self.t[keep:], self.y[keep:], self.dy[keep:]
         self.breaks = [first for first in self.breaks if first < keep]
 
     def curve(self, nq: int, rates: Rates, smooth: bool, close: bool = True) -> Curve:
-        """Return the motion through the steps.
-
-        Args:
-            nq: number of positions in a state.
-            rates: the maps between v and q̇.
-            smooth: whether the rates are as accurate as the states.
-            close: whether rounding matters between the steps.
-        """
+        """Return the motion through the steps; `smooth` if rates are as accurate as states."""
         y, dy = np.array(self.y), np.array(self.dy)
         q = rates.normalize(y[:, :nq])
         return Curve(

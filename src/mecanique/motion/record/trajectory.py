@@ -268,10 +268,7 @@ class Trajectory:
 
 
 def add_steps(motion: Trajectory, most: int) -> Trajectory:
-    """Return a motion with samples at its steps too, at most so many of them.
-
-    Not at those of implicit methods, whose rates are less accurate than their states.
-    """
+    """Return a motion with at most so many samples at its steps too; none of implicit methods."""
     curve = motion.curve
     if not curve.smooth:
         return motion

@@ -18,11 +18,7 @@ Values: TypeAlias = Sequence[float] | np.ndarray | Mapping[str, float]
 
 
 def refuse_still(mechanism: Mechanism) -> None:
-    """Raise if a mechanism has no coordinate.
-
-    Raises:
-        InputError: if nothing in it can.
-    """
+    """Raise if a mechanism has no coordinate."""
     if not mechanism.nv:
         raise InputError(
             f"mechanism {mechanism.name!r} has no coordinate, so nothing in it can be set in motion"
@@ -32,17 +28,7 @@ def refuse_still(mechanism: Mechanism) -> None:
 def span_and_tolerances(
     t0: float, duration: float, rtol: float, atol: float | None
 ) -> tuple[float, float, float, float]:
-    """Return start, end and tolerances, checked.
-
-    Args:
-        t0: start [s].
-        duration: [s].
-        rtol: relative tolerance.
-        atol: absolute tolerance, or None for the same.
-
-    Raises:
-        InputError: if one is out of range.
-    """
+    """Return start, end and tolerances, checked."""
     t0, duration = finite(t0, "the start time t0"), finite(duration, "the duration")
     if not duration > 0:
         raise InputError(f"expected a positive duration [s], got {duration:g}")
@@ -63,17 +49,7 @@ def span_and_tolerances(
 def sample_times(
     t0: float, end: float, fps: float, samples: int | Sequence[float] | np.ndarray | None
 ) -> np.ndarray:
-    """Return the times of the samples, shape (n,) [s].
-
-    Args:
-        t0: start [s].
-        end: [s].
-        fps: samples per second, where there is nothing more precise.
-        samples: their number, or their times.
-
-    Raises:
-        InputError: if they are not what is expected.
-    """
+    """Return the times of the samples, shape (n,) [s]."""
     if samples is None:
         fps = finite(fps, "the samples per second fps")
         if not fps > 0:
@@ -112,17 +88,7 @@ def sample_times(
 def longest_step(
     mechanism: Mechanism, span: float, given: float | None, events: Sequence[Event]
 ) -> float:
-    """Return the longest step that the integrator may take [s].
-
-    Args:
-        mechanism: what moves; inputs that are functions may hide anything between two steps.
-        span: duration [s].
-        given: what the user asks for.
-        events: what is watched for.
-
-    Raises:
-        InputError: if it is not positive, or an event is none.
-    """
+    """Return the longest step that the integrator may take [s]."""
     if given is not None:
         given = finite(given, "the longest step max_step")
         if not given > 0:
@@ -136,13 +102,7 @@ def longest_step(
 
 
 def kinks(mechanism: Mechanism, t0: float, end: float) -> list[float]:
-    """Return the times at which a sampled input has a kink [s]; no step may reach across.
-
-    Args:
-        mechanism: whose inputs they are.
-        t0: start [s].
-        end: [s].
-    """
+    """Return the times at which a sampled input has a kink [s]; no step may reach across."""
     records = [i.signal.times for i in mechanism.inputs if isinstance(i.signal, Record)]
     if not records:
         return []

@@ -61,28 +61,18 @@ MIN_RTOL = 1e-14
 @final
 @dataclass(frozen=True)
 class Choice:
-    """A method and the equations it integrates.
+    """A method and the equations it integrates."""
 
-    Args:
-        method: of `METHODS`, or "taylor" or "compiled", which integrate what is compiled for the
-            mechanism.
-        equations: the right-hand side, which may overwrite its last answer; None for "taylor" and
-            "compiled".
-        closed_form: whether these are the closed form.
-        share: part of the tolerance that a step may use.
-        reason: why, where "auto" chose.
-        automatic: whether "auto" may change the method.
-        compiles: whether it may also compile; not any more once that failed.
-        optimized: whether compiled code is optimized; None where that may change on the way.
-    """
-
+    # of `METHODS`, or "taylor" or "compiled", which integrate what is compiled for the mechanism
     method: str
+    # the right-hand side, which may overwrite its last answer; None for "taylor" and "compiled"
     equations: RightHandSide | None
     closed_form: bool = False
-    share: float = 1.0
+    share: float = 1.0  # part of the tolerance that a step may use
     reason: str = ""
-    automatic: bool = False
-    compiles: bool = False
+    automatic: bool = False  # whether "auto" may change the method
+    compiles: bool = False  # whether it may also compile; not any more once that failed
+    # whether compiled code is optimized; None where that may change on the way
     optimized: bool | None = None
 
     @property
@@ -99,12 +89,7 @@ class Choice:
 
 
 def first_choice(problem: Problem, method: str) -> Choice:
-    """Return the choice to start with.
-
-    Raises:
-        InputError: if the method does not allow what is asked for, or is not installed.
-        DerivationError: if the method needs a closed form and there is none.
-    """
+    """Return the choice to start with."""
     code, reference = problem.code, problem.reference
     blind = {"taylor": problem.events, "compiled": problem.asked}.get(method, ())
     if blind:
@@ -160,12 +145,6 @@ def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) 
 
     It looks at no clock, and at nothing that ran before, so that the same call always gives the
     same motion.
-
-    Args:
-        problem: what is integrated.
-        choice: what it is integrated with.
-        steps: how many steps it took so far.
-        t: the time they reached [s].
     """
     if problem.loops is not None and steps == LOOP_STEPS:
         return _can_compile(problem, choice) and _best_for_loops(problem, t) != "dop853"
@@ -202,13 +181,7 @@ def _reconsider(problem: Problem, choice: Choice, taken: int, t: float) -> Choic
 
 
 def _best_for_loops(problem: Problem, t: float, operations: int | None = None) -> str:
-    """Return the method expected to finish first, from the times to compile and to step.
-
-    Args:
-        problem: what is integrated.
-        t: the time that the first `LOOP_STEPS` steps reached [s].
-        operations: of the equations, once they are derived.
-    """
+    """Return the method expected to finish first, from the times to compile and to step."""
     code = problem.code
     if not code.possible:
         return "dop853"

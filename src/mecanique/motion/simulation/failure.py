@@ -21,14 +21,7 @@ MAX_LISTED = 8
 def failure(
     problem: Problem, integration: Integration, motion: Trajectory | None, asked: Given
 ) -> IntegrationError:
-    """Return the error that explains why an integration is not complete.
-
-    Args:
-        problem: what was integrated.
-        integration: how that went.
-        motion: the motion until then, if there is one.
-        asked: the positions at the start as they were given.
-    """
+    """Return the error that explains why an integration is not complete."""
     outcome, t, y = integration.outcome, integration.t, integration.y
     fault = outcome.fault
     if fault is not None and not isinstance(fault, (Exception, KeyboardInterrupt)):
@@ -91,18 +84,7 @@ _ROUNDING = 1e-13
 
 
 def refuse_indefinite(reference: Reference, t: Array, q: Array) -> None:
-    """Raise if the mass matrix has a negative eigenvalue at any of the states.
-
-    Only bodies that are taken as given can have such an inertia; without them nothing is computed.
-
-    Args:
-        reference: the mechanism inside the engine.
-        t: shape (n,), times [s].
-        q: shape (n, nq), positions.
-
-    Raises:
-        IntegrationError: with the first such state and the bodies that may be the reason.
-    """
+    """Raise if the mass matrix has a negative eigenvalue at any of the n states."""
     bodies = [body.name for body in reference.mechanism.bodies if body.as_given]
     if not bodies:
         return

@@ -48,12 +48,7 @@ def integrate_by_choice(problem: Problem, method: str) -> tuple[Choice, Integrat
 
 
 def integrate(problem: Problem, choice: Choice) -> Integration:
-    """Integrate a problem once, as far as it goes.
-
-    Raises:
-        MecaniqueError: if the equations refuse the start.
-        UnknownNameError: if an event depends on a name that does not exist.
-    """
+    """Integrate a problem once, as far as it goes."""
     if choice.method == "taylor":
         return integrate_series(
             replace(problem, rtol=choice.share * problem.rtol), choice.optimized

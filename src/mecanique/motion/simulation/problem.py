@@ -67,38 +67,21 @@ class Outcome:
 @final
 @dataclass(frozen=True)
 class Problem:
-    """An initial value problem of a mechanism.
-
-    Args:
-        mechanism: what moves.
-        reference: the mechanism inside the engine.
-        loops: keeps the loops closed, if there are any.
-        start: shape (nq + nv,), the state at the start.
-        t0: time at the start [s].
-        end: time at the end [s].
-        times: shape (n,), of the samples [s].
-        rtol: relative tolerance of a step.
-        atol: absolute tolerance of a step.
-        max_step: longest step, infinite if it need not be bounded [s].
-        max_steps: most steps.
-        events: what to watch for.
-        ends: of these, those at which a coordinate comes to the end of its chart.
-        progress: called with the fraction done.
-    """
+    """An initial value problem of a mechanism."""
 
     mechanism: Mechanism
     reference: Reference
     loops: ClosedLoops | None
-    start: np.ndarray
-    t0: float
-    end: float
-    times: np.ndarray
+    start: np.ndarray  # shape (nq + nv,), the state at the start
+    t0: float  # time at the start [s]
+    end: float  # time at the end [s]
+    times: np.ndarray  # shape (n,), of the samples [s]
     rtol: float
     atol: float
-    max_step: float
+    max_step: float  # longest step, infinite if it need not be bounded [s]
     max_steps: int
     events: tuple[Event, ...]
-    ends: tuple[Event, ...]
+    ends: tuple[Event, ...]  # of these, those at which a coordinate comes to the end of its chart
     progress: Callable[[float], object] | None
 
     @property
@@ -116,23 +99,14 @@ class Problem:
         return replace(self, loops=ClosedLoops(self.reference, self.rtol, close))
 
     def correct(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Return the state on the loops, and with unit quaternions, next to a state.
-
-        Args:
-            t: its time [s].
-            y: shape (nq + nv,).
-        """
+        """Return the state on the loops, and with unit quaternions, next to a state."""
         if self.loops is not None:
             return self.loops.close(t, y)
         nq = self.mechanism.nq
         return np.concatenate([self.code.rates.normalize(y[:nq]), y[nq:]])
 
     def report(self, t: float) -> Outcome | None:
-        """Report the progress; return how it ends the motion if that raises an exception.
-
-        Args:
-            t: the time that was reached [s].
-        """
+        """Report the progress; return how it ends the motion if that raises an exception."""
         if self.progress is not None:
             try:
                 self.progress((t - self.t0) / (self.end - self.t0))
@@ -144,40 +118,24 @@ class Problem:
 @final
 @dataclass(frozen=True)
 class Course:
-    """A motion's samples, its path between them and the events on it.
-
-    Args:
-        samples: the states that were asked for.
-        path: the curve, or what makes it.
-        events: what took place.
-        outcome: how it ends, if earlier than the integration.
-    """
+    """A motion's samples, its path between them and the events on it."""
 
     samples: State
-    path: Curve | Callable[[], Curve]
+    path: Curve | Callable[[], Curve]  # the curve, or what makes it
     events: tuple[Occurrence, ...] = ()
-    outcome: Outcome | None = None
+    outcome: Outcome | None = None  # how it ends, if earlier than the integration
 
 
 @final
 @dataclass(frozen=True)
 class Integration:
-    """The result of an integration, as far as it went.
-
-    Args:
-        outcome: how it ended.
-        t: the time it reached [s].
-        y: shape (nq + nv,), the state there; None if the equations fail at the start.
-        steps: number of steps.
-        evaluations: number of evaluations of the equations.
-        rtol: relative tolerance that the steps were taken to.
-        course: gives the course until then; None if there is none.
-    """
+    """The result of an integration, as far as it went."""
 
     outcome: Outcome
-    t: float
+    t: float  # the time it reached [s]
+    # shape (nq + nv,), the state there; None if the equations fail at the start
     y: np.ndarray | None
     steps: int
     evaluations: int
-    rtol: float
-    course: Callable[[], Course] | None
+    rtol: float  # relative tolerance that the steps were taken to
+    course: Callable[[], Course] | None  # gives the course until then; None if there is none

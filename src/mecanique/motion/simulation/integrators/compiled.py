@@ -49,15 +49,10 @@ _Events: TypeAlias = Callable[[Curve], tuple[Occurrence, ...]]
 
 
 class Watched(NamedTuple):
-    """How a stretch that was watched ended.
-
-    Args:
-        outcome: why.
-        occurrences: returns the events, by the curve.
-    """
+    """How a stretch that was watched ended."""
 
     outcome: Outcome
-    occurrences: _Events
+    occurrences: _Events  # returns the events, by the curve
 
 
 _Look: TypeAlias = Callable[[int, float], bool]
@@ -71,14 +66,7 @@ _Watch: TypeAlias = Callable[[Problem, Task, Steps], Watched]
 def integrate_in_c(
     problem: Problem, share: float, watch: _Watch, look: _Look | None = None
 ) -> Integration:
-    """Integrate a problem, as far as it goes.
-
-    Args:
-        problem: what to integrate; it can be compiled.
-        share: part of the tolerance that a step may use.
-        watch: continues from before the end of a coordinate's chart, which compiled steps ignore.
-        look: says now and then whether to take other steps; None if no others may pay.
-    """
+    """Integrate a problem by compiled steps, as far as it goes."""
     code, reference = problem.code, problem.reference
     stepper, equations = code.stepper(reference), code.rhs(reference)
     if isinstance(equations, ClosedProgram):
@@ -151,28 +139,16 @@ def _find_end_of_chart(problem: Problem, steps: Steps, first: int, reason: str) 
 @final
 @dataclass(frozen=True)
 class _Run:
-    """An integration under way.
-
-    Args:
-        problem: what is integrated.
-        stepper: the compiled code.
-        march: the motion in it.
-        task: the equations as Python, with the tolerances of steps past singular positions.
-        stalls: finds whether it leads nowhere.
-    """
+    """An integration under way."""
 
     problem: Problem
     stepper: Stepper
     march: March
-    task: Task
-    stalls: StallDetector
+    task: Task  # the equations as Python, with the tolerances of steps past singular positions
+    stalls: StallDetector  # finds whether it leads nowhere
 
     def pass_by(self, steps: Steps) -> Outcome | None:
-        """Integrate by the reference past a singular position; return why to stop, if so.
-
-        Args:
-            steps: to which those are added that are taken.
-        """
+        """Integrate by the reference past a singular position; return why to stop, if so."""
         problem, march, task, loops = self.problem, self.march, self.task, self.problem.loops
         assert loops is not None, "only loops have singular positions"
         own, end, before = Steps(), problem.end, len(steps.t)
@@ -210,13 +186,7 @@ class _Run:
         return outcome
 
     def watch_from(self, last: int, steps: Steps, watch: _Watch) -> Watched:
-        """Integrate on from a step, forgetting those after it.
-
-        Args:
-            last: its number.
-            steps: all so far.
-            watch: integrates.
-        """
+        """Integrate on from a step by its number, forgetting those after it."""
         march, times = self.march, self.problem.times
         t, y = steps.t[last], steps.y[last]
         steps.cut(t)

@@ -63,28 +63,19 @@ WITHIN = 500
 @final
 @dataclass(frozen=True)
 class Task:
-    """Equations to integrate and how accurately.
-
-    Args:
-        rhs: the equations.
-        implicit: whether they need an implicit method.
-        rtol: relative tolerance of a step.
-        atol: absolute tolerance of a step.
-        max_step: longest step, infinite if it need not be bounded [s].
-        max_steps: most steps.
-        quick: the equations for the explicit method, if they may overwrite their last answer;
-            otherwise those above.
-        restarts: whether the integration restarts so often that stiffness has to be watched for
-            across restarts, which the explicit method's own count forgets.
-    """
+    """Equations to integrate and how accurately."""
 
     rhs: RightHandSide
-    implicit: bool
+    implicit: bool  # whether they need an implicit method
     rtol: float
     atol: float
-    max_step: float = np.inf
+    max_step: float = np.inf  # longest step, infinite if it need not be bounded [s]
     max_steps: int = 1_000_000
+    # the equations for the explicit method, if they may overwrite their last answer; otherwise
+    # those above
     quick: RightHandSide | None = None
+    # whether the integration restarts so often that stiffness has to be watched for across
+    # restarts, which the explicit method's own count forgets
     restarts: bool = False
 
 
@@ -98,18 +89,14 @@ Look: TypeAlias = Callable[[], Outcome | None]
 @final
 @dataclass(frozen=True)
 class Method:
-    """An integration method.
-
-    Args:
-        title: its description in a few words.
-        open: makes it ready for a task, to record steps and to look at each.
-        smooth: whether the rates at its steps are as accurate as the states, so that neighboring
-            steps can be interpolated with them; otherwise each step is noted by several points of
-            the method's own interpolation.
-    """
+    """An integration method."""
 
     title: str
+    # makes it ready for a task, to record steps and to look at each
     open: Callable[[Task, Steps, Look], AbstractContextManager[Run]]
+    # whether the rates at its steps are as accurate as the states, so that neighboring steps can
+    # be interpolated with them; otherwise each step is noted by several points of the method's
+    # own interpolation
     smooth: bool
 
 
@@ -129,18 +116,7 @@ class Reached(NamedTuple):
 
 
 def advance(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
-    """Return the state at a time, from the state at an earlier time near it.
-
-    Args:
-        task: the equations and tolerances.
-        t: time of the state [s].
-        y: the state.
-        end: time asked for [s].
-
-    Raises:
-        EquationsError: if the equations raise anything on the way.
-        StalledError: if it takes more than the most steps, or their size collapses.
-    """
+    """Return the state at a time [s], from the state at an earlier time near it."""
     if end == t:
         return Reached(y.copy(), 0)
     with _lend(task.rhs) as guard:
@@ -152,12 +128,7 @@ def advance(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
 
 
 def advance_within(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
-    """Return the state at a time within a step, from the state at its begin, as `advance` does.
-
-    Raises:
-        EquationsError: if the equations raise anything on the way.
-        StalledError: if it takes far more steps than the way is worth.
-    """
+    """Return the state at a time within a step, from the state at its begin, as `advance` does."""
     return advance(replace(task, max_steps=WITHIN), t, y, end)
 
 

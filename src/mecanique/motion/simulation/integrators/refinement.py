@@ -38,15 +38,6 @@ def refine(problem: Problem, task: Task, steps: Steps, *, smooth: bool) -> Curve
 
     Once only: what is left then is not the polynomial's error but that of the steps, which fit each
     other no better than to the tolerance, and looks the larger the closer they are.
-
-    Args:
-        problem: what was integrated.
-        task: the equations and tolerances.
-        steps: the steps taken.
-        smooth: whether the rates at the steps are as accurate as the states.
-
-    Raises:
-        IntegrationError: if a state between two steps cannot be reached in reasonable time.
     """
     nq, rates = problem.mechanism.nq, problem.code.rates
     rounding = EPSILON * max(1.0, abs(steps.t[0]), abs(steps.t[-1]))

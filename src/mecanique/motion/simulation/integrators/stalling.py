@@ -30,12 +30,7 @@ _LOOPS = _Pace(500, 5e-7)
 
 @final
 class StallDetector:
-    """Watches the points of a run.
-
-    Args:
-        problem: what is integrated.
-        implicit: whether by an implicit method, which notes a step by several points.
-    """
+    """Watches the points of a run."""
 
     def __init__(self, problem: Problem, *, implicit: bool = False) -> None:
         self._pace = _TREES if problem.loops is None or implicit else _LOOPS
@@ -43,12 +38,7 @@ class StallDetector:
         self._next, self._checked = self._pace.points, problem.t0
 
     def is_stalled(self, points: int, t: float) -> bool:
-        """Return whether the last points cover next to nothing.
-
-        Args:
-            points: how many there are.
-            t: time of the last [s].
-        """
+        """Return whether the last of so many points cover next to nothing."""
         if points < self._next:
             return False
         covered = t - self._checked

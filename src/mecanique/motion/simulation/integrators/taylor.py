@@ -28,13 +28,7 @@ NO_LENGTH = 1e-12
 
 
 def integrate_series(problem: Problem, optimized: bool | None) -> Integration:
-    """Integrate a problem, as far as it goes.
-
-    Args:
-        problem: what to integrate; a Taylor integrator can be had for it.
-        optimized: whether the integrator's code is; None changes to optimized code as soon as that
-            pays for all motions of the mechanism.
-    """
+    """Integrate a problem by Taylor series, as far as it goes."""
     code, reference, rtol, end = problem.code, problem.reference, problem.rtol, problem.end
     fast = code.pays_to_optimize(rtol) if optimized is None else optimized
     machine = code.borrow(reference, rtol, optimized=fast)

@@ -24,19 +24,12 @@ A motion may touch the limit and turn back, as the abscissa of a point on a circ
 @final
 @dataclass(frozen=True)
 class _Distance:
-    """Distance of a coordinate from where it is too near a limit, positive inside.
-
-    Args:
-        index: of the coordinate.
-        bound: the limit.
-        side: +1 for a lower limit, −1 for an upper one.
-        margin: how near is too near.
-    """
+    """Distance of a coordinate from where it is too near a limit, positive inside."""
 
     index: int
     bound: float
-    side: float
-    margin: float
+    side: float  # +1 for a lower limit, −1 for an upper one
+    margin: float  # how near is too near
 
     def __call__(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
         """Return the distance, of many positions at once as well, shape (n, nq)."""
@@ -44,19 +37,14 @@ class _Distance:
 
 
 def limit_events(mechanism: Mechanism, start: np.ndarray) -> tuple[Event, ...]:
-    """Return the events at which coordinates reach their limits.
-
-    Args:
-        mechanism: what moves.
-        start: shape (nq,), positions at the start; a motion that starts nearer to a limit may come
-            half as near.
-    """
+    """Return the events at which coordinates reach their limits."""
     ends = []
     for name, (lower, upper) in mechanism.limits.items():
         at = mechanism.coordinates.index(name)
         margin = MARGIN * (upper - lower if np.isfinite([lower, upper]).all() else 1.0)
         for bound, side in ((lower, 1.0), (upper, -1.0)):
             if np.isfinite(bound):
+                # a motion that starts nearer to a limit may come half as near
                 near = min(margin, abs(float(start[at]) - bound) / 2)
                 ends.append(
                     Event(f"end of chart {name}", _Distance(at, bound, side, near), -1, stop=True)
@@ -67,16 +55,7 @@ def limit_events(mechanism: Mechanism, start: np.ndarray) -> tuple[Event, ...]:
 def joint_events(
     mechanism: Mechanism, start: np.ndarray, limits: str | float | None
 ) -> tuple[Event, ...]:
-    """Return the events at which joints reach their limits: stops, or impacts.
-
-    Args:
-        mechanism: what moves.
-        start: shape (nq,), positions at the start.
-        limits: "stop", a coefficient of restitution, or None for no events.
-
-    Raises:
-        InputError: if it is none of these, or the motion starts beyond a limit.
-    """
+    """Return the events at which joints reach their limits: stops, or impacts."""
     if limits is None:
         return ()
     from sympy import Symbol
@@ -120,11 +99,7 @@ def joint_events(
 
 
 def refuse_limit(motion: Trajectory) -> None:
-    """Raise if a motion stopped because a coordinate reached its limit.
-
-    Raises:
-        IntegrationError: with the motion until there.
-    """
+    """Raise if a motion stopped because a coordinate reached its limit."""
     mechanism = motion.mechanism
     last = motion.events[-1] if motion.events else None
     for name in mechanism.limits:
@@ -142,11 +117,7 @@ def refuse_limit(motion: Trajectory) -> None:
 
 
 def report_end(progress: Callable[[float], object] | None, motion: Trajectory) -> None:
-    """Report that a motion is complete; what `progress` raises then does not lose it.
-
-    Raises:
-        IntegrationError: with the motion, if `progress` raises an exception.
-    """
+    """Report that a motion is complete; what `progress` raises then does not lose it."""
     if progress is None:
         return
     try:

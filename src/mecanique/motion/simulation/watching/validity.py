@@ -29,17 +29,11 @@ _IDLE = 1e-12
 @final
 @dataclass(frozen=True)
 class Pressing:
-    """Normal force and friction of what rolls, along a motion.
-
-    Args:
-        contact: the contact.
-        normal: shape (n,); NaN where it is undetermined [N].
-        friction: shape (n,), its magnitude, likewise [N].
-    """
+    """Normal force and friction of what rolls, along a motion."""
 
     contact: PressingContact
-    normal: Array
-    friction: Array
+    normal: Array  # shape (n,); NaN where it is undetermined [N]
+    friction: Array  # shape (n,), its magnitude, likewise [N]
 
 
 def contact_events(mechanism: Mechanism, *, stop: bool = False) -> tuple[Event, ...]:
@@ -64,13 +58,7 @@ def contact_events(mechanism: Mechanism, *, stop: bool = False) -> tuple[Event, 
 
 
 def find_breaks(mechanism: Mechanism, reference: Reference, curve: Curve) -> tuple[Occurrence, ...]:
-    """Return where along a motion contacts and cords cease to hold, amiss at its start or later.
-
-    Args:
-        mechanism: what moves.
-        reference: the mechanism inside the engine.
-        curve: the motion.
-    """
+    """Return where along a motion contacts and cords cease to hold, amiss at its start or later."""
     margins = _Margins(mechanism, reference)
     from scipy.optimize import brentq
 
@@ -96,29 +84,13 @@ def find_breaks(mechanism: Mechanism, reference: Reference, curve: Curve) -> tup
 
 
 def margins_along(reference: Reference, q: Array, v: Array, t: Array) -> Array:
-    """Return what contacts and cords have left in n states, shape (n, names) [N].
-
-    Names are those of `break_names`; NaN where forces are undetermined.
-
-    Args:
-        reference: the mechanism inside the engine.
-        q: shape (n, nq).
-        v: shape (n, nv).
-        t: shape (n,) [s].
-    """
+    """Return what contacts and cords have left, shape (n, names) [N]; NaN if undetermined."""
     margins = _Margins(reference.mechanism, reference)
     return np.array([margins.at(*state) for state in zip(q, v, t.tolist(), strict=True)])
 
 
 def pressings(reference: Reference, q: Array, v: Array, t: Array) -> tuple[Pressing, ...]:
-    """Return normal force and friction of all that rolls, in n states.
-
-    Args:
-        reference: the mechanism inside the engine.
-        q: shape (n, nq).
-        v: shape (n, nv).
-        t: shape (n,) [s].
-    """
+    """Return normal force and friction of all that rolls, in n states."""
     rolling = [each for each in reference.mechanism.contacts if isinstance(each, PressingContact)]
     if not rolling:
         return ()
@@ -149,12 +121,7 @@ class Margin:
 
 @final
 class _Margins:
-    """The margins to all limits [N]: normal forces, reserves of friction, tensions.
-
-    Args:
-        mechanism: whose they are.
-        reference: the mechanism inside the engine.
-    """
+    """The margins to all limits [N]: normal forces, reserves of friction, tensions."""
 
     def __init__(self, mechanism: Mechanism, reference: Reference) -> None:
         self._reference = reference

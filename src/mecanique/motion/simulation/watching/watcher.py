@@ -52,22 +52,7 @@ class _Crossing(NamedTuple):
 
 @final
 class Watcher:
-    """Looks at each step and says whether the integration must halt; `settle` then corrects it.
-
-    The first step, the start, must be there already.
-
-    Args:
-        problem: what is integrated.
-        task: the equations and tolerances.
-        steps: the steps so far.
-        interruption: whether Ctrl-C was pressed.
-        reconsider: returns after a number of steps, at a time, whether another method pays; None
-            if none may.
-
-    Raises:
-        UnknownNameError: if an event depends on a name that does not exist.
-        InputError: if an impact depends on velocities.
-    """
+    """Looks at each step, the start first, and says whether the integration must halt."""
 
     def __init__(
         self,
@@ -144,12 +129,7 @@ class Watcher:
         return Outcome("halt") if halts else None
 
     def settle(self) -> Outcome | None:
-        """Correct the last step: end it at an event or on the loops; return how all ends there.
-
-        Raises:
-            EquationsError: if the equations fail on the way to an event.
-        StalledError: if the way there has no end.
-        """
+        """Correct the last step: end it at an event or on the loops; return how all ends there."""
         steps, crossing = self._steps, self._halting
         self._halting = None
         found = None if crossing is None else self._locate(crossing)
