@@ -237,9 +237,9 @@ class _Reader:
         if (skin := geometry.find("skin")) is not None:
             geometry = self._resolve(skin.get("source"))
         bound = {
-            each.get("symbol"): each.get("target")
-            for each in instance.iter()
-            if each.tag == "instance_material"
+            binding.get("symbol"): binding.get("target")
+            for binding in instance.iter()
+            if binding.tag == "instance_material"
         }
         for part in geometry.findall("mesh/*"):
             self._step()
@@ -254,8 +254,8 @@ class _Reader:
     def _corners(self, part: Element) -> Array:
         """The corners of a list of triangles or polygons."""
         inputs = part.findall("input")
-        stride = 1 + max(int(each.get("offset", 0)) for each in inputs)
-        vertex = next(each for each in inputs if each.get("semantic") == "VERTEX")
+        stride = 1 + max(int(entry.get("offset", 0)) for entry in inputs)
+        vertex = next(entry for entry in inputs if entry.get("semantic") == "VERTEX")
         lists = [_numbers(p.text, np.int64).reshape(-1, stride) for p in part.findall("p")]
         if not lists:
             return np.empty((0, 3, 3))
@@ -263,16 +263,16 @@ class _Reader:
         if part.tag == "triangles":
             places = np.arange(len(rows)).reshape(-1, 3)
         elif part.tag == "polygons":
-            places = fan(np.array([len(each) for each in lists]))
+            places = fan(np.array([len(polygon) for polygon in lists]))
         else:
             counts = _numbers(part.findtext("vcount"), np.int64)
             if (counts < 0).any() or counts.astype(float).sum() > len(rows):
                 raise ValueError("polygons with more corners than there are")
             places = fan(counts)
         positions = next(
-            each
-            for each in self._resolve(vertex.get("source"))
-            if each.get("semantic") == "POSITION"
+            entry
+            for entry in self._resolve(vertex.get("source"))
+            if entry.get("semantic") == "POSITION"
         )
         return self._floats(positions.get("source"))[rows[places]]
 

@@ -134,11 +134,11 @@ def read_urdf(
     if values:
 
         def read_with(letters: Letters) -> Mechanism:
-            found, faults = read_document(path_or_text, package_path, arguments, letters)
-            other = found and mechanism_of(found, faults, gravity, root, damping=damping)
+            contents, faults = read_document(path_or_text, package_path, arguments, letters)
+            varied = contents and mechanism_of(contents, faults, gravity, root, damping=damping)
             faults.refuse(strict=False)
-            assert other, "what cannot be read is refused"
-            return other if loops is None else with_loops(other, loops)
+            assert varied, "what cannot be read is refused"
+            return varied if loops is None else with_loops(varied, loops)
 
         mechanism = with_properties(mechanism, values, read_with)
         parameters = kept - values.keys()
@@ -177,7 +177,7 @@ def mechanism_of(
             forces=_forces(document, damping),
             loops=tuple(document.extensions.loops),
             contacts=tuple(document.extensions.contacts),
-            velocity_constraints=tuple(each.of(named) for each in constraints),
+            velocity_constraints=tuple(constraint.of(named) for constraint in constraints),
             elements=tuple(document.extensions.elements),
             coordinates=Coordinates((), _map(document, joints)),
             gravity=vector(gravity, "gravity"),
@@ -224,8 +224,10 @@ def _with_own_names(joints: list[Joint]) -> list[Joint]:
             for velocity in joint.velocities:
                 names.free(velocity)
         # the mark of a velocity is reserved for velocities
-        own = tuple(names.free(name.replace("'", "_")) for name in joint.coordinates)
-        named[joint.name] = joint if own == joint.coordinates else joint.renamed(own)
+        coordinates = tuple(names.free(name.replace("'", "_")) for name in joint.coordinates)
+        named[joint.name] = (
+            joint if coordinates == joint.coordinates else joint.renamed(coordinates)
+        )
     return [named[joint.name] for joint in joints]
 
 

@@ -68,14 +68,14 @@ def robot(name: str) -> Path:
 @lru_cache(maxsize=1)
 def _folders() -> dict[str, tuple[Path, ...]]:
     """Files of each robot's folder, by the folder's name without "_description"."""
-    found: dict[str, tuple[Path, ...]] = {}
+    folders: dict[str, tuple[Path, ...]] = {}
     for data in _data():
         for folder in sorted(data.iterdir()):
             files = tuple(sorted(folder.rglob("*.urdf")))
             if files:
-                found.setdefault(folder.name.removesuffix("_description"), files)
-        if found:
-            return found
+                folders.setdefault(folder.name.removesuffix("_description"), files)
+        if folders:
+            return folders
     raise InputError(
         "expected the package example-robot-data to be installed: pip install example-robot-data"
     )

@@ -50,19 +50,19 @@ def with_loops(mechanism: Mechanism, path: str | os.PathLike[str]) -> Mechanism:
     """Return a mechanism with the loops, springs and dampers of a TOML file."""
     file = Path(path)
     try:
-        found = tomllib.loads(file.read_text(encoding="utf-8"))
+        tables = tomllib.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError(f"expected a TOML file, but there is no file {str(file)!r}") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{file} cannot be read: {error}") from None
-    unknown = sorted(found.keys() - _TABLES)
-    if unknown or not found:
+    unknown = sorted(tables.keys() - _TABLES)
+    if unknown or not tables:
         said = f"got {unknown[0]!r}" if unknown else "got an empty file"
         raise InputError(f"expected tables [[loop]] and [[spring]] in {file}, {said}")
-    loops = tuple(_loop(entry, str(file)) for entry in _entries(found, "loop", str(file)))
+    loops = tuple(_loop(entry, str(file)) for entry in _entries(tables, "loop", str(file)))
     springs = [
         force
-        for entry in _entries(found, "spring", str(file))
+        for entry in _entries(tables, "spring", str(file))
         for force in _forces(entry, str(file))
     ]
     return replace(
@@ -70,9 +70,9 @@ def with_loops(mechanism: Mechanism, path: str | os.PathLike[str]) -> Mechanism:
     )
 
 
-def _entries(found: Mapping[str, Any], kind: str, where: str) -> Iterator[Mapping[str, Any]]:
-    entries = found.get(kind, [])
-    if not isinstance(entries, list) or not all(isinstance(each, dict) for each in entries):
+def _entries(tables: Mapping[str, Any], kind: str, where: str) -> Iterator[Mapping[str, Any]]:
+    entries = tables.get(kind, [])
+    if not isinstance(entries, list) or not all(isinstance(table, dict) for table in entries):
         raise InputError(f"expected tables [[{kind}]] in {where}")
     for entry in entries:
         _refuse_unknown(entry, _TABLES[kind], f"a [[{kind}]] in {where}")
@@ -144,5 +144,5 @@ def _vector(entry: Mapping[str, Any], field: str, where: str) -> tuple[float, fl
     value = entry.get(field, [0, 0, 0])
     if not isinstance(value, list) or len(value) != 3:
         raise InputError(f"expected three numbers for {field} of {where}, got {value!r}")
-    x, y, z = (_number({field: each}, field, where) for each in value)
+    x, y, z = (_number({field: component}, field, where) for component in value)
     return x, y, z

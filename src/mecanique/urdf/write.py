@@ -273,9 +273,9 @@ def _mimic(mechanism: Mechanism, coordinate: str) -> Iterator[Tag]:
         return
     expression = plain(driven[coordinate])
     leaders = {
-        other.coordinate: other.name
-        for other in mechanism.joints
-        if isinstance(other, Single) and other.coordinate not in driven
+        free.coordinate: free.name
+        for free in mechanism.joints
+        if isinstance(free, Single) and free.coordinate not in driven
     }
     if not symbols_in(expression) - mechanism.values.keys() <= leaders.keys():
         return

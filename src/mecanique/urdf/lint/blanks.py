@@ -82,12 +82,12 @@ def _within(holder: Element, raw: bytes) -> Iterator[Blank]:
 def raw_attribute(element: Element, raw: bytes, name: str) -> str | None:
     """Return an attribute as written, its blanks untouched; None if it is not there."""
     tag = start_tag(element, raw)
-    found = tag and re.search(
+    match = tag and re.search(
         rb"\s%s\s*=\s*(?:\"([^\"]*)\"|'([^']*)')" % name.encode(), tag.group()
     )
-    if not found:
+    if not match:
         return None
-    double, single = found.groups()
+    double, single = match.groups()
     return unescape((single if double is None else double).decode("utf-8", "replace"))
 
 

@@ -55,7 +55,7 @@ class Solid:
         volume = self.volume + other.volume
         center = (self.volume * self.center + other.volume * other.center) / volume
         inertia = sum(
-            each.inertia + each.volume * _about(each.center - center) for each in (self, other)
+            solid.inertia + solid.volume * _about(solid.center - center) for solid in (self, other)
         )
         low, high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
         return Solid(volume, center, np.asarray(inertia), low, high, "several")
@@ -260,9 +260,9 @@ class Inertias:
         if self.unknown:
             lines.append(f"no closed shape: {', '.join(self.unknown)}")
         if self.elsewhere:
-            other = "<visual> (without" if self.collisions else "<collision> (with"
+            kind = "<visual> (without" if self.collisions else "<collision> (with"
             names = ", ".join(self.elsewhere)
-            lines.append(f"shapes in {other} --collisions) alone: {names}")
+            lines.append(f"shapes in {kind} --collisions) alone: {names}")
         lines += self.faults
         return "\n".join(lines) or "no link has a mass or a closed shape"
 
@@ -378,7 +378,7 @@ def check(link: Link, report: Report, *, meshes: bool) -> None:
     if off > max(_OUTSIDE * float(np.linalg.norm(whole.high - whole.low)), 1e-3):
         message = f"its center of mass lies {1000 * off:.3g} mm outside of its shape"
         report.add("M213", link.element, link.where, message)
-    parts = (solid_of(each, meshes=meshes) for each in (link.visuals, link.collisions) if each)
+    parts = (solid_of(drawn, meshes=meshes) for drawn in (link.visuals, link.collisions) if drawn)
     solids = [part for part in parts if part is not None]
     densities = [link.mass / part.volume for part in solids]
     if densities and not any(_LIGHT < density < _DENSE for density in densities):
@@ -391,7 +391,7 @@ def _compare(link: Link, solid: Solid, density: float | None) -> LinkInertia:
     mass = link.mass if density is None else density * solid.volume
     center = np.array(link.frame.xyz, float) if link.mass else solid.center
     written = np.linalg.eigvalsh(tensor_of(link.inertia)).max()
-    own = np.linalg.eigvalsh(solid.inertia * (mass / solid.volume)).max()
+    by_shape = np.linalg.eigvalsh(solid.inertia * (mass / solid.volume)).max()
     off = float(np.linalg.norm(center - solid.center))
     return LinkInertia(
         name=link.name,
@@ -399,7 +399,7 @@ def _compare(link: Link, solid: Solid, density: float | None) -> LinkInertia:
         solid=solid,
         by_shape=mass,
         off=off,
-        ratio=float(written / own) if own > 0 else math.inf,
+        ratio=float(written / by_shape) if by_shape > 0 else math.inf,
     )
 
 

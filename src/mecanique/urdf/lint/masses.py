@@ -76,12 +76,12 @@ def _rigid(
     first: Link, links: Mapping[str, Link], below: Mapping[str, list[JointText]]
 ) -> list[tuple[Link, Array, JointText | None]]:
     """The links welded to one, with their poses in it, and the joints at which others move."""
-    found: list[tuple[Link, Array, JointText | None]] = [(first, np.eye(4), None)]
-    for link, pose, moving in found:
+    welded: list[tuple[Link, Array, JointText | None]] = [(first, np.eye(4), None)]
+    for link, pose, moving in welded:
         for joint in () if moving else below.get(link.name, ()):
             place = pose @ pose_of(joint.origin)
-            found.append((links[joint.child], place, joint if joint.moving else None))
-    return found
+            welded.append((links[joint.child], place, joint if joint.moving else None))
+    return welded
 
 
 def _no_resistance(joint: JointText, carried: Sequence[tuple[Link, Array]]) -> bool:

@@ -196,9 +196,9 @@ def _attribute(element: Element, raw: bytes, name: str, value: str) -> Iterator[
     tag = start_tag(element, raw)
     assert tag is not None, _PARSED
     pattern = rb"\s%s\s*=\s*(\"[^\"]*\"|'[^']*')" % name.encode()
-    found = re.search(pattern, tag.group())
-    if found:
-        yield _Edit(tag.start() + found.start(1), tag.start() + found.end(1), f'"{value}"')
+    match = re.search(pattern, tag.group())
+    if match:
+        yield _Edit(tag.start() + match.start(1), tag.start() + match.end(1), f'"{value}"')
 
 
 def _insert(element: Element, text: str) -> _Edit:

@@ -30,7 +30,7 @@ _MIRROR = np.array([1.0, -1.0, 1.0])
 
 _OTHER = {"left": "right", "l": "r", "fl": "fr", "rl": "rr", "hl": "hr", "bl": "br"}
 _OTHER |= {"lf": "rf", "lr": "rr", "lh": "rh", "lb": "rb"}
-_OTHER |= {word.upper(): other.upper() for word, other in _OTHER.items()}
+_OTHER |= {left.upper(): right.upper() for left, right in _OTHER.items()}
 _OTHER |= {"Left": "Right"}
 """What words of a name on the left are called on the right."""
 
@@ -86,7 +86,7 @@ def _differences(left: Link, right: Link, a: _Seen, b: _Seen) -> Iterator[str]:
     if abs(left.mass - right.mass) > _MASS * max(left.mass, right.mass):
         yield f"{right.mass:g} kg, not {left.mass:g} kg"
     expected = _MIRROR * a.center
-    reach = max(float(np.linalg.norm(each.center - each.origin)) for each in (a, b))
+    reach = max(float(np.linalg.norm(link.center - link.origin)) for link in (a, b))
     off = float(np.linalg.norm(b.center - expected))
     if off > max(_NEAR, _MOMENT * reach):
         yield f"its center of mass is {1000 * off:.3g} mm away from there"
@@ -114,8 +114,8 @@ def _look(document: Document, links: Mapping[str, Link]) -> dict[str, _Seen]:
     order = [document.root]
     for name in order:
         turn, origin = poses[name]
-        for child, own, shift in below.get(name, ()):
-            poses[child] = turn @ own, origin + turn @ shift
+        for child, rotation, shift in below.get(name, ()):
+            poses[child] = turn @ rotation, origin + turn @ shift
             order.append(child)
         link = links[name]
         axes = turn @ np.array(link.frame.rotation, float)

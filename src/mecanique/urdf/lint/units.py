@@ -100,11 +100,11 @@ def _point(link: Link, shape: Visual, report: Report) -> None:
     if any(shape.placement.rpy) or any(link.frame.rpy):
         return
     place = shape.placement.xyz
-    own = _inertia(shape, link.mass)
+    by_shape = _inertia(shape, link.mass)
     x, y, z = place
     lever = [link.mass * d for d in (y * y + z * z, x * x + z * z, x * x + y * y)]
-    about_origin = [i + d for i, d in zip(own, lever, strict=True)]
-    if sum(lever) < 0.2 * sum(own) or not _near(link.inertia[:3], about_origin):
+    about_origin = [i + d for i, d in zip(by_shape, lever, strict=True)]
+    if sum(lever) < 0.2 * sum(by_shape) or not _near(link.inertia[:3], about_origin):
         return
     if not any(link.frame.xyz):
         message = (

@@ -115,17 +115,17 @@ def _read_rolling(element: Element, report: Report, where: str) -> dict[str, Any
     if radius is None or center is None or xyz is None or rpy is None:
         return None
     plane = Placement(vector(xyz, "plane_xyz"), vector(rpy, "plane_rpy"))
-    found: dict[str, Any] = {"radius": radius, "center": center, "plane": plane}
+    fields: dict[str, Any] = {"radius": radius, "center": center, "plane": plane}
     if "friction" in element.attributes:
-        found["friction"] = number(element, "friction", report, where)
-        if found["friction"] is None:
+        fields["friction"] = number(element, "friction", report, where)
+        if fields["friction"] is None:
             return None
     if "axis" not in element.attributes:
         stretch = numbers(element, "stretch", 3, report, where, default=_ONES)
         bowl = number(element, "bowl", report, where, default=0.0)
         if stretch is None or bowl is None:
             return None
-        return {**found, "axis": None, "stretch": stretch, "bowl": bowl}
+        return {**fields, "axis": None, "stretch": stretch, "bowl": bowl}
     axis = numbers(element, "axis", 3, report, where)
     crown = number(element, "crown", report, where, default=0.0)
-    return None if axis is None or crown is None else {**found, "axis": axis, "crown": crown}
+    return None if axis is None or crown is None else {**fields, "axis": axis, "crown": crown}

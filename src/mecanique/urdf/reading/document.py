@@ -39,10 +39,10 @@ def root_of(
                 "M108", joint.element, joint.where, f"it joins link {joint.child!r} to itself"
             )
         elif joint.child in carrier:
-            other = carrier[joint.child]
+            earlier = carrier[joint.child]
             message = (
-                f"its child {joint.child!r} is the child of {other.where} "
-                f"at line {other.element.line} already"
+                f"its child {joint.child!r} is the child of {earlier.where} "
+                f"at line {earlier.element.line} already"
             )
             report.add("M109", joint.element, joint.where, message)
         carrier.setdefault(joint.child, joint)
@@ -152,7 +152,7 @@ def _is_robot(element: Element, report: Report) -> bool:
         message = f"expected <robot> as the outermost element, got <{element.tag[:60]}>{known}"
         report.add("M005", element, "", message)
         return False
-    macro = next((each for each in element.walk() if each.tag.startswith("xacro:")), None)
+    macro = next((part for part in element.walk() if part.tag.startswith("xacro:")), None)
     if macro is not None:
         message = "the text holds xacro macros that are not expanded"
         report.add("M006", macro, f"<{macro.tag}>", message)

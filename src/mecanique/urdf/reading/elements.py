@@ -128,15 +128,15 @@ def read_teeth(
         return None
     if name is None or len(carried) < 2 or None in sizes or angle is None or point is None:
         return None
-    wheel, other = carried
+    wheel, mate = carried
     try:
         if element.tag == RACK:
             free = names.free(name)
-            return Rack(free, wheel, other, sizes[0], point=point, pressure_angle=angle)
+            return Rack(free, wheel, mate, sizes[0], point=point, pressure_angle=angle)
         return Gear(
             names.free(name),
             wheel,
-            other,
+            mate,
             sizes[0],
             other_radius=sizes[1],
             internal=_GRIPS[internal],

@@ -148,7 +148,7 @@ def read_extensions(
     robot: Element, links: Collection[str], joints: list[JointText], report: Report
 ) -> Extensions:
     """Return springs, dampers and loops of a robot; what cannot be read is reported."""
-    found = Extensions()
+    extensions = Extensions()
     frames = _frames(robot, links, report)
     between = _list_between(joints)
     for element in robot.children:
@@ -156,20 +156,20 @@ def read_extensions(
             report.add("M604", element, f"<{element.tag}>", f"<{element.tag}> is not modeled")
             continue
         if element.tag in _OWN:
-            _read_own(element, links, {joint.name for joint in joints}, report, found)
-            found.own.append(element)
+            _read_own(element, links, {joint.name for joint in joints}, report, extensions)
+            extensions.own.append(element)
             continue
         extension = EXTENSIONS.get(element.tag)
         if extension is None:
             continue
         where = f"<{element.tag}>"
-        found.used.append(element)
+        extensions.used.append(element)
         values = _values(element, extension, report, where)
         names = {role: _name(element, extension, role, report, where) for role in _roles(extension)}
         if values is None or None in names.values():
             continue
         if extension is BUSHING:
-            _bushing(element, frames, between, values, report, found)
+            _bushing(element, frames, between, values, report, extensions)
             continue
         for name in names.values():
             if name not in links:
@@ -180,8 +180,8 @@ def read_extensions(
             if a == b:
                 report.add("M603", element, where, f"both of its ends are on link {a!r}")
             else:
-                _two_points(element, extension, a, b, values, report, found)
-    return found
+                _two_points(element, extension, a, b, values, report, extensions)
+    return extensions
 
 
 def _list_between(joints: Iterable[JointText]) -> dict[frozenset[str], list[JointText]]:
@@ -201,27 +201,27 @@ def _read_own(
     links: Collection[str],
     joints: Collection[str],
     report: Report,
-    found: Extensions,
+    extensions: Extensions,
 ) -> None:
     """Read an element that mecanique alone knows; faults are reported."""
-    names = found.names
+    names = extensions.names
     if element.tag == LOOP:
         loop = read_loop(element, links, names, report)
         if loop is not None:
-            (found.elements if is_redundant(element) else found.loops).append(loop)
+            (extensions.elements if is_redundant(element) else extensions.loops).append(loop)
     elif element.tag in (CORD, BELT):
         read = read_cord if element.tag == CORD else read_belt
         strand = read(element, links, names, report)
-        found.elements += [strand] if strand is not None else []
+        extensions.elements += [strand] if strand is not None else []
     elif element.tag in (GEAR, RACK):
         teeth = read_teeth(element, joints, names, report)
-        found.elements += [teeth] if teeth is not None else []
+        extensions.elements += [teeth] if teeth is not None else []
     elif element.tag == VELOCITY_CONSTRAINT:
         constraint = read_velocity_constraint(element, joints, names, report)
-        found.velocity_constraints += [constraint] if constraint is not None else []
+        extensions.velocity_constraints += [constraint] if constraint is not None else []
     else:
         contact = read_contact(element, links, names, report)
-        found.contacts += [contact] if contact is not None else []
+        extensions.contacts += [contact] if contact is not None else []
 
 
 def with_rotors(
@@ -299,17 +299,17 @@ def _values(
         holder = single(element, child.tag, report, where)
         if holder is None:
             report.add("M602", element, where, f"it has no <{child.tag}>")
-        found = None if holder is None else numbers(holder, "value", child.count, report, where)
-        if found is not None and not role.startswith("point") and min(found) < 0:
+        value = None if holder is None else numbers(holder, "value", child.count, report, where)
+        if value is not None and not role.startswith("point") and min(value) < 0:
             report.add(
                 "M602",
                 holder or element,
                 where,
                 f"expected a {role.replace('_', ' ')} of at least 0",
             )
-            found = None
-        complete = complete and found is not None
-        values[role] = found or ()
+            value = None
+        complete = complete and value is not None
+        values[role] = value or ()
     return values if complete else None
 
 
@@ -320,13 +320,13 @@ def _two_points(
     b: str,
     values: dict[str, tuple[float, ...]],
     report: Report,
-    found: Extensions,
+    extensions: Extensions,
 ) -> None:
     where = f"<{element.tag}>"
     p, q = values["point_a"], values["point_b"]
     points = a, (p[0], p[1], p[2]), b, (q[0], q[1], q[2])
     if extension is BALL_CONSTRAINT:
-        found.loops.append(Loop.ball(found.names.free(f"{a}_{b}_ball"), *points))
+        extensions.loops.append(Loop.ball(extensions.names.free(f"{a}_{b}_ball"), *points))
         return
     if extension is DISTANCE_CONSTRAINT:
         (length,), (stiffness,) = values["distance"], values["stiffness"]
@@ -337,8 +337,8 @@ def _two_points(
             f"Drake keeps the distance by a spring of {stiffness:g} N/m, mecanique keeps it exactly"
         )
         report.add("M609", element, where, message)
-        name = found.names.free(f"{a}_{b}_rod")
-        found.loops.append(Loop.distance(name, *points, length))
+        name = extensions.names.free(f"{a}_{b}_rod")
+        extensions.loops.append(Loop.distance(name, *points, length))
         return
     if extension is not SPRING_DAMPER:
         return
@@ -355,9 +355,11 @@ def _two_points(
                 where,
                 "Drake refuses a spring without free length, mecanique does not",
             )
-        found.forces.append(Spring(found.names.free(f"{a}_{b}_spring"), *points, stiffness, length))
+        extensions.forces.append(
+            Spring(extensions.names.free(f"{a}_{b}_spring"), *points, stiffness, length)
+        )
     if damping:
-        found.forces.append(Damper(found.names.free(f"{a}_{b}_damper"), *points, damping))
+        extensions.forces.append(Damper(extensions.names.free(f"{a}_{b}_damper"), *points, damping))
 
 
 def _bushing(
@@ -366,7 +368,7 @@ def _bushing(
     between: dict[frozenset[str], list[JointText]],
     values: dict[str, tuple[float, ...]],
     report: Report,
-    found: Extensions,
+    extensions: Extensions,
 ) -> None:
     where = f"<{element.tag}>"
     ends = [element.child(BUSHING.children[role].tag) for role in ("frame_a", "frame_c")]
@@ -387,11 +389,11 @@ def _bushing(
         )
         report.add("M609", element, where, message)
     if equal.stiffness or not equal.damping:
-        name = found.names.free(f"{equal.joint}_spring")
-        found.forces.append(JointSpring(name, equal.joint, equal.stiffness, equal.reference))
+        name = extensions.names.free(f"{equal.joint}_spring")
+        extensions.forces.append(JointSpring(name, equal.joint, equal.stiffness, equal.reference))
     if equal.damping:
-        found.forces.append(
-            JointDamper(found.names.free(f"{equal.joint}_damper"), equal.joint, equal.damping)
+        extensions.forces.append(
+            JointDamper(extensions.names.free(f"{equal.joint}_damper"), equal.joint, equal.damping)
         )
 
 

@@ -96,10 +96,10 @@ def placement_of(element: Element, report: Report, where: str) -> Placement:
 
 def single(parent: Element, tag: str, report: Report, where: str) -> Element | None:
     """Return the child with a tag of which there may be one; more are reported."""
-    found = parent.all(tag)
-    if len(found) > 1:
-        report.add("M112", found[1], where, f"<{parent.tag}> has {len(found)} <{tag}>")
-    return found[0] if found else None
+    children = parent.all(tag)
+    if len(children) > 1:
+        report.add("M112", children[1], where, f"<{parent.tag}> has {len(children)} <{tag}>")
+    return children[0] if children else None
 
 
 def name_of(

@@ -51,22 +51,22 @@ def with_properties(mechanism: Mechanism, values: Mapping[str, float], read: Rea
     points = np.vstack([1.0 + exponents, random.uniform(0.7, 1.9, (2, count))])
     rows = []
     for point in points:
-        other = _read(read, dict(zip(names, (base * point).tolist(), strict=True)))
-        _refuse_others(mechanism, other, names)
-        rows.append(_numbers(other))
-    found = np.array(rows)
+        varied = _read(read, dict(zip(names, (base * point).tolist(), strict=True)))
+        _refuse_others(mechanism, varied, names)
+        rows.append(_numbers(varied))
+    samples = np.array(rows)
     powers = np.prod(points[:, None, :] ** exponents, axis=2)
     fitted = len(lattice)
-    terms = np.linalg.solve(powers[:fitted], found[:fitted])
-    size = np.abs(found).max(axis=0)
-    off = np.abs(powers[fitted:] @ terms - found[fitted:]).max(axis=0)
+    terms = np.linalg.solve(powers[:fitted], samples[:fitted])
+    size = np.abs(samples).max(axis=0)
+    off = np.abs(powers[fitted:] @ terms - samples[fitted:]).max(axis=0)
     for label, error, most in zip(_labels(mechanism), off, size, strict=True):
         if error > _EXACT * most:
             raise InputError(
                 f"{label} is no polynomial of degree {degree} in {', '.join(names)}; "
                 "read the file in numbers"
             )
-    moves = np.ptp(found, axis=0) > _NONE * size
+    moves = np.ptp(samples, axis=0) > _NONE * size
     given = _numbers(mechanism)
     written = [
         _polynomial(column, lattice, names, base) if moving else value
@@ -102,18 +102,18 @@ def _labels(mechanism: Mechanism) -> Iterator[str]:
         yield from (f"{axis} of joint {joint.name!r}" for axis in "xyz")
 
 
-def _refuse_others(mechanism: Mechanism, other: Mechanism, names: Collection[str]) -> None:
+def _refuse_others(mechanism: Mechanism, varied: Mechanism, names: Collection[str]) -> None:
     """Refuse what changes otherwise: links, joints, their directions, springs."""
     values = f"the value of {', '.join(names)}"
-    if [body.name for body in mechanism.bodies] != [body.name for body in other.bodies]:
+    if [body.name for body in mechanism.bodies] != [body.name for body in varied.bodies]:
         raise InputError(f"which links there are depends on {values}; read the file in numbers")
-    for ours, theirs in zip(mechanism.joints, other.joints, strict=True):
+    for ours, theirs in zip(mechanism.joints, varied.joints, strict=True):
         if replace(theirs, origin=replace(theirs.origin, xyz=ours.origin.xyz)) != ours:
             raise InputError(
                 f"joint {ours.name!r} depends on {values} otherwise than by its place; "
                 "read the file in numbers"
             )
-    if mechanism.forces != other.forces or mechanism.loops != other.loops:
+    if mechanism.forces != varied.forces or mechanism.loops != varied.loops:
         raise InputError(f"a force or loop depends on {values}; read the file in numbers")
 
 
@@ -140,8 +140,8 @@ def _write(mechanism: Mechanism, numbers: list[Any], parameters: list[Parameter]
     rest = iter(numbers)
     bodies = []
     for body in mechanism.bodies:
-        mass, *own = (next(rest) for _ in _ENTRIES)
-        bodies.append(body.replace(mass=mass, center=own[:3], inertia=own[3:]))
+        mass, *entries = (next(rest) for _ in _ENTRIES)
+        bodies.append(body.replace(mass=mass, center=entries[:3], inertia=entries[3:]))
     joints = []
     for joint in mechanism.joints:
         xyz = (next(rest), next(rest), next(rest))

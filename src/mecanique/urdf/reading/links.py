@@ -44,8 +44,8 @@ class Pictures:
 
     def visuals(self, link: Element, tag: str, where: str) -> tuple[Visual, ...]:
         """Return the visuals or collisions of a link, without those that cannot be drawn."""
-        found = (self._visual(element, where) for element in link.all(tag))
-        return tuple(visual for visual in found if visual is not None)
+        visuals = (self._visual(element, where) for element in link.all(tag))
+        return tuple(visual for visual in visuals if visual is not None)
 
     def _visual(self, element: Element, where: str) -> Visual | None:
         place = placement(element, self.report, where)
@@ -63,9 +63,9 @@ class Pictures:
             self.report.add("M112", shapes[1], where, f"<geometry> holds {len(shapes)} shapes")
         if not shapes:
             others = "" if holder is None else ", ".join(child.tag for child in holder.children[:3])
-            found = f"of a kind that is not known ({others})" if others else "missing"
+            fault = f"of a kind that is not known ({others})" if others else "missing"
             self.report.add(
-                "M503", holder or element, where, f"the shape of a <{element.tag}> is {found}"
+                "M503", holder or element, where, f"the shape of a <{element.tag}> is {fault}"
             )
             return None
         shape = shapes[0]

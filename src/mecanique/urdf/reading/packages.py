@@ -153,8 +153,8 @@ def _declares(folder: Path, package: str) -> bool:
         text = (folder / "package.xml").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return False
-    found = re.search(r"<name>\s*([^<\s]+)\s*</name>", text)
-    return found is not None and found.group(1) == package
+    match = re.search(r"<name>\s*([^<\s]+)\s*</name>", text)
+    return match is not None and match.group(1) == package
 
 
 def _find_fetched() -> list[Path]:
@@ -163,7 +163,7 @@ def _find_fetched() -> list[Path]:
     try:
         cache = Path(location).expanduser()
         fetched = [folder for folder in sorted(cache.glob("*")) if folder.is_dir()]
-        inside = [each for folder in fetched for each in sorted(folder.glob("[!.]*"))]
+        inside = [subfolder for folder in fetched for subfolder in sorted(folder.glob("[!.]*"))]
         return fetched + [folder for folder in inside if folder.is_dir()]
     except (OSError, RuntimeError):  # no home, or one that cannot be read
         return []

@@ -55,14 +55,14 @@ class Between:
 
     def of(self, joints: Mapping[str, Joint]) -> VelocityConstraint:
         """Return it in the coordinates of the joints."""
-        own = {name: joint.coordinates[-1] for name, joint in joints.items() if joint.coordinates}
-        letters = {coordinate(name): coordinate(own.get(name, name)) for name in own}
+        last = {name: joint.coordinates[-1] for name, joint in joints.items() if joint.coordinates}
+        letters = {coordinate(name): coordinate(last.get(name, name)) for name in last}
 
         def put(scalar: Scalar) -> Scalar:
             scalar = plain(scalar)
             return scalar if isinstance(scalar, float) else scalar.subs(letters, simultaneous=True)
 
-        terms = {own.get(name, name): put(factor) for name, factor in self.terms}
+        terms = {last.get(name, name): put(factor) for name, factor in self.terms}
         return VelocityConstraint(self.name, terms, put(self.rate))
 
 
@@ -82,7 +82,7 @@ def constraint_node(mechanism: Mechanism, constraint: VelocityConstraint) -> Nod
             f"velocity constraint {constraint.name}: URDF has no tag for it, as it is one of "
             "coordinates that are none of single joints"
         )
-    letters = {coordinate(own): coordinate(name) for own, name in owners.items()}
+    letters = {coordinate(symbol): coordinate(name) for symbol, name in owners.items()}
     values = {coordinate(symbol): value for symbol, value in mechanism.values.items()}
 
     def text(scalar: Scalar) -> str:

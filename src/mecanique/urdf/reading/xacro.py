@@ -141,11 +141,11 @@ class Values:
 
     def choose(self, wanted: Collection[str]) -> tuple[dict[str, float], list[str]]:
         """Return the values of those names that are the file's, and all that can be letters."""
-        found = self.numbers()
+        by_name = self.numbers()
         for name in sorted(wanted):
-            if isinstance(why := found.get(name), str):
+            if isinstance(why := by_name.get(name), str):
                 raise InputError(f"{name!r} of the xacro file cannot be a letter: it {why}")
-        numbers = {name: value for name, value in found.items() if isinstance(value, float)}
+        numbers = {name: value for name, value in by_name.items() if isinstance(value, float)}
         return {name: numbers[name] for name in sorted(wanted & numbers.keys())}, sorted(numbers)
 
 
