@@ -39,12 +39,7 @@ class _Budget:
         self.end = thread_time() + SECONDS
 
     def spend(self, parts: int) -> None:
-        """Take parts from what is left.
-
-        Raises:
-            FormulaError: if there are too many.
-            OutOfTimeError: if the time is over.
-        """
+        """Take parts from what is left."""
         before, self.left = self.left, self.left - parts
         if self.left < 0:
             raise FormulaError(TOO_LONG)
@@ -90,12 +85,7 @@ def stop_clock() -> Iterator[None]:
 
 
 def spend(parts: int = 0) -> None:
-    """Count parts of formulas that are made or evaluated, and read the clock.
-
-    Raises:
-        FormulaError: if there are too many parts.
-        OutOfTimeError: if the time is over.
-    """
+    """Count parts of formulas that are made or evaluated, and read the clock."""
     budget = _CURRENT.get()
     if budget is not None:
         budget.spend(parts)

@@ -81,12 +81,7 @@ def _checker(mechanism: Mechanism, seed: int) -> Checker:
 
 @final
 class Checker:
-    """Checks many answers on one mechanism, whose equations are derived once.
-
-    Args:
-        mechanism: any mechanism.
-        seed: of the random states.
-    """
+    """Checks many answers on one mechanism, whose equations are derived once."""
 
     def __init__(self, mechanism: Mechanism, seed: int = 0) -> None:
         self.mechanism = mechanism

@@ -43,17 +43,11 @@ _PREAMBLE = r"""\documentclass[a4paper]{article}
 @final
 @dataclass(frozen=True)
 class Section:
-    """A step of a derivation, written out.
-
-    Args:
-        title: its name.
-        explanation: its purpose, in plain text.
-        formulas: its results, as MathML elements.
-    """
+    """A step of a derivation, written out."""
 
     title: str
-    explanation: str
-    formulas: tuple[str, ...]
+    explanation: str  # its purpose, in plain text
+    formulas: tuple[str, ...]  # its results, as MathML elements
 
 
 @final

@@ -73,16 +73,11 @@ _ACTS = {
 @final
 @dataclass(frozen=True)
 class Meaning:
-    """The meaning of a symbol, or of several components of one quantity.
-
-    Args:
-        names: the symbols.
-        sentence: their meaning, with the unit.
-        definition: the value, if the symbol is an abbreviation or follows from others.
-    """
+    """The meaning of a symbol, or of several components of one quantity."""
 
     names: tuple[str, ...]
     sentence: str
+    # the value, if the symbol is an abbreviation or follows from others
     definition: Expression | None = None
 
 

@@ -122,15 +122,7 @@ Law: TypeAlias = Elastic | Viscous | Drive
 
 
 def laws_of(force: AnyForce, number: Callable[[Scalar], Any]) -> tuple[Law, ...]:
-    """Return the laws by which a force pulls its ends together; none for a load on one body.
-
-    Args:
-        force: the force.
-        number: converts a scalar of the description into one of the arithmetic in use.
-
-    Raises:
-        DerivationError: if a force between two ends has no law here.
-    """
+    """Return the laws by which a force pulls its ends together; none for a load on one body."""
     match force:
         case Spring():
             return (Elastic(number(force.stiffness), number(force.free_length)),)

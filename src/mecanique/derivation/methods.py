@@ -25,16 +25,12 @@ from mecanique.model.mechanism import Mechanism
 @final
 @dataclass(frozen=True)
 class Method:
-    """A way to derive equations of motion.
+    """A way to derive equations of motion."""
 
-    Args:
-        title: its printed name.
-        symbolic: derives closed forms in a mechanism's symbols.
-        numeric: computes the same quantities in numbers, for any mechanism.
-    """
-
-    title: str
+    title: str  # its printed name
+    # derives closed forms in a mechanism's symbols
     symbolic: Callable[[Mechanism, Algebra | None], SymbolicMethod]
+    # computes the same quantities in numbers, for any mechanism
     numeric: Callable[[Mechanism], BatchDynamics]
 
 

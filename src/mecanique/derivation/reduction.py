@@ -51,21 +51,13 @@ _FUNCTION = (
 @final
 @dataclass(frozen=True)
 class Ignored:
-    """A cyclic coordinate that is ignored: p = inertia × q' + rest.
-
-    Args:
-        name: the coordinate.
-        momentum: its letter p.
-        inertia: coefficient of its velocity.
-        rest: part of the momentum due to the other motions.
-        folded: whether its part of R is expanded, as the rest contains velocities.
-    """
+    """A cyclic coordinate that is ignored: p = inertia × q' + rest."""
 
     name: str
-    momentum: Series
-    inertia: Series
-    rest: Series
-    folded: bool
+    momentum: Series  # its letter p
+    inertia: Series  # coefficient of its velocity
+    rest: Series  # part of the momentum due to the other motions
+    folded: bool  # whether its part of R is expanded, as the rest contains velocities
 
     @property
     def left(self) -> Series:

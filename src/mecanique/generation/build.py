@@ -26,22 +26,7 @@ def build_program(
     *,
     moves: bool = False,
 ) -> Program:
-    """Build the program that computes some quantities of a mechanism.
-
-    Args:
-        equations: the equations of motion.
-        what: names of quantities.
-        parameters: symbols of the parameters and constant inputs that remain inputs; all by
-            default.
-        name: stem of the functions' names; the mechanism's name by default.
-        moves: whether the program is to be integrated; it then has the rates of the state first,
-            and the correction that keeps loops closed.
-
-    Raises:
-        InputError: if `what` or `name` is invalid.
-        UnknownNameError: if a name is not that of a quantity or parameter.
-        DerivationError: if the coordinate map has no derivatives.
-    """
+    """Build the program that computes some quantities of a mechanism."""
     mechanism = equations.mechanism
     quantities = choose(what, mechanism)
     if moves:
@@ -81,11 +66,7 @@ def assemble(dynamics: Dynamics, name: str, answers: Sequence[Answer]) -> Progra
 
 
 def _values(dynamics: Dynamics, name: str) -> list[Value]:
-    """Return the values of a quantity.
-
-    Raises:
-        DerivationError: if the mechanism has no program for it.
-    """
+    """Return the values of a quantity."""
     if name != "reactions":
         return dynamics.answer(name)
     reactions = FreeBodyForces(dynamics).joint_reactions()

@@ -137,31 +137,13 @@ class _Function:
 def compile_program(
     program: Program, files: Mapping[str, str], options: Sequence[str] = OPTIONS
 ) -> Compiled:
-    """Compile the C of a program and load it.
-
-    Args:
-        program: the program.
-        files: its header and source, by name.
-        options: options of the compiler.
-
-    Raises:
-        InputError: if no C compiler is installed, or it refuses the code.
-    """
+    """Compile the C of a program and load it."""
     own = {name: files[name] for name in (f"{program.name}.h", f"{program.name}.c")}
     return Compiled(program, build_library({**own, "many.c": _write_loops(program)}, options))
 
 
 def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) -> ctypes.CDLL:
-    """Compile C and load it.
-
-    Args:
-        files: texts by name; those that end in .c are compiled.
-        options: options of the compiler; very long files are not optimized.
-
-    Raises:
-        InputError: if no C compiler is installed, it refuses the code, does not end, or its library
-            cannot be loaded.
-    """
+    """Compile C and load it."""
     # Windows cannot remove a library that is loaded
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         directory = Path(folder)

@@ -100,25 +100,15 @@ SCRIPT = Path(__file__).parents[1] / "viewing" / "page" / "assets" / "engine" / 
 @final
 @dataclass(frozen=True)
 class Tableau:
-    """Coefficients of the method.
+    """Coefficients of the method."""
 
-    Args:
-        A: weights of earlier stages in each of the 12 stages, shape (12, 12).
-        B: weights of the stages in the step, shape (12,).
-        C: nodes of the stages, shape (12,).
-        errors: weights of the stages and the end in the errors of order 5 and 3, shape (2, 13).
-        later: weights in the three stages of the dense output, shape (3, 16).
-        nodes: nodes of these, shape (3,).
-        dense: weights in the coefficients of the dense output, shape (4, 16).
-    """
-
-    A: Array
-    B: Array
-    C: Array
-    errors: Array
-    later: Array
-    nodes: Array
-    dense: Array
+    A: Array  # weights of earlier stages in each of the 12 stages, shape (12, 12)
+    B: Array  # weights of the stages in the step, shape (12,)
+    C: Array  # nodes of the stages, shape (12,)
+    errors: Array  # weights of the stages and the end in the errors of order 5 and 3, shape (2, 13)
+    later: Array  # weights in the three stages of the dense output, shape (3, 16)
+    nodes: Array  # nodes of these, shape (3,)
+    dense: Array  # weights in the coefficients of the dense output, shape (4, 16)
 
 
 def write_constants(names: Sequence[str]) -> list[str]:

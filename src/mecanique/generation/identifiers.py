@@ -15,11 +15,7 @@ _ESCAPE = re.compile(r"_x([0-9a-f]+)_|_dot$")
 
 
 def mangle(name: str) -> str:
-    """Write a name in ASCII letters, digits and underscores.
-
-    Args:
-        name: any text.
-    """
+    """Write a name in ASCII letters, digits and underscores."""
     plain = "".join(c if _is_plain(c) or c == "_" else _escape(c) for c in _spell_rate(name))
     if unmangle(plain) == name:
         return plain
@@ -28,24 +24,12 @@ def mangle(name: str) -> str:
 
 
 def unmangle(identifier: str) -> str:
-    """Return the name from which `mangle` made an identifier.
-
-    Args:
-        identifier: the identifier, without a prefix.
-    """
+    """Return the name from which `mangle` made an identifier."""
     return _ESCAPE.sub(lambda letters: chr(int(letters[1], 16)) if letters[1] else "'", identifier)
 
 
 def identifiers(prefix: str, names: Iterable[str]) -> tuple[str, ...]:
-    """Return an identifier for each name.
-
-    Args:
-        prefix: the prefix of all, e.g. "q".
-        names: the names.
-
-    Raises:
-        DerivationError: if two names have the same identifier.
-    """
+    """Return an identifier for each name."""
     names = tuple(names)
     written = tuple(f"{prefix}_{mangle(name)}" for name in names)
     if len(set(written)) < len(names):
@@ -55,15 +39,7 @@ def identifiers(prefix: str, names: Iterable[str]) -> tuple[str, ...]:
 
 
 def file_stem(name: str, given: str | None = None) -> str:
-    """Return the stem of the names of a mechanism's functions and files.
-
-    Args:
-        name: the mechanism's name.
-        given: the name that the caller wants instead, if any.
-
-    Raises:
-        InputError: if the given name is not an identifier in ASCII.
-    """
+    """Return the stem of the names of a mechanism's functions and files."""
     if given is not None:
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", given):
             raise InputError(

@@ -35,12 +35,7 @@ TARGETS: dict[str, Target] = {
 
 
 def target_of(name: str) -> Target:
-    """Return a language by its name, including those added by other packages.
-
-    Raises:
-        UnknownNameError: if there is no such language.
-        InputError: if the package that adds it cannot be loaded.
-    """
+    """Return a language by its name, including those added by other packages."""
     if name in TARGETS:
         return TARGETS[name]
     if name in list_plugins("targets"):

@@ -13,37 +13,23 @@ from mecanique.program.tape import Counts, Tape, Value, count
 @final
 @dataclass(frozen=True)
 class Letter:
-    """An input of a program.
-
-    Args:
-        name: its name in the mechanism.
-        place: its name on the tape.
-        unit: its SI unit; "" if it is unknown.
-        meaning: its meaning, in a few words.
-        value: its default value.
-    """
+    """An input of a program."""
 
     name: str
-    place: str
-    unit: str = ""
-    meaning: str = ""
+    place: str  # its name on the tape
+    unit: str = ""  # its SI unit; "" if it is unknown
+    meaning: str = ""  # its meaning, in a few words
     value: float = 0.0
 
 
 @final
 @dataclass(frozen=True)
 class Answer:
-    """A named output of a program.
-
-    Args:
-        quantity: the quantity.
-        values: its entries, row by row.
-        shape: its shape.
-    """
+    """A named output of a program."""
 
     quantity: Quantity
-    values: tuple[Value, ...]
-    shape: tuple[int, ...]
+    values: tuple[Value, ...]  # its entries, row by row
+    shape: tuple[int, ...]  # its shape
 
 
 @final

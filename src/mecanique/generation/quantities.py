@@ -98,11 +98,7 @@ BY = {
 
 
 def derivative(name: str) -> Quantity | None:
-    """Return the derivative with a name like "acceleration_by_q", None for other names.
-
-    Args:
-        name: the name of a quantity, "_by_" and the name of an argument.
-    """
+    """Return the derivative with a name like "acceleration_by_q", None for other names."""
     base, separator, by = name.rpartition("_by_")
     quantity = QUANTITIES.get(base)
     if not separator or quantity is None or by not in BY:
@@ -118,16 +114,7 @@ def derivative(name: str) -> Quantity | None:
 
 
 def choose(what: str | Sequence[str], mechanism: Mechanism) -> tuple[Quantity, ...]:
-    """Return quantities by name.
-
-    Args:
-        what: their names, as a sequence or separated by commas.
-        mechanism: the mechanism they are asked of.
-
-    Raises:
-        InputError: if there is no name, a name is repeated, or does not suit the constraints.
-        UnknownNameError: if a name is not that of a quantity.
-    """
+    """Return quantities by name."""
     names = [name.strip() for name in what.split(",")] if isinstance(what, str) else list(what)
     constrained = mechanism.constrained
     known = [

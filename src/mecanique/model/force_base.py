@@ -49,15 +49,7 @@ def state(
     positive: bool = False,
     length: bool = False,
 ) -> Mapping[str, Any]:
-    """Return the metadata of a field that states scalars; `Stated` explains them.
-
-    Args:
-        units: its unit; of a force in a joint, on a slide and about an axis.
-        vector: whether it has three components.
-        varies: whether it may depend on the state, time and inputs.
-        positive: whether it must not be negative.
-        length: whether it is a length or a point.
-    """
+    """Return the metadata of a field that states scalars; `Stated` explains them."""
     return {
         "units": units,
         "vector": vector,
@@ -249,13 +241,7 @@ Example:
 def loads_in(
     forces: Iterable[AnyForce], joint: str, kind: ForceKind | None = None
 ) -> tuple[JointLoad, ...]:
-    """Return the forces that act in a joint.
-
-    Args:
-        forces: of the mechanism.
-        joint: name of the joint.
-        kind: which of them; all by default.
-    """
+    """Return the forces that act in a joint."""
     return tuple(
         force
         for force in forces

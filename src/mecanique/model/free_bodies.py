@@ -33,12 +33,7 @@ _SHORTEST = 1e-9
 def from_quaternion(given: np.ndarray, order: str | None) -> np.ndarray:
     """Return unit quaternions (x, y, z, w), shape (…, 4), of quaternions in a stated order.
 
-    Args:
-        given: shape (…, 4).
-        order: "xyzw" or "wxyz".
-
-    Raises:
-        InputError: if there is no such order, or a quaternion has no length.
+    Shapes: given (…, 4).
     """
     length = np.linalg.norm(given, axis=-1, keepdims=True)
     if not (length > _SHORTEST).all():
@@ -50,12 +45,7 @@ def from_quaternion(given: np.ndarray, order: str | None) -> np.ndarray:
 def to_quaternion(orientation: np.ndarray, order: str | None) -> np.ndarray:
     """Return quaternions in an order, of quaternions (x, y, z, w), shape (…, 4).
 
-    Args:
-        orientation: shape (…, 4).
-        order: "xyzw" or "wxyz".
-
-    Raises:
-        InputError: if there is no such order.
+    Shapes: orientation (…, 4).
     """
     return np.roll(orientation, 1 if _check_order(order) == "wxyz" else 0, axis=-1)
 
@@ -63,12 +53,7 @@ def to_quaternion(orientation: np.ndarray, order: str | None) -> np.ndarray:
 def from_euler(angles: np.ndarray, sequence: str | None) -> np.ndarray:
     """Return quaternions (x, y, z, w), shape (…, 4), of Euler angles in a stated sequence.
 
-    Args:
-        angles: shape (…, 3) [rad].
-        sequence: such as "xyz" or "ZYX", see `mecanique.floating`.
-
-    Raises:
-        InputError: if there is no such sequence.
+    Shapes: angles (…, 3).
     """
     turns = []
     for axis, angle in zip(
@@ -81,17 +66,10 @@ def from_euler(angles: np.ndarray, sequence: str | None) -> np.ndarray:
 
 
 def to_euler(orientation: np.ndarray, sequence: str | None) -> np.ndarray:
-    """Return Euler angles, shape (…, 3) [rad], of quaternions (x, y, z, w).
+    """Return Euler angles, shape (…, 3) [rad], of quaternions (x, y, z, w); orientation (…, 4).
 
     At gimbal lock, where only the sum or difference of the first and third turn counts, the third
     angle is zero.
-
-    Args:
-        orientation: shape (…, 4).
-        sequence: such as "xyz" or "ZYX", see `mecanique.floating`.
-
-    Raises:
-        InputError: if there is no such sequence.
     """
     import warnings
 

@@ -46,10 +46,6 @@ def characteristic_length(mechanism: Mechanism, among: Collection[str] | None = 
 
     Of a closed mechanism they are those from joint to joint, of joints and loops; of a tree, whose
     joints may state none, also the centers of mass and the ends and free lengths of forces.
-
-    Args:
-        mechanism: the description.
-        among: names of the joints, loops and contacts that count; all by default.
     """
 
     def counts(name: str) -> bool:
@@ -73,12 +69,7 @@ def characteristic_length(mechanism: Mechanism, among: Collection[str] | None = 
 
 
 def velocity_scales(mechanism: Mechanism, lengths: np.ndarray | None = None) -> np.ndarray:
-    """Return the unit of each velocity, shape (nv,): a length, or one radian.
-
-    Args:
-        mechanism: the description.
-        lengths: shape (nv,) [m]; the characteristic length by default.
-    """
+    """Return the unit of each velocity, shape (nv,): a length, or one radian; lengths (nv,)."""
     linear = {name for joint in mechanism.joints for name in joint.linear_velocities}
     is_linear = [name in linear for name in mechanism.velocities]
     return np.where(is_linear, characteristic_length(mechanism) if lengths is None else lengths, 1)

@@ -50,15 +50,7 @@ class Placement:
 
 
 def vector(components: Vector, what: str) -> tuple[Scalar, Scalar, Scalar]:
-    """Return three components as plain scalars.
-
-    Args:
-        components: shape (3,).
-        what: what the vector is, for the message.
-
-    Raises:
-        InputError: if there are not three.
-    """
+    """Return three components as plain scalars; components (3,)."""
     try:
         x, y, z = components
     except (TypeError, ValueError):
@@ -69,8 +61,7 @@ def vector(components: Vector, what: str) -> tuple[Scalar, Scalar, Scalar]:
 def rpy_rotation(rpy: Vector) -> Matrix3:
     """Return the rotation matrix Rz(yaw) Ry(pitch) Rx(roll) (URDF specification, `origin`).
 
-    Args:
-        rpy: shape (3,), roll, pitch, yaw [rad].
+    Shapes: rpy (3,).
     """
     (cr, sr), (cp, sp), (cy, sy) = (_cos_sin(angle) for angle in rpy)
     return (
@@ -83,8 +74,7 @@ def rpy_rotation(rpy: Vector) -> Matrix3:
 def rpy_of(turn: Array) -> tuple[float, float, float]:
     """Return roll, pitch and yaw of a rotation matrix; roll is zero where only two count.
 
-    Args:
-        turn: shape (3, 3).
+    Shapes: turn (3, 3).
     """
     (a, d, _), (b, e, _), (c, s, k) = turn.tolist()
     level = math.hypot(a, b)
@@ -102,12 +92,7 @@ def pose_of(place: Placement) -> Array:
 
 
 def rotate(matrix: Matrix3, components: Vector) -> tuple[Scalar, Scalar, Scalar]:
-    """Return matrix times vector, both of scalars.
-
-    Args:
-        matrix: shape (3, 3).
-        components: shape (3,).
-    """
+    """Return matrix times vector, both of scalars; matrix (3, 3), components (3,)."""
     x, y, z = (_dot(row, components) for row in matrix)
     return x, y, z
 

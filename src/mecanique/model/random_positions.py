@@ -18,11 +18,7 @@ def draw_positions(
 ) -> np.ndarray:
     """Return positions, shape (n, nq): angles in (−π, π), unit quaternions, all within limits.
 
-    Args:
-        mechanism: whose positions.
-        count: how many.
-        random: where the numbers come from.
-        length: coordinates that are lengths lie within this of zero [m].
+    Units: length [m].
     """
     angular = angles(mechanism)
     reach = np.array([np.pi if name in angular else length for name in mechanism.coordinates])

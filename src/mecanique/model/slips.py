@@ -185,14 +185,7 @@ def turn_of(rpy: Array) -> Array:
 def list_once(
     kind: str, found: list[tuple[str, Array]], right: Array, tolerance: float
 ) -> Iterator[Slip]:
-    """Yield values that differ from the right one, and from those before.
-
-    Args:
-        kind: of the mistake.
-        found: words and values.
-        right: what none of them is.
-        tolerance: largest difference of equal entries.
-    """
+    """Yield values that differ from the right one, and from those before."""
     seen = [right]
     for text, value in found:
         if all(np.abs(value - known).max() > tolerance for known in seen):

@@ -22,18 +22,13 @@ _LISTED = 8
 @final
 @dataclass(frozen=True, eq=False)
 class Efforts:
-    """Torques and forces that drive a mechanism besides its own forces, at n states.
+    """Torques and forces that drive a mechanism besides its own forces, at n states."""
 
-    Args:
-        mechanism: what they drive.
-        names: the velocities they work on: generalized ones, and those of joints that follow the
-            coordinate map.
-        values: shape (n, names) [N·m or N].
-    """
-
-    mechanism: Mechanism
+    mechanism: Mechanism  # what they drive
+    # the velocities they work on: generalized ones, and those of joints that follow the coordinate
+    # map
     names: tuple[str, ...]
-    values: np.ndarray
+    values: np.ndarray  # shape (n, names) [N·m or N]
 
     @cached_property
     def in_joints(self) -> dict[str, np.ndarray]:
@@ -53,11 +48,7 @@ class Efforts:
         return out if out.any() else None
 
     def refuse_without_seat(self) -> None:
-        """Raise unless each acts in a joint with one coordinate, as reactions need to know.
-
-        Raises:
-            InputError: naming those that do not.
-        """
+        """Raise unless each acts in a joint with one coordinate, as reactions need to know."""
         seated = seated_velocities(self.mechanism)
         given = zip(self.names, self.values.T, strict=True)
         loose = [name for name, column in given if name not in seated and column.any()]
@@ -74,11 +65,7 @@ def seated_velocities(mechanism: Mechanism) -> set[str]:
 
 
 def expect_mechanism(given: object) -> Mechanism:
-    """Return a mechanism, or raise.
-
-    Raises:
-        InputError: if something else was given.
-    """
+    """Return a mechanism, or raise."""
     if isinstance(given, Mechanism):
         return given
     raise InputError(f"expected a Mechanism, got {type(given).__name__}")
@@ -87,27 +74,17 @@ def expect_mechanism(given: object) -> Mechanism:
 @final
 @dataclass(frozen=True, eq=False)
 class States:
-    """Positions, velocities, times and accelerations of n states.
-
-    Args:
-        mechanism: what is in these states.
-        q: shape (n, nq), positions; quaternions of unit length.
-        v: shape (n, nv), velocities.
-        t: shape (n,), times [s].
-        a: shape (n, nv), accelerations.
-        single: whether one state was given without a batch axis.
-        efforts: torques and forces that drive besides the mechanism's own; None if there are none.
-        asked: the positions as they were given, for messages.
-    """
+    """Positions, velocities, times and accelerations of n states."""
 
     mechanism: Mechanism
-    q: np.ndarray
-    v: np.ndarray
-    t: np.ndarray
-    a: np.ndarray
-    single: bool = False
+    q: np.ndarray  # shape (n, nq), positions; quaternions of unit length
+    v: np.ndarray  # shape (n, nv), velocities
+    t: np.ndarray  # shape (n,), times [s]
+    a: np.ndarray  # shape (n, nv), accelerations
+    single: bool = False  # whether one state was given without a batch axis
+    # torques and forces that drive besides the mechanism's own; None if there are none
     efforts: Efforts | None = None
-    asked: Given = None
+    asked: Given = None  # the positions as they were given, for messages
 
     @classmethod
     def of(
@@ -121,20 +98,8 @@ class States:
     ) -> States:
         """Check and align what was given.
 
-        Args:
-            mechanism: what is in these states.
-            q: shape (nq,) or (n, nq), or values by name; zero where left out, see
-                `Mechanism.neutral`.
-            v: shape (nv,) or (n, nv), or values by name; zero when left out.
-            t: shape () or (n,) [s].
-            a: shape (nv,) or (n, nv), or values by name of the coordinate, the velocity or its
-                rate; zero when left out.
-            tau: torques and forces that drive: shape (nv,) or (n, nv), or values by name of a joint
-                with one coordinate, of a coordinate or of a velocity; zero when left out.
-
-        Raises:
-            InputError: if a shape is wrong, a number is not finite or the numbers of states differ.
-            UnknownNameError: if a name is no coordinate, velocity or joint.
+        Shapes: q (nq,) or (n, nq), v (nv,) or (n, nv), t () or (n,), a (nv,) or (n, nv), tau (nv,)
+        or (n, nv).
         """
         parts = {
             "q": mechanism.position(q, many=True),
@@ -213,19 +178,13 @@ class States:
     def unbatch(self, result: np.ndarray) -> np.ndarray:
         """Return a result as it was asked for: without the batch axis for a single state.
 
-        Args:
-            result: shape (n, …).
+        Shapes: result (n, …).
         """
         return result[0] if self.single else result
 
 
 def explain_defaults(mechanism: Mechanism, q: Given) -> str:
-    """Return which coordinates were not given and where they are instead, to end a sentence.
-
-    Args:
-        mechanism: whose coordinates they are.
-        q: as they were given; nothing is said of positions in order.
-    """
+    """Return which coordinates were not given and where they are instead, to end a sentence."""
     if q is not None and not isinstance(q, Mapping):
         return ""
     return _say(_left_out(mechanism, q or {}, mechanism.neutral()))
@@ -240,12 +199,7 @@ def list_left_out(
     nor, where constraints decide others, of velocities, and of positions if as many are given as
     there are degrees of freedom.
 
-    Args:
-        mechanism: what starts.
-        q: positions as they were given.
-        v: velocities as they were given.
-        start: shape (nq + nv,), position and velocity at the start.
-        rank: of the constraints.
+    Shapes: start (nq + nv,).
     """
     position, velocity = np.split(start, [mechanism.nq])
     enough = mechanism.nv if rank is None else mechanism.nv - rank

@@ -26,35 +26,20 @@ from mecanique.model.placement import Placement, rpy_of
 
 @final
 class PitchPoint(NamedTuple):
-    """Where two parts in mesh touch, in the world.
-
-    Args:
-        axis: of the wheel.
-        toward: from its center to where the pitch circles touch, a unit vector.
-        other_axis: of the other wheel.
-        other_toward: the same from its center.
-        rises: angles by which the teeth of both point out of their wheels' planes, towards the
-            axes; zero unless they are bevel wheels [rad].
-        ray: from the apex of bevel wheels to there [m].
-    """
+    """Where two parts in mesh touch, in the world."""
 
     axis: Array
-    toward: Array
+    toward: Array  # from its center to where the pitch circles touch, a unit vector
     other_axis: Array
-    other_toward: Array
+    other_toward: Array  # the same from its center
+    # angles by which the teeth of both point out of their wheels' planes, towards the axes; zero
+    # unless they are bevel wheels [rad]
     rises: tuple[float, float] = (0.0, 0.0)
-    ray: float = 0.0
+    ray: float = 0.0  # from the apex of bevel wheels to there [m]
 
 
 def find_pitch_point(mechanism: Mechanism, mesh: Gear | Rack, A: Array, B: Array) -> PitchPoint:
-    """Return where a wheel touches another, or a rack.
-
-    Args:
-        mechanism: whose elements.
-        mesh: one of them, between wheels on hinges or with a rack on a slide.
-        A: shape (4, 4), pose of the wheel.
-        B: shape (4, 4), pose of the other part.
-    """
+    """Return where a wheel touches another, or a rack; A (4, 4), B (4, 4)."""
     wheel, other = (mechanism.joint(name) for name in mesh.joints)
     assert isinstance(wheel, Revolute)
     assert isinstance(other, Revolute | Prismatic)
@@ -109,27 +94,17 @@ _FACE = 0.3
 @final
 @dataclass(frozen=True)
 class WheelTeeth:
-    """The teeth of a wheel, about the origin of its body.
-
-    Args:
-        body: its name.
-        axes: shape (3, 3), columns: two normals to its axis, and the axis, in the body's frame.
-        radius: pitch radius [m].
-        count: of teeth.
-        phase: angle of one of them from the first column [rad].
-        internal: whether they point inwards.
-        width: along the axis, or from the pitch circle towards the apex of bevel wheels [m].
-        rise: angle by which a tooth points out of the wheel's plane, towards the axis; 0 for spur
-            wheels, ± the pitch cone's for bevel wheels [rad].
-    """
+    """The teeth of a wheel, about the origin of its body."""
 
     body: str
-    axes: Array
-    radius: Scalar
+    axes: Array  # shape (3, 3), columns: two normals to its axis, and the axis, in the body's frame
+    radius: Scalar  # pitch radius [m]
     count: int
-    phase: float
-    internal: bool
-    width: Scalar
+    phase: float  # angle of one of them from the first column [rad]
+    internal: bool  # whether they point inwards
+    width: Scalar  # along the axis, or from the pitch circle towards the apex of bevel wheels [m]
+    # angle by which a tooth points out of the wheel's plane, towards the axis; 0 for spur wheels, ±
+    # the pitch cone's for bevel wheels [rad]
     rise: float = 0.0
 
     @property
@@ -138,11 +113,7 @@ class WheelTeeth:
         return 2 * self.radius / self.count
 
     def outline(self, radius: float) -> Array:
-        """Return the contour, shape (n, 3), in the body's frame.
-
-        Args:
-            radius: the pitch radius as a number [m].
-        """
+        """Return the contour, shape (n, 3), in the body's frame; radius [m]."""
         module, sign = 2 * radius / self.count, -1 if self.internal else 1
         heights = sign * module * np.array([-_ROOT, _TIP, _TIP, -_ROOT])
         places = np.array([-_WIDE, -_NARROW, _NARROW, _WIDE]) / 2
@@ -176,34 +147,21 @@ class WheelTeeth:
 @final
 @dataclass(frozen=True)
 class RackTeeth:
-    """The teeth of a rack.
-
-    Args:
-        body: its name.
-        axes: shape (3, 3), columns: along the pitch line, from it to the wheel, and across.
-        start: shape (3,), the middle of a tooth on the pitch line, in the body's frame [m].
-        module: pitch over π [m].
-        reach: shape (2,), how far they go along the pitch line, from `start` [m].
-        width: across [m].
-    """
+    """The teeth of a rack."""
 
     body: str
-    axes: Array
-    start: Array
-    module: Scalar
-    reach: tuple[float, float]
-    width: Scalar
+    axes: Array  # shape (3, 3), columns: along the pitch line, from it to the wheel, and across
+    start: Array  # shape (3,), the middle of a tooth on the pitch line, in the body's frame [m]
+    module: Scalar  # pitch over π [m]
+    reach: tuple[float, float]  # shape (2,), how far they go along the pitch line, from `start` [m]
+    width: Scalar  # across [m]
 
     def _numbers(self, pitch: float) -> range:
         first, last = (reach / pitch for reach in self.reach)
         return range(int(np.ceil(first + _WIDE / 2)), int(np.floor(last - _WIDE / 2)) + 1)
 
     def outline(self, module: float) -> Array:
-        """Return the contour of the teeth, shape (n, 3), in the body's frame.
-
-        Args:
-            module: as a number [m].
-        """
+        """Return the contour of the teeth, shape (n, 3), in the body's frame; module [m]."""
         pitch = pi * module
         heights = np.array([-_ROOT, _TIP, _TIP, -_ROOT]) * module
         places = np.array([-_WIDE, -_NARROW, _NARROW, _WIDE]) / 2 * pitch
@@ -215,11 +173,7 @@ class RackTeeth:
         return corners
 
     def visuals(self, module: float) -> Iterator[Visual]:
-        """Yield a box for each tooth.
-
-        Args:
-            module: as a number [m].
-        """
+        """Yield a box for each tooth; module [m]."""
         pitch = pi * module
         size = ((_NARROW + _WIDE) / 2 * pitch, (_TIP + _ROOT) * module, self.width)
         for k in self._numbers(pitch):
@@ -233,11 +187,7 @@ Toothed: TypeAlias = WheelTeeth | RackTeeth
 
 
 def visuals_of(mechanism: Mechanism) -> dict[str, tuple[Visual, ...]]:
-    """Return what is drawn of each body, by name: its visuals, its wheels with teeth.
-
-    Args:
-        mechanism: whose bodies.
-    """
+    """Return what is drawn of each body, by name: its visuals, its wheels with teeth."""
     visuals = {body.name: body.visuals for body in mechanism.bodies}
     for teeth in teeth_of(mechanism):
         drawn = visuals[teeth.body]
@@ -252,11 +202,7 @@ def visuals_of(mechanism: Mechanism) -> dict[str, tuple[Visual, ...]]:
 
 
 def teeth_of(mechanism: Mechanism) -> tuple[Toothed, ...]:
-    """Return the teeth of all wheels and racks of a mechanism; at its zero position they mesh.
-
-    Args:
-        mechanism: whose elements.
-    """
+    """Return the teeth of all wheels and racks of a mechanism; at its zero position they mesh."""
     meshes = [mesh for mesh in mechanism.elements if isinstance(mesh, (Gear, Rack))]
     if not meshes:
         return ()

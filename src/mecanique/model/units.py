@@ -82,23 +82,14 @@ class HomogeneityError(Exception):
 @final
 @dataclass(frozen=True)
 class Dimensions:
-    """The dimensions of a mechanism's letters; those of expressions follow.
+    """The dimensions of a mechanism's letters; those of expressions follow."""
 
-    Args:
-        declared: of each parameter and input with a declared unit, by symbol.
-        states: of coordinates, velocities and time, by name; what is not known is left out.
-    """
-
-    declared: Mapping[str, Dimension]
+    declared: Mapping[str, Dimension]  # of each parameter and input with a declared unit, by symbol
+    # of coordinates, velocities and time, by name; what is not known is left out
     states: Mapping[str, Dimension]
 
     def of(self, scalar: Scalar) -> Dimension | None:
-        """Return the dimension of an expression; None where numbers or letters leave it open.
-
-        Raises:
-            HomogeneityError: if quantities of different units are added, or the argument of a
-                function or an exponent is no pure number.
-        """
+        """Return the dimension of an expression; None where numbers or letters leave it open."""
         if isinstance(scalar, float) or scalar.is_number:
             return PURE
         if scalar.is_Symbol:
@@ -118,11 +109,7 @@ class Dimensions:
         return any(symbol.name in self.declared for symbol in scalar.free_symbols)
 
     def refuse(self, scalar: Scalar, unit: str) -> None:
-        """Raise if an expression has another unit than its place asks for.
-
-        Raises:
-            HomogeneityError: with both units.
-        """
+        """Raise if an expression has another unit than its place asks for."""
         found = self.of(scalar)
         if found is None or found == read_unit(unit) or not self.declares(scalar):
             return
@@ -199,14 +186,7 @@ class Dimensions:
 
 @cache
 def read_unit(unit: str) -> Dimension:
-    """Return the dimension of a unit, e.g. "kg·m²", "N*m/rad" or "m/s^2".
-
-    Args:
-        unit: products, quotients and powers of units of the SI, without prefixes.
-
-    Raises:
-        InputError: if it cannot be read, or a part of it is no such unit.
-    """
+    """Return the dimension of a unit, e.g. "kg·m²", "N*m/rad" or "m/s^2"."""
     tokens = [match[1] or match["wrong"] for match in _TOKEN.finditer(unit)]
     found, rest = _product(tokens, unit)
     if rest or not tokens:

@@ -32,18 +32,7 @@ def numbers_of(
 ) -> np.ndarray:
     """Return numbers in the order of their names, a new array of shape (names,).
 
-    Args:
-        given: what was given.
-        names: the names, in order.
-        kind: what they name, for messages, e.g. "coordinate".
-        default: shape (names,), of those that are left out.
-        aliases: the name that each other spelling stands for.
-        many: whether several sets may be given; then an array may have the shape (n, names) and
-            each value the shape (n,), and what is returned has the shape (n, names) if one has.
-
-    Raises:
-        InputError: if a shape is wrong or a number is not finite.
-        UnknownNameError: if a name is unknown.
+    Shapes: default (names,), many (n, names).
     """
     if given is None:
         return np.array(default)
@@ -78,11 +67,7 @@ def numbers_of(
 
 
 def column_of(value: Any, what: str) -> np.ndarray:
-    """Return one value, shape (), or those of many states, shape (n,), as an array.
-
-    Raises:
-        InputError: if the shape is wrong or a number is not finite.
-    """
+    """Return one value, shape (), or those of many states, shape (n,), as an array."""
     try:
         single = isinstance(value, str) or np.ndim(value) == 0
         column: np.ndarray = np.zeros(1) if single else np.array(value, dtype=float)
@@ -100,11 +85,7 @@ def column_of(value: Any, what: str) -> np.ndarray:
 
 
 def names_of(given: object, what: str) -> tuple[str, ...]:
-    """Return names given as one or several, or raise.
-
-    Raises:
-        InputError: if they are no names.
-    """
+    """Return names given as one or several, or raise."""
     names = (given,) if isinstance(given, str) else given
     if isinstance(names, (Sequence, Set, Mapping)) and all(isinstance(name, str) for name in names):
         return tuple(names)
@@ -119,17 +100,7 @@ def _shorten(numbers: np.ndarray) -> str:
 
 
 def whole(number: object, what: str, least: int = 1, most: int | None = None) -> int:
-    """Return a whole number, or raise.
-
-    Args:
-        number: as given.
-        what: its name, for the message.
-        least: the smallest that is allowed.
-        most: the largest that is allowed, if there is one.
-
-    Raises:
-        InputError: if it is no whole number, too small or too large.
-    """
+    """Return a whole number, or raise."""
     if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < least:
         raise InputError(f"expected a whole number of at least {least} for {what}, got {number!r}")
     if most is not None and number > most:

@@ -47,11 +47,7 @@ def compare_with(
     tolerance: float,
     header: str | os.PathLike[str] | None = None,
 ) -> Verdict:
-    """Compare a mechanism with another source and, where they differ, rank the likely causes.
-
-    Raises:
-        InputError: if the other source is of no known kind, or has other coordinates.
-    """
+    """Compare a mechanism with another source and, where they differ, rank the likely causes."""
     ending = os.path.splitext(other)[1].lower() if isinstance(other, (str, os.PathLike)) else ""
     if header is not None and ending not in LIBRARIES:
         raise InputError("expected a shared library with a header")
@@ -68,23 +64,14 @@ def compare_with(
 
 
 class _Source(NamedTuple):
-    """Another source and what it gives.
-
-    Args:
-        name: what it is called.
-        states: where it was asked.
-        values: by quantity.
-        notes: how its coordinates were matched.
-        given: name of the file with its samples; empty if it was asked at random states.
-        difference: of a description, what differs in it.
-    """
+    """Another source and what it gives."""
 
     name: str
-    states: States
+    states: States  # where it was asked
     values: Mapping[str, Array]
-    notes: tuple[str, ...] = ()
-    given: str = ""
-    difference: Difference | None = None
+    notes: tuple[str, ...] = ()  # how its coordinates were matched
+    given: str = ""  # name of the file with its samples; empty if it was asked at random states
+    difference: Difference | None = None  # of a description, what differs in it
 
 
 def _ask_file(

@@ -42,17 +42,12 @@ _PART = 1e-6
 @final
 @dataclass(frozen=True)
 class Answers:
-    """What the forms of the in-house derivation and the engine answer at n states.
+    """What the forms of the in-house derivation and the engine answer at n states."""
 
-    Args:
-        engine: the engine's values.
-        forms: values of each form, by name; of an expensive one at the first states only.
-        notes: what was left out, and why.
-    """
-
-    engine: dict[str, Array]
+    engine: dict[str, Array]  # the engine's values
+    # values of each form, by name; of an expensive one at the first states only
     forms: dict[str, dict[str, Array]]
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what was left out, and why
 
     def at(self, start: int, stop: int) -> Answers:
         """Return the answers at some of the states: from `start` up to, but not including, `stop`.
@@ -69,14 +64,7 @@ class Answers:
     def rows(
         self, mechanism: Mechanism, states: States, tolerance: float | None = None
     ) -> tuple[Row, ...]:
-        """Compare every form with the engine, quantity by quantity.
-
-        Args:
-            mechanism: whose answers they are.
-            states: where they were asked.
-            tolerance: largest relative difference that counts as agreement wherever rounding
-                explains less; None for the usual one, and none of single entries.
-        """
+        """Compare every form with the engine, quantity by quantity."""
         usual, entries = rounding(mechanism, states, self.engine), entry_rounding(mechanism, states)
         rows: list[Row] = []
         for name, ours in self.forms.items():
@@ -269,17 +257,7 @@ def compare(
     tolerance: float | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> Verdict:
-    """Compare every form of the in-house derivation with the engine, without looking for causes.
-
-    Args:
-        mechanism: what to verify.
-        samples: number of random states.
-        seed: of the random states.
-        quick: whether only the jets and the recursion take part, and no reactions.
-        tolerance: largest relative difference that counts as agreement wherever rounding explains
-            less; None for the usual one, and none of single entries.
-        progress: called with what is compared next and the fraction done.
-    """
+    """Compare every form of the in-house derivation with the engine, without looking for causes."""
     engine = Reference.of(mechanism)  # first, as it declines at once what is too large for it
     ours = derivations.derive_quickly(mechanism) if quick else derivations.derive_all(mechanism)
     states = random_states(mechanism, samples, seed, ours.assumptions)
@@ -294,16 +272,7 @@ def judge(
     seed: int,
     tolerance: float | None = None,
 ) -> Verdict:
-    """Return the verdict on what all sources answer.
-
-    Args:
-        mechanism: whose answers they are.
-        answers: of all sources.
-        states: where they were asked.
-        seed: of the states.
-        tolerance: largest relative difference that counts as agreement wherever rounding explains
-            less; None for the usual one, and none of single entries.
-    """
+    """Return the verdict on what all sources answer."""
     rows = answers.rows(mechanism, states, tolerance)
     ordered = sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))
     return conclude(

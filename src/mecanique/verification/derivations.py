@@ -41,34 +41,17 @@ class ClosedForm:
         self._energies = [rights.get(Left(letter)) for letter in "TV"]
 
     def mass_matrix(self, q: Given, t: Any = 0.0) -> Array:
-        """Return M, shape (n, nv, nv).
-
-        Args:
-            q: shape (n, nq).
-            t: shape () or (n,) [s].
-        """
+        """Return M, shape (n, nv, nv); q (n, nq), t () or (n,)."""
         size = self._mechanism.nv
         entries = self._evaluate([m for row in self._derivation.M for m in row], q, None, t)
         return entries.reshape(len(entries), size, size)
 
     def bias(self, q: Given, v: Given, t: Any = 0.0) -> Array:
-        """Return h, shape (n, nv).
-
-        Args:
-            q: shape (n, nq).
-            v: shape (n, nv).
-            t: shape () or (n,) [s].
-        """
+        """Return h, shape (n, nv); q (n, nq), v (n, nv), t () or (n,)."""
         return self._evaluate(self._derivation.h, q, v, t)
 
     def forces(self, q: Given, v: Given, t: Any = 0.0) -> Array:
-        """Return Q, shape (n, nv).
-
-        Args:
-            q: shape (n, nq).
-            v: shape (n, nv).
-            t: shape () or (n,) [s].
-        """
+        """Return Q, shape (n, nv); q (n, nq), v (n, nv), t () or (n,)."""
         return self._evaluate(self._derivation.Q, q, v, t)
 
     def acceleration(self, q: Given, v: Given, t: Any = 0.0) -> Array:
@@ -76,10 +59,7 @@ class ClosedForm:
 
         It is not a number where there is none.
 
-        Args:
-            q: shape (n, nq).
-            v: shape (n, nv).
-            t: shape () or (n,) [s].
+        Shapes: q (n, nq), v (n, nv), t () or (n,).
         """
         mass, rest = self.mass_matrix(q, t), self.forces(q, v, t) - self.bias(q, v, t)
         if self._derivation.ties:
@@ -142,10 +122,7 @@ class ClosedForm:
     def energy(self, q: Given, v: Given, t: Any = 0.0) -> tuple[Array, ...]:
         """Return the kinetic and the potential energy, each shape (n,) [J]; none if not stated.
 
-        Args:
-            q: shape (n, nq).
-            v: shape (n, nv).
-            t: shape () or (n,) [s].
+        Shapes: q (n, nq), v (n, nv), t () or (n,).
         """
         if self._energies[0] is None:
             return ()
@@ -173,17 +150,11 @@ _READABLE = 12
 @final
 @dataclass(frozen=True)
 class InHouse:
-    """The in-house derivation of one mechanism.
-
-    Args:
-        forms: its forms, by name.
-        assumptions: what the closed form takes for granted.
-        notes: what was left out, and why.
-    """
+    """The in-house derivation of one mechanism."""
 
     forms: dict[str, Dynamics]
-    assumptions: tuple[Assumption, ...] = ()
-    notes: tuple[str, ...] = ()
+    assumptions: tuple[Assumption, ...] = ()  # what the closed form takes for granted
+    notes: tuple[str, ...] = ()  # what was left out, and why
 
 
 def derive_all(mechanism: Mechanism) -> InHouse:

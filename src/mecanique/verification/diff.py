@@ -125,14 +125,9 @@ _EQUAL = 1e-9
 @final
 @dataclass(frozen=True)
 class Pairs:
-    """The matching bodies and joints.
+    """The matching bodies and joints."""
 
-    Args:
-        bodies: name in the second description, by name in the first.
-        joints: the same of joints.
-    """
-
-    bodies: dict[str, str]
+    bodies: dict[str, str]  # name in the second description, by name in the first
     joints: dict[str, str]
 
 

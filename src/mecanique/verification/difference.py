@@ -59,10 +59,7 @@ def scales(mass: Array) -> Array:
 def scale(quantity: str, values: Array, mass: Array) -> Array:
     """Return values as vectors whose entries have one unit, shape (n, any).
 
-    Args:
-        quantity: one of `QUANTITIES`.
-        values: shape (n, …).
-        mass: mass matrices to scale with, shape (n, nv, nv).
+    Shapes: values (n, …), mass (n, nv, nv).
     """
     d = scales(mass)
     match quantity:
@@ -78,10 +75,7 @@ def scale(quantity: str, values: Array, mass: Array) -> Array:
 def relative_difference(x: Array, y: Array, least: float) -> Array:
     """Return the relative difference at each state, shape (n,); infinite if a value is not finite.
 
-    Args:
-        x: vectors of one source, shape (n, k).
-        y: vectors of the other, shape (n, k).
-        least: smallest size to judge a difference against.
+    Shapes: x (n, k), y (n, k).
     """
     with np.errstate(all="ignore"):
         difference = np.linalg.norm(x - y, axis=1) / _sizes(x, y, least)
@@ -92,10 +86,7 @@ def relative_difference(x: Array, y: Array, least: float) -> Array:
 def relative_differences(x: Array, y: Array, least: float | None) -> Array:
     """Return the relative difference of each entry, shape (n, k); infinite if not finite.
 
-    Args:
-        x: vectors of one source, shape (n, k).
-        y: vectors of the other, shape (n, k).
-        least: smallest size to judge a difference against; None if entries have size one.
+    Shapes: x (n, k), y (n, k).
     """
     with np.errstate(all="ignore"):
         difference = np.abs(x - y) / (1.0 if least is None else _sizes(x, y, least)[:, None])
@@ -107,11 +98,7 @@ def relative_rounding(rounding: Array, x: Array, y: Array, least: float | None) 
 
     It is at most a thousandth, however close to a singular one a state is.
 
-    Args:
-        rounding: bound on ‖x − y‖ at each state, shape (n,), or on each entry, shape (n, k).
-        x: vectors of one source, shape (n, k).
-        y: vectors of the other, shape (n, k).
-        least: smallest size to judge a difference against; None if entries have size one.
+    Shapes: rounding (n,), x (n, k), y (n, k).
     """
     with np.errstate(all="ignore"):
         sizes = np.ones(len(x)) if least is None else _sizes(x, y, least)

@@ -53,21 +53,13 @@ _STEP = 1e-2
 @final
 @dataclass(frozen=True)
 class Bench:
-    """A system with certain parameters and its equations of motion.
+    """A system with certain parameters and its equations of motion."""
 
-    Args:
-        system: of the catalogue, or of your own.
-        values: parameters and options that are changed, by symbol.
-        source: whose equations of motion are used, "reference" or "derive".
-        samples: number of random states.
-        seed: of the random states.
-    """
-
-    system: System
-    values: Mapping[str, float]
-    source: str
-    samples: int
-    seed: int
+    system: System  # of the catalogue, or of your own
+    values: Mapping[str, float]  # parameters and options that are changed, by symbol
+    source: str  # whose equations of motion are used, "reference" or "derive"
+    samples: int  # number of random states
+    seed: int  # of the random states
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -260,12 +252,7 @@ def check_facts(
     samples: int = 20,
     seed: int = 0,
 ) -> tuple[FactRow, ...]:
-    """Check every fact of a textbook system.
-
-    Raises:
-        UnknownNameError: if the system or a parameter does not exist.
-        InputError: if a value is not finite or the source is unknown.
-    """
+    """Check every fact of a textbook system."""
     if source not in SOURCES:
         raise InputError(f"expected a source among {', '.join(SOURCES)}, got {source!r}")
 

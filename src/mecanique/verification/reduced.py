@@ -42,16 +42,7 @@ class _Tree(NamedTuple):
 
 @final
 class Reduced:
-    """The equations of a mechanism in some of its velocities, which the others follow.
-
-    Args:
-        mechanism: a mechanism with contacts or velocity constraints.
-        by: names of the coordinates whose velocities are independent.
-
-    Raises:
-        UnknownNameError: if one is no coordinate with a rate of its own.
-        InputError: if they do not determine the other velocities, or a joint turns by a quaternion.
-    """
+    """The equations of a mechanism in some of its velocities, which the others follow."""
 
     def __init__(self, mechanism: Mechanism, by: tuple[str, ...]) -> None:
         if not mechanism.rolls:

@@ -72,13 +72,7 @@ def rounding(
 ) -> dict[str, Array]:
     """Return how far rounding may separate sources, scaled, by quantity; shape (n,) each.
 
-    Args:
-        mechanism: whose equations they are.
-        states: n states.
-        values: mass matrix, bias and forces of one source there, and accelerations if they are
-            compared.
-        regular: least singular value of the part of J that is inverted, compared with J's, shape
-            () or (n,).
+    Shapes: regular () or (n,).
     """
     if not {"mass matrix", "bias", "forces"} <= values.keys() or not mechanism.nv:
         return {}
@@ -275,14 +269,7 @@ class _Rates:
         return self.turning + self.spin**2
 
     def advance(self, step: Array, link: Link, u: Array, gamma: Array) -> _Rates:
-        """Return the sums at the next link.
-
-        Args:
-            step: how far its origin is from the last one [m].
-            link: which it is.
-            u: magnitudes of its joint velocities, shape (n, velocities).
-            gamma: of their rates, shape (n, velocities).
-        """
+        """Return the sums at the next link; step [m], u (n, velocities), gamma (n, velocities)."""
         turns = _turns(link)
         turn, slide = u[:, turns].sum(axis=1), u[:, ~turns].sum(axis=1)
         faster, farther = gamma[:, turns].sum(axis=1), gamma[:, ~turns].sum(axis=1)
@@ -298,25 +285,15 @@ class _Rates:
 @final
 @dataclass(frozen=True)
 class _Chart:
-    """Magnitudes of joint coordinates and velocities.
+    """Magnitudes of joint coordinates and velocities."""
 
-    Args:
-        motions: the joint coordinates, with G replaced by its magnitude.
-        sizes: magnitude of each joint coordinate, shape (n,).
-        u: of the joint velocities, shape (n, nu).
-        gamma: of their rates at constant generalized velocities, shape (n, nu).
-        turns: which joint velocities turn, shape (nu,).
-        turned: how much more than u the angles' own rounding makes, shape (n,).
-        linear: whether joint coordinates are linear in the generalized ones.
-    """
-
-    motions: Motions
-    sizes: dict[str, Array]
-    u: Array
-    gamma: Array
-    turns: npt.NDArray[np.bool_]
-    turned: Array
-    linear: bool
+    motions: Motions  # the joint coordinates, with G replaced by its magnitude
+    sizes: dict[str, Array]  # magnitude of each joint coordinate, shape (n,)
+    u: Array  # of the joint velocities, shape (n, nu)
+    gamma: Array  # of their rates at constant generalized velocities, shape (n, nu)
+    turns: npt.NDArray[np.bool_]  # which joint velocities turn, shape (nu,)
+    turned: Array  # how much more than u the angles' own rounding makes, shape (n,)
+    linear: bool  # whether joint coordinates are linear in the generalized ones
 
     @classmethod
     def of(cls, mechanism: Mechanism, tree: tuple[Link, ...], states: States) -> _Chart:
@@ -358,17 +335,11 @@ def _turns(link: Link) -> npt.NDArray[np.bool_]:
 @final
 @dataclass(frozen=True)
 class _Driven:
-    """A joint coordinate r that follows the coordinate map, with its own rounding for u = 1.
+    """A joint coordinate r that follows the coordinate map, with its own rounding for u = 1."""
 
-    Args:
-        size: |r| and what its arguments' rounding makes of it, shape (n,).
-        slope: the same of ∂r/∂q, shape (n, nv).
-        linear: whether r is a linear function of q.
-    """
-
-    size: Array
-    slope: Array
-    linear: bool
+    size: Array  # |r| and what its arguments' rounding makes of it, shape (n,)
+    slope: Array  # the same of ∂r/∂q, shape (n, nv)
+    linear: bool  # whether r is a linear function of q
 
 
 def _drive(states: States) -> dict[str, _Driven]:

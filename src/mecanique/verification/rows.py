@@ -104,23 +104,10 @@ def rows_of(
     entries: Values | None = None,
     tolerance: float | None = TOLERANCE,
 ) -> tuple[Row, ...]:
-    """Compare two sources quantity by quantity.
+    """Compare two sources quantity by quantity; rounding (n,).
 
     A row reports the state, and the entry, where the difference is largest compared with what is
     allowed there.
-
-    Args:
-        names: of the two sources.
-        ours: values of the first.
-        theirs: values of the second; its mass matrix sets the scale.
-        states: where they were evaluated.
-        mechanism: whose values they are.
-        rounding: how far rounding may drive them apart, scaled, shape (n,) or more; see
-            `mecanique.verification.rounding`.
-        entries: how far rounding may drive single entries apart; see
-            `mecanique.verification.rounding`.
-        tolerance: largest relative difference that counts as agreement wherever rounding makes
-            less; None for the usual one, and none of what is judged entry by entry.
     """
     mass = moving_mass(mechanism)
     usual = TOLERANCE if tolerance is None else tolerance

@@ -137,29 +137,18 @@ _STRIDES = 4
 
 
 class ClosedStates(NamedTuple):
-    """States with closed loops.
+    """States with closed loops."""
 
-    Args:
-        q: positions, shape (k, nq).
-        v: velocities, shape (k, nv).
-        at: which of the states given they are near, shape (k,).
-        rank: how many of the constraints are independent there.
-    """
-
-    q: Array
-    v: Array
-    at: npt.NDArray[np.intp]
-    rank: int
+    q: Array  # positions, shape (k, nq)
+    v: Array  # velocities, shape (k, nv)
+    at: npt.NDArray[np.intp]  # which of the states given they are near, shape (k,)
+    rank: int  # how many of the constraints are independent there
 
 
 def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedStates:
     """Return the states with closed loops near given ones, and which of them they are near.
 
-    Args:
-        mechanism: a mechanism with loops.
-        q: positions, shape (n, nq).
-        v: velocities, shape (n, nv).
-        t: times, shape (n,) [s].
+    Shapes: q (n, nq), v (n, nv), t (n,).
     """
     from mecanique.reference import Reference
     from mecanique.reference.loops.assembly import close_position, project
@@ -205,9 +194,6 @@ def refuse_locked(mechanism: Mechanism) -> None:
     """Raise if a mechanism with loops is locked in a singular position.
 
     It may tremble there, so that no random position is held by the loops.
-
-    Raises:
-        InputError: if it is.
     """
     from mecanique.reference import Reference
     from mecanique.reference.loops.freedom import refuse_locked as refuse
@@ -225,19 +211,9 @@ def wander(
     start: Array | None = None,
     strides: int = _STRIDES,
 ) -> Array:
-    """Return positions met on a random walk along the loops, shape (n, nq).
+    """Return positions met on a random walk along the loops, shape (n, nq); t (n,), start (nq,).
 
     It finds states of long chains of loops, which close from no random position.
-
-    Args:
-        mechanism: a mechanism with loops.
-        t: time of each, shape (n,) [s].
-        random: makes the steps.
-        start: a position with closed loops, shape (nq,); one near zero by default.
-        strides: how many steps lead from one position to the next.
-
-    Raises:
-        ClosureError: if no position is found at which all loops are closed.
     """
     from mecanique.reference import Reference
     from mecanique.reference.loops.assembly import close_position, displace, position_near
@@ -312,13 +288,7 @@ def random_states(
     lot: int = _LOT,
     walk: bool = False,
 ) -> States:
-    """Return random states: angles in (−π, π), short lengths, unit quaternions.
-
-    Raises:
-        InputError: if `samples` or `seed` is not a whole number in its range, so many states would
-            fill the memory, no possible state is found, or the mechanism is locked in a singular
-            position.
-    """
+    """Return random states: angles in (−π, π), short lengths, unit quaternions."""
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     most = max(usual_samples(mechanism), _MOST_NUMBERS // (2 + mechanism.nv**2))
     if samples > most:

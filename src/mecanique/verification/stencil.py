@@ -19,10 +19,7 @@ _Function = Callable[[np.ndarray], np.ndarray]
 def differences(function: _Function, count: int, h: float | np.ndarray) -> np.ndarray:
     """Return the matrix ∂f_i/∂x_j at x = 0; its error goes with the eighth power of the step.
 
-    Args:
-        function: gives f at many x, shape (m, count), as shape (m, any).
-        count: number of variables.
-        h: the step, or one for each variable.
+    Shapes: function (m, count).
     """
     steps = np.broadcast_to(h, count)
     slopes: np.ndarray = _weigh(_rises(function, steps, (1, 2, 3, 4))) / steps
@@ -32,10 +29,7 @@ def differences(function: _Function, count: int, h: float | np.ndarray) -> np.nd
 def differences_twice(function: _Function, count: int, h: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the matrix ∂f_i/∂x_j at x = 0 by steps of h and of 2 h, which share two of four.
 
-    Args:
-        function: gives f at many x, shape (m, count), as shape (m, any).
-        count: number of variables.
-        h: the smaller step.
+    Shapes: function (m, count).
     """
     rises = _rises(function, np.full(count, h), (1, 2, 3, 4, 6, 8))
     return _weigh(rises[:, _FINE]) / h, _weigh(rises[:, _COARSE]) / (2 * h)

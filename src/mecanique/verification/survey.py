@@ -27,50 +27,31 @@ Root: TypeAlias = Literal["fixed", "floating"]
 @final
 @dataclass(frozen=True)
 class Entry:
-    """The outcome for one mechanism.
+    """The outcome for one mechanism."""
 
-    Args:
-        name: of the robot or system.
-        root: how the root link is held; empty for a textbook system.
-        velocities: number of generalized velocities, 0 if it was refused.
-        worst: the largest relative difference, of a disagreement if there is one; infinite if a
-            number is not finite or it was refused.
-        quantity: where that difference is, or what went wrong.
-        refused: why it was refused, in one sentence; empty if it was compared.
-        seconds: how long it took [s].
-        rounding: relative difference that rounding alone explains there.
-        allowed: relative difference that counts as agreement there.
-    """
-
-    name: str
-    root: str
-    velocities: int
+    name: str  # of the robot or system
+    root: str  # how the root link is held; empty for a textbook system
+    velocities: int  # number of generalized velocities, 0 if it was refused
+    # the largest relative difference, of a disagreement if there is one; infinite if a number is
+    # not finite or it was refused
     worst: float
-    quantity: str
-    refused: str
-    seconds: float
-    rounding: float = 0.0
-    allowed: float = TOLERANCE
+    quantity: str  # where that difference is, or what went wrong
+    refused: str  # why it was refused, in one sentence; empty if it was compared
+    seconds: float  # how long it took [s]
+    rounding: float = 0.0  # relative difference that rounding alone explains there
+    allowed: float = TOLERANCE  # relative difference that counts as agreement there
 
 
 @final
 @dataclass(frozen=True)
 class Survey:
-    """The verdicts of many mechanisms.
+    """The verdicts of many mechanisms."""
 
-    Args:
-        entries: one per mechanism and way of holding its root.
-        samples: number of states of each.
-        seed: of the random states.
-        tolerance: largest relative difference that counts as agreement.
-        seconds: how long it took [s].
-    """
-
-    entries: tuple[Entry, ...]
-    samples: int
-    seed: int
-    tolerance: float
-    seconds: float
+    entries: tuple[Entry, ...]  # one per mechanism and way of holding its root
+    samples: int  # number of states of each
+    seed: int  # of the random states
+    tolerance: float  # largest relative difference that counts as agreement
+    seconds: float  # how long it took [s]
 
     @property
     def agrees(self) -> bool:
@@ -159,13 +140,7 @@ def survey_robots(
     progress: Progress | None = None,
     only: Sequence[str] = (),
 ) -> Survey:
-    """Verify every robot of example-robot-data, held by its root link and floating.
-
-    Raises:
-        InputError: if a number is not a whole number in its range, or example-robot-data is not
-            installed.
-        UnknownNameError: if there is no such robot.
-    """
+    """Verify every robot of example-robot-data, held by its root link and floating."""
     from mecanique.urdf.robots import robot, robots
 
     names = tuple(only) or robots()
@@ -178,11 +153,7 @@ def survey_robots(
 def survey_systems(
     samples: int = 100, seed: int = 0, *, processes: int = 1, progress: Progress | None = None
 ) -> Survey:
-    """Verify every textbook system.
-
-    Raises:
-        InputError: if a number is not a whole number in its range.
-    """
+    """Verify every textbook system."""
     from mecanique.textbook import names
 
     return _survey([(name, "") for name in names()], samples, seed, processes, progress)

@@ -56,18 +56,12 @@ def key_of(name: str) -> str:
 @final
 @dataclass(frozen=True)
 class Letters:
-    """The letters that formulas may contain, with their meanings.
+    """The letters that formulas may contain, with their meanings."""
 
-    Args:
-        kinds: kind of each letter, by its name in the mechanism's own equations.
-        rates: name of the rate of each letter that has one.
-        angles: the letters that are angles.
-        defined: letters defined by formulas in others, with their rates.
-    """
-
-    kinds: Mapping[str, Kind]
-    rates: Mapping[str, str]
+    kinds: Mapping[str, Kind]  # kind of each letter, by its name in the mechanism's own equations
+    rates: Mapping[str, str]  # name of the rate of each letter that has one
     angles: frozenset[str] = frozenset()
+    # letters defined by formulas in others, with their rates
     defined: Mapping[str, Node] = field(default_factory=dict)
 
     @classmethod

@@ -24,11 +24,7 @@ def is_mathml(text: str) -> bool:
 
 
 def text_of(markup: str) -> str:
-    """Convert formulas in MathML to plain text, one a line.
-
-    Raises:
-        FormulaError: if it is not well-formed MathML, or contains an unknown element.
-    """
+    """Convert formulas in MathML to plain text, one a line."""
     if len(markup) > _MOST_CHARACTERS:
         raise FormulaError(f"expected at most {_MOST_CHARACTERS:,} characters of MathML")
     try:

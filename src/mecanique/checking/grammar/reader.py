@@ -29,11 +29,7 @@ _MOST_FACTORS = 64
 
 
 def build_tree(parsed: Any, letters: Letters, text: str) -> list[list[Node]]:
-    """Build the sides of each statement from the parser's tree.
-
-    Raises:
-        FormulaError: if a number, a power or a call is not understood.
-    """
+    """Build the sides of each statement from the parser's tree."""
     try:
         return _Builder(letters, text).transform(parsed)  # type: ignore[no-any-return]
     except VisitError as error:
@@ -292,17 +288,11 @@ _SURPLUS = {"RPAR": "a bracket ) was not opened", "RBRACE": "a brace } was not o
 @final
 @dataclass(frozen=True)
 class Statement:
-    """A formula, or an equation between several.
+    """A formula, or an equation between several."""
 
-    Args:
-        sides: the formulas between the equals signs.
-        text: the statement as it was written.
-        start: its position in the whole text.
-    """
-
-    sides: tuple[Node, ...]
-    text: str
-    start: int
+    sides: tuple[Node, ...]  # the formulas between the equals signs
+    text: str  # the statement as it was written
+    start: int  # its position in the whole text
 
     @property
     def is_equation(self) -> bool:
@@ -333,9 +323,6 @@ def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
 
     A letter of the system may be redefined, as in "q = pi - q": on the right it has its old
     meaning, from then on the new one.
-
-    Raises:
-        FormulaError: if it is not a valid definition.
     """
     left, sign, right = text.partition("=")
     name = key_of(re.sub(r"[\\{}\s]|\(t\)", "", left))

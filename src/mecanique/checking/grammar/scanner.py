@@ -202,29 +202,17 @@ OPERATORS = {"PLUS", "MINUS", "TIMES", "OVER", "POWER", "EQUALS"}
 @final
 @dataclass(frozen=True)
 class Token:
-    """A piece of a formula.
+    """A piece of a formula."""
 
-    Args:
-        kind: e.g. "NAME", "NUMBER", "PLUS".
-        value: the letter's name, the number or the sign.
-        start: its first position in the text.
-        end: the position after it.
-    """
-
-    kind: str
-    value: str
-    start: int
-    end: int
+    kind: str  # e.g. "NAME", "NUMBER", "PLUS"
+    value: str  # the letter's name, the number or the sign
+    start: int  # its first position in the text
+    end: int  # the position after it
 
 
 @final
 class Tokens:
-    """The tokens found in one text so far.
-
-    Args:
-        text: the formula.
-        letters: the letters that it may contain.
-    """
+    """The tokens found in one text so far."""
 
     def __init__(self, text: str, letters: Letters) -> None:
         self.letters = letters
@@ -404,12 +392,7 @@ _SPACING = re.compile(r"\\(?:,|;|:|!| |>|\(|\)|\[|\])")
 
 @final
 class Latex:
-    """Reads commands of LaTeX into tokens.
-
-    Args:
-        tokens: the tokens found so far.
-        read: reads the next piece at a position, and returns the position after it.
-    """
+    """Reads commands of LaTeX into tokens."""
 
     def __init__(self, tokens: Tokens, read: Callable[[int], int]) -> None:
         self._tokens = tokens
@@ -700,12 +683,7 @@ _REMEDIES = {
 
 
 def scan(text: str, letters: Letters) -> list[Token]:
-    """Cut a text into tokens.
-
-    Raises:
-        FormulaError: if it is too long, or contains an unknown sign or letter; the message names
-            all unknown letters.
-    """
+    """Cut a text into tokens."""
     if len(text) > MOST_CHARACTERS:
         raise FormulaError(
             f"expected at most {MOST_CHARACTERS:,} characters in a formula, got {len(text):,}"
@@ -715,12 +693,7 @@ def scan(text: str, letters: Letters) -> list[Token]:
 
 @final
 class Scanner:
-    """Reads one text.
-
-    Args:
-        text: the formula.
-        letters: the letters that it may contain.
-    """
+    """Reads one text."""
 
     def __init__(self, text: str, letters: Letters) -> None:
         self._text = text

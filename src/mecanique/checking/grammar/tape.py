@@ -58,14 +58,10 @@ _MOST_NUMBERS = 2_000_000
 @final
 @dataclass(frozen=True, eq=False)
 class Values:
-    """The values of all parts of a formula in n states.
+    """The values of all parts of a formula in n states."""
 
-    Args:
-        parts: values of each part, in the order of the tape; each shape (n,).
-        sizes: for each part the sum of the absolute values of its terms, a scale of rounding.
-    """
-
-    parts: list[Array]
+    parts: list[Array]  # values of each part, in the order of the tape; each shape (n,)
+    # for each part the sum of the absolute values of its terms, a scale of rounding
     sizes: list[Array]
 
     @property
@@ -81,14 +77,7 @@ class Values:
 
 @final
 class Tape:
-    """A formula as a list of its parts, each after its own parts.
-
-    Args:
-        root: the formula.
-
-    Raises:
-        FormulaError: if there is a matrix in it, or it has too many parts.
-    """
+    """A formula as a list of its parts, each after its own parts."""
 
     def __init__(self, root: Node) -> None:
         self.nodes: list[Node] = []
@@ -110,12 +99,7 @@ class Tape:
         return len(self.nodes) - 1
 
     def evaluate(self, letters: Mapping[str, Array], count: int) -> Values:
-        """Return the values of all parts.
-
-        Args:
-            letters: value of each letter, shape (n,) or ().
-            count: number of states n.
-        """
+        """Return the values of all parts; letters (n,) or ()."""
         spend()
         found: list[Array] = []
         sizes: list[Array] = []

@@ -41,30 +41,19 @@ MOST_DEPTH = 120
 @final
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A part of a formula.
-
-    Args:
-        kind: its kind.
-        parts: its own parts: numerator and denominator of a quotient, base and exponent of a power,
-            entries of a table row by row.
-        name: name of a letter or a function.
-        value: value of a number.
-        start: its first position in the text.
-        end: the position after it in the text.
-        depth: depth of its nesting.
-        size: number of its parts, itself included; shared ones count as often as they occur.
-        columns: number of columns of a table.
-    """
+    """A part of a formula."""
 
     kind: Kind
+    # its own parts: numerator and denominator of a quotient, base and exponent of a power, entries
+    # of a table row by row
     parts: tuple[Node, ...] = ()
-    name: str = ""
+    name: str = ""  # name of a letter or a function
     value: Fraction = Fraction(0)
-    start: int = 0
-    end: int = 0
+    start: int = 0  # its first position in the text
+    end: int = 0  # the position after it in the text
     depth: int = 1
-    size: int = 1
-    columns: int = 0
+    size: int = 1  # number of its parts, itself included; shared ones count as often as they occur
+    columns: int = 0  # number of columns of a table
 
     def at(self, start: int, end: int) -> Node:
         """Return the same part at another position in the text."""
@@ -104,11 +93,7 @@ def letter(name: str) -> Node:
 
 
 def compound(kind: Kind, *parts: Node, name: str = "", columns: int = 0) -> Node:
-    """Return a part made of others, at their position.
-
-    Raises:
-        FormulaError: if it is nested too deeply, or has too many parts.
-    """
+    """Return a part made of others, at their position."""
     spend(1)
     depth = 1 + max(part.depth for part in parts)
     if depth > MOST_DEPTH:
@@ -191,16 +176,7 @@ def _square(part: Node) -> Node:
 
 
 def rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
-    """Return the time derivative of a formula.
-
-    Args:
-        node: the formula.
-        rates: the rate of every letter that varies, None if it is not known; the others are
-            constant.
-
-    Raises:
-        FormulaError: if a function has no derivative here, or an acceleration would be needed.
-    """
+    """Return the time derivative of a formula."""
     return _rate(node, rates).at(node.start, node.end)
 
 

@@ -59,11 +59,7 @@ _STATE = "#state"
 
 @final
 class Equilibria:
-    """The equilibria of a mechanism, and positions that are said to be some.
-
-    Args:
-        truth: the mechanism's own equations in closed form.
-    """
+    """The equilibria of a mechanism, and positions that are said to be some."""
 
     def __init__(self, truth: Truth) -> None:
         derivation, sample = truth.derivation, truth.sample
@@ -199,19 +195,12 @@ def _say(x: float, *, turns: bool) -> str:
 @final
 @dataclass(frozen=True)
 class Position:
-    """A position that an answer names, in all states where it has a value.
+    """A position that an answer names, in all states where it has a value."""
 
-    Args:
-        statements: the lines that give it.
-        worst: its largest unbalanced force.
-        fault: why it is no position, or empty.
-        values: the letters there, each shape (n,).
-    """
-
-    statements: tuple[Statement, ...]
-    worst: float
-    fault: str
-    values: dict[str, Array]
+    statements: tuple[Statement, ...]  # the lines that give it
+    worst: float  # its largest unbalanced force
+    fault: str  # why it is no position, or empty
+    values: dict[str, Array]  # the letters there, each shape (n,)
 
 
 def judge_positions(

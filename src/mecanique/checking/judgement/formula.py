@@ -25,29 +25,19 @@ from mecanique.errors import FormulaError
 @final
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A formula with its difference from the truth.
-
-    Args:
-        statement: the line.
-        residual: left minus right, for the search for mistakes; None if there is no such search.
-        worst: the largest relative difference.
-        forms: its deviations from the requested form.
-        root: the expression that a proof must show to be zero, or constant.
-        series: definitions of further letters in it.
-        fault: why it is no answer although it is true, or empty.
-        covers: which of several values it holds for.
-        missing: what the whole answer lacks, in words.
-    """
+    """A formula with its difference from the truth."""
 
     statement: Statement
+    # left minus right, for the search for mistakes; None if there is no such search
     residual: Residual | None
-    worst: float
-    forms: tuple[str, ...] = ()
-    root: Node | None = None
+    worst: float  # the largest relative difference
+    forms: tuple[str, ...] = ()  # its deviations from the requested form
+    root: Node | None = None  # the expression that a proof must show to be zero, or constant
+    # definitions of further letters in it
     series: Mapping[str, Series] = field(default_factory=dict)
-    fault: str = ""
-    covers: frozenset[int] = frozenset()
-    missing: tuple[str, ...] = ()
+    fault: str = ""  # why it is no answer although it is true, or empty
+    covers: frozenset[int] = frozenset()  # which of several values it holds for
+    missing: tuple[str, ...] = ()  # what the whole answer lacks, in words
 
     @property
     def holds(self) -> bool:
@@ -58,11 +48,7 @@ class Judged:
 def judge_formula(
     statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
 ) -> list[Judged]:
-    """Judge each formula.
-
-    Raises:
-        FormulaError: if a formula is not of the requested kind.
-    """
+    """Judge each formula."""
     judge = {
         "matrix": _judge_matrix,
         "conserved": _judge_constant,

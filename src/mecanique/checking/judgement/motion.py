@@ -20,11 +20,7 @@ from mecanique.errors import FormulaError
 
 
 def write_out(node: Node) -> list[Node]:
-    """Return the entries of a column or a row of formulas; a single formula is the only entry.
-
-    Raises:
-        FormulaError: if it has several rows and columns, or sizes do not match.
-    """
+    """Return the entries of a column or a row of formulas; a single formula is the only entry."""
     found = _expand(node)
     if isinstance(found, Node):
         return [found]
@@ -36,17 +32,11 @@ def write_out(node: Node) -> list[Node]:
 @final
 @dataclass(frozen=True)
 class _Matrix:
-    """A matrix of formulas.
-
-    Args:
-        rows: their number.
-        columns: their number.
-        entries: row by row.
-    """
+    """A matrix of formulas."""
 
     rows: int
     columns: int
-    entries: list[Node]
+    entries: list[Node]  # row by row
 
 
 def _expand(node: Node) -> _Matrix | Node:
@@ -142,22 +132,13 @@ _FEWEST = 6
 @final
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """An equation, as left minus right, with the true accelerations of many states.
+    """An equation, as left minus right, with the true accelerations of many states."""
 
-    Args:
-        statement: the line in which it was written.
-        root: left minus right.
-        tape: the same as a list of parts.
-        values: the values of all its parts.
-        truth: the equations that it is compared with.
-        sample: the states.
-    """
-
-    statement: Statement
-    root: Node
-    tape: Tape
+    statement: Statement  # the line in which it was written
+    root: Node  # left minus right
+    tape: Tape  # the same as a list of parts
     values: Values
-    truth: Truth
+    truth: Truth  # the equations that it is compared with
     sample: Sample
 
     @cached_property
@@ -346,11 +327,7 @@ def _negate(node: Node) -> Node:
 def residuals(
     statements: Sequence[Statement], truth: Truth, sample: Sample, text: str
 ) -> list[Residual]:
-    """Evaluate every equation of some lines at the true accelerations.
-
-    Raises:
-        FormulaError: if an equation is a matrix, or has a value in too few states.
-    """
+    """Evaluate every equation of some lines at the true accelerations."""
     found = []
     for statement in statements:
         try:

@@ -33,12 +33,7 @@ _MOST_UNKNOWNS = 3
 @final
 @dataclass(frozen=True)
 class _Fraction:
-    """A quotient of two series.
-
-    Args:
-        above: the numerator.
-        below: the denominator.
-    """
+    """A quotient of two series."""
 
     above: Series
     below: Series
@@ -46,11 +41,7 @@ class _Fraction:
 
 @final
 class Proof:
-    """Proves formulas about one mechanism.
-
-    Args:
-        derivation: its equations of motion; its ring is used.
-    """
+    """Proves formulas about one mechanism."""
 
     def __init__(self, derivation: Derivation) -> None:
         self._derivation = derivation
@@ -187,11 +178,7 @@ class Proof:
         return product
 
     def _read(self, node: Node, letters: Mapping[str, Series]) -> _Fraction:
-        """Read a formula as a fraction.
-
-        Raises:
-            DerivationError: if it has no form in the ring, or too many terms.
-        """
+        """Read a formula as a fraction."""
         parts = [self._read(part, letters) for part in node.parts] if node.kind != "power" else []
         match node.kind:
             case "number":

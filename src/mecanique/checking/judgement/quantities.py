@@ -85,12 +85,7 @@ QUESTIONS = ("equation of motion", *_LETTERS)
 
 
 def ask_for(truth: Truth, question: str) -> Quantity:
-    """Return the quantity that a question asks for.
-
-    Raises:
-        UnknownNameError: if there is no such question or coordinate.
-        InputError: if the mechanism has no closed form of the quantity.
-    """
+    """Return the quantity that a question asks for."""
     name, _, what = question.partition(" of ")
     if name not in QUESTIONS or (what and name not in _OF):
         raise UnknownNameError("question", question, QUESTIONS)
@@ -248,11 +243,7 @@ def roll(truth: Truth, sample: Sample) -> dict[str, Array]:
 
 
 def linear_matrices(truth: Truth, sample: Sample) -> tuple[Array, Array, Array]:
-    """Return M, C and K of small motions about the position with all coordinates zero.
-
-    Raises:
-        InputError: if the mechanism is not at rest there.
-    """
+    """Return M, C and K of small motions about the position with all coordinates zero."""
     derivation = truth.derivation
     if derivation is None or truth.mechanism.constrained:
         raise InputError(
@@ -293,11 +284,7 @@ def _along(force: Series, velocities: tuple[str, ...]) -> list[Series]:
 
 
 def balances(truth: Truth) -> Derivation:
-    """Derive the balances of all free bodies, by Newton and Euler's method.
-
-    Raises:
-        InputError: if they have no closed form.
-    """
+    """Derive the balances of all free bodies, by Newton and Euler's method."""
     try:
         return derive(truth.mechanism, "newton_euler").derivation
     except DerivationError as error:

@@ -49,30 +49,19 @@ _SINGULAR = 1e4
 @final
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """States with the values of all letters that formulas may contain.
+    """States with the values of all letters that formulas may contain."""
 
-    Args:
-        values: value of each letter, shape (n,) or (); without the lengths of springs.
-        M: mass matrix, shape (n, nv, nv).
-        bias: M a + bias = forces, shape (n, nv).
-        forces: generalized forces, shape (n, nv).
-        slopes: constraint Jacobian, shape (n, m, nv); m = 0 without constraints.
-        a: the true accelerations, shape (n, nv).
-        multipliers: the true multipliers of the constraints, shape (n, m).
-        count: number of states n.
-        varied: whether parameters differ from state to state.
-        lengths: lengths of springs that have a letter, which follow from the rest.
-    """
-
+    # value of each letter, shape (n,) or (); without the lengths of springs
     values: Mapping[str, Array]
-    M: Array
-    bias: Array
-    forces: Array
-    slopes: Array
-    a: Array
-    multipliers: Array
-    count: int
-    varied: bool
+    M: Array  # mass matrix, shape (n, nv, nv)
+    bias: Array  # M a + bias = forces, shape (n, nv)
+    forces: Array  # generalized forces, shape (n, nv)
+    slopes: Array  # constraint Jacobian, shape (n, m, nv); m = 0 without constraints
+    a: Array  # the true accelerations, shape (n, nv)
+    multipliers: Array  # the true multipliers of the constraints, shape (n, m)
+    count: int  # number of states n
+    varied: bool  # whether parameters differ from state to state
+    # lengths of springs that have a letter, which follow from the rest
     lengths: Mapping[str, Array] = field(default_factory=dict)
 
     @property
@@ -88,12 +77,7 @@ class Sample:
 
 @final
 class Truth:
-    """A mechanism's own equations, with which formulas are compared.
-
-    Args:
-        mechanism: any mechanism.
-        seed: of the random states.
-    """
+    """A mechanism's own equations, with which formulas are compared."""
 
     def __init__(self, mechanism: Mechanism, seed: int = 0) -> None:
         self.mechanism = mechanism

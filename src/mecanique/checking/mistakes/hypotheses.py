@@ -31,27 +31,16 @@ from mecanique.model.mechanism import Mechanism
 @final
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """A mistake in the whole derivation or in one term, with the equations it leads to.
-
-    Args:
-        kind: kind of the mistake.
-        text: the mistake in words; "{}" stands for the term.
-        weight: the smaller, the likelier.
-        M: mass matrix, shape (n, nv, nv).
-        rest: bias minus forces, shape (n, nv).
-        row: index of the changed equation; −1 for all.
-        term: the changed term, if there is only one.
-        released: indices of the constraints whose forces are left out.
-    """
+    """A mistake in the whole derivation or in one term, with the equations it leads to."""
 
     kind: str
-    text: str
-    weight: float
-    M: Array
-    rest: Array
-    row: int = -1
-    term: Series | None = None
-    released: tuple[int, ...] = ()
+    text: str  # the mistake in words; "{}" stands for the term
+    weight: float  # the smaller, the likelier
+    M: Array  # mass matrix, shape (n, nv, nv)
+    rest: Array  # bias minus forces, shape (n, nv)
+    row: int = -1  # index of the changed equation; −1 for all
+    term: Series | None = None  # the changed term, if there is only one
+    released: tuple[int, ...] = ()  # indices of the constraints whose forces are left out
 
     @property
     def sentence(self) -> str:
@@ -64,10 +53,6 @@ class RightEquations:
     """The right equations M a + rest = 0 in the states, and those of changed mechanisms.
 
     With loops or contacts they are those of the tree, without multipliers.
-
-    Args:
-        truth: the right equations in closed form.
-        derivation: the closed form.
     """
 
     def __init__(self, truth: Truth, derivation: Derivation) -> None:
@@ -141,21 +126,13 @@ class _Mistake(NamedTuple):
 
 
 class _Term(NamedTuple):
-    """A term of a row of the equations, or a group of terms.
+    """A term of a row of the equations, or a group of terms."""
 
-    Args:
-        row: index of the equation.
-        series: the term, without its acceleration.
-        column: column of M; −1 for a term without an acceleration.
-        name: its name in words; empty if it has none.
-        weight: how likely it is forgotten; smaller is likelier.
-    """
-
-    row: int
-    series: Series
-    column: int
-    name: str
-    weight: float
+    row: int  # index of the equation
+    series: Series  # the term, without its acceleration
+    column: int  # column of M; −1 for a term without an acceleration
+    name: str  # its name in words; empty if it has none
+    weight: float  # how likely it is forgotten; smaller is likelier
 
 
 def mistake_terms(right: RightEquations) -> Iterator[Hypothesis]:
@@ -611,11 +588,7 @@ _SINGULAR = 1e-12
 
 @final
 class Hypotheses:
-    """All hypotheses about a mechanism, with the accelerations that they lead to.
-
-    Args:
-        truth: the right equations.
-    """
+    """All hypotheses about a mechanism, with the accelerations that they lead to."""
 
     def __init__(self, truth: Truth) -> None:
         self._truth = truth

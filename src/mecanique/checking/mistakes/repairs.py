@@ -23,15 +23,7 @@ from mecanique.model.mechanism import Mechanism
 
 @final
 class Context:
-    """The likely intentions behind parts of formulas about a mechanism.
-
-    Args:
-        mechanism: any mechanism.
-        letters: the letters of formulas.
-        units: the units of the letters.
-        values: the values of all letters, shape (n,) or ().
-        count: number of states.
-    """
+    """The likely intentions behind parts of formulas about a mechanism; values (n,) or ()."""
 
     def __init__(
         self,
@@ -130,10 +122,7 @@ def needed_values(tape: Tape, values: Values, target: Array) -> list[Array]:
     The values follow from the whole to the parts, by inverting one operation after another; they
     are NaN where there is none, and within the arguments of functions.
 
-    Args:
-        tape: the formula.
-        values: values of its parts, shape (n,).
-        target: required values of the whole, shape (n,).
+    Shapes: values (n,), target (n,).
     """
     unknown = np.full_like(values.whole, np.nan)
     found: list[Array] = [unknown] * len(tape.nodes)
@@ -192,42 +181,24 @@ SIMPLE = 60
 
 @dataclass(frozen=True)
 class Repair:
-    """A change of one part that makes a formula right.
-
-    Args:
-        kind: kind of the mistake.
-        text: the mistake in words.
-        part: the part as it was written.
-        weight: the smaller, the likelier.
-    """
+    """A change of one part that makes a formula right."""
 
     kind: str
-    text: str
-    part: str
-    weight: float
+    text: str  # the mistake in words
+    part: str  # the part as it was written
+    weight: float  # the smaller, the likelier
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A part of a formula, with its present and its needed values.
-
-    Args:
-        tape: the formula.
-        place: index of the part on the tape.
-        have: its present values.
-        want: its needed values.
-        usable: the states in which both are known.
-        context: the likely intentions.
-        text: the text of the formula.
-        values: values of all parts.
-    """
+    """A part of a formula, with its present and its needed values."""
 
     tape: Tape
-    place: int
-    have: Array
-    want: Array
-    usable: npt.NDArray[np.bool_]
-    context: Context
+    place: int  # index of the part on the tape
+    have: Array  # its present values
+    want: Array  # its needed values
+    usable: npt.NDArray[np.bool_]  # the states in which both are known
+    context: Context  # the likely intentions
     text: str
     values: Values
 

@@ -76,12 +76,7 @@ _MOST = 12
 
 @final
 class Search:
-    """Searches for mistakes in equations about one mechanism.
-
-    Args:
-        truth: the right equations.
-        letters: the letters of formulas.
-    """
+    """Searches for mistakes in equations about one mechanism."""
 
     def __init__(self, truth: Truth, letters: Letters) -> None:
         self._truth = truth

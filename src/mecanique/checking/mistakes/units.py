@@ -16,12 +16,7 @@ from mecanique.model.units import PURE, Dimension, read_unit, say_unit
 
 @final
 class UnitMisfitError(Exception):
-    """A part whose unit does not match.
-
-    Args:
-        part: the part.
-        text: the mismatch in words.
-    """
+    """A part whose unit does not match."""
 
     def __init__(self, part: Node, text: str) -> None:
         super().__init__(text)
@@ -31,12 +26,7 @@ class UnitMisfitError(Exception):
 
 @final
 class Units:
-    """The dimensions of a mechanism's letters, and those of formulas in them.
-
-    Args:
-        mechanism: the mechanism.
-        asked: dimensions of the letters of the quantity in question.
-    """
+    """The dimensions of a mechanism's letters, and those of formulas in them."""
 
     def __init__(
         self, mechanism: Mechanism, asked: Mapping[str, Dimension] = MappingProxyType({})
@@ -54,12 +44,7 @@ class Units:
                     continue
 
     def find(self, node: Node, text: str) -> Dimension | None:
-        """Return the dimension of a formula; None where a decimal number leaves it open.
-
-        Raises:
-            UnitMisfitError: if terms of a sum have different units, or the argument of a function
-                has one.
-        """
+        """Return the dimension of a formula; None where a decimal number leaves it open."""
         match node.kind:
             case "number":
                 return PURE if node.value.denominator <= _SIMPLE else None

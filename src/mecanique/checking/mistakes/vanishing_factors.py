@@ -32,9 +32,6 @@ class Factors:
 
     An equation is Σ w (M a + rest) with some weights w; if it is multiplied by a factor that
     passes zero, all weights vanish and change their signs there at once.
-
-    Args:
-        truth: the right equations.
     """
 
     def __init__(self, truth: Truth) -> None:

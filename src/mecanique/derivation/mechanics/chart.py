@@ -19,19 +19,12 @@ from mecanique.program.traced import Traced, trace, value_of
 @final
 @dataclass(frozen=True)
 class JointMotion:
-    """The motion of the joints.
+    """The motion of the joints."""
 
-    Args:
-        r: value of each joint coordinate and of every input, by name.
-        u: joint velocities, in the order of the tree.
-        gamma: their rates at constant generalized velocities.
-        G: rows of ∂u/∂v.
-    """
-
-    r: dict[str, Any]
-    u: list[Any]
-    gamma: list[Any]
-    G: Rows
+    r: dict[str, Any]  # value of each joint coordinate and of every input, by name
+    u: list[Any]  # joint velocities, in the order of the tree
+    gamma: list[Any]  # their rates at constant generalized velocities
+    G: Rows  # rows of ∂u/∂v
 
     def spread(self, a: Sequence[Any]) -> list[Any]:
         """Return G a + γ."""
@@ -61,11 +54,7 @@ def along(
 
 
 def chart_of(letters: Letters, tree: Sequence[Link]) -> JointMotion:
-    """Compute the motion of the joints of a tree.
-
-    Raises:
-        DerivationError: if the coordinate map depends on a function without derivatives.
-    """
+    """Compute the motion of the joints of a tree."""
     mechanism, tape = letters.mechanism, letters.tape
     r = dict(letters.values)
     u: list[Any] = []

@@ -87,27 +87,16 @@ def _touch_sphere(
 @final
 @dataclass(frozen=True)
 class ConstraintRow:
-    """One equation of a contact or a velocity constraint.
+    """One equation of a contact or a velocity constraint."""
 
-    Args:
-        name: "contact: motion it prevents", or the name of the velocity constraint.
-        block: index of the contact or velocity constraint.
-        gap: Φ; zero where there is none.
-        slip: ψ, which is Φ' where there is a Φ.
-        slopes: A, shape (nv,).
-        rate: γ.
-        place: point of contact; None for a velocity constraint.
-        direction: direction of its force there.
-    """
-
-    name: str
-    block: int
-    gap: Any
-    slip: Any
-    slopes: list[Any]
-    rate: Any
-    place: Triple | None = None
-    direction: Triple | None = None
+    name: str  # "contact: motion it prevents", or the name of the velocity constraint
+    block: int  # index of the contact or velocity constraint
+    gap: Any  # Φ; zero where there is none
+    slip: Any  # ψ, which is Φ' where there is a Φ
+    slopes: list[Any]  # A, shape (nv,)
+    rate: Any  # γ
+    place: Triple | None = None  # point of contact; None for a velocity constraint
+    direction: Triple | None = None  # direction of its force there
 
 
 def velocity_rows(letters: Letters, recursion: TreeRecursion) -> list[ConstraintRow]:

@@ -34,45 +34,30 @@ Three: TypeAlias = "list[Any]"
 @final
 @dataclass(frozen=True, eq=False)
 class UnitForce:
-    """The action of an element's unit force on one body.
+    """The action of an element's unit force on one body."""
 
-    Args:
-        index: index among the mechanism's unknown forces.
-        body: name of the body.
-        point: its point of action in the world [m].
-        force: components along the world's axes.
-        moment: moment about that point.
-        pressed: whether it grows with the force's magnitude, as the separating force of gears.
-    """
-
-    index: int
+    index: int  # index among the mechanism's unknown forces
     body: str
-    point: Three
-    force: Three
-    moment: Three
+    point: Three  # its point of action in the world [m]
+    force: Three  # components along the world's axes
+    moment: Three  # moment about that point
+    # whether it grows with the force's magnitude, as the separating force of gears
     pressed: bool = False
 
 
 @final
 @dataclass(frozen=True)
 class Ground:
-    """The poses of bodies in some arithmetic, with the functions that it needs.
+    """The poses of bodies in some arithmetic, with the functions that it needs."""
 
-    Args:
-        point: returns a point of a body in the world.
-        turn: returns the rotation of a body, three rows of three scalars.
-        scalar: converts a scalar of the description.
-        root: returns the square root of a squared distance.
-        wave: returns the cosine and the sine of an angle of the description.
-        ratio: returns a quotient.
-    """
-
-    point: Callable[[str, Sequence[Scalar]], Three]
+    point: Callable[[str, Sequence[Scalar]], Three]  # returns a point of a body in the world
+    # returns the rotation of a body, three rows of three scalars
     turn: Callable[[str], Sequence[Sequence[Any]]]
-    scalar: Callable[[Scalar], Any]
-    root: Callable[[Any], Any]
+    scalar: Callable[[Scalar], Any]  # converts a scalar of the description
+    root: Callable[[Any], Any]  # returns the square root of a squared distance
+    # returns the cosine and the sine of an angle of the description
     wave: Callable[[Scalar], tuple[Any, Any]]
-    ratio: Callable[[Any, Any], Any]
+    ratio: Callable[[Any, Any], Any]  # returns a quotient
 
     def frame(self, body: str, placement: Placement) -> tuple[list[Three], Three]:
         """Return the axes and the origin of a frame fixed in a body, in the world."""

@@ -31,23 +31,14 @@ NOTHING: Triple = [0.0, 0.0, 0.0]
 @final
 @dataclass(frozen=True)
 class Action:
-    """A force and a moment on a body, world axes.
+    """A force and a moment on a body, world axes."""
 
-    Args:
-        name: name of the force, the joint or loop, or of the body for weight and inertia.
-        kind: "weight", "reaction", "inertia", or the kind of the force.
-        body: the body on which it acts.
-        origin: point of action.
-        force: the force.
-        moment: moment about that point.
-    """
-
-    name: str
-    kind: str
+    name: str  # name of the force, the joint or loop, or of the body for weight and inertia
+    kind: str  # "weight", "reaction", "inertia", or the kind of the force
     body: str
     origin: Triple
     force: Triple
-    moment: Triple
+    moment: Triple  # moment about that point
 
     def opposite(self, body: str) -> Action:
         """Return the opposite action, on the other body."""
@@ -57,13 +48,7 @@ class Action:
 
 @final
 class Span:
-    """The line between two points, in scalars of any kind.
-
-    Args:
-        reach: from the one to the other.
-        root: the square root.
-        parting: returns the rate of the reach.
-    """
+    """The line between two points, in scalars of any kind."""
 
     def __init__(
         self,
@@ -110,12 +95,7 @@ class Span:
 
 @final
 class Forces:
-    """The forces of a mechanism.
-
-    Args:
-        letters: its inputs.
-        recursion: the recursion over its bodies.
-    """
+    """The forces of a mechanism."""
 
     def __init__(self, letters: Letters, recursion: TreeRecursion) -> None:
         self._letters = letters
@@ -136,11 +116,7 @@ class Forces:
         }
 
     def project(self) -> list[Any]:
-        """Return the generalized forces, shape (nv,).
-
-        Raises:
-            DerivationError: if a force is of an unknown kind.
-        """
+        """Return the generalized forces, shape (nv,)."""
         letters, chart = self._letters, self._recursion.chart
         tau: list[Any] = [0.0] * len(chart.u)
         moved: list[Any] = []

@@ -28,13 +28,7 @@ Transmit: TypeAlias = Callable[[Sequence[Action]], Mapping[str, Action]]
 
 @final
 class Guides:
-    """The elements of a mechanism.
-
-    Args:
-        letters: its inputs.
-        recursion: the recursion over its bodies.
-        transmit: returns the actions of its joints under given forces.
-    """
+    """The elements of a mechanism."""
 
     def __init__(self, letters: Letters, recursion: TreeRecursion, transmit: Transmit) -> None:
         self._letters, self._recursion, self._transmit = letters, recursion, transmit

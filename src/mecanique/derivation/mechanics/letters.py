@@ -16,13 +16,7 @@ from mecanique.program.traced import trace, value_of
 
 @final
 class Letters:
-    """A mechanism's inputs on a tape.
-
-    Args:
-        mechanism: the mechanism.
-        open: symbols of the parameters that remain inputs; the others become numbers.
-        most: largest number of operations of the program; writing more raises a DerivationError.
-    """
+    """A mechanism's inputs on a tape."""
 
     def __init__(
         self,

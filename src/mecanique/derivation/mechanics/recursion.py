@@ -40,15 +40,10 @@ from mecanique.program.traced import Traced, value_of
 @final
 @dataclass(frozen=True)
 class Seat:
-    """A frame fixed in a link of the tree.
+    """A frame fixed in a link of the tree."""
 
-    Args:
-        place: index of the moving link, −1 for the ground.
-        pose: pose of the frame in that link.
-    """
-
-    place: int
-    pose: Matrix
+    place: int  # index of the moving link, −1 for the ground
+    pose: Matrix  # pose of the frame in that link
 
 
 @final
@@ -147,11 +142,7 @@ class Moving:
 
 @final
 class TreeRecursion:
-    """Mass matrix, bias, inverse dynamics and energies of a tree.
-
-    Args:
-        letters: the mechanism's inputs.
-    """
+    """Mass matrix, bias, inverse dynamics and energies of a tree."""
 
     def __init__(self, letters: Letters) -> None:
         self.letters = letters
@@ -217,12 +208,7 @@ class TreeRecursion:
                 self.inertias[link.parent] = self.inertias[link.parent] + carried
 
     def inverse_dynamics(self, a: Sequence[Any], outside: Sequence[Wrench] = ()) -> list[Any]:
-        """Return M a + bias, minus the generalized forces of external wrenches.
-
-        Args:
-            a: accelerations, shape (nv,).
-            outside: external wrenches on links.
-        """
+        """Return M a + bias, minus the generalized forces of external wrenches; a (nv,)."""
         rates = self.chart.spread(a)
         return self.chart.project(self._forces(self.chart.u, rates, self.gravity, outside))
 
@@ -422,17 +408,14 @@ def _whole(entry: Any) -> Any:
 @final
 @dataclass(frozen=True)
 class _Motion:
-    """A moving link: origin p, ω, v, and α and a without generalized accelerations.
-
-    Args:
-        columns: linear and angular direction of each of its own joint velocities.
-    """
+    """A moving link: origin p, ω, v, and α and a without generalized accelerations."""
 
     p: Triple
     w: Triple
     v: Triple
     alpha: Triple
     a: Triple
+    # linear and angular direction of each of its own joint velocities
     columns: dict[int, tuple[Triple, Triple]]
 
 
@@ -441,11 +424,7 @@ _GROUND = _Motion(_STILL, _STILL, _STILL, _STILL, _STILL, {})
 
 @final
 class World:
-    """Velocities of the bodies of a tree, and their rates without generalized accelerations.
-
-    Args:
-        recursion: the recursion over the bodies.
-    """
+    """Velocities of the bodies of a tree, and their rates without generalized accelerations."""
 
     def __init__(self, recursion: TreeRecursion) -> None:
         self._recursion = recursion

@@ -17,37 +17,22 @@ from mecanique.model.states import States
 @final
 @dataclass(frozen=True)
 class Motions:
-    """Joint coordinates and joint velocities in n states.
+    """Joint coordinates and joint velocities in n states."""
 
-    Args:
-        r: values of each joint coordinate by name, shape (n,).
-        u: shape (n, nu), joint velocities in the order of the tree.
-        gamma: shape (n, nu), their rates at constant generalized velocities.
-        order: shape (nu,), the index of the generalized velocity that equals each joint velocity;
-            −1 for a driven joint.
-        G: shape (n, nu, nv), ∂u/∂v; None without driven joints.
-    """
-
-    r: dict[str, Any]
-    u: np.ndarray
-    gamma: np.ndarray
+    r: dict[str, Any]  # values of each joint coordinate by name, shape (n,)
+    u: np.ndarray  # shape (n, nu), joint velocities in the order of the tree
+    gamma: np.ndarray  # shape (n, nu), their rates at constant generalized velocities
+    # shape (nu,), the index of the generalized velocity that equals each joint velocity; −1 for a
+    # driven joint
     order: np.ndarray
-    G: np.ndarray | None
+    G: np.ndarray | None  # shape (n, nu, nv), ∂u/∂v; None without driven joints
 
     def spread(self, a: np.ndarray) -> np.ndarray:
-        """Return G a, shape (n, nu).
-
-        Args:
-            a: shape (n, nv).
-        """
+        """Return G a, shape (n, nu); a (n, nv)."""
         return np.asarray(a[:, self.order] if self.G is None else (self.G @ a[..., None])[..., 0])
 
     def project(self, tau: np.ndarray) -> np.ndarray:
-        """Return Gᵀ τ, shape (n, nv).
-
-        Args:
-            tau: shape (n, nu).
-        """
+        """Return Gᵀ τ, shape (n, nv); tau (n, nu)."""
         if self.G is not None:
             return np.asarray((tau[:, None, :] @ self.G)[:, 0])
         out = np.empty_like(tau)
@@ -55,11 +40,7 @@ class Motions:
         return out
 
     def projected_matrix(self, M: np.ndarray) -> np.ndarray:
-        """Return Gᵀ M G, shape (n, nv, nv).
-
-        Args:
-            M: shape (n, nu, nu).
-        """
+        """Return Gᵀ M G, shape (n, nv, nv); M (n, nu, nu)."""
         if self.G is not None:
             return np.asarray(np.swapaxes(self.G, -1, -2) @ M @ self.G)
         out = np.empty_like(M)
@@ -72,8 +53,7 @@ def efforts_in_joints(
 ) -> np.ndarray | None:
     """Return the torques given with the states as forces in the joints; None without any.
 
-    Returns:
-        Shape (n, nu); generalized forces become the least torques that do the same virtual work.
+    Shape (n, nu); generalized forces become the least torques that do the same virtual work.
     """
     efforts = states.efforts
     if efforts is None:
@@ -103,12 +83,7 @@ class CoordinateMap:
         self._driven = {k: driven[u] for k, u in enumerate(self._velocities) if u in driven}
 
     def motions(self, states: States) -> Motions:
-        """Evaluate joint coordinates, joint velocities and their rates at constant v.
-
-        Raises:
-            DerivationError: if the map cannot be differentiated.
-            InputError: if it has no finite value or derivative in a state.
-        """
+        """Evaluate joint coordinates, joint velocities and their rates at constant v."""
         n = len(states)
         values = states.values
         if not self._driven and len(self._order) == self._mechanism.nv:

@@ -33,39 +33,26 @@ from mecanique.model.mechanism_units import characteristic_length
 @final
 @dataclass(frozen=True, eq=False)
 class Along:
-    """The effects of the elements' unit forces along the joint velocities.
+    """The effects of the elements' unit forces along the joint velocities."""
 
-    Args:
-        forces: shape (n, nu, k), component of each unit force along each joint velocity.
-        rates: shape (n, nu, nv), ∂u/∂v.
-        joints: for each joint velocity, its joint and the coordinates it changes.
-    """
-
-    forces: np.ndarray
-    rates: np.ndarray
+    forces: np.ndarray  # shape (n, nu, k), component of each unit force along each joint velocity
+    rates: np.ndarray  # shape (n, nu, nv), ∂u/∂v
+    # for each joint velocity, its joint and the coordinates it changes
     joints: Sequence[tuple[int, tuple[str, ...]]]
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Sizes:
-    """The magnitudes of the elements' forces.
+    """The magnitudes of the elements' forces."""
 
-    Args:
-        forces: shape (n, k) [N or N·m].
-        idle: shape (n, k, m), sets of forces that balance one another and so stay undetermined.
-    """
-
-    forces: np.ndarray
+    forces: np.ndarray  # shape (n, k) [N or N·m]
+    # shape (n, k, m), sets of forces that balance one another and so stay undetermined
     idle: np.ndarray
 
 
 def unit_needs(mechanism: Mechanism, at: Snapshot, *, pressed: bool = False) -> list[np.ndarray]:
-    """Return the wrench that balances the elements' unit forces on each body, each (n, 6, k).
-
-    Raises:
-        DerivationError: if a cord has no straight run, or wheels do not mesh.
-    """
+    """Return the wrench that balances the elements' unit forces on each body, each (n, 6, k)."""
     ground = _ground(mechanism, at)
     if not pressed:
         _refuse_misfits(mechanism, ground)
@@ -146,13 +133,7 @@ def _ground(mechanism: Mechanism, at: Snapshot) -> Ground:
 def find_unexplained(
     mechanism: Mechanism, guides: Sequence[Guide], along: Along
 ) -> tuple[Guide, ...]:
-    """Return the guides that the elements do not describe, as judged in one generic state.
-
-    Args:
-        mechanism: the mechanism with the guides.
-        guides: all of its guides.
-        along: the unit forces along the joints in that state.
-    """
+    """Return the guides that the elements do not describe, as judged in one generic state."""
     scale = _scale(mechanism, along)
     known = scale[:, None] * _collect_columns(along, 0)
     onto = known @ np.linalg.pinv(known, rcond=RANK)
@@ -167,14 +148,7 @@ def find_unexplained(
 def size(mechanism: Mechanism, guides: Sequence[Guide], along: Along, demand: np.ndarray) -> Sizes:
     """Return the elements' forces that meet a demand; if several do, the least ones.
 
-    Args:
-        mechanism: the mechanism with the elements.
-        guides: the guides that the elements do not describe.
-        along: the unit forces along the joints.
-        demand: shape (n, nu), components of the totals along the joint velocities.
-
-    Raises:
-        DerivationError: if an element does work in a motion of the coordinate map.
+    Shapes: demand (n, nu).
     """
     refuse_work(mechanism, along)
     count, scale = along.forces.shape[2], _scale(mechanism, along)

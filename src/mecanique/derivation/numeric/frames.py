@@ -19,30 +19,20 @@ from mecanique.derivation.tree.poses import Arithmetic, local, stack
 @final
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """The frame of a link over n states.
+    """The frame of a link over n states."""
 
-    Args:
-        turn: shape (n, 3, 3), its axes in the world.
-        seat: shape (n, 3), its origin [m].
-        step: shape (n, 3), vector from the parent link's origin to its own [m].
-        velocity: shape (n, 3), of the origin [m/s].
-        spin: shape (n, 3), angular velocity [rad/s].
-        gamma: shape (n, 3), acceleration of the origin at constant generalized velocities [m/s²].
-        gamma_spin: shape (n, 3), angular acceleration at constant generalized velocities [rad/s²].
-        J: shape (n, 3, nu), Jacobian of the origin's velocity in the joint velocities.
-        J_spin: shape (n, 3, nu), Jacobian of the angular velocity in the joint velocities.
-        axes: shape (n, 6, k), linear and angular direction of each of the link's joint velocities.
-    """
-
-    turn: np.ndarray
-    seat: np.ndarray
-    step: np.ndarray
-    velocity: np.ndarray
-    spin: np.ndarray
+    turn: np.ndarray  # shape (n, 3, 3), its axes in the world
+    seat: np.ndarray  # shape (n, 3), its origin [m]
+    step: np.ndarray  # shape (n, 3), vector from the parent link's origin to its own [m]
+    velocity: np.ndarray  # shape (n, 3), of the origin [m/s]
+    spin: np.ndarray  # shape (n, 3), angular velocity [rad/s]
+    # shape (n, 3), acceleration of the origin at constant generalized velocities [m/s²]
     gamma: np.ndarray
+    # shape (n, 3), angular acceleration at constant generalized velocities [rad/s²]
     gamma_spin: np.ndarray
-    J: np.ndarray
-    J_spin: np.ndarray
+    J: np.ndarray  # shape (n, 3, nu), Jacobian of the origin's velocity in the joint velocities
+    J_spin: np.ndarray  # shape (n, 3, nu), Jacobian of the angular velocity in the joint velocities
+    # shape (n, 6, k), linear and angular direction of each of the link's joint velocities
     axes: np.ndarray
 
     @property
@@ -70,13 +60,7 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def frames(tree: tuple[Link, ...], places: list[np.ndarray], move: Motions) -> list[Frame]:
-    """Return the frame of every link.
-
-    Args:
-        tree: the links.
-        places: pose of each link's joint frame in its parent, each shape (4, 4).
-        move: joint coordinates and velocities.
-    """
+    """Return the frame of every link; places (4, 4)."""
     n, nu = move.u.shape
     ground = Frame(
         turn=np.broadcast_to(np.eye(3), (n, 3, 3)),

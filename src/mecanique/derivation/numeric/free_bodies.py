@@ -23,47 +23,27 @@ from mecanique.model.states import States
 @final
 @dataclass(frozen=True, eq=False)
 class FreeBody:
-    """A free body over n states, in world axes; its center of mass accelerates by J a + γ.
-
-    Args:
-        name: of the body.
-        joint: name of the joint that connects it to its parent.
-        parent: index of its parent among the free bodies, −1 for the ground.
-        mass: [kg].
-        seat: shape (n, 3), position of its joint, the origin of its frame [m].
-        turn: shape (n, 3, 3), rotation of its frame.
-        center: shape (n, 3), position of its center of mass [m].
-        step: shape (n, 3), vector from its parent's seat to its own [m].
-        arm: shape (n, 3), vector from its seat to its center of mass [m].
-        velocity: shape (n, 3), of the center of mass [m/s].
-        spin: shape (n, 3), angular velocity [rad/s].
-        inertia: shape (n, 3, 3), about the center of mass [kg·m²].
-        J: shape (n, 3, nv), Jacobian of the center of mass's velocity in the generalized ones.
-        gamma: shape (n, 3), acceleration of the center of mass for a = 0 [m/s²].
-        J_spin: shape (n, 3, nv), Jacobian of the angular velocity.
-        gamma_spin: shape (n, 3), angular acceleration for a = 0 [rad/s²].
-        force: shape (n, 3), resultant of springs, dampers, drives and loads [N].
-        moment: shape (n, 3), their moment about the center of mass [N·m].
-    """
+    """A free body over n states, in world axes; its center of mass accelerates by J a + γ."""
 
     name: str
-    joint: str
-    parent: int
-    mass: float
-    seat: np.ndarray
-    turn: np.ndarray
-    center: np.ndarray
-    step: np.ndarray
-    arm: np.ndarray
-    velocity: np.ndarray
-    spin: np.ndarray
-    inertia: np.ndarray
+    joint: str  # name of the joint that connects it to its parent
+    parent: int  # index of its parent among the free bodies, −1 for the ground
+    mass: float  # [kg]
+    seat: np.ndarray  # shape (n, 3), position of its joint, the origin of its frame [m]
+    turn: np.ndarray  # shape (n, 3, 3), rotation of its frame
+    center: np.ndarray  # shape (n, 3), position of its center of mass [m]
+    step: np.ndarray  # shape (n, 3), vector from its parent's seat to its own [m]
+    arm: np.ndarray  # shape (n, 3), vector from its seat to its center of mass [m]
+    velocity: np.ndarray  # shape (n, 3), of the center of mass [m/s]
+    spin: np.ndarray  # shape (n, 3), angular velocity [rad/s]
+    inertia: np.ndarray  # shape (n, 3, 3), about the center of mass [kg·m²]
+    # shape (n, 3, nv), Jacobian of the center of mass's velocity in the generalized ones
     J: np.ndarray
-    gamma: np.ndarray
-    J_spin: np.ndarray
-    gamma_spin: np.ndarray
-    force: np.ndarray
-    moment: np.ndarray
+    gamma: np.ndarray  # shape (n, 3), acceleration of the center of mass for a = 0 [m/s²]
+    J_spin: np.ndarray  # shape (n, 3, nv), Jacobian of the angular velocity
+    gamma_spin: np.ndarray  # shape (n, 3), angular acceleration for a = 0 [rad/s²]
+    force: np.ndarray  # shape (n, 3), resultant of springs, dampers, drives and loads [N]
+    moment: np.ndarray  # shape (n, 3), their moment about the center of mass [N·m]
 
     @property
     def angular_momentum(self) -> np.ndarray:
@@ -80,25 +60,16 @@ class FreeBody:
 @final
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """All free bodies of a mechanism at n states.
+    """All free bodies of a mechanism at n states."""
 
-    Args:
-        bodies: each after its parent.
-        motions: joint coordinates and velocities.
-        axes: shape (n, 6, nu), wrench at the seat of the body that does unit power with each joint
-            velocity.
-        holders: shape (nu,), index of the free body that each joint velocity moves relative to its
-            parent.
-        armature: shape (nu,), inertia of each joint's rotor [kg·m² or kg].
-        springs: shape (n,), energy of the springs [J].
-    """
-
-    bodies: tuple[FreeBody, ...]
-    motions: Motions
+    bodies: tuple[FreeBody, ...]  # each after its parent
+    motions: Motions  # joint coordinates and velocities
+    # shape (n, 6, nu), wrench at the seat of the body that does unit power with each joint velocity
     axes: np.ndarray
+    # shape (nu,), index of the free body that each joint velocity moves relative to its parent
     holders: np.ndarray
-    armature: np.ndarray
-    springs: np.ndarray
+    armature: np.ndarray  # shape (nu,), inertia of each joint's rotor [kg·m² or kg]
+    springs: np.ndarray  # shape (n,), energy of the springs [J]
 
     @property
     def rates(self) -> np.ndarray:
@@ -109,11 +80,7 @@ class Snapshot:
 
 @final
 class FreeBodies:
-    """The free bodies of a mechanism, ready to be evaluated in many states.
-
-    Args:
-        mechanism: any mechanism; with loops, its tree.
-    """
+    """The free bodies of a mechanism, ready to be evaluated in many states."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
@@ -266,12 +233,8 @@ def total_momentum(
 def spread(columns: np.ndarray, move: Motions) -> np.ndarray:
     """Turn a Jacobian in the joint velocities into one in the generalized velocities.
 
-    Args:
-        columns: shape (n, k, nu).
-        move: the joint motions.
-
-    Returns:
-        Shape (n, k, nv).
+    Shape (n, k, nv).
+    Shapes: columns (n, k, nu).
     """
     if move.G is not None:
         return np.asarray(columns @ move.G)
@@ -281,11 +244,6 @@ def spread(columns: np.ndarray, move: Motions) -> np.ndarray:
 
 
 def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Multiply matrices by vectors, state by state.
-
-    Args:
-        matrix: shape (n, 3, 3).
-        vector: shape (n, 3).
-    """
+    """Multiply matrices by vectors, state by state; matrix (n, 3, 3), vector (n, 3)."""
     product: np.ndarray = (matrix @ vector[..., None])[..., 0]
     return product

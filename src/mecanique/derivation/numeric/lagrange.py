@@ -171,9 +171,7 @@ class LagrangeOnJets(BatchDynamics):
     def motion(self, states: States, a: np.ndarray) -> tuple[dict[str, Jet], list[Jet]]:
         """Return the jets of the joint coordinates by name, and of the poses along the tree.
 
-        Args:
-            states: coordinates, velocities and times.
-            a: shape (n, nv), accelerations.
+        Shapes: a (n, nv).
         """
         r = joint_paths(states, self._tree, a)
         shape = (3, 1 + self._mechanism.nv, len(states))

@@ -40,11 +40,7 @@ class Loads:
     ) -> dict[int, np.ndarray]:
         """Return D of each loaded link, by its place in the tree, each shape (n, 4, 4).
 
-        Args:
-            H: pose of each link, each shape (n, 4, 4).
-            Hd: its rate [1/s].
-            values: value of every symbol.
-            n: number of states.
+        Shapes: H (n, 4, 4), Hd [1/s].
         """
         D: dict[int, np.ndarray] = {}
 
@@ -92,13 +88,7 @@ class Loads:
         return Q
 
     def energy(self, H: list[np.ndarray], r: dict[str, Any], n: int) -> np.ndarray:
-        """Return the springs' energy Σ ½ k (elongation)², shape (n,) [J].
-
-        Args:
-            H: pose of each link, each shape (n, 4, 4).
-            r: value of each joint coordinate.
-            n: number of states.
-        """
+        """Return the springs' energy Σ ½ k (elongation)², shape (n,) [J]; H (n, 4, 4)."""
         total = np.zeros(n)
         for force in self._mechanism.forces:
             if not force.conservative or isinstance(force, BodyLoad):

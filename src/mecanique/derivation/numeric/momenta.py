@@ -15,11 +15,7 @@ def momenta(
     Each has shape (n, 3). Ḣ J Hᵀ contains ∫ ẋ dm and ∫ ẋ xᵀ dm, whose skew part is the angular
     momentum ∫ x × ẋ dm (Goldstein, Classical Mechanics, 1980, sect. 1-2).
 
-    Args:
-        H: pose of each body, each shape (n, 4, 4).
-        Hd: its rate [1/s].
-        J: its mass moments, each shape (4, 4).
-        n: number of states.
+    Shapes: H (n, 4, 4), Hd [1/s], J (4, 4).
     """
     if not H:
         zero = np.zeros((n, 3))

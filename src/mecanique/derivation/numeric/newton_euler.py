@@ -57,11 +57,7 @@ class Reaction(NamedTuple):
 
 @final
 class Balances(BatchDynamics):
-    """The balances of linear and angular momentum of every body of a mechanism, in numbers.
-
-    Args:
-        mechanism: any mechanism; with loops, its tree.
-    """
+    """The balances of linear and angular momentum of every body of a mechanism, in numbers."""
 
     rolls: ClassVar[bool] = True
 
@@ -81,9 +77,6 @@ class Balances(BatchDynamics):
         """Return the reaction in each joint by name, without springs, dampers, drives and loads.
 
         Components that depend on a guide without an element are NaN.
-
-        Raises:
-            DerivationError: if the mass matrix is singular.
         """
         found = self._hold(states)[0] if self._mechanism.elements else self.totals(states)
         crossed = {name for guide in self.guides for name in guide.crossed}
@@ -120,11 +113,7 @@ class Balances(BatchDynamics):
 
     @cached_property
     def guides(self) -> tuple[Guide, ...]:
-        """The guides that no element describes.
-
-        Raises:
-            DerivationError: if an element does not fit the coordinate map or the position.
-        """
+        """The guides that no element describes."""
         m = self._mechanism
         found = guides_of(m)
         if not m.elements:
@@ -238,12 +227,8 @@ class Balances(BatchDynamics):
     def _project(self, at: Snapshot, needs: list[np.ndarray]) -> np.ndarray:
         """Project the bodies' wrenches on the generalized velocities, which eliminates reactions.
 
-        Args:
-            at: the free bodies.
-            needs: force and moment about the center of mass of each body, each shape (n, 6, k).
-
-        Returns:
-            Shape (n, nv, k).
+        Shape (n, nv, k).
+        Shapes: needs (n, 6, k).
         """
         return np.asarray(np.swapaxes(at.rates, 1, 2) @ self._along(at, self._transmit(at, needs)))
 
@@ -350,13 +335,9 @@ class Balances(BatchDynamics):
 
 
 def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return T = Σ ½ m v_C² + ½ H_C·ω and V of gravity and springs, each shape (n,).
+    """Return T = Σ ½ m v_C² + ½ H_C·ω and V of gravity and springs, each shape (n,); g (3,).
 
     The kinetic energy is that of Fundamentals of Dynamics, eq. 1.31.
-
-    Args:
-        at: all free bodies.
-        g: shape (3,), acceleration of free fall [m/s²].
     """
     T = 0.5 * np.sum(at.armature * at.motions.u**2, axis=-1)
     V = at.springs

@@ -25,18 +25,10 @@ JETS = Arithmetic(function)
 def joint_paths(
     states: States, tree: tuple[Link, ...], a: np.ndarray | None = None
 ) -> dict[str, Jet]:
-    """Return the jet of every joint coordinate, except those of quaternion joints.
+    """Return the jet of every joint coordinate, except those of quaternion joints; a (n, nv).
 
     The coefficients have shape (3, 1 + nv, n): orders of ε, then the value and its partial
     derivative along each δq.
-
-    Args:
-        states: coordinates, velocities and times.
-        tree: the links.
-        a: shape (n, nv), accelerations; zero when left out.
-
-    Raises:
-        DerivationError: if the coordinate map cannot be differentiated.
     """
     values = joint_values(states.mechanism, _paths(states, a), JETS)
     names = [name for link in tree if link.kind in ("turn", "slide") for name in link.coordinates]
@@ -56,9 +48,7 @@ def driven_paths(states: States) -> dict[str, np.ndarray]:
 def coordinate_paths(states: States, a: np.ndarray | None = None) -> dict[str, Any]:
     """Return the value of every parameter, the jet of t and that of every plain coordinate.
 
-    Args:
-        states: coordinates, velocities and times.
-        a: shape (n, nv), accelerations; zero when left out.
+    Shapes: a (n, nv).
     """
     mechanism = states.mechanism
     quasi = {name for joint in mechanism.joints if joint.quaternion for name in joint.coordinates}
@@ -74,12 +64,7 @@ def coordinate_paths(states: States, a: np.ndarray | None = None) -> dict[str, A
 
 
 def stack_jets(rows: Sequence[Sequence[Any]], shape: tuple[int, ...]) -> Jet:
-    """Return a pose of jets and numbers as a jet of homogeneous matrices.
-
-    Args:
-        rows: the pose's upper three rows.
-        shape: shape of one entry's coefficients: orders of ε, value and partials, states.
-    """
+    """Return a pose of jets and numbers as a jet of homogeneous matrices."""
     c = np.zeros((*shape, 4, 4))
     c[0, 0, :, 3, 3] = 1.0
     for i, row in enumerate(rows):

@@ -89,13 +89,7 @@ def _fall(gravity: np.ndarray) -> np.ndarray:
 
 @final
 class Recursion(BatchDynamics):
-    """Mass matrix, bias, forces, accelerations and energies, for many states at once.
-
-    Args:
-        mechanism: any mechanism.
-        form: its tree, if already known.
-        numbers: numbers that replace the mechanism's own.
-    """
+    """Mass matrix, bias, forces, accelerations and energies, for many states at once."""
 
     def __init__(
         self, mechanism: Mechanism, form: _Form | None = None, numbers: _Numbers | None = None
@@ -185,13 +179,8 @@ class Recursion(BatchDynamics):
 
         The energies of a copy are not defined.
 
-        Args:
-            origins: pose of a link's frame in its parent's, shape (4, 4) or (n, 4, 4), by index of
-                the link.
-            moments: mass moments of a link, shape (4, 4) or (n, 4, 4), by index of the link.
-            gravity: acceleration of free fall, shape (3,) or (n, 3) [m/s²].
-            turns: rotation of a joint's axis in the joint's frame, which stays in place, shape
-                (4, 4) or (n, 4, 4), by index of the link.
+        Shapes: origins (4, 4) or (n, 4, 4), moments (4, 4) or (n, 4, 4), gravity (3,) or (n, 3),
+        turns (4, 4) or (n, 4, 4).
         """
         numbers = _Numbers(
             [(origins or {}).get(k, X) for k, X in enumerate(self._origin)],
@@ -207,12 +196,8 @@ class Recursion(BatchDynamics):
         The equations of motion are linear in J (C. G. Atkeson, C. H. An & J. M. Hollerbach, Int.
         J. Robotics Research 5 (1986) 101). The rotors' inertia is left out.
 
-        Args:
-            states: coordinates and velocities.
-            a: shape (n, nv), accelerations.
-
-        Returns:
-            Shape (n, nv, links, 4, 4).
+        Shape (n, nv, links, 4, 4).
+        Shapes: a (n, nv).
         """
         move, n = self._chart.motions(states), len(states)
         A = self._local(move, n)
@@ -363,16 +348,7 @@ class Recursion(BatchDynamics):
 
 
 def solve(mechanism: Mechanism, M: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """Solve M a = rest for a, shape (n, nv).
-
-    Args:
-        mechanism: the mechanism, which the error names.
-        M: shape (n, nv, nv), mass matrices.
-        rest: shape (n, nv), forces minus bias.
-
-    Raises:
-        DerivationError: if the mass matrix is singular.
-    """
+    """Solve M a = rest for a, shape (n, nv); M (n, nv, nv), rest (n, nv)."""
     try:
         return np.linalg.solve(M, rest[..., None])[..., 0]
     except np.linalg.LinAlgError:

@@ -33,11 +33,7 @@ from mecanique.model.states import States
 
 @final
 class NumericVirtualWork(BatchDynamics):
-    """The equations of motion in numbers, by the virtual work of applied and inertia forces.
-
-    Args:
-        mechanism: any mechanism; with loops, its tree.
-    """
+    """The equations of motion in numbers, by the virtual work of applied and inertia forces."""
 
     rolls: ClassVar[bool] = True
 

@@ -142,15 +142,10 @@ _SIGNS = 5
 @final
 @dataclass(frozen=True)
 class Stretch:
-    """The force of a spring of free length a and length ρ: share × (1 − a/ρ).
+    """The force of a spring of free length a and length ρ: share × (1 − a/ρ)."""
 
-    Args:
-        share: the force for zero free length.
-        ratio: the monomial a/ρ.
-    """
-
-    share: Series
-    ratio: int
+    share: Series  # the force for zero free length
+    ratio: int  # the monomial a/ρ
 
     def motion(self) -> Product:
         """Return 1 − a/ρ as a formula."""
@@ -286,17 +281,11 @@ def expression(series: Series) -> Expression:
 
 @final
 class _Part(NamedTuple):
-    """A term of an equation: a coefficient times a monomial of motions and lengths.
-
-    Args:
-        key: the monomial.
-        factor: its coefficient.
-        motion: the monomial as a formula.
-    """
+    """A term of an equation: a coefficient times a monomial of motions and lengths."""
 
     key: int
     factor: Product
-    motion: Product
+    motion: Product  # the monomial as a formula
 
     def divide(self, by: Sum) -> _Part:
         """Return the term divided by one of its factors, a sum that may have the opposite sign."""

@@ -21,17 +21,12 @@ Place: TypeAlias = "tuple[Any, ...]"
 @final
 @dataclass(frozen=True, slots=True)
 class Letter:
-    """A named quantity.
+    """A named quantity."""
 
-    Args:
-        name: its name, e.g. "q''".
-        place: its sort key in a product: the kind of factor, then the author's order.
-        of_time: whether it is a given function of time, F(t).
-    """
-
-    name: str
+    name: str  # its name, e.g. "q''"
+    # its sort key in a product: the kind of factor, then the author's order
     place: tuple[float, float]
-    of_time: bool = False
+    of_time: bool = False  # whether it is a given function of time, F(t)
 
     def sympy(self) -> Any:
         """Return the letter as a sympy symbol."""
@@ -77,14 +72,9 @@ class Call:
 @final
 @dataclass(frozen=True)
 class Product:
-    """A rational number times powers, in order.
+    """A rational number times powers, in order."""
 
-    Args:
-        number: the factor before all.
-        factors: each base with its power.
-    """
-
-    number: int | Fraction
+    number: int | Fraction  # the factor before all
     factors: tuple[tuple[Base, int | Fraction], ...] = ()
 
     @cached_property

@@ -23,17 +23,11 @@ _SHAPE = re.compile(r"(?P<base>[^\W\d_]+|.)(?:_?(?P<subscript>\w+))?")
 @final
 @dataclass(frozen=True)
 class SplitName:
-    """The parts of a name: "theta1''" is theta with subscript 1 and two dots.
+    """The parts of a name: "theta1''" is theta with subscript 1 and two dots."""
 
-    Args:
-        base: the letter or word; a Greek letter by its name.
-        subscript: its subscript, "" for none; a Greek letter by its name.
-        dots: number of time derivatives.
-    """
-
-    base: str
-    subscript: str
-    dots: int
+    base: str  # the letter or word; a Greek letter by its name
+    subscript: str  # its subscript, "" for none; a Greek letter by its name
+    dots: int  # number of time derivatives
 
     @classmethod
     def of(cls, name: str) -> SplitName:

@@ -68,36 +68,22 @@ def to_latex(sentence: str, names: Collection[str], points: Collection[str] = ()
 
 @final
 class _Token(NamedTuple):
-    """A word, number or sign.
+    """A word, number or sign."""
 
-    Args:
-        kind: the group of `_TOKEN` that it belongs to.
-        text: its text.
-        apart: whether a space precedes it.
-    """
-
-    kind: str
+    kind: str  # the group of `_TOKEN` that it belongs to
     text: str
-    apart: bool
+    apart: bool  # whether a space precedes it
 
 
 @final
 class _Part(NamedTuple):
-    """A part of a formula.
-
-    Args:
-        latex: its LaTeX.
-        end: index of the token after it.
-        lettered: whether it contains more than numbers.
-        related: whether it contains a relation such as =.
-        joined: whether it is more than one letter, number or function.
-    """
+    """A part of a formula."""
 
     latex: str
-    end: int
-    lettered: bool
-    related: bool = False
-    joined: bool = False
+    end: int  # index of the token after it
+    lettered: bool  # whether it contains more than numbers
+    related: bool = False  # whether it contains a relation such as =
+    joined: bool = False  # whether it is more than one letter, number or function
 
 
 @final

@@ -495,15 +495,10 @@ class _Printed(ABC):
 @final
 @dataclass(frozen=True)
 class Expression(_Printed):
-    """A sum of terms in textbook order.
-
-    Args:
-        terms: the terms.
-        decimals: whether fractions of numbers are written as decimals.
-    """
+    """A sum of terms in textbook order."""
 
     terms: tuple[Product, ...]
-    decimals: bool = False
+    decimals: bool = False  # whether fractions of numbers are written as decimals
 
     @property
     def letters(self) -> frozenset[str]:

@@ -33,12 +33,7 @@ def relative_rest(parts: Sequence[Any]) -> float:
 
 @final
 class Evaluation:
-    """Evaluates many series of a ring for one set of values; each function is computed once.
-
-    Args:
-        ring: the ring.
-        values: floats or arrays that broadcast, by name of a generator.
-    """
+    """Evaluates many series of a ring for one set of values; each function is computed once."""
 
     def __init__(self, ring: Basis, values: Mapping[str, Any]) -> None:
         self._ring = ring
@@ -90,13 +85,7 @@ class Evaluation:
 
 @final
 class Substitution:
-    """Replaces generators by series, exactly: sin q at q = π/6 is 1/2, √(h² + x²) at x = 0 is h.
-
-    Args:
-        values: the replacements, by name of the generator.
-        numbers: numeric values of all other generators, which decide which root of a square is
-            positive.
-    """
+    """Replaces generators by series, exactly: sin q at q = π/6 is 1/2, √(h² + x²) at x = 0 is h."""
 
     def __init__(self, values: Mapping[str, Series], numbers: Mapping[str, float]) -> None:
         self._values = values

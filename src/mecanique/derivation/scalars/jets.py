@@ -18,10 +18,7 @@ import numpy as np
 class Jet:
     """A Taylor polynomial in ε with partial derivatives, for an array of states or matrices.
 
-    Args:
-        c: shape (order + 1, 1 + directions, …): c[k, 0] is the coefficient of εᵏ (not the
-            derivative), c[k, 1 + d] its partial derivative along direction d. The trailing shape is
-            free; `@` and `T` act on its last two axes.
+    Shapes: c (order + 1, 1 + directions, …).
     """
 
     __slots__ = ("c",)
@@ -106,11 +103,7 @@ class Jet:
         )
 
     def compose(self, series: Callable[[np.ndarray, int], list[np.ndarray]]) -> Jet:
-        """Return f(self) for a function f given by its Taylor coefficients.
-
-        Args:
-            series: returns f(u), f'(u), f''(u)/2!, … as arrays shaped like u, as many as requested.
-        """
+        """Return f(self) for a function f given by its Taylor coefficients."""
         orders = len(self.c)
         f = series(self.value, orders + 1)
         # less its value a jet is nilpotent: ε^orders and products of two variations vanish

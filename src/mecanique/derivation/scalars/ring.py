@@ -33,17 +33,11 @@ from mecanique.errors import DerivationError, UnknownNameError
 @final
 @dataclass(frozen=True)
 class Euler:
-    """The parts of Lagrange's operator applied to a function L, for one velocity q'.
+    """The parts of Lagrange's operator applied to a function L, for one velocity q'."""
 
-    Args:
-        momentum: ∂L/∂q'.
-        rate: d/dt ∂L/∂q'.
-        slope: ∂L/∂q.
-    """
-
-    momentum: Series
-    rate: Series
-    slope: Series
+    momentum: Series  # ∂L/∂q'
+    rate: Series  # d/dt ∂L/∂q'
+    slope: Series  # ∂L/∂q
 
     @property
     def value(self) -> Series:
@@ -53,11 +47,7 @@ class Euler:
 
 @final
 class Ring(Basis):
-    """The generators of a ring of Poisson series, with their chain rules.
-
-    Args:
-        most_terms: longest series allowed; a longer closed form cannot be read.
-    """
+    """The generators of a ring of Poisson series, with their chain rules."""
 
     def __init__(self, most_terms: int = 20_000) -> None:
         super().__init__(most_terms)

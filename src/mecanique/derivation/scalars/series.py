@@ -58,60 +58,38 @@ class Kind(Enum):
 @final
 @dataclass(frozen=True)
 class Generator:
-    """A named indeterminate of a ring.
+    """A named indeterminate of a ring."""
 
-    Args:
-        name: its name, e.g. "q", "q'" for a velocity, "q''" for an acceleration.
-        kind: the kind of quantity that it denotes.
-        index: its position in monomials.
-    """
-
-    name: str
-    kind: Kind
-    index: int
+    name: str  # its name, e.g. "q", "q'" for a velocity, "q''" for an acceleration
+    kind: Kind  # the kind of quantity that it denotes
+    index: int  # its position in monomials
 
 
 @final
 @dataclass(frozen=True)
 class Angle(Generic[E]):
-    """An argument of sines and cosines: a rational multiple of a monomial, e.g. q, Ω t or x/R.
+    """An argument of sines and cosines: a rational multiple of a monomial, e.g. q, Ω t or x/R."""
 
-    Args:
-        argument: the angle as a series [rad].
-        unit: the rational multiple.
-    """
-
-    argument: E
-    unit: Fraction
+    argument: E  # the angle as a series [rad]
+    unit: Fraction  # the rational multiple
 
 
 @final
 @dataclass(frozen=True)
 class Atom(Generic[E]):
-    """A function of a series, adjoined to the ring as a generator with its own chain rule.
+    """A function of a series, adjoined to the ring as a generator with its own chain rule."""
 
-    Args:
-        function: its name, e.g. "sqrt", "exp"; "1" if the generator is the argument itself,
-            adjoined to allow division by it.
-        argument: the argument of the function.
-        slope: its derivative with respect to the argument.
-        value: the function of numbers and arrays.
-        named: whether it is printed under a name of its own.
-    """
-
+    # its name, e.g. "sqrt", "exp"; "1" if the generator is the argument itself, adjoined to allow
+    # division by it
     function: str
     argument: E
-    slope: E
-    value: Callable[[Any], Any]
-    named: bool
+    slope: E  # its derivative with respect to the argument
+    value: Callable[[Any], Any]  # the function of numbers and arrays
+    named: bool  # whether it is printed under a name of its own
 
 
 class Basis(ABC):
-    """The interface that the arithmetic of series needs of its ring; `Ring` implements it.
-
-    Args:
-        most_terms: longest series allowed; a longer closed form cannot be read.
-    """
+    """The interface that the arithmetic of series needs of its ring; `Ring` implements it."""
 
     def __init__(self, most_terms: int) -> None:
         self.most_terms = most_terms

@@ -50,23 +50,14 @@ from mecanique.model.mechanism import Mechanism
 @final
 @dataclass(frozen=True)
 class JointRate:
-    """A joint velocity with its direction and its derivatives by the generalized velocities.
+    """A joint velocity with its direction and its derivatives by the generalized velocities."""
 
-    Args:
-        body: the child that it moves.
-        kind: "force" or "moment", the part of a reaction that does work with it.
-        axis: its direction in the axes of the child's carrier.
-        name: name of the joint coordinate or quasi-velocity.
-        partials: its derivative by each generalized velocity.
-        rotor: moment or force that accelerates the joint's rotor.
-    """
-
-    body: str
-    kind: str
-    axis: Vector
-    name: str
-    partials: tuple[Series, ...]
-    rotor: Series
+    body: str  # the child that it moves
+    kind: str  # "force" or "moment", the part of a reaction that does work with it
+    axis: Vector  # its direction in the axes of the child's carrier
+    name: str  # name of the joint coordinate or quasi-velocity
+    partials: tuple[Series, ...]  # its derivative by each generalized velocity
+    rotor: Series  # moment or force that accelerates the joint's rotor
 
 
 def demands(
@@ -161,11 +152,7 @@ _MOST = 3
 
 @final
 class Guiding:
-    """The unknown forces of a mechanism's elements, and their actions on its bodies.
-
-    Args:
-        cuts: the bodies.
-    """
+    """The unknown forces of a mechanism's elements, and their actions on its bodies."""
 
     def __init__(self, cuts: Cuts) -> None:
         self._cuts = cuts
@@ -370,15 +357,7 @@ _TOTALS = {"force": "S", "moment": "C"}
 
 @final
 class FreeBodies:
-    """The balances of every body of a mechanism as series, and the reactions in closed form.
-
-    Args:
-        mechanism: any mechanism.
-        algebra: its symbols.
-
-    Raises:
-        DerivationError: if the mechanism has no closed form of reasonable length.
-    """
+    """The balances of every body of a mechanism as series, and the reactions in closed form."""
 
     def __init__(self, mechanism: Mechanism, algebra: Algebra) -> None:
         self.algebra = algebra

@@ -28,21 +28,13 @@ from mecanique.model.placement import Placement
 @final
 @dataclass(frozen=True)
 class Touch:
-    """A contact with its place and its equations, in the world's axes.
-
-    Args:
-        contact: the contact.
-        place: point of contact [m].
-        directions: direction of each row.
-        ties: equation of each row.
-        assumptions: the assumptions of these equations.
-    """
+    """A contact with its place and its equations, in the world's axes."""
 
     contact: Contact
-    place: Vector
+    place: Vector  # point of contact [m]
     directions: tuple[Vector, ...]
-    ties: tuple[Tie, ...]
-    assumptions: tuple[Assumption, ...] = ()
+    ties: tuple[Tie, ...]  # equation of each row
+    assumptions: tuple[Assumption, ...] = ()  # the assumptions of these equations
 
     @property
     def force(self) -> Vector:
@@ -169,23 +161,14 @@ _TURNS: dict[str, dict[str, tuple[tuple[int, int, int], ...]]] = {
 @final
 @dataclass(frozen=True)
 class Closing:
-    """A loop cut open, in the world's axes.
-
-    Args:
-        loop: the loop.
-        on_a: point of action of its force on body a [m].
-        on_b: point of action of its force on body b [m].
-        ties: its equations, except those that hold identically.
-        directions: force on body b for λ = 1 of each equation; zero for a moment.
-        turns: moment on body b for λ = 1 of each equation; zero for a force.
-    """
+    """A loop cut open, in the world's axes."""
 
     loop: Loop
-    on_a: Vector
-    on_b: Vector
-    ties: tuple[Tie, ...]
-    directions: tuple[Vector, ...]
-    turns: tuple[Vector, ...]
+    on_a: Vector  # point of action of its force on body a [m]
+    on_b: Vector  # point of action of its force on body b [m]
+    ties: tuple[Tie, ...]  # its equations, except those that hold identically
+    directions: tuple[Vector, ...]  # force on body b for λ = 1 of each equation; zero for a moment
+    turns: tuple[Vector, ...]  # moment on body b for λ = 1 of each equation; zero for a force
 
     @property
     def wrench(self) -> Wrench:

@@ -64,25 +64,16 @@ class Direction:
 @final
 @dataclass(frozen=True)
 class Axes:
-    """The directions along which the equations of a body are written.
+    """The directions along which the equations of a body are written."""
 
-    Args:
-        rows: shape (3, 3), directions of forces, in the axes of the body's carrier.
-        labels: name of each; the reaction along "x" is R_joint_x.
-        signs: 1, or −1 if the reaction is positive in the opposite direction.
-        turns: shape (3, 3), directions of moments.
-        turn_labels: name of each; "" for the normal of a plane.
-        sentence: a sentence that introduces them to the reader.
-        whose: name of the body whose axes x, y and z are, or "the world".
-    """
-
+    # shape (3, 3), directions of forces, in the axes of the body's carrier
     rows: Sequence[Sequence[Any]]
-    labels: tuple[str, str, str]
-    signs: tuple[int, int, int]
-    turns: Sequence[Sequence[Any]]
-    turn_labels: tuple[str, str, str]
-    sentence: str
-    whose: str = "the world"
+    labels: tuple[str, str, str]  # name of each; the reaction along "x" is R_joint_x
+    signs: tuple[int, int, int]  # 1, or −1 if the reaction is positive in the opposite direction
+    turns: Sequence[Sequence[Any]]  # shape (3, 3), directions of moments
+    turn_labels: tuple[str, str, str]  # name of each; "" for the normal of a plane
+    sentence: str  # a sentence that introduces them to the reader
+    whose: str = "the world"  # name of the body whose axes x, y and z are, or "the world"
 
     @property
     def directions(self) -> Iterator[Direction]:
@@ -197,62 +188,36 @@ def _dot(row: Sequence[Any], unit: Sequence[float]) -> Any:
 @final
 @dataclass(frozen=True)
 class Applied:
-    """A force or couple on a body, in the axes of the body's carrier.
-
-    Args:
-        name: name of the force.
-        force: [N].
-        moment: a couple [N·m].
-        arm: vector from the origin of the body's frame to its point of action [m].
-        velocity: velocity of that point [m/s].
-        ties: whether it is the unknown force of a contact or a loop.
-    """
+    """A force or couple on a body, in the axes of the body's carrier."""
 
     name: str
-    force: Vector
-    moment: Vector
-    arm: Vector
-    velocity: Vector
-    ties: bool = False
+    force: Vector  # [N]
+    moment: Vector  # a couple [N·m]
+    arm: Vector  # vector from the origin of the body's frame to its point of action [m]
+    velocity: Vector  # velocity of that point [m/s]
+    ties: bool = False  # whether it is the unknown force of a contact or a loop
 
 
 @final
 @dataclass(frozen=True)
 class Cut:
-    """A body cut free; vectors are in the axes of its carrier.
-
-    Args:
-        body: its name.
-        joint: the joint that connects it to its parent.
-        carrier: index of the link in whose axes the vectors are, −1 for the world.
-        axes: the axes in which its equations are written.
-        mass: [kg].
-        fixed: whether the origin of its frame is at rest.
-        center: vector from the origin of its frame to its center of mass; zero without
-            mass [m].
-        center_velocity: [m/s].
-        spin: angular velocity [rad/s].
-        push: rate of the linear momentum [N].
-        turning: moment of m a about the origin of its frame, ∫ y × x'' dm [N·m].
-        weight: [N].
-        weight_moment: about the origin of its frame [N·m].
-        applied: springs, dampers, drives and loads.
-    """
+    """A body cut free; vectors are in the axes of its carrier."""
 
     body: str
-    joint: Joint
-    carrier: int
-    axes: Axes
-    mass: Series
-    fixed: bool
+    joint: Joint  # the joint that connects it to its parent
+    carrier: int  # index of the link in whose axes the vectors are, −1 for the world
+    axes: Axes  # the axes in which its equations are written
+    mass: Series  # [kg]
+    fixed: bool  # whether the origin of its frame is at rest
+    # vector from the origin of its frame to its center of mass; zero without mass [m]
     center: Vector
-    center_velocity: Vector
-    spin: Vector
-    push: Vector
-    turning: Vector
-    weight: Vector
-    weight_moment: Vector
-    applied: tuple[Applied, ...]
+    center_velocity: Vector  # [m/s]
+    spin: Vector  # angular velocity [rad/s]
+    push: Vector  # rate of the linear momentum [N]
+    turning: Vector  # moment of m a about the origin of its frame, ∫ y × x'' dm [N·m]
+    weight: Vector  # [N]
+    weight_moment: Vector  # about the origin of its frame [N·m]
+    applied: tuple[Applied, ...]  # springs, dampers, drives and loads
 
     @property
     def inert(self) -> bool:

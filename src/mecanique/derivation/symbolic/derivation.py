@@ -20,21 +20,13 @@ from mecanique.derivation.symbolic.symbols import Algebra
 @final
 @dataclass(frozen=True)
 class Tie:
-    """One equation of a loop, a contact or a velocity constraint.
+    """One equation of a loop, a contact or a velocity constraint."""
 
-    Args:
-        name: name of the equation, e.g. "C_x".
-        demand: its left side, Φ(q, t) or ψ = A v − b, which the constraint keeps zero.
-        multiplier: λ.
-        meaning: the meaning of λ, with its unit.
-        of_velocities: whether it is ψ, linear in the velocities and in general not integrable.
-        of_contact: whether it belongs to a contact.
-    """
-
-    name: str
-    demand: Series
-    multiplier: Series
-    meaning: str
+    name: str  # name of the equation, e.g. "C_x"
+    demand: Series  # its left side, Φ(q, t) or ψ = A v − b, which the constraint keeps zero
+    multiplier: Series  # λ
+    meaning: str  # the meaning of λ, with its unit
+    # whether it is ψ, linear in the velocities and in general not integrable
     of_velocities: bool = False
     of_contact: bool = False
 
@@ -66,23 +58,14 @@ Matrix: TypeAlias = "tuple[tuple[Series, ...], ...]"
 @final
 @dataclass(frozen=True)
 class Left:
-    """The left-hand side of a result: a quantity, or a derivative of one.
+    """The left-hand side of a result: a quantity, or a derivative of one."""
 
-    Args:
-        quantity: its letter, e.g. "T".
-        by: the variable of a partial derivative, e.g. "q'"; "" if it is not a derivative.
-        total: whether to take the time derivative as well.
-        turning: whether it is a term of Euler and Kirchhoff, ω × ∂T/∂ω + v × ∂T/∂v.
-        component: whether it is the quantity's component named by `by`, e.g. Q_x.
-        primes: primes of a rate, e.g. "'" for Φ'.
-    """
-
-    quantity: str
-    by: str = ""
-    total: bool = False
-    turning: bool = False
-    component: bool = False
-    primes: str = ""
+    quantity: str  # its letter, e.g. "T"
+    by: str = ""  # the variable of a partial derivative, e.g. "q'"; "" if it is not a derivative
+    total: bool = False  # whether to take the time derivative as well
+    turning: bool = False  # whether it is a term of Euler and Kirchhoff, ω × ∂T/∂ω + v × ∂T/∂v
+    component: bool = False  # whether it is the quantity's component named by `by`, e.g. Q_x
+    primes: str = ""  # primes of a rate, e.g. "'" for Φ'
 
     @property
     def symbol(self) -> str:
@@ -106,16 +89,11 @@ class Left:
 @final
 @dataclass(frozen=True)
 class Result:
-    """One line of a derivation, left = right.
+    """One line of a derivation, left = right."""
 
-    Args:
-        left: the quantity found; a series where an equation relates two sums.
-        right: its value.
-        shown: returns the value as printed, if not in the usual order.
-    """
-
-    left: Left | Series
+    left: Left | Series  # the quantity found; a series where an equation relates two sums
     right: Series
+    # returns the value as printed, if not in the usual order
     shown: Callable[[], Expression] | None = field(default=None, compare=False)
 
     def expression(self) -> Expression:
@@ -131,17 +109,11 @@ class Result:
 @final
 @dataclass(frozen=True)
 class Stage:
-    """One step of a derivation.
-
-    Args:
-        title: its name.
-        explanation: its purpose, in a sentence or two.
-        results: the formulas it leads to.
-    """
+    """One step of a derivation."""
 
     title: str
-    explanation: str
-    results: tuple[Result, ...] = ()
+    explanation: str  # its purpose, in a sentence or two
+    results: tuple[Result, ...] = ()  # the formulas it leads to
 
     def _repr_html_(self) -> str:
         """Show the step in a notebook: title, explanation and formulas in MathML."""
@@ -162,14 +134,9 @@ class Stages(tuple[Stage, ...]):
 @final
 @dataclass(frozen=True)
 class Assumption:
-    """An assumption of a closed form.
+    """An assumption of a closed form."""
 
-    Args:
-        subject: its subject, e.g. "the length of spring1".
-        positive: the series that must be positive.
-    """
-
-    subject: str
+    subject: str  # its subject, e.g. "the length of spring1"
     positive: Series
 
     def holds(self, values: Mapping[str, Any]) -> bool:

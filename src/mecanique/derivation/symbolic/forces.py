@@ -24,10 +24,6 @@ class Span:
 
     If the squared distance is the square of a polynomial, the distance is that polynomial, taken
     as positive where all coordinates are zero; otherwise it is adjoined as a root.
-
-    Args:
-        kinematics: the kinematics of the mechanism.
-        force: the spring, damper or other force between two points.
     """
 
     def __init__(self, kinematics: Kinematics, force: LineLoad) -> None:
@@ -137,24 +133,17 @@ def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str,
 @final
 @dataclass(frozen=True)
 class Work:
-    """The contribution of one force to the equations of motion.
-
-    Args:
-        name: the force's name.
-        kind: "potential", "dissipation" or "work".
-        scalar: its energy V, its Rayleigh function D, or None.
-        forces: generalized forces by coordinate: −∂V/∂q, −∂D/∂q' or the coefficients of δq in δW.
-        assumptions: the assumptions of these expressions.
-        length: the distance between the ends of a spring or damper, if it occurs.
-        square: stiffness k and elongation x of a spring with the energy ½ k x².
-    """
+    """The contribution of one force to the equations of motion."""
 
     name: str
-    kind: str
-    scalar: Series | None
+    kind: str  # "potential", "dissipation" or "work"
+    scalar: Series | None  # its energy V, its Rayleigh function D, or None
+    # generalized forces by coordinate: −∂V/∂q, −∂D/∂q' or the coefficients of δq in δW
     forces: tuple[Series, ...]
-    assumptions: tuple[Assumption, ...] = ()
+    assumptions: tuple[Assumption, ...] = ()  # the assumptions of these expressions
+    # the distance between the ends of a spring or damper, if it occurs
     length: Series | None = None
+    # stiffness k and elongation x of a spring with the energy ½ k x²
     square: tuple[Series, Series] | None = None
 
 

@@ -284,15 +284,11 @@ _MOST_ROWS = 4
 @final
 @dataclass(frozen=True)
 class Allowed:
-    """What rows A of constraints allow.
+    """What rows A of constraints allow."""
 
-    Args:
-        basis: independent displacements S with A S = 0.
-        pulls: a row, and a displacement u along which that row is 1, in the order in which rows
-            were met: rows met before it are 0 along u.
-    """
-
-    basis: list[Column]
+    basis: list[Column]  # independent displacements S with A S = 0
+    # a row, and a displacement u along which that row is 1, in the order in which rows were met:
+    # rows met before it are 0 along u
     pulls: list[tuple[int, Column]]
 
     def reach(self, ring: Basis, rows: Sequence[Column], values: Sequence[Series]) -> Column:

@@ -42,15 +42,7 @@ from mecanique.model.mechanism import Mechanism
 
 @final
 class NewtonEuler:
-    """The equations of a mechanism from the balances of its bodies, as series.
-
-    Args:
-        mechanism: any mechanism.
-        algebra: its symbols, if they exist already.
-
-    Raises:
-        DerivationError: if the mechanism has no closed form of reasonable length.
-    """
+    """The equations of a mechanism from the balances of its bodies, as series."""
 
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
         self.algebra = algebra or Algebra(mechanism)

@@ -63,15 +63,10 @@ _LONGEST = 40
 @final
 @dataclass(frozen=True)
 class Quotient:
-    """A solved quantity, numerator/denominator.
-
-    Args:
-        above: the numerator.
-        below: the denominator, 1 if there is none; the result holds where it is not zero.
-    """
+    """A solved quantity, numerator/denominator."""
 
     above: Series
-    below: Series
+    below: Series  # the denominator, 1 if there is none; the result holds where it is not zero
 
     @property
     def bearable(self) -> bool:

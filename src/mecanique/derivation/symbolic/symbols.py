@@ -36,9 +36,6 @@ class Algebra:
 
     Velocities are q' for a coordinate q and quasi-velocities for a quaternion joint;
     accelerations are their rates.
-
-    Raises:
-        DerivationError: if the coordinate map has no closed form, or an element does not fit it.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:

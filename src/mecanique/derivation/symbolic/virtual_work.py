@@ -50,23 +50,15 @@ _NAMES = ("s", "xi", "sigma", "eta")
 @final
 @dataclass(frozen=True)
 class Distribution:
-    """Inertia forces per length along a homogeneous slender rod.
+    """Inertia forces per length along a homogeneous slender rod."""
 
-    Args:
-        coordinate: name of the distance from the rod's end.
-        length: length of the rod [m].
-        direction: direction along the rod from that end, in the axes of the body's carrier.
-        density: force per length at that distance, along the axes of the body [N/m].
-        resultant: its integral over the rod [N].
-        point: distance at which the resultant of each component acts; None if it is not the
-            same in all states.
-    """
-
-    coordinate: str
-    length: Series
-    direction: Vector
-    density: Vector
-    resultant: tuple[Series, ...]
+    coordinate: str  # name of the distance from the rod's end
+    length: Series  # length of the rod [m]
+    direction: Vector  # direction along the rod from that end, in the axes of the body's carrier
+    density: Vector  # force per length at that distance, along the axes of the body [N/m]
+    resultant: tuple[Series, ...]  # its integral over the rod [N]
+    # distance at which the resultant of each component acts; None if it is not the same in all
+    # states
     point: tuple[Series | None, ...]
 
 
@@ -171,11 +163,7 @@ _COUPLE = _Letters("C", "δφ", "δW_couple")
 
 @final
 class Displacements:
-    """The virtual displacements δq of a mechanism, at fixed time.
-
-    Args:
-        algebra: the mechanism's symbols.
-    """
+    """The virtual displacements δq of a mechanism, at fixed time."""
 
     def __init__(self, algebra: Algebra) -> None:
         self.ring = algebra.ring
@@ -207,12 +195,7 @@ class Displacements:
 
 @final
 class Ledger:
-    """The virtual work of all forces on the bodies of a mechanism, body by body.
-
-    Args:
-        balances: the bodies cut free.
-        displacements: the mechanism's virtual displacements.
-    """
+    """The virtual work of all forces on the bodies of a mechanism, body by body."""
 
     def __init__(self, balances: FreeBodies, displacements: Displacements) -> None:
         self.cuts = balances.cuts
@@ -362,15 +345,7 @@ _CLOSING = (
 
 @final
 class VirtualWork:
-    """Inertia forces and virtual work of a mechanism as series.
-
-    Args:
-        mechanism: any mechanism.
-        algebra: its symbols, if they exist already.
-
-    Raises:
-        DerivationError: if the mechanism has no closed form of reasonable length.
-    """
+    """Inertia forces and virtual work of a mechanism as series."""
 
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
         self.algebra = algebra or Algebra(mechanism)

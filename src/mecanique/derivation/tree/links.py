@@ -23,29 +23,17 @@ Kind: TypeAlias = Literal["fixed", "turn", "slide", "ball", "free"]
 @final
 @dataclass(frozen=True)
 class Link:
-    """One elementary motion of the tree.
+    """One elementary motion of the tree."""
 
-    Args:
-        joint: name of the joint it belongs to.
-        parent: index of its parent link in the tree, −1 for the ground.
-        body: name of the body it carries; None within a joint.
-        kind: kind of its motion.
-        origin: placement of its frame in its parent's.
-        axis: shape (3,), unit axis of a turn or a slide.
-        coordinates: names of its joint coordinates.
-        velocities: names of its joint velocities.
-        armature: inertia of the drive's rotor, referred to the joint [kg·m² or kg].
-    """
-
-    joint: str
-    parent: int
-    body: str | None
+    joint: str  # name of the joint it belongs to
+    parent: int  # index of its parent link in the tree, −1 for the ground
+    body: str | None  # name of the body it carries; None within a joint
     kind: Kind
-    origin: Placement
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    coordinates: tuple[str, ...] = ()
-    velocities: tuple[str, ...] = ()
-    armature: Scalar = 0.0
+    origin: Placement  # placement of its frame in its parent's
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)  # shape (3,), unit axis of a turn or a slide
+    coordinates: tuple[str, ...] = ()  # names of its joint coordinates
+    velocities: tuple[str, ...] = ()  # names of its joint velocities
+    armature: Scalar = 0.0  # inertia of the drive's rotor, referred to the joint [kg·m² or kg]
 
 
 def links(mechanism: Mechanism) -> tuple[Link, ...]:
@@ -92,12 +80,7 @@ def moving(tree: tuple[Link, ...]) -> tuple[bool, ...]:
 
 
 def hat(linear: Sequence[float], angular: Sequence[float]) -> np.ndarray:
-    """Return the 4×4 matrix of a twist, shape (4, 4).
-
-    Args:
-        linear: shape (3,).
-        angular: shape (3,).
-    """
+    """Return the 4×4 matrix of a twist, shape (4, 4); linear (3,), angular (3,)."""
     (u, v, w), (x, y, z) = linear, angular
     return np.array([[0.0, -z, y, u], [z, 0.0, -x, v], [-y, x, 0.0, w], [0.0, 0.0, 0.0, 0.0]])
 

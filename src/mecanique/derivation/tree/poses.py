@@ -29,14 +29,11 @@ IDENTITY: Matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]
 @final
 @dataclass(frozen=True)
 class Arithmetic:
-    """The operations of one kind of scalar that poses need.
+    """The operations of one kind of scalar that poses need."""
 
-    Args:
-        function: returns the function with a sympy name, e.g. "sin".
-        number: converts a constant (a float or a sympy number) into the scalar.
-    """
-
+    # returns the function with a sympy name, e.g. "sin"
     function: Callable[[str], Callable[..., Any]] | None = None
+    # converts a constant (a float or a sympy number) into the scalar
     number: Callable[[Any], Any] = float
 
     def __call__(self, scalar: Scalar, values: Mapping[str, Any]) -> Any:
@@ -102,11 +99,6 @@ def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matr
     A turn by θ about the unit axis n is cos θ 1 + sin θ n̂ + (1 − cos θ) n nᵀ (Rodrigues 1840); a
     quaternion's rotation matrix is that of Hamilton (Goldstein, Classical Mechanics, 1980, eq.
     4-47').
-
-    Args:
-        link: the link.
-        values: value of each joint coordinate, by name; quaternions of unit length.
-        arithmetic: the arithmetic to use.
     """
     if link.kind == "turn":
         return _turn(link.axis, *arithmetic.sine_cosine(values[link.coordinates[0]]), arithmetic)
@@ -123,11 +115,6 @@ def moments(body: Body, values: Mapping[str, Any], arithmetic: Arithmetic) -> Ma
     """Return the mass moments of a body about its origin, ∫ (p, 1)(p, 1)ᵀ dm, shape (4, 4).
 
     Its upper left block is ½ tr(I) 1 − I + m c cᵀ, with I about the center of mass c.
-
-    Args:
-        body: the body; its shapes are summed without division by the mass.
-        values: value of each parameter, by name.
-        arithmetic: the arithmetic to use.
     """
     total: Matrix = [[0] * 4 for _ in range(4)]
     for shape in body.shapes:
@@ -166,21 +153,14 @@ def transpose(rows: Sequence[Sequence[Any]]) -> Matrix:
 
 
 def times_point(pose: Matrix, point: Sequence[Any]) -> list[Any]:
-    """Transform a body's point to the world, three scalars [m].
-
-    Args:
-        pose: the body's pose.
-        point: shape (3,), in the body's frame [m].
-    """
+    """Transform a body's point to the world, three scalars [m]; point (3,)."""
     return [plus(combination(row[:3], point), row[3]) for row in pose]
 
 
 def combination(factors: Iterable[Any], terms: Iterable[Any]) -> Any:
     """Return the sum of products of two sequences; zeros and ones cost nothing.
 
-    Args:
-        factors: shape (n,).
-        terms: shape (n,).
+    Shapes: factors (n,), terms (n,).
     """
     total: Any = 0
     for a, b in zip(factors, terms, strict=True):

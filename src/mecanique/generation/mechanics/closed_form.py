@@ -24,13 +24,7 @@ _CONSTANTS = {"pi": 3.141592653589793, "E": 2.718281828459045}
 
 @final
 class Lowering:
-    """Writes series of a ring on a tape.
-
-    Args:
-        ring: the ring.
-        tape: the tape to write on.
-        values: value of each generator that the series depend on, by name; atoms are computed.
-    """
+    """Writes series of a ring on a tape."""
 
     def __init__(self, ring: Ring, tape: Tape, values: Mapping[str, Value]) -> None:
         self._ring = ring
@@ -42,11 +36,7 @@ class Lowering:
         self._velocities = {g.index for g in ring.generators if g.kind is Kind.VELOCITY}
 
     def __call__(self, series: Series) -> Value:
-        """Write a series.
-
-        Raises:
-            DerivationError: if a generator it depends on has no value.
-        """
+        """Write a series."""
         tape, terms = self._tape, []
         for trig, polynomial in sorted(series.parts.items()):
             groups: dict[tuple[bool, Value], dict[tuple[int, ...], Value]] = {}
@@ -169,15 +159,7 @@ MOST_VELOCITIES = 8
 
 @final
 class ClosedFormProgram:
-    """Mass matrix, bias, forces and energies from the series of a derivation.
-
-    Args:
-        letters: the mechanism's inputs.
-        equations: its equations of motion.
-
-    Raises:
-        DerivationError: if there is no closed form that holds in every state.
-    """
+    """Mass matrix, bias, forces and energies from the series of a derivation."""
 
     def __init__(self, letters: Letters, equations: Equations) -> None:
         mechanism = letters.mechanism

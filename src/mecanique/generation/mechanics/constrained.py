@@ -74,14 +74,7 @@ class Solution:
 
 @final
 class Constrained:
-    """The mass matrix and the independent equations of the loops, factorized.
-
-    Args:
-        letters: the inputs.
-        M: mass matrix of the tree.
-        loops: the equations of the loops.
-        states: states in which to find redundant equations; random ones by default.
-    """
+    """The mass matrix and the independent equations of the loops, factorized."""
 
     def __init__(
         self, letters: Letters, M: Rows, loops: Loops, states: States | None = None
@@ -188,18 +181,11 @@ class Constrained:
 @final
 @dataclass(frozen=True)
 class _Reduced:
-    """Velocities with a constant factor in a constraint, expressed by the others.
+    """Velocities with a constant factor in a constraint, expressed by the others."""
 
-    Args:
-        pivots: index of such a velocity, by its row of J.
-        others: the other rows.
-        spread: S of a = S b + c, with b the other accelerations.
-        rest: c.
-    """
-
-    pivots: dict[int, int]
+    pivots: dict[int, int]  # index of such a velocity, by its row of J
     others: list[int]
-    spread: Rows
+    spread: Rows  # S of a = S b + c, with b the other accelerations
     rest: list[Any]
 
 

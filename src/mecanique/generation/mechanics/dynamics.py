@@ -203,11 +203,7 @@ class Dynamics:
 
 
 def dynamics_of(equations: Equations, open: tuple[str, ...]) -> Dynamics:  # noqa: A002
-    """Return a mechanism's quantities by the form of its equations with the fewest operations.
-
-    Raises:
-        DerivationError: if the coordinate map has no derivatives.
-    """
+    """Return a mechanism's quantities by the form of its equations with the fewest operations."""
     mechanism = equations.mechanism
     letters = Letters(mechanism, open)
     tree = Tree(letters)

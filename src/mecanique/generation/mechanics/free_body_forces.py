@@ -40,11 +40,7 @@ from mecanique.program.traced import trace, value_of, values_of
 
 @final
 class FreeBodyForces:
-    """The forces on a mechanism's bodies at the accelerations of its motion.
-
-    Args:
-        dynamics: the dynamics of the mechanism.
-    """
+    """The forces on a mechanism's bodies at the accelerations of its motion."""
 
     def __init__(self, dynamics: Dynamics) -> None:
         self._dynamics = dynamics
@@ -194,11 +190,7 @@ class FreeBodyForces:
         return held, held.opposite(contact.on)
 
     def joint_reactions(self) -> list[Action]:
-        """Return the action of each joint on its child, then of each loop on its body b.
-
-        Raises:
-            DerivationError: if elements, contacts or velocity constraints act as well.
-        """
+        """Return the action of each joint on its child, then of each loop on its body b."""
         m = self._mechanism
         if m.elements or m.contacts or m.velocity_constraints:
             raise DerivationError(

@@ -38,11 +38,7 @@ LONG = 10_000
 
 
 def compiler() -> str:
-    """Return the path of a C compiler: $CC, or cc, gcc or clang.
-
-    Raises:
-        InputError: if there is none.
-    """
+    """Return the path of a C compiler: $CC, or cc, gcc or clang."""
     for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
         path = shutil.which(name) if name else None
         if path:
@@ -54,11 +50,7 @@ def compiler() -> str:
 
 
 def limit_optimization(sources: Iterable[Path]) -> list[str]:
-    """Return the option that switches off optimization of very long code; it must come last.
-
-    Args:
-        sources: the files to compile.
-    """
+    """Return the option that switches off optimization of very long code; it must come last."""
     lines = max((text.count(b"\n") for text in map(Path.read_bytes, sources)), default=0)
     return ["-O0"] if lines > LONG else []
 

@@ -36,34 +36,18 @@ TOLERANCE = 1e-8
 @final
 @dataclass(frozen=True)
 class Variable:
-    """A variable of a model; its index among the others is its value reference.
-
-    Args:
-        name: its unique name.
-        kind: "time", "state", "rate", "parameter", "input" or "output".
-        unit: its unit, "" if it has none.
-        meaning: its meaning, in a few words.
-        start: its initial value; None if it is computed.
-        fixed: whether a parameter must not change during a simulation.
-    """
+    """A variable of a model; its index among the others is its value reference."""
 
     name: str
-    kind: str
-    unit: str = ""
-    meaning: str = ""
-    start: float | None = None
-    fixed: bool = False
+    kind: str  # "time", "state", "rate", "parameter", "input" or "output"
+    unit: str = ""  # its unit, "" if it has none
+    meaning: str = ""  # its meaning, in a few words
+    start: float | None = None  # its initial value; None if it is computed
+    fixed: bool = False  # whether a parameter must not change during a simulation
 
 
 def variables_of(program: Program) -> tuple[Variable, ...]:
-    """Return the variables of a program to be integrated: time, states, rates, p, outputs.
-
-    Args:
-        program: the program.
-
-    Raises:
-        DerivationError: if two variables have the same name.
-    """
+    """Return the variables of a program to be integrated: time, states, rates, p, outputs."""
     letters, fixed = program.letters, _find_fixed(program)
     states = [*letters["q"], *letters["v"]]
     variables = [Variable("time", "time", "s")]
@@ -99,32 +83,19 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
 
 
 def results_of(program: Program) -> list[Answer]:
-    """Return the answers that are outputs: all except the rates of the state.
-
-    Args:
-        program: the program.
-    """
+    """Return the answers that are outputs: all except the rates of the state."""
     return [answer for answer in program.answers if answer.quantity.name != "rhs"]
 
 
 def token_of(program: Program) -> str:
-    """Return the token that ties the description of a model to its binary.
-
-    Args:
-        program: the program.
-    """
+    """Return the token that ties the description of a model to its binary."""
     names = [(v.name, v.kind, v.unit, v.start) for v in variables_of(program)]
     text = repr((program.name, names, program.count()))
     return f"{{{hashlib.sha256(text.encode()).hexdigest()[:32]}}}"
 
 
 def describe_model(program: Program, generator: str) -> str:
-    """Return the modelDescription.xml of a program.
-
-    Args:
-        program: the program.
-        generator: name and version of the generating tool.
-    """
+    """Return the modelDescription.xml of a program."""
     variables = variables_of(program)
     places = {kind: _find_places(variables, kind) for kind in ("state", "rate", "output")}
     first = places["rate"][0] - places["state"][0] if places["state"] else 0
@@ -310,14 +281,7 @@ class FMU:
 
 
 def write_source(program: Program) -> str:
-    """Write the C source of a model in one file.
-
-    Args:
-        program: the program, with the rates of the state.
-
-    Raises:
-        DerivationError: if an output is a function of given accelerations.
-    """
+    """Write the C source of a model in one file."""
     letters, rates = program.letters, program.answers[0]
     for answer in program.answers:
         if "a" in answer.quantity.takes:
@@ -358,12 +322,7 @@ def write_source(program: Program) -> str:
 
 @lru_cache(maxsize=4)  # a model is built twice: to be judged, and then with its verdict
 def _build(name: str, source: str) -> bytes:
-    """Build the binary for this platform.
-
-    Raises:
-        InputError: if no C compiler is installed.
-        DerivationError: if it refuses the code.
-    """
+    """Build the binary for this platform."""
     with tempfile.TemporaryDirectory() as folder:
         # on Windows, gcc adds .exe to a name without suffix
         path, library = (Path(folder) / f"{name}{ending}" for ending in (".c", platform_of()[1]))

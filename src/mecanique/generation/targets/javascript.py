@@ -74,9 +74,6 @@ def functions(program: Program) -> list[str]:
     """Return the text of each function of a program, name(t, y, p, out, tau).
 
     Functions take only the arguments that they need, in this order; accelerations come before p.
-
-    Args:
-        program: the program.
     """
     return [_write_function(program, answer) for answer in program.answers]
 

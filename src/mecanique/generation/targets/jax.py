@@ -62,12 +62,7 @@ class Calls:
 
 @final
 class Table:
-    """A program as rows of operations on an array of values: numbers, inputs, then results.
-
-    Args:
-        tape: the operations.
-        outputs: the values that are wanted.
-    """
+    """A program as rows of operations on an array of values: numbers, inputs, then results."""
 
     def __init__(self, tape: Tape, outputs: Sequence[Value]) -> None:
         needed = tape.find_needed(outputs)
@@ -172,12 +167,7 @@ class Table:
 
 
 def write_scan(program: Program, answer: Answer) -> list[str]:
-    """Return the lines of a function: a scan over tables if it has many operations.
-
-    Args:
-        program: the program.
-        answer: one of its answers.
-    """
+    """Return the lines of a function: a scan over tables if it has many operations."""
     if program.count(answer.quantity.name).total <= LONG:
         return write_function(program, answer)
     table, name = Table(program.tape, answer.values), f"_{answer.quantity.name.upper()}"

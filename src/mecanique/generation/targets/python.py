@@ -33,14 +33,7 @@ _NOTATION = Notation(FUNCTIONS, "{} = {}")
 
 
 def require(package: str) -> None:
-    """Check that a package is installed.
-
-    Args:
-        package: its name.
-
-    Raises:
-        InputError: if it is not.
-    """
+    """Check that a package is installed."""
     if find_spec(package) is None:
         raise InputError(
             f"expected {package}, which is not installed: pip install 'mecanique[{package}]'"
@@ -53,12 +46,7 @@ def quote(line: str) -> str:
 
 
 def write_function(program: Program, answer: Answer) -> list[str]:
-    """Return the lines of a function that computes an answer.
-
-    Args:
-        program: the program.
-        answer: one of its answers.
-    """
+    """Return the lines of a function that computes an answer."""
     listing, reads = list_answer(program, answer, _NOTATION)
     lines = [*open_function(answer, reads), *(f"    {line}" for line in listing.lines)]
     lines += ["    out = [", *(f"        {text}," for text in listing.outputs), "    ]"]
@@ -66,12 +54,7 @@ def write_function(program: Program, answer: Answer) -> list[str]:
 
 
 def open_function(answer: Answer, reads: Sequence[Read]) -> list[str]:
-    """Return the first lines of a function: its name and what it reads from its arguments.
-
-    Args:
-        answer: what it computes.
-        reads: the inputs that it needs.
-    """
+    """Return the first lines of a function: its name and what it reads from its arguments."""
     quantity = answer.quantity
     arguments = [f"{kind}=None" if kind == "tau" else kind for kind in quantity.takes]
     lines = [
@@ -99,21 +82,14 @@ def list_arguments(answer: Answer) -> str:
 @final
 @dataclass(frozen=True)
 class Python:
-    """A Python module that computes with numpy, or with a similar module.
+    """A Python module that computes with numpy, or with a similar module."""
 
-    Args:
-        title: name of the language.
-        package: the package that must be installed.
-        module: the module that is imported as np.
-        write: writes the lines of one function.
-        helpers: text of what these lines call beside `_read` and `_stack`.
-    """
-
-    title: str = "Python with numpy"
-    package: str = "numpy"
-    module: str = "numpy"
+    title: str = "Python with numpy"  # name of the language
+    package: str = "numpy"  # the package that must be installed
+    module: str = "numpy"  # the module that is imported as np
+    # writes the lines of one function
     write: Callable[[Program, Answer], list[str]] = field(default=write_function)
-    helpers: str = ""
+    helpers: str = ""  # text of what these lines call beside `_read` and `_stack`
 
     def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
         """Return the module."""
@@ -195,15 +171,7 @@ def _write_test(program: Program, cases: Cases, package: str) -> str:
 def write_test(
     program: Program, cases: Cases, first: Sequence[str], compare: str, file: str | None = None
 ) -> str:
-    """Write a Python program with states and expected values that compares the code.
-
-    Args:
-        program: the program that is compared.
-        cases: the states.
-        first: lines to execute first.
-        compare: text of main(), which compares.
-        file: name of the compared file; the module by default.
-    """
+    """Write a Python program with states and expected values that compares the code."""
     file = file or f"{program.name}.py"
     lines = [
         f'"""Compares {file} with reference values."""',

@@ -24,30 +24,18 @@ from mecanique.program.tape import Tape, Value
 @final
 @dataclass(frozen=True)
 class Moving:
-    """A program to be integrated.
-
-    Args:
-        mechanism: the mechanism that moves.
-        tape: the operations.
-        symbols: C's name of each input, by its name on the tape: t, or an entry of y or p such as
-            y3.
-        rates: rates of q, then of v, shape (nq + nv,).
-        landing: for closed mechanisms, the correction that keeps loops closed.
-    """
+    """A program to be integrated."""
 
     mechanism: Mechanism
     tape: Tape
+    # C's name of each input, by its name on the tape: t, or an entry of y or p such as y3
     symbols: Mapping[str, str]
-    rates: Sequence[Value]
-    landing: LoopProjection | None
+    rates: Sequence[Value]  # rates of q, then of v, shape (nq + nv,)
+    landing: LoopProjection | None  # for closed mechanisms, the correction that keeps loops closed
 
 
 def write_steps(moving: Moving) -> str:
-    """Write sizes, coefficients, the program and the steps in C.
-
-    Args:
-        moving: the program to be integrated.
-    """
+    """Write sizes, coefficients, the program and the steps in C."""
     coefficients = tableau()
     mechanism, landing = moving.mechanism, moving.landing
     balls = [at[0] for _, at in mechanism.quaternions]
@@ -87,13 +75,7 @@ def write_steps(moving: Moving) -> str:
 
 
 def write_function(moving: Moving, name: str, outputs: Sequence[Value]) -> list[str]:
-    """Write a function of time, state and parameters as lines of C.
-
-    Args:
-        moving: the program.
-        name: name of the function.
-        outputs: values that it computes.
-    """
+    """Write a function of time, state and parameters as lines of C."""
     listing = list_program(moving.tape, outputs, moving.symbols, NOTATION)
     lines = [
         f"static void {name}(double t, const double *y, const double *p, double *out)",
@@ -110,9 +92,5 @@ def write_function(moving: Moving, name: str, outputs: Sequence[Value]) -> list[
 
 
 def list_numbers(values: Sequence[float] | Array) -> str:
-    """Write numbers as an initializer of a C array.
-
-    Args:
-        values: the numbers.
-    """
+    """Write numbers as an initializer of a C array."""
     return f"{{{', '.join(repr(float(value)) for value in values)}}}"

@@ -101,11 +101,7 @@ class Target(Protocol):
 
 
 def symbols_of(program: Program) -> dict[str, tuple[str, ...]]:
-    """Return an identifier for every input, by kind.
-
-    Args:
-        program: the program.
-    """
+    """Return an identifier for every input, by kind."""
 
     def names(kind: str) -> list[str]:
         own = "v" if kind in ("a", "tau") else kind
@@ -126,13 +122,7 @@ class Read(NamedTuple):
 
 
 def list_reads(program: Program, answer: Answer, *, stacked: bool = False) -> list[Read]:
-    """Return the inputs that an answer may read.
-
-    Args:
-        program: the program.
-        answer: one of its answers.
-        stacked: whether to read q and v from y, even if the answer takes them separately.
-    """
+    """Return the inputs that an answer may read."""
     stacked = stacked or "y" in answer.quantity.takes
     symbols, letters = symbols_of(program), program.letters
     reads = []
@@ -147,14 +137,7 @@ def list_reads(program: Program, answer: Answer, *, stacked: bool = False) -> li
 def list_answer(
     program: Program, answer: Answer, notation: Notation, *, stacked: bool = False
 ) -> tuple[Listing, list[Read]]:
-    """Return the text of an answer and the inputs that it reads.
-
-    Args:
-        program: the program.
-        answer: one of its answers.
-        notation: notation of the language.
-        stacked: whether to read q and v from y, even if the answer takes them separately.
-    """
+    """Return the text of an answer and the inputs that it reads."""
     reads = list_reads(program, answer, stacked=stacked)
     spelled = {read.letter.place: read.symbol for read in reads}
     listing = list_program(program.tape, answer.values, spelled, notation)
@@ -170,11 +153,7 @@ def _kinds_of(answer: Answer) -> tuple[str, ...]:
 
 
 def describe(letters: Sequence[Letter]) -> list[str]:
-    """Return a line for each input: its number, name, unit and meaning.
-
-    Args:
-        letters: the inputs of one kind.
-    """
+    """Return a line for each input: its number, name, unit and meaning."""
     lines = []
     for k, letter in enumerate(letters):
         unit = f" [{letter.unit}]" if letter.unit else ""

@@ -38,18 +38,7 @@ ROUNDED = {
 
 
 def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
-    """Compute a quantity by Pinocchio, shape (n, …).
-
-    Args:
-        name: name of the quantity.
-        reference: the mechanism inside Pinocchio.
-        states: coordinates, velocities and times.
-        tau: torques, shape (n, nv).
-
-    Raises:
-        InputError: if Pinocchio does not provide the quantity.
-        DerivationError: if redundant loops leave multipliers undetermined.
-    """
+    """Compute a quantity by Pinocchio, shape (n, …); tau (n, nv)."""
     q, v, t = states.q, states.v, states.t
     match name:
         case "rhs":
@@ -91,11 +80,7 @@ def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) 
 
 
 def _compute_reactions(reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
-    """Return the wrenches of joints on their children, then of loops, (n, joints and loops, 6).
-
-    Raises:
-        DerivationError: if some are undetermined.
-    """
+    """Return the wrenches of joints on their children, then of loops, (n, joints and loops, 6)."""
     wrenches = reference.reactions(states.q, states.v, states.t, tau)
     loose = [name for name, wrench in wrenches.items() if wrench.undetermined]
     if loose:
@@ -120,11 +105,7 @@ def _compute_gap_rates(reference: Reference, states: States) -> np.ndarray:
 def unit_of(name: str, answer: np.ndarray, d: np.ndarray, mass: float) -> Any:
     """Return the factors that make the entries of an answer comparable, for its shape (n, size).
 
-    Args:
-        name: name of a quantity.
-        answer: its values, shape (n, …).
-        d: square roots of the mass matrix's diagonal, shape (n, nv).
-        mass: the moving mass [kg].
+    Shapes: answer (n, …), d (n, nv), mass [kg].
     """
     match name:
         case "rhs":
@@ -173,12 +154,7 @@ def differences(
     Derivatives by signals are not compared, as they are not inputs of Pinocchio, nor those of
     reactions by tau that acts in no joint with one coordinate, which the reference refuses.
 
-    Args:
-        quantity: a derivative.
-        program: the program with the parameters.
-        reference: the mechanism inside Pinocchio.
-        states: coordinates, velocities and times.
-        tau: torques, shape (n, nv).
+    Shapes: tau (n, nv).
     """
     columns: list[np.ndarray] = []
     compared: list[float] = []
@@ -248,16 +224,7 @@ def _list_moves(
 
 
 def start_of(mechanism: Mechanism, q: Given, v: Given) -> tuple[float, ...]:
-    """Return initial coordinates with closed loops, and velocities.
-
-    Args:
-        mechanism: the mechanism.
-        q: coordinates, in order or by name.
-        v: velocities; the model itself makes them consistent with the loops.
-
-    Raises:
-        ClosureError: if the loops cannot be closed near the coordinates.
-    """
+    """Return initial coordinates with closed loops, and velocities."""
     return (*assemble(mechanism, q).tolist(), *mechanism.velocity(v).tolist())
 
 
@@ -284,16 +251,7 @@ _LEAST = {
 
 
 def cases_of(program: Program, samples: int, seed: int) -> Cases:
-    """Return states with Pinocchio's values there.
-
-    Args:
-        program: the program to be compared.
-        samples: number of states.
-        seed: of the random states.
-
-    Raises:
-        MecaniqueError: if Pinocchio cannot treat the mechanism.
-    """
+    """Return states with Pinocchio's values there."""
     parts = [
         _compute_cases(program, mechanism, number, seed + k)
         for k, (mechanism, number) in enumerate(_vary(program, samples, seed))
@@ -302,12 +260,7 @@ def cases_of(program: Program, samples: int, seed: int) -> Cases:
 
 
 def count_varied(program: Program, cases: Cases) -> int:
-    """Return the number of states with parameters other than the mechanism's.
-
-    Args:
-        program: the compared program.
-        cases: the states.
-    """
+    """Return the number of states with parameters other than the mechanism's."""
     defaults = np.array([program.mechanism.values.get(p.name, np.nan) for p in program.parameters])
     same = (cases.inputs["p"] == defaults) | np.isnan(defaults)
     return int(np.count_nonzero(~same.all(axis=1)))

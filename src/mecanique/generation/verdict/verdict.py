@@ -66,18 +66,7 @@ class CodeVerdict:
 
 
 def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerdict:
-    """Run the test of a program.
-
-    Args:
-        program: the program.
-        target: its language.
-        cases: the states.
-        seed: of the random states.
-
-    Raises:
-        InputError: if a tool that runs the language is not installed.
-        DerivationError: if the code cannot be run, or disagrees with Pinocchio.
-    """
+    """Run the test of a program."""
     with TemporaryDirectory() as folder:
         directory = Path(folder)
         files = {**target.files(program, ["unjudged"]), **target.test_files(program, cases)}

@@ -37,26 +37,14 @@ class Line:
 
 
 def read_formula(text: str, known: Mapping[str, Product]) -> Sum:
-    """Read a formula, e.g. "m * (x' + 2.0)", and collect equal terms.
-
-    Args:
-        text: numbers, names and functions in sums, products and quotients.
-        known: replacements of some of the names.
-    """
+    """Read a formula, e.g. "m * (x' + 2.0)", and collect equal terms."""
     return _Reader(_TOKEN.findall(text), known).read_sum()
 
 
 def tidy(
     lines: Sequence[str], results: Sequence[str], known: Mapping[str, Product], fresh: str
 ) -> tuple[list[Line], list[Sum]]:
-    """Read a listing, and remove results that only repeat others or are not used.
-
-    Args:
-        lines: name = formula.
-        results: the final formulas.
-        known: the letters.
-        fresh: stem of the names that may be removed.
-    """
+    """Read a listing, and remove results that only repeat others or are not used."""
     once = frozenset[str]()
     for _ in range(2):
         kept, ends = _read(lines, results, known, fresh, once)

@@ -108,13 +108,7 @@ def explain_results(
 
 
 def explain_force(mechanism: Mechanism, row: str) -> str:
-    """Explain the multiplier of a row, e.g. a force of a contact, with its direction.
-
-    Args:
-        mechanism: the mechanism with the constraint.
-        row: "contact: motion it prevents", "loop: motion it closes", or a velocity constraint's
-            name.
-    """
+    """Explain the multiplier of a row, e.g. a force of a contact, with its direction."""
     name, _, motion = row.partition(": ")
     for contact in mechanism.contacts:
         if contact.name == name:
@@ -141,18 +135,11 @@ _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>
 @final
 @dataclass(frozen=True)
 class Part:
-    """Formulas under a heading.
-
-    Args:
-        heading: the heading.
-        said: a sentence about them; may be empty.
-        lines: each name = right, or 0 = right.
-        numbered: whether they are numbered.
-    """
+    """Formulas under a heading."""
 
     heading: str
-    said: str
-    lines: tuple[Line, ...]
+    said: str  # a sentence about them; may be empty
+    lines: tuple[Line, ...]  # each name = right, or 0 = right
     numbered: bool = False
 
     def write(self, writer: Writer) -> tuple[str, ...]:
@@ -163,21 +150,13 @@ class Part:
 @final
 @dataclass(frozen=True)
 class Written:
-    """Equations of motion as a list of named results.
-
-    Args:
-        title: the title.
-        about: the mechanism's description, and how to read the list, by paragraphs.
-        meanings: symbols with their meanings.
-        recursion: the results in order.
-        results: the equations of motion, then the constraints.
-    """
+    """Equations of motion as a list of named results."""
 
     title: str
-    about: tuple[str, ...]
+    about: tuple[str, ...]  # the mechanism's description, and how to read the list, by paragraphs
     meanings: tuple[tuple[tuple[str, ...], str], ...]
-    recursion: Part
-    results: tuple[Part, ...]
+    recursion: Part  # the results in order
+    results: tuple[Part, ...]  # the equations of motion, then the constraints
 
     @cached_property
     def lines(self) -> tuple[str, ...]:
@@ -298,16 +277,10 @@ _HELD = {
 @final
 @dataclass(frozen=True)
 class _Row:
-    """A sum of products, factor × name, plus a rest.
+    """A sum of products, factor × name, plus a rest."""
 
-    Args:
-        terms: index of the factor in the outputs, by name.
-        rest: index of the rest in the outputs; None for none.
-        sign: sign of the terms.
-    """
-
-    terms: dict[str, int]
-    rest: int | None = None
+    terms: dict[str, int]  # index of the factor in the outputs, by name
+    rest: int | None = None  # index of the rest in the outputs; None for none
     sign: str = "+"
 
 
@@ -386,12 +359,7 @@ def _write(row: _Row, outputs: Sequence[str]) -> str:
 
 @final
 class _Holds:
-    """The constraints of a mechanism with loops or rolling, by the method of derivation.
-
-    Args:
-        dynamics: the mechanism on a tape.
-        method: the method of derivation.
-    """
+    """The constraints of a mechanism with loops or rolling, by the method of derivation."""
 
     def __init__(self, dynamics: Dynamics, method: str) -> None:
         self._letters = dynamics.letters
@@ -409,11 +377,7 @@ class _Holds:
         """The forces of contacts on links, for Newton and Euler's equations."""
 
     def gather(self, outputs: list[Any]) -> dict[str, list[_Row]]:
-        """Return the rows under each heading, and append their factors to the outputs.
-
-        Args:
-            outputs: the left side of each velocity's equation.
-        """
+        """Return the rows under each heading, and append their factors to the outputs."""
         mechanism, loops = self._letters.mechanism, self._loops
         count = len(outputs)
         A: list[list[int]] = []

@@ -76,16 +76,7 @@ class Shape:
 
 
 def as_tuple(values: object, what: str, kind: type = object) -> tuple[Any, ...]:
-    """Return a sequence as a tuple.
-
-    Args:
-        values: the sequence given.
-        what: what it holds, for the message.
-        kind: what each of them must be.
-
-    Raises:
-        InputError: if it is something else.
-    """
+    """Return a sequence as a tuple."""
     if not isinstance(values, Iterable) or isinstance(values, (str, bytes)):
         raise InputError(f"expected {what}, got {values!r}")
     items = tuple(values)
@@ -96,11 +87,7 @@ def as_tuple(values: object, what: str, kind: type = object) -> tuple[Any, ...]:
 
 
 def combine(shapes: Sequence[Shape]) -> Shape:
-    """Return several shapes as one: masses add, inertias add about the common center of mass.
-
-    Args:
-        shapes: pieces of one body, in its frame.
-    """
+    """Return several shapes as one: masses add, inertias add about the common center of mass."""
     heavy = [shape for shape in shapes if not all(map(_is_zero, (shape.mass, *shape.inertia)))]
     visuals = tuple(visual for shape in shapes for visual in shape.visuals)
     if len(heavy) == 1:

@@ -12,19 +12,11 @@ _ROWS, _COLUMNS = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
 
 
 def tensor_of(entries: Iterable[float]) -> Array:
-    """Return the inertia tensor, shape (3, 3) [kg·m²].
-
-    Args:
-        entries: ixx, iyy, izz, ixy, ixz, iyz, of the tensor itself: ixy is no product of inertia.
-    """
+    """Return the inertia tensor, shape (3, 3) [kg·m²]."""
     ixx, iyy, izz, ixy, ixz, iyz = entries
     return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]], dtype=float)
 
 
 def entries_of(tensor: Array) -> tuple[float, ...]:
-    """Return ixx, iyy, izz, ixy, ixz, iyz of an inertia tensor.
-
-    Args:
-        tensor: shape (3, 3) [kg·m²].
-    """
+    """Return ixx, iyy, izz, ixy, ixz, iyz of an inertia tensor; tensor (3, 3)."""
     return tuple(float(entry) for entry in tensor[_ROWS, _COLUMNS])

@@ -18,15 +18,7 @@ _LONGEST = 1e100
 
 
 def extent(length: Scalar, what: str) -> Scalar:
-    """Return a radius, edge or length as a plain scalar; letters may have any value.
-
-    Args:
-        length: [m].
-        what: what it is, for the message.
-
-    Raises:
-        InputError: if it is a number that is negative, not finite or too large.
-    """
+    """Return a radius, edge or length as a plain scalar; letters may have any value; length [m]."""
     length = plain(length)
     if isinstance(length, float) and not 0 <= length <= _LONGEST:
         raise InputError(f"expected a {what} from 0 to {_LONGEST:g} m, got {length:g}")
@@ -34,12 +26,7 @@ def extent(length: Scalar, what: str) -> Scalar:
 
 
 def extents(edges: Vector, what: str) -> tuple[Scalar, Scalar, Scalar]:
-    """Return three edges as plain scalars, as `extent` does.
-
-    Args:
-        edges: shape (3,) [m].
-        what: what they are the edges of, for the message.
-    """
+    """Return three edges as plain scalars, as `extent` does; edges (3,)."""
     a, b, c = (extent(edge, f"{what}'s edge") for edge in vector(edges, f"size of a {what}"))
     return a, b, c
 

@@ -18,34 +18,22 @@ Element: TypeAlias = Cord | Belt | Gear | Rack | Loop
 
 
 class Preload(NamedTuple):
-    """What a belt's tensions are together.
+    """What a belt's tensions are together."""
 
-    Args:
-        forces: which of the mechanism's unknown forces they are.
-        total: their sum [N].
-    """
-
-    forces: range
-    total: Scalar
+    forces: range  # which of the mechanism's unknown forces they are
+    total: Scalar  # their sum [N]
 
 
 def force_names(elements: tuple[Element, ...]) -> tuple[str, ...]:
     """Return the names of the unknown forces of some elements, in order.
 
     Those of a loop are its rows, "loop: motion it closes".
-
-    Args:
-        elements: of a mechanism.
     """
     return tuple(name for element in elements for name in element.forces)
 
 
 def preloads(elements: tuple[Element, ...]) -> list[Preload]:
-    """Return what is stated about the tensions of belts.
-
-    Args:
-        elements: of a mechanism.
-    """
+    """Return what is stated about the tensions of belts."""
     found, first = list[Preload](), 0
     for element in elements:
         count = len(element.forces)

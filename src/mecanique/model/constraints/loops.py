@@ -243,11 +243,7 @@ class Loop(GuidingElement):
 
 
 def explain_lock(name: str) -> str:
-    """Return why the equations of a mechanism that is locked in a singular position are refused.
-
-    Args:
-        name: of the mechanism.
-    """
+    """Return why the equations of a mechanism that is locked in a singular position are refused."""
     return (
         f"mechanism {name!r} is locked in a singular position: nothing in it can move, but small "
         "motions meet no resistance, so that its loops would need forces without bound to hold "

@@ -111,14 +111,7 @@ time = _Time()
 
 
 def plain(scalar: Scalar) -> Scalar:
-    """Return a scalar as a float or a sympy expression.
-
-    Args:
-        scalar: a number, a parameter, an input or a sympy expression.
-
-    Raises:
-        InputError: if it is none of these.
-    """
+    """Return a scalar as a float or a sympy expression."""
     if isinstance(scalar, (bool, np.bool_, str)):
         raise InputError(f"expected a number, a parameter or an expression, got {scalar!r}")
     if isinstance(scalar, (int, float, np.integer, np.floating)):
@@ -153,18 +146,7 @@ def evaluate(
     function: Callable[[str], Callable[..., Any]] | None = None,
     number: Callable[[Any], Any] = float,
 ) -> Any:
-    """Evaluate a scalar in any arithmetic: floats, arrays, jets or series.
-
-    Args:
-        scalar: the number or expression.
-        values: value of each symbol, by name.
-        function: gives the function of a sympy name, e.g. "sin"; numpy's by default.
-        number: turns a constant (a float or a sympy number) into the arithmetic's own.
-
-    Raises:
-        UnknownNameError: if a symbol has no value.
-        InputError: if the expression holds a function that is not in `FUNCTIONS`.
-    """
+    """Evaluate a scalar in any arithmetic: floats, arrays, jets or series."""
     scalar = plain(scalar)
     if isinstance(scalar, float) or scalar.is_number:
         return number(scalar)
@@ -198,15 +180,7 @@ def evaluate(
 def compile_scalars(
     scalars: Iterable[Scalar], names: Sequence[str]
 ) -> Callable[..., tuple[float, ...]]:
-    """Compile scalars to one plain Python function of floats, with common subexpressions shared.
-
-    Args:
-        scalars: what to compute.
-        names: names of the symbols that become its positional arguments, in order.
-
-    Raises:
-        UnknownNameError: if a scalar holds a symbol that is not among the names.
-    """
+    """Compile scalars to one plain Python function of floats, with common subexpressions shared."""
     scalars = [plain(scalar) for scalar in scalars]
     for scalar in scalars:
         for name in symbols_in(scalar):
@@ -246,15 +220,7 @@ def numpy_function(name: str) -> Callable[..., Any]:
 
 
 def finite(value: object, what: str) -> float:
-    """Return a value as a float, or raise.
-
-    Args:
-        value: the number given.
-        what: what it is, for the message, e.g. "value of parameter m".
-
-    Raises:
-        InputError: if it is not a finite real number.
-    """
+    """Return a value as a float, or raise."""
     try:
         if isinstance(value, (bool, str)):
             raise TypeError

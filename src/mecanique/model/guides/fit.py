@@ -20,14 +20,7 @@ _WORK = 1e-8
 
 
 def cord_fault(mechanism: Mechanism, cord: Cord | Belt, stops: np.ndarray, n: np.ndarray) -> str:
-    """Say why a cord has no straight runs in its plane.
-
-    Args:
-        mechanism: the mechanism of the cord.
-        cord: a cord or a belt.
-        stops: shape (..., stops, 3), centers of its stops, world axes [m].
-        n: shape (..., 3), its normal, world axes.
-    """
+    """Say why a cord has no straight runs in its plane; stops (..., stops, 3), n (..., 3)."""
     where = f"mechanism {mechanism.name!r}: {type(cord).__name__.lower()} {cord.name!r}"
     names = [stop.body for stop in cord.stops]
     reach = [mechanism.evaluate(stop.radius) * stop.sense for stop in cord.stops]
@@ -60,14 +53,7 @@ def mesh_fault(
     axes: tuple[np.ndarray, np.ndarray],
     centers: tuple[np.ndarray, np.ndarray],
 ) -> str:
-    """Say why wheels in mesh, or a pinion and its rack, do not touch.
-
-    Args:
-        mechanism: the mechanism of the wheels.
-        mesh: the wheels, or pinion and rack.
-        axes: directions of its two joints, each shape (3,), world axes.
-        centers: of the two wheels, or of the pinion and a point of the rack [m].
-    """
+    """Say why wheels in mesh, or a pinion and its rack, do not touch; axes (3,), centers [m]."""
     n, line = axes
     if isinstance(mesh, Gear) and float(np.linalg.norm(np.cross(n, line))) > _FIT:
         return _bevel_fault(mechanism, mesh, axes, centers)
@@ -127,12 +113,7 @@ def _bevel_fault(
 
 
 def work_fault(mechanism: Mechanism, work: np.ndarray) -> str:
-    """Say which element does work in a motion of the coordinate map.
-
-    Args:
-        mechanism: the mechanism with the elements.
-        work: shape (..., nv, k), power of each unit force at unit velocities.
-    """
+    """Say which element does work in a motion of the coordinate map; work (..., nv, k)."""
     if not work.size or np.abs(work).max() <= _WORK:
         return ""
     worst = np.unravel_index(int(np.abs(work).argmax()), work.shape)

@@ -12,18 +12,12 @@ from mecanique.model.joints import Joint
 @final
 @dataclass(frozen=True)
 class Guide:
-    """Something not described that ties joints of a mechanism.
+    """Something not described that ties joints of a mechanism."""
 
-    Args:
-        coordinates: the joint coordinates it ties.
-        laws: how they follow the generalized coordinates, e.g. "x2 = -x".
-        joints: the joints they belong to.
-        crossed: the joints across which it may act; none if it ties the coordinates of one joint.
-    """
-
-    coordinates: tuple[str, ...]
-    laws: tuple[str, ...]
-    joints: tuple[str, ...]
+    coordinates: tuple[str, ...]  # the joint coordinates it ties
+    laws: tuple[str, ...]  # how they follow the generalized coordinates, e.g. "x2 = -x"
+    joints: tuple[str, ...]  # the joints they belong to
+    # the joints across which it may act; none if it ties the coordinates of one joint
     crossed: tuple[str, ...]
 
     @property

@@ -37,27 +37,16 @@ class Bevel:
     With w₁ = (n₂ − c n₁)/s and w₂ = (n₁ − c n₂)/s the pitch circles touch at C₁ + σ₁ r₁ w₁, which
     is C₂ + σ₂ r₂ w₂. From the apex, where the axes meet, the centers C₁ and C₂ are at a₁ n₁ and a₂
     n₂ with s a₁ = σ₂ r₂ + c σ₁ r₁ and s a₂ = σ₁ r₁ + c σ₂ r₂.
-
-    Args:
-        cosine: c.
-        sine: s.
-        sides: σ₁ and σ₂.
-        ahead: 1 if the second wheel lies along σ₂ n₂ from the apex, else −1.
     """
 
     cosine: float
     sine: float
-    sides: tuple[int, int]
-    ahead: int
+    sides: tuple[int, int]  # σ₁ and σ₂
+    ahead: int  # 1 if the second wheel lies along σ₂ n₂ from the apex, else −1
 
 
 def bevel_of(m: Description, gear: Gear) -> Bevel | None:
-    """Return how the axes of wheels in mesh stand; None if they are parallel.
-
-    Args:
-        m: the mechanism.
-        gear: the wheels.
-    """
+    """Return how the axes of wheels in mesh stand; None if they are parallel."""
     here = _Still(m)
     a, b = (here.joints[name] for name in gear.joints)
     assert isinstance(a, Revolute)
@@ -78,12 +67,7 @@ def bevel_of(m: Description, gear: Gear) -> Bevel | None:
 
 
 def laws_of_elements(m: Description, driven: Mapping[str, Scalar]) -> dict[str, Scalar]:
-    """Return the laws that the elements of a mechanism add to its coordinate map.
-
-    Args:
-        m: the mechanism, not yet known to be sound.
-        driven: the map as given.
-    """
+    """Return the laws that the elements of a mechanism add to its coordinate map."""
     found = dict(driven)
     for element in m.elements:
         for row in _rows(m, element):
@@ -194,11 +178,7 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 @final
 class _Still:
-    """Where the bodies of a mechanism are with all joint coordinates at zero.
-
-    Args:
-        m: the mechanism.
-    """
+    """Where the bodies of a mechanism are with all joint coordinates at zero."""
 
     def __init__(self, m: Description) -> None:
         self.m = m

@@ -180,14 +180,7 @@ class StateSpace(Description):
 
 
 def by_leaders(space: StateSpace, given: Given, names: tuple[str, ...], primes: int = 0) -> Given:
-    """Replace what is given of joint coordinates that follow the map by what they follow.
-
-    Args:
-        space: of the mechanism.
-        given: positions, velocities or accelerations.
-        names: of what determines them, for the message.
-        primes: how many a name may end with: one of a velocity, two of an acceleration.
-    """
+    """Replace what is given of joint coordinates that follow the map by what they follow."""
     driven = space.coordinates.driven
     if not isinstance(given, Mapping):
         return given

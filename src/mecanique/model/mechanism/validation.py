@@ -21,11 +21,7 @@ from mecanique.model.mechanism.rules import MASS, MOMENT, TRIANGLE, find_broken,
 
 
 def find_constraint_faults(m: Description) -> Iterator[str]:
-    """Yield what is wrong with the constraints of a mechanism before any value is known.
-
-    Args:
-        m: the mechanism, not yet known to be sound.
-    """
+    """Yield what is wrong with the constraints of a mechanism before any value is known."""
     yield from _loops(m)
     yield from _contacts(m)
     yield from _velocity_constraints(m)
@@ -101,11 +97,7 @@ def _velocity_constraints(m: Description) -> Iterator[str]:
 
 
 def faults(mechanism: Description) -> list[str]:
-    """Return every fault of a mechanism, one sentence each.
-
-    Args:
-        mechanism: the mechanism, not yet known to be sound.
-    """
+    """Return every fault of a mechanism, one sentence each."""
     found = [*_names(mechanism), *_symbols(mechanism)]
     found += [*_tree(mechanism)]
     found += [*_joints(mechanism), *_forces(mechanism), *find_constraint_faults(mechanism)]
@@ -120,10 +112,7 @@ def faults(mechanism: Description) -> list[str]:
 def inertia_fault(mass: float, inertia: Iterable[float], *, real: bool = True) -> str | None:
     """Return what is physically wrong with a mass and an inertia about its center, or None.
 
-    Args:
-        mass: [kg].
-        inertia: ixx, iyy, izz, ixy, ixz, iyz [kg·m²].
-        real: whether the inertia has to be that of a real body.
+    Units: mass [kg], inertia [kg·m²].
     """
     ixx, iyy, izz, ixy, ixz, iyz = inertia
     if not all(map(math.isfinite, (mass, ixx, iyy, izz, ixy, ixz, iyz))):

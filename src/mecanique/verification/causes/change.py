@@ -90,17 +90,11 @@ _ROUND, _ANY = 4, 6
 @final
 @dataclass(frozen=True, order=True)
 class Amount:
-    """How plain a fitted change is: of changes that explain as well, the least is the likeliest.
+    """How plain a fitted change is: of changes that explain as well, the least is the likeliest."""
 
-    Args:
-        digits: how many decimal digits state it; hands choose round numbers.
-        ways: in how many ways such a slip can be made there, or how many numbers it rewrites.
-        share: how large it is beside what stood there.
-    """
-
-    digits: int = 0
-    ways: int = 1
-    share: float = 0.0
+    digits: int = 0  # how many decimal digits state it; hands choose round numbers
+    ways: int = 1  # in how many ways such a slip can be made there, or how many numbers it rewrites
+    share: float = 0.0  # how large it is beside what stood there
 
     @classmethod
     def of(cls, new: float, old: float = 0.0, beside: float | None = None, ways: int = 1) -> Amount:
@@ -126,13 +120,7 @@ def _count_digits(value: float) -> int:
 
 
 def deviations(slopes: Array, left: float, count: int) -> Array:
-    """Return standard deviations of fitted numbers, shape (numbers,).
-
-    Args:
-        slopes: of the residuals by each number, shape (numbers, rows).
-        left: norm of all residuals.
-        count: how many residuals there are.
-    """
+    """Return standard deviations of fitted numbers, shape (numbers,); slopes (numbers, rows)."""
     variance = left**2 / max(count - len(slopes), 1)
     spread = np.diag(np.linalg.pinv(slopes @ slopes.T)) * variance
     return np.asarray(np.sqrt(spread))
@@ -238,11 +226,7 @@ def promising(
 ) -> Iterator[Change]:
     """Yield the guesses that explain a few experiments best, with what they answer in all of them.
 
-    Args:
-        evidence: what is to be explained.
-        guesses: what may be the matter.
-        answer: gives what some guesses answer in the experiments of some indices, shape (guesses,
-            n, nv).
+    Shapes: answer (guesses, n, nv).
     """
 
     def answers(some: list[_G], rows: npt.NDArray[np.intp]) -> Array:
@@ -272,9 +256,7 @@ def promising(
 def fit(evidence: Evidence, columns: Array) -> tuple[Array, Array]:
     """Fit the amounts of some effects; return them, shape (k,), and their answers, shape (n, nv).
 
-    Args:
-        evidence: what to fit.
-        columns: what a unit of each adds, shape (k, n, nv).
+    Shapes: columns (k, n, nv).
     """
     flat = evidence.weigh(columns)
     size = np.sqrt(np.sum(flat * flat, axis=1))

@@ -26,27 +26,16 @@ from mecanique.verification.causes.evidence import Evidence
 @final
 @dataclass(frozen=True, eq=False)
 class _Reading:
-    """Another reading of the coordinates: q[i] ← factor q[from]; velocities and forces alike.
-
-    Args:
-        kind: of the mistake.
-        where: coordinate, or empty.
-        text: what the other source does.
-        q: which of our coordinates each one is given, shape (nq,).
-        v: the same of velocities, shape (nv,).
-        q_factor: what coordinates are multiplied by, shape (nq,).
-        v_factor: what velocities and accelerations are multiplied by, shape (nv,).
-        tau_factor: what forces are multiplied by, shape (nv,).
-    """
+    """Another reading of the coordinates: q[i] ← factor q[from]; velocities and forces alike."""
 
     kind: str
-    where: str
-    text: str
-    q: npt.NDArray[np.intp]
-    v: npt.NDArray[np.intp]
-    q_factor: Array
-    v_factor: Array
-    tau_factor: Array
+    where: str  # coordinate, or empty
+    text: str  # what the other source does
+    q: npt.NDArray[np.intp]  # which of our coordinates each one is given, shape (nq,)
+    v: npt.NDArray[np.intp]  # the same of velocities, shape (nv,)
+    q_factor: Array  # what coordinates are multiplied by, shape (nq,)
+    v_factor: Array  # what velocities and accelerations are multiplied by, shape (nv,)
+    tau_factor: Array  # what forces are multiplied by, shape (nv,)
 
 
 def state_changes(evidence: Evidence) -> Iterator[Change]:
@@ -117,11 +106,7 @@ def _readings(evidence: Evidence) -> Iterator[_Reading]:
 
 @final
 class _Singles:
-    """The coordinates that have a velocity of their own, and other ways to read them.
-
-    Args:
-        mechanism: whose coordinates.
-    """
+    """The coordinates that have a velocity of their own, and other ways to read them."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         velocities = {name: k for k, name in enumerate(mechanism.velocities)}

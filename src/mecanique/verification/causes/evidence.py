@@ -26,25 +26,15 @@ from mecanique.model.states import States
 @final
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """What goes into experiments.
+    """What goes into experiments."""
 
-    Args:
-        q: shape (n, nq).
-        v: shape (n, nv).
-        a: shape (n, nv).
-        t: shape (n,) [s].
-        heavy: whether gravity acts, shape (n,).
-        inertia: whether inertia forces and gravity count, shape (n,).
-        loads: whether springs, dampers, drives and loads count, shape (n,).
-    """
-
-    q: Array
-    v: Array
-    a: Array
-    t: Array
-    heavy: npt.NDArray[np.bool_]
-    inertia: npt.NDArray[np.bool_]
-    loads: npt.NDArray[np.bool_]
+    q: Array  # shape (n, nq)
+    v: Array  # shape (n, nv)
+    a: Array  # shape (n, nv)
+    t: Array  # shape (n,) [s]
+    heavy: npt.NDArray[np.bool_]  # whether gravity acts, shape (n,)
+    inertia: npt.NDArray[np.bool_]  # whether inertia forces and gravity count, shape (n,)
+    loads: npt.NDArray[np.bool_]  # whether springs, dampers, drives and loads count, shape (n,)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -68,14 +58,7 @@ class _Experiment(NamedTuple):
 
 @final
 class Evidence:
-    """Experiments with what another source answered.
-
-    Args:
-        mechanism: what they are about.
-        inputs: of all experiments.
-        tau: what the other source answered, shape (n, nv).
-        kind: which quantity each experiment asks for, shape (n,).
-    """
+    """Experiments with what another source answered; tau (n, nv), kind (n,)."""
 
     def __init__(
         self, mechanism: Mechanism, inputs: Inputs, tau: Array, kind: npt.NDArray[np.str_]
@@ -142,13 +125,7 @@ class Evidence:
     ) -> Evidence:
         """Return the evidence that is left to explain once a change is made.
 
-        Args:
-            effect: what it adds to the answers, shape (n, nv).
-            origins: frames of its joints, by place in the tree.
-            moments: mass moments of its links, by place.
-            turns: how the axes of its joints are turned in their frames, by place.
-            slopes: of the answers by its numbers, shape (k, n, nv); what these can explain is no
-                part of what is left, as they were chosen without what comes next.
+        Shapes: effect (n, nv), slopes (k, n, nv).
         """
         evidence = copy(self)
         for name in ("regressor", "before"):
@@ -168,8 +145,7 @@ class Evidence:
     def weigh(self, differences: Array) -> Array:
         """Return differences as weighted rows, shape (…, N), without what is chosen already.
 
-        Args:
-            differences: of all experiments, shape (…, n, nv).
+        Shapes: differences (…, n, nv).
         """
         rows: Array = (differences * self.weights).reshape(*differences.shape[:-2], -1)
         return rows if self.chosen is None else rows - (rows @ self.chosen) @ self.chosen.T
@@ -181,14 +157,7 @@ class Evidence:
         gravity: Array | None = None,
         mechanism: Mechanism | None = None,
     ) -> Array:
-        """Return the forces that a recursion predicts, shape (n, nv).
-
-        Args:
-            recursion: of the mechanism or a changed one.
-            inputs: the experiments.
-            gravity: acceleration of free fall instead of the mechanism's, shape (3,) [m/s²].
-            mechanism: the recursion's, if it is another.
-        """
+        """Return the forces that a recursion predicts, shape (n, nv); gravity (3,)."""
         mechanism = self.mechanism if mechanism is None else mechanism
         states = States(mechanism, inputs.q, inputs.v, inputs.t, inputs.a)
         pull = (self.gravity if gravity is None else gravity) * inputs.heavy[:, None]
@@ -250,8 +219,7 @@ class Evidence:
     def misfit(self, predicted: Array) -> float:
         """Return the weighted difference of all answers, of what is chosen already as well.
 
-        Args:
-            predicted: what a mechanism would give, shape (n, nv).
+        Shapes: predicted (n, nv).
         """
         return float(self._size_of_all(predicted, slice(None)))
 
@@ -263,9 +231,7 @@ class Evidence:
     def residual(self, predicted: Array, rows: npt.NDArray[np.intp] | None = None) -> Any:
         """Return how far predictions are from what the other source answered, relative, shape (…).
 
-        Args:
-            predicted: shape (…, n, nv).
-            rows: which experiments are predicted; all by default.
+        Shapes: predicted (…, n, nv).
         """
         with np.errstate(all="ignore"):
             if rows is None:

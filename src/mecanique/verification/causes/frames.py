@@ -40,19 +40,12 @@ _PART = 64
 @final
 @dataclass(frozen=True, eq=False)
 class _Family:
-    """Ways to place a joint that differ in a few numbers.
+    """Ways to place a joint that differ in a few numbers."""
 
-    Args:
-        name: of the way, alike for all joints.
-        numbers: how many.
-        make: the frames of some numbers, with their text.
-        amount: how plain they are.
-    """
-
-    name: str
-    numbers: int
-    make: Callable[[Array], Frames]
-    amount: Callable[[Array], Amount]
+    name: str  # of the way, alike for all joints
+    numbers: int  # how many
+    make: Callable[[Array], Frames]  # the frames of some numbers, with their text
+    amount: Callable[[Array], Amount]  # how plain they are
 
 
 def placement_changes(evidence: Evidence) -> Iterator[Change]:
@@ -169,12 +162,7 @@ def _families(evidence: Evidence, k: int) -> Iterator[_Family]:
 
 @final
 class _Joint:
-    """A joint where it stands, and the ways to place it otherwise.
-
-    Args:
-        evidence: what is to be explained.
-        k: its number in the tree.
-    """
+    """A joint where it stands, and the ways to place it otherwise."""
 
     def __init__(self, evidence: Evidence, k: int) -> None:
         self._evidence, self._k = evidence, k

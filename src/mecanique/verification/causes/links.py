@@ -61,39 +61,25 @@ _TURNS = 6
 @final
 @dataclass(frozen=True, eq=False)
 class _Family:
-    """Ways to change a link that differ in a few numbers.
-
-    Args:
-        kind: of the mistake.
-        make: mass, center and inertia about it of some numbers.
-        say: what they mean, in words, with their standard deviations.
-        amount: how plain they are.
-        starts: where to begin, each shape (numbers,).
-    """
+    """Ways to change a link that differ in a few numbers."""
 
     kind: str
+    # mass, center and inertia about it of some numbers
     make: Callable[[Array], tuple[float, Array, Array]]
-    say: Callable[[Array, Array], str]
-    amount: Callable[[Array], Amount]
-    starts: tuple[Array, ...]
+    say: Callable[[Array, Array], str]  # what they mean, in words, with their standard deviations
+    amount: Callable[[Array], Amount]  # how plain they are
+    starts: tuple[Array, ...]  # where to begin, each shape (numbers,)
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class LinkEffect:
-    """The effect of a link's mass moments in all experiments, reduced to ten rows.
+    """The effect of a link's mass moments in all experiments, reduced to ten rows."""
 
-    Args:
-        columns: what each mass moment adds, shape (n, nv, 10).
-        R: triangle of the weighted columns' QR factors.
-        y: the weighted differences along these columns.
-        rest: norm of what they leave.
-    """
-
-    columns: Array
-    R: Array
-    y: Array
-    rest: float
+    columns: Array  # what each mass moment adds, shape (n, nv, 10)
+    R: Array  # triangle of the weighted columns' QR factors
+    y: Array  # the weighted differences along these columns
+    rest: float  # norm of what they leave
 
     @classmethod
     def of(cls, evidence: Evidence, Y: Array) -> LinkEffect:
@@ -334,10 +320,7 @@ def _entry(m: float, c: Array, inertia: Array, at: tuple[int, int]) -> _Family:
 def _is_physical(m: float, c: Array, inertia: Array) -> bool:
     """Whether a body may have them: no negative mass, and no negative moment of inertia.
 
-    Args:
-        m: mass [kg].
-        c: center of mass [m].
-        inertia: about it [kg·m²].
+    Units: m [kg], c [m], inertia [kg·m²].
     """
     if not (m >= 0 and np.isfinite(c).all() and np.isfinite(inertia).all()):
         return False

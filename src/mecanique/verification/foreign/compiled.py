@@ -35,10 +35,6 @@ def load_library(
 
     A function is known by the end of its name, `…_acceleration`, and its arguments by theirs: t, q,
     v, a, tau, p and out, as in the C that `generate` writes.
-
-    Raises:
-        InputError: if a file cannot be read, the header declares no such function or other sizes,
-            or the library has not what the header declares.
     """
     if header is None:
         raise InputError(
@@ -85,11 +81,7 @@ def _quantity(name: str) -> str:
 
 
 def _takes(name: str, arguments: str) -> tuple[str, ...]:
-    """The inputs of a declared function.
-
-    Raises:
-        InputError: if its arguments are not those of such a function.
-    """
+    """The inputs of a declared function."""
     words = [re.findall(r"\w+", part) for part in arguments.split(",")]
     names = [found[-1] if found else "" for found in words]
     *inputs, last = names
@@ -139,26 +131,16 @@ _MARK = np.float64(-1.2345678987654321e-300)
 @final
 @dataclass(frozen=True)
 class CFunction:
-    """A function in machine code: void f(double t, const double *q, …, double *out).
-
-    Args:
-        name: for messages.
-        address: where it begins.
-        takes: its inputs in order, among t, q, v, a, tau and p; t is a number, the others arrays.
-        parameters: address of its own parameters, given for p; NULL by default.
-    """
+    """A function in machine code: void f(double t, const double *q, …, double *out)."""
 
     name: str
-    address: int
+    address: int  # where it begins
+    # its inputs in order, among t, q, v, a, tau and p; t is a number, the others arrays
     takes: tuple[str, ...]
-    parameters: int | None = None
+    parameters: int | None = None  # address of its own parameters, given for p; NULL by default
 
     def __call__(self, inputs: Mapping[str, Array], size: int) -> Array:
-        """Return so many numbers.
-
-        Raises:
-            InputError: if it gives more or fewer.
-        """
+        """Return so many numbers."""
         kinds = [ctypes.c_double if kind == "t" else ctypes.c_void_p for kind in self.takes]
         out = np.full(size + _GUARD, _MARK)
         kept, given = [], list[Any]()

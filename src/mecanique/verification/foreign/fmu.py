@@ -24,10 +24,6 @@ def run_fmu(path: str | os.PathLike[str], mechanism: Mechanism, states: States) 
 
     Its states are known by their names: those of the coordinates and velocities, or der(θ) for the
     velocity of θ. Its parameters and inputs are as it starts.
-
-    Raises:
-        InputError: if FMPy is not installed, the file is no FMU for model exchange of FMI 2 or 3,
-            its states are not those of the mechanism, or it fails.
     """
     if find_spec("fmpy") is None:
         raise InputError("expected fmpy, which is not installed: pip install 'mecanique[fmpy]'")
@@ -123,11 +119,7 @@ def _run(model: _Model, described: Any, mechanism: Mechanism, states: States) ->
 
 
 def _order(names: Sequence[str], mechanism: Mechanism) -> list[int]:
-    """Where each state of a model stands among the coordinates and velocities.
-
-    Raises:
-        InputError: if the model has others.
-    """
+    """Where each state of a model stands among the coordinates and velocities."""
     own = [*mechanism.coordinates, *mechanism.velocities]
     places = {name: k for k, name in enumerate(own)}
     for name in mechanism.velocities:

@@ -27,32 +27,20 @@ class Functions:
     Functions whose arguments are called t, q, v, a, tau and p, as those of `generate` are, get
     these by name: time, state, accelerations, no torques, and the parameters; so do CasADi's.
     Functions of ctypes and cffi are called as the C that `generate` writes.
-
-    Args:
-        mass_matrix: (q) -> M, shape (nv, nv).
-        bias: (q, v) -> C v + g, shape (nv,).
-        coriolis: (q, v) -> C, shape (nv, nv), or C v, shape (nv,); with `gravity`, instead of
-            `bias`.
-        gravity: (q) -> g, shape (nv,).
-        forces: (q, v) -> generalized forces, shape (nv,).
-        inverse_dynamics: (q, v, a) -> M a + C v + g − forces, shape (nv,).
-        acceleration: (q, v) -> a, shape (nv,).
-        energy: (q, v) -> kinetic and potential energy, shape (2,).
-        by: of what rolls, names of the coordinates whose velocities the equations have left; M,
-            bias and forces then have as many rows, in this order, and still take all q and v.
-
-    Raises:
-        InputError: if none is given.
     """
 
-    mass_matrix: Callable[..., Any] | None = None
-    bias: Callable[..., Any] | None = None
+    mass_matrix: Callable[..., Any] | None = None  # (q) -> M, shape (nv, nv)
+    bias: Callable[..., Any] | None = None  # (q, v) -> C v + g, shape (nv,)
+    # (q, v) -> C, shape (nv, nv), or C v, shape (nv,); with `gravity`, instead of `bias`
     coriolis: Callable[..., Any] | None = None
-    gravity: Callable[..., Any] | None = None
-    forces: Callable[..., Any] | None = None
+    gravity: Callable[..., Any] | None = None  # (q) -> g, shape (nv,)
+    forces: Callable[..., Any] | None = None  # (q, v) -> generalized forces, shape (nv,)
+    # (q, v, a) -> M a + C v + g − forces, shape (nv,)
     inverse_dynamics: Callable[..., Any] | None = None
-    acceleration: Callable[..., Any] | None = None
-    energy: Callable[..., Any] | None = None
+    acceleration: Callable[..., Any] | None = None  # (q, v) -> a, shape (nv,)
+    energy: Callable[..., Any] | None = None  # (q, v) -> kinetic and potential energy, shape (2,)
+    # of what rolls, names of the coordinates whose velocities the equations have left; M, bias and
+    # forces then have as many rows, in this order, and still take all q and v
     by: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -65,11 +53,7 @@ class Functions:
 
     @classmethod
     def of(cls, given: Mapping[str, Callable[..., Any]]) -> Functions:
-        """Return functions by name; M, C and g are short for mass_matrix, coriolis and gravity.
-
-        Raises:
-            UnknownNameError: if a name is none of these.
-        """
+        """Return functions by name; M, C and g are short for mass_matrix, coriolis and gravity."""
         short = {"M": "mass_matrix", "C": "coriolis", "g": "gravity"}
         known = [field.name for field in fields(cls) if field.name != "by"]
         named = {short.get(name, name): function for name, function in given.items()}
@@ -80,11 +64,7 @@ class Functions:
         return cls(**functions)
 
     def values(self, mechanism: Mechanism, states: States) -> dict[str, Array]:
-        """Return what the functions give at all states, by quantity.
-
-        Raises:
-            InputError: if a function fails, or gives numbers of another shape.
-        """
+        """Return what the functions give at all states, by quantity."""
         n = len(self.by) or mechanism.nv
         call = _Caller(mechanism, states)
         values: dict[str, Array] = {}
@@ -119,9 +99,6 @@ def read_samples(path: str | os.PathLike[str], mechanism: Mechanism) -> tuple[St
     accelerations (q''; of the velocity arm_wx, arm_wx'), the forces (tau_q, tau_arm_wx), and t.
     What follows a name in brackets, e.g. [rad/s], is not read, and other columns are passed over. A
     force or t without a column is zero: a file written by `Motion.to_csv` describes a free motion.
-
-    Raises:
-        InputError: if the file cannot be read, a column is missing or a number is none.
     """
     try:
         with Path(path).open(encoding="utf-8-sig", newline="") as stream:
@@ -191,14 +168,7 @@ class _Caller:
     def __call__(
         self, function: Callable[..., Any], name: str, usual: str, *shapes: tuple[int, ...]
     ) -> Array:
-        """Return what a function gives at all states.
-
-        Args:
-            function: a user's.
-            name: what it gives.
-            usual: arguments that it gets where they are not known by name.
-            shapes: those that its answer may have.
-        """
+        """Return what a function gives at all states."""
         code = function
         if not isinstance(function, CFunction) and (address := address_of(function)) is not None:
             code = CFunction(name, address, TAKES[name])
@@ -232,11 +202,7 @@ class _Caller:
         row: Mapping[str, Array],
         shapes: tuple[tuple[int, ...], ...],
     ) -> Array:
-        """One answer.
-
-        Raises:
-            InputError: if the function fails, or gives numbers of another shape.
-        """
+        """One answer."""
         listed = ", ".join(str(x.tolist()) for kind, x in row.items() if kind in "qva")
         if isinstance(function, CFunction):
             return function(row, int(np.prod(shapes[0]))).reshape(shapes[0])

@@ -33,11 +33,7 @@ from mecanique.model.states import States
 
 @final
 class VelocityLaws:
-    """The rows of a mechanism's contacts and velocity constraints.
-
-    Args:
-        mechanism: the mechanism with the constraints.
-    """
+    """The rows of a mechanism's contacts and velocity constraints."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism
@@ -53,12 +49,7 @@ class VelocityLaws:
         """Natural units of the rows, and their blocks: one for each contact or constraint."""
 
     def at(self, states: States, poses: list[Jet]) -> Constraints:
-        """Return the rows at n states.
-
-        Args:
-            states: coordinates, velocities and times.
-            poses: pose of every link along q + ε v, each of trailing shape (n, 4, 4).
-        """
+        """Return the rows at n states; poses (n, 4, 4)."""
         found = []
         for contact in self._mechanism.contacts:
             place, directions, gap = self.touch(contact, poses)

@@ -45,33 +45,18 @@ _SWEEPS = 40
 
 
 class _Group(NamedTuple):
-    """States with the same dependent coordinates.
+    """States with the same dependent coordinates."""
 
-    Args:
-        at: indices of the states.
-        rows: independent rows of J.
-        dependent: columns of J that these rows determine.
-        blocks: J in these rows and columns, shape (states, rows, rows).
-        regular: least singular value of each block, relative to J's.
-    """
-
-    at: np.ndarray
-    rows: np.ndarray
-    dependent: np.ndarray
-    blocks: np.ndarray
-    regular: np.ndarray
+    at: np.ndarray  # indices of the states
+    rows: np.ndarray  # independent rows of J
+    dependent: np.ndarray  # columns of J that these rows determine
+    blocks: np.ndarray  # J in these rows and columns, shape (states, rows, rows)
+    regular: np.ndarray  # least singular value of each block, relative to J's
 
 
 @final
 class Reduced:
-    """Compute the accelerations of a closed mechanism in independent coordinates.
-
-    Args:
-        mechanism: a mechanism with loops.
-
-    Raises:
-        DerivationError: if an input is a function.
-    """
+    """Compute the accelerations of a closed mechanism in independent coordinates."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         for signal in mechanism.inputs:
@@ -94,11 +79,7 @@ class Reduced:
         self._gravity = np.array(mechanism.evaluate_all(mechanism.gravity))
 
     def acceleration(self, states: States) -> np.ndarray:
-        """Return a, shape (n, nv).
-
-        Raises:
-            DerivationError: if a motion that the loops allow has no inertia.
-        """
+        """Return a, shape (n, nv)."""
         result = np.empty_like(states.v)
         if not result.shape[1]:
             return result

@@ -41,17 +41,11 @@ _LOOKS = 100
 @final
 @dataclass(frozen=True)
 class Constraints:
-    """The constraints at n states: Φ = 0 with Φ'' = J a + γ.
+    """The constraints at n states: Φ = 0 with Φ'' = J a + γ."""
 
-    Args:
-        residual: Φ, shape (n, m).
-        jacobian: J, shape (n, m, nv).
-        gamma: γ, shape (n, m).
-    """
-
-    residual: np.ndarray
-    jacobian: np.ndarray
-    gamma: np.ndarray
+    residual: np.ndarray  # Φ, shape (n, m)
+    jacobian: np.ndarray  # J, shape (n, m, nv)
+    gamma: np.ndarray  # γ, shape (n, m)
 
 
 def drop_rounding(jacobian: np.ndarray, terms: np.ndarray) -> np.ndarray:
@@ -74,14 +68,10 @@ def turn_sizes(pose: Jet) -> np.ndarray:
 
 
 class RowUnits(NamedTuple):
-    """Natural units of the rows of constraints.
+    """Natural units of the rows of constraints."""
 
-    Args:
-        units: shape (m,), a typical length or one radian.
-        blocks: shape (m,), number of each row's block; the rows of a block are scaled together.
-    """
-
-    units: np.ndarray
+    units: np.ndarray  # shape (m,), a typical length or one radian
+    # shape (m,), number of each row's block; the rows of a block are scaled together
     blocks: np.ndarray
 
 
@@ -115,11 +105,7 @@ class Closure:
         """Natural units of the rows, and their blocks: a loop's lengths, or its angles."""
 
     def rows(self, poses: list[Jet]) -> list[Jet]:
-        """Return Φ, one jet per row.
-
-        Args:
-            poses: pose of every link, in the order of the tree, each of trailing shape (n, 4, 4).
-        """
+        """Return Φ, one jet per row; poses (n, 4, 4)."""
         ground, shape = ground_on_jets(self._mechanism, self._place, poses), poses[0].c.shape[:3]
         rows = [row for loop in self._mechanism.loops for row in closure(loop, ground, _angle)]
         return [row if isinstance(row, Jet) else constant_jet(row, shape) for row in rows]

@@ -33,40 +33,25 @@ from mecanique.model.states import States
 @final
 @dataclass(frozen=True)
 class ConstrainedMotion:
-    """The accelerations and multipliers of a constrained tree in n states.
+    """The accelerations and multipliers of a constrained tree in n states."""
 
-    Args:
-        acceleration: shape (n, nv).
-        multipliers: λ of each row, shape (n, m); Jᵀ λ is the generalized constraint force.
-        determined: shape (n, m), False where redundant constraints leave a multiplier undetermined.
-    """
-
-    acceleration: np.ndarray
-    multipliers: np.ndarray
+    acceleration: np.ndarray  # shape (n, nv)
+    multipliers: np.ndarray  # λ of each row, shape (n, m); Jᵀ λ is the generalized constraint force
+    # shape (n, m), False where redundant constraints leave a multiplier undetermined
     determined: np.ndarray
 
 
 class Push(NamedTuple):
-    """A unit force of a contact.
+    """A unit force of a contact."""
 
-    Args:
-        place: shape (n, 3), its point of action, in the world [m].
-        direction: shape (n, 3), world axes.
-        ends: the body on which it acts, and the one on which its opposite acts.
-    """
-
-    place: np.ndarray
-    direction: np.ndarray
-    ends: tuple[str, str]
+    place: np.ndarray  # shape (n, 3), its point of action, in the world [m]
+    direction: np.ndarray  # shape (n, 3), world axes
+    ends: tuple[str, str]  # the body on which it acts, and the one on which its opposite acts
 
 
 @final
 class Held:
-    """All rows that constrain a mechanism's tree: of loops, contacts and velocity constraints.
-
-    Args:
-        mechanism: the mechanism with the constraints.
-    """
+    """All rows that constrain a mechanism's tree: of loops, contacts and velocity constraints."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism
@@ -115,19 +100,13 @@ def constraints(mechanism: Mechanism, states: States) -> Constraints:
 
 
 class HeldMotion(NamedTuple):
-    """The motion of a constrained tree in one state.
+    """The motion of a constrained tree in one state."""
 
-    Args:
-        acceleration: shape (nv,).
-        multipliers: λ of each row, shape (m,).
-        determined: shape (m,), False where redundant constraints leave a multiplier undetermined.
-        massless: shape (nv,), an allowed motion without inertia, if there is one.
-    """
-
-    acceleration: np.ndarray
-    multipliers: np.ndarray
+    acceleration: np.ndarray  # shape (nv,)
+    multipliers: np.ndarray  # λ of each row, shape (m,)
+    # shape (m,), False where redundant constraints leave a multiplier undetermined
     determined: np.ndarray
-    massless: np.ndarray | None
+    massless: np.ndarray | None  # shape (nv,), an allowed motion without inertia, if there is one
 
 
 def solve_held(
@@ -143,13 +122,7 @@ def solve_held(
     Velocities are scaled by the kinetic energy they carry and blocks of rows by their size, which
     gives a small part of a mechanism the same weight as a large one.
 
-    Args:
-        M: shape (nv, nv).
-        rest: shape (nv,), applied forces minus bias.
-        jacobian: J, shape (m, nv).
-        gamma: γ, shape (m,).
-        columns: shape (nv,), natural units of the velocities.
-        rows: natural units of the rows, and their blocks.
+    Shapes: M (nv, nv), rest (nv,), jacobian (m, nv), gamma (m,), columns (nv,).
     """
     nv, m = jacobian.shape[1], len(gamma)
     units = _energy_units(M, jacobian, columns)
@@ -194,12 +167,7 @@ def _energy_units(M: np.ndarray, J: np.ndarray, columns: np.ndarray) -> np.ndarr
 
 @final
 class Constrained:
-    """Solve for the motion of a tree with loops, contacts or velocity constraints.
-
-    Args:
-        mechanism: a mechanism with such constraints.
-        tree: computes M, bias and forces of its tree.
-    """
+    """Solve for the motion of a tree with loops, contacts or velocity constraints."""
 
     def __init__(self, mechanism: Mechanism, tree: BatchDynamics) -> None:
         self._mechanism = mechanism
@@ -215,12 +183,7 @@ class Constrained:
         return self._held.names
 
     def motion(self, states: States) -> ConstrainedMotion:
-        """Solve for accelerations and multipliers.
-
-        Raises:
-            DerivationError: if a motion that the loops allow has no inertia.
-            InputError: if the loops lock the mechanism in a singular position.
-        """
+        """Solve for accelerations and multipliers."""
         closed = self._held.at(states)
         M, rest = (
             self._tree.mass_matrix(states),

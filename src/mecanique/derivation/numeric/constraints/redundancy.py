@@ -20,15 +20,10 @@ _POSITIONS, _STEPS = 8, 50
 
 @final
 class Redundancy(NamedTuple):
-    """The redundant equations among a mechanism's constraints.
+    """The redundant equations among a mechanism's constraints."""
 
-    Args:
-        rows: names of those that follow from the ones before them.
-        shared: names of those whose multipliers are not determined individually.
-    """
-
-    rows: tuple[str, ...]
-    shared: tuple[str, ...]
+    rows: tuple[str, ...]  # names of those that follow from the ones before them
+    shared: tuple[str, ...]  # names of those whose multipliers are not determined individually
 
 
 def find_redundancy(mechanism: Mechanism) -> Redundancy:
