@@ -57,7 +57,10 @@ _MOST_PRODUCTS = 20_000
 """Determinants that multiply out to more terms are not expanded."""
 
 _LONGEST = 40
-"""Numerators and denominators with more terms are too long to be read."""
+"""Numerators with more terms are too long to be read."""
+
+_WIDEST = 12
+"""Denominators with more terms are too wide for a page, as no line breaks below a fraction bar."""
 
 
 @final
@@ -71,7 +74,7 @@ class Quotient:
     @property
     def bearable(self) -> bool:
         """Whether it is short enough to be read."""
-        return max(len(self.above), len(self.below)) <= _LONGEST
+        return len(self.above) <= _LONGEST and len(self.below) <= _WIDEST
 
     @property
     def divided(self) -> bool:
