@@ -65,8 +65,10 @@ def on_turning_earth(
             weights.append(Force(name, body.name, body.center, pull, axes=place))
     forces = tuple(_turn(force, place) for force in mechanism.forces)
     elements = tuple(
-        replace(each, axes=place) if isinstance(each, Strung) and each.axes == "world" else each
-        for each in mechanism.elements
+        replace(element, axes=place)
+        if isinstance(element, Strung) and element.axes == "world"
+        else element
+        for element in mechanism.elements
     )
     old = mechanism.coordinates
     return replace(
@@ -187,11 +189,11 @@ class InertialCheck:
         raise UnknownNameError("row", name, (row.name for row in self.rows))
 
     def _weight(self, row: InertialRow) -> float:
-        alike = max(other.size for other in self.rows if other.unit == row.unit)
+        alike = max(peer.size for peer in self.rows if peer.unit == row.unit)
         if row.unit == "N·m":  # a moment may arise where there was none
             alike = max(
                 alike,
-                self.length * max(other.size for other in self.rows if other.unit in ("N", "N·m")),
+                self.length * max(peer.size for peer in self.rows if peer.unit in ("N", "N·m")),
             )
         return row.change / alike if alike > 0 else row.relative
 
@@ -327,10 +329,10 @@ def _reaction_rows(
     for joint in still.mechanism.joints:
         if joint.name in still.reference.guided:
             continue
-        one, other = still.reactions(joint.name), turning.reactions(joint.name)
+        at_rest, on_earth = still.reactions(joint.name), turning.reactions(joint.name)
         for what, unit in (("force", "N"), ("moment", "N·m")):
-            before = getattr(one, what)[:count]
-            after = np.einsum("nij,nj->ni", back, getattr(other, what)[:count])
+            before = getattr(at_rest, what)[:count]
+            after = np.einsum("nij,nj->ni", back, getattr(on_earth, what)[:count])
             change = np.linalg.norm(after - before, axis=1)
             at = int(change.argmax())
             size = float(np.linalg.norm(before, axis=1).max())

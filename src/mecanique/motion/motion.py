@@ -279,7 +279,7 @@ def simulate(
     ends = limit_events(mechanism, start)
     watched = (*events, *ends)
     longest = longest_step(mechanism, end - t0, max_step, watched)
-    own = reference is not None
+    shared = reference is not None
     if reference is None:
         from mecanique.reference import Reference
 
@@ -323,7 +323,7 @@ def simulate(
         path = path if isinstance(path, Curve) else path()
         known = {event.name for event in events}
         breaks = find_breaks(mechanism, reference, path)
-        happened += tuple(each for each in breaks if each.name not in known)
+        happened += tuple(end for end in breaks if end.name not in known)
     motion = Motion(
         mechanism,
         t=np.asarray(course.samples.t),
@@ -334,7 +334,7 @@ def simulate(
         statistics=statistics,
         events=tuple(sorted(happened, key=lambda occurrence: occurrence.t)),
         watched=tuple(events),
-        engine=reference if own else None,
+        engine=reference if shared else None,
         rank=rank,
     )
     integration = _cut_short(integration, course, motion)

@@ -41,11 +41,11 @@ class AccelerationLaw:
 
     def __call__(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the accelerations, shape (n, nv), by t, shape (n,) [s], q and v."""
-        found, sure = self._by_program(t, q, v)
+        accelerations, sure = self._by_program(t, q, v)
         if not sure.all():
             rest = States.of(self.mechanism, q[~sure], v[~sure], t[~sure])
-            found[~sure] = self.reference.quick_accelerations(rest)
-        return found
+            accelerations[~sure] = self.reference.quick_accelerations(rest)
+        return accelerations
 
     @cached_property
     def _program(self) -> Program | None:
@@ -56,22 +56,22 @@ class AccelerationLaw:
     ) -> tuple[np.ndarray, np.ndarray]:
         """What the program gives, shape (n, nv), and at which states that may be used, (n,)."""
         mechanism = self.mechanism
-        found: np.ndarray = np.empty((len(t), mechanism.nv))
+        accelerations: np.ndarray = np.empty((len(t), mechanism.nv))
         sure: np.ndarray = np.zeros(len(t), dtype=bool)
         if self._program is None or len(t) <= ASKED:
-            return found, sure
+            return accelerations, sure
         with np.errstate(all="ignore"):
             rates = _compute(self._rates, t, q, v, mechanism.nq + mechanism.nv)
-            found[:] = rates[:, mechanism.nq :]
-            sure[:] = np.isfinite(found).all(axis=1) & self._is_regular(t, q, v, rates)
+            accelerations[:] = rates[:, mechanism.nq :]
+            sure[:] = np.isfinite(accelerations).all(axis=1) & self._is_regular(t, q, v, rates)
         asked = spread(len(t))
         asked = asked[sure[asked]]
         states = States.of(mechanism, q[asked], v[asked], t[asked])
         right = self.reference.quick_accelerations(states)
         most = _AGREEMENT * (1.0 + np.abs(right).max(initial=0.0))
-        if not agrees(found[asked], right, most):
+        if not agrees(accelerations[asked], right, most):
             sure[:] = False
-        return found, sure
+        return accelerations, sure
 
     @cached_property
     def _rates(self) -> Batched:

@@ -189,7 +189,11 @@ def _contacts(motion: Trajectory) -> tuple[list[AuditRow], tuple[FrictionNeed, .
                 columns += [-N, np.abs(N), np.where(N > 0, pressed.friction / N, np.nan)]
         return np.column_stack(columns)
 
-    names = [each.name for each in motion.mechanism.contacts if isinstance(each, PressingContact)]
+    names = [
+        contact.name
+        for contact in motion.mechanism.contacts
+        if isinstance(contact, PressingContact)
+    ]
     if not names:
         return [], ()
     most = find_maxima(motion.curve, measure)

@@ -80,15 +80,15 @@ class Actions:
                 weight,
                 zero,
             )
-        for each in self._reference.applied(q, v, t):
+        for load in self._reference.applied(q, v, t):
             yield Action(
-                each.name,
-                self._kinds[each.name],
-                each.body,
-                each.other,
-                each.point,
-                each.force,
-                each.moment,
+                load.name,
+                self._kinds[load.name],
+                load.body,
+                load.other,
+                load.point,
+                load.force,
+                load.moment,
             )
 
     def reactions(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> Iterator[Action]:
@@ -101,7 +101,7 @@ class Actions:
         if self._mechanism.velocity_constraints:
             return
         poses = self._reference.poses(q, t)
-        found = self._reference.totals(q, v, t, elements=False)
+        wrenches = self._reference.totals(q, v, t, elements=False)
         guided = self._reference.guided
         seats = [
             (joint.child, joint.parent, self._origin(poses, joint.child))
@@ -121,28 +121,28 @@ class Actions:
             if loop.kind == "distance"
         }
         sums: dict[str, list[np.ndarray]] = {}
-        for (name, wrench), (body, other, at) in zip(found.items(), seats, strict=True):
+        for (name, wrench), (body, partner, at) in zip(wrenches.items(), seats, strict=True):
             if name in guided:
-                for one, sign in ((body, 1.0), (other, -1.0)):
-                    arm = at - self._origin(poses, one)
-                    force, moment = sums.setdefault(one, [np.zeros(at.shape), np.zeros(at.shape)])
+                for on, sign in ((body, 1.0), (partner, -1.0)):
+                    arm = at - self._origin(poses, on)
+                    force, moment = sums.setdefault(on, [np.zeros(at.shape), np.zeros(at.shape)])
                     force += sign * wrench.force
                     moment += sign * (wrench.moment + np.cross(arm, wrench.force))
                 continue
             # that of `Reference` is about the hub of a body that rolls
             moment = np.zeros(at.shape) if name in places else wrench.moment
-            yield Action(name, "reaction", body, other, at, wrench.force, moment)
+            yield Action(name, "reaction", body, partner, at, wrench.force, moment)
             there = ends.get(name, at)
-            yield Action(name, "reaction", other, body, there, -wrench.force, -moment)
-        for each in self._reference.guide_actions(q, v, t):
+            yield Action(name, "reaction", partner, body, there, -wrench.force, -moment)
+        for action in self._reference.guide_actions(q, v, t):
             yield Action(
-                each.name,
+                action.name,
                 "reaction",
-                each.body,
-                each.other,
-                each.point,
-                each.force,
-                each.moment,
+                action.body,
+                action.other,
+                action.point,
+                action.force,
+                action.moment,
             )
         for body, (force, moment) in sums.items():
             if body != self._mechanism.ground:

@@ -166,13 +166,13 @@ _known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = {}
 def compile_once(mechanism: Mechanism) -> Compiled:
     """Return the compiled code of a mechanism: one object as long as the mechanism lives."""
     key = id(mechanism)
-    found = _known.get(key)
-    if found is None or found[0]() is not mechanism:
+    entry = _known.get(key)
+    if entry is None or entry[0]() is not mechanism:
         # bound here: at the interpreter's end the module may be gone before the mechanism
         def forget(
             _: object, known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = _known
         ) -> None:
             known.pop(key, None)
 
-        found = _known[key] = weakref.ref(mechanism, forget), Compiled(mechanism)
-    return found[1]
+        entry = _known[key] = weakref.ref(mechanism, forget), Compiled(mechanism)
+    return entry[1]

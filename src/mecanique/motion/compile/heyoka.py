@@ -54,8 +54,8 @@ def build_seconds(program: Program, *, optimized: bool = True) -> float:
 
 def building(operations: float, *, optimized: bool = True) -> float:
     """Return about how long a program of so many operations takes to compile [s]."""
-    once, each = _BUILDING[optimized]
-    return _IMPORTING + once + each * operations
+    once, per_operation = _BUILDING[optimized]
+    return _IMPORTING + once + per_operation * operations
 
 
 def integrator(program: Program, tolerance: float, runs: int = 1, *, optimized: bool = True) -> Any:

@@ -220,14 +220,14 @@ def _integrate_in_c(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.nd
 
     pieces = [piece for piece in np.array_split(runs, part.threads) if len(piece)]
     with ThreadPoolExecutor(part.threads) as pool:
-        found = list(pool.map(work, pieces))
+        results = list(pool.map(work, pieces))
     states = np.full((len(part), len(part.times), starts.shape[1]), np.nan)
     steps = np.full(len(part), -1)
     states[:, 0] = _start(part)
     left: list[int] = []
-    for piece, (own, taken, ended) in zip(pieces, found, strict=True):
+    for piece, (solution, taken, ended) in zip(pieces, results, strict=True):
         whole, endless = ended == ENDED.index("end"), ended == ENDED.index("many")
-        states[piece], steps[piece] = own, np.where(whole, taken, -taken - 1)
+        states[piece], steps[piece] = solution, np.where(whole, taken, -taken - 1)
         left += piece[~whole & ~endless].tolist()
     if left:
         again = replace(
@@ -249,10 +249,10 @@ def _close_starts(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndar
 
     t0 = float(part.times[0])
     for k, (q, v) in enumerate(zip(part.q, part.v, strict=True)):
-        own = {symbol: float(values[k]) for symbol, values in part.parameters.items()}
-        one = mechanism.replace(**own) if own else mechanism
+        numbers = {symbol: float(values[k]) for symbol, values in part.parameters.items()}
+        changed = mechanism.replace(**numbers) if numbers else mechanism
         try:
-            starts[k] = begin_on_loops(Reference.of(one), q, v, t0).state
+            starts[k] = begin_on_loops(Reference.of(changed), q, v, t0).state
         except MecaniqueError:
             closed[k] = False
     return starts, closed
@@ -267,11 +267,11 @@ def _single(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
     steps = np.zeros(len(part), dtype=int)
     begin, end = float(part.times[0]), float(part.times[-1])
     for k, (q, v) in enumerate(zip(part.q, part.v, strict=True)):
-        own = {symbol: float(values[k]) for symbol, values in part.parameters.items()}
+        numbers = {symbol: float(values[k]) for symbol, values in part.parameters.items()}
         states[k, 0] = np.concatenate([q, v])
         try:
             motion = simulate(
-                mechanism.replace(**own) if own else mechanism,
+                mechanism.replace(**numbers) if numbers else mechanism,
                 q=q,
                 v=v,
                 t0=begin,

@@ -48,10 +48,10 @@ class Store:
         try:
             directory.mkdir(parents=True, exist_ok=True)
             if description.exists():
-                found = json.loads(description.read_text(encoding="utf-8"))
-                if found != about:
+                stored = json.loads(description.read_text(encoding="utf-8"))
+                if stored != about:
                     differing = ", ".join(
-                        sorted(k for k in {*found, *about} if found.get(k) != about.get(k))
+                        sorted(k for k in {*stored, *about} if stored.get(k) != about.get(k))
                     )
                     raise InputError(
                         f"directory {str(directory)!r} holds other runs (other {differing}); "
@@ -189,8 +189,8 @@ class Runs:
         steps = np.zeros(len(self), dtype=int)
         for first in self._firsts:
             if first in self.store:
-                found = self.store[first].steps
-                steps[first : first + len(found)] = found
+                taken = self.store[first].steps
+                steps[first : first + len(taken)] = taken
         return steps
 
     @property
@@ -226,7 +226,7 @@ class Runs:
             raise InputError(
                 f"expected the index of one of {say_count(len(self), 'run')}, got {index!r}"
             )
-        own = {symbol: float(values[index]) for symbol, values in self.parameters.items()}
+        numbers = {symbol: float(values[index]) for symbol, values in self.parameters.items()}
         nq = self.mechanism.nq
         span = {
             "t0": float(self.t[0]),
@@ -234,7 +234,7 @@ class Runs:
             "rtol": self.rtol,
         }
         return simulate(
-            self.mechanism.replace(**own) if own else self.mechanism,
+            self.mechanism.replace(**numbers) if numbers else self.mechanism,
             q=self.start[index, :nq],
             v=self.start[index, nq:],
             **{**span, **options},

@@ -322,25 +322,25 @@ def _compare(mechanism: Mechanism, program: Program, varied: Mapping[str, np.nda
         extremes |= {int(np.argmin(values)), int(np.argmax(values))}
     compared, useless = False, None
     for index in sorted(extremes):
-        own = {symbol: float(values[index]) for symbol, values in varied.items()}
-        one = mechanism.replace(**own) if own else mechanism
+        numbers = {symbol: float(values[index]) for symbol, values in varied.items()}
+        changed = mechanism.replace(**numbers) if numbers else mechanism
 
-        def accelerations(states: States, own: dict[str, float] = own) -> np.ndarray:
+        def accelerations(states: States, numbers: dict[str, float] = numbers) -> np.ndarray:
             Y = np.hstack([states.q, states.v]).T
             out = np.empty((mechanism.nq + mechanism.nv, len(states)))
-            rhs = vectorize(program, [np.array(own[symbol]) for symbol in program.open])
+            rhs = vectorize(program, [np.array(numbers[symbol]) for symbol in program.open])
             with np.errstate(all="ignore"):
                 for k, t in enumerate(states.t.tolist()):
                     rhs(t, Y[:, k : k + 1], out[:, k : k + 1])
-            found: np.ndarray = out[mechanism.nq :].T
-            return found
+            rates: np.ndarray = out[mechanism.nq :].T
+            return rates
 
         try:
-            states = random_states(one, SAMPLES, 0)
+            states = random_states(changed, SAMPLES, 0)
         except InputError as error:
             useless = error
             continue
-        require_agreement(one, Reference.of(one), accelerations, "closed form", states)
+        require_agreement(changed, Reference.of(changed), accelerations, "closed form", states)
         compared = True
     if useless is not None and not compared:
         raise useless

@@ -44,6 +44,6 @@ def sweep(
     }
     for values in varied.values():
         for index in {int(np.argmin(values)), int(np.argmax(values))}:
-            mechanism.replace(**{other: float(x[index]) for other, x in varied.items()})
+            mechanism.replace(**{name: float(x[index]) for name, x in varied.items()})
     mechanism.normalize(start[:, : mechanism.nq])
     return start, varied

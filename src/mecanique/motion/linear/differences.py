@@ -161,9 +161,9 @@ def slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:
     for h in STEPS:
         fine, coarse = differences_twice(function, count, h)
         scale = float(np.abs(fine).max())
-        found = float(np.abs(fine - coarse).max()) / scale if scale > 0 else 0.0
-        if found < error:
-            best, error = fine, found
+        gap = float(np.abs(fine - coarse).max()) / scale if scale > 0 else 0.0
+        if gap < error:
+            best, error = fine, gap
         if error < ACCURATE:
             break
     return best, error

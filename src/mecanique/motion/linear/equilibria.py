@@ -116,10 +116,10 @@ def equilibria(
         positions = random_starts(mechanism, count, seed)
     else:
         positions = [mechanism.position(start) for start in starts]
-    found = Found(reference, positions, t)
+    search = Found(reference, positions, t)
     for start in positions:
-        found.add(start)
-    return found.sorted
+        search.add(start)
+    return search.sorted
 
 
 @final
@@ -150,7 +150,7 @@ class Found:
         if q is None:
             return
         q = _unwind(self._reference, q, self._turning, self._t)
-        if any(_same(q, other, self._turning) for other in self.equilibria):
+        if any(_same(q, equilibrium, self._turning) for equilibrium in self.equilibria):
             return
         # where the axes of a gimbal fall in line the mass matrix has no inverse, and next to a
         # singular position the loops leave no small motion
@@ -215,10 +215,10 @@ def _unwind(reference: Reference, q: np.ndarray, turning: list[int], t: float) -
     return wound if same else q
 
 
-def _same(q: np.ndarray, other: Equilibrium, turning: list[int]) -> bool:
-    gap = q - other.q
+def _same(q: np.ndarray, equilibrium: Equilibrium, turning: list[int]) -> bool:
+    gap = q - equilibrium.q
     gap[turning] = (gap[turning] + np.pi) % (2 * np.pi) - np.pi
-    K, tangent = other.linearization.K, other.linearization.tangent
+    K, tangent = equilibrium.linearization.K, equilibrium.linearization.tangent
     if len(gap) == len(tangent) and len(K):
         # along these directions nothing resists: it is one equilibrium, anywhere
         _, resistance, directions = np.linalg.svd(K)

@@ -32,10 +32,10 @@ def find_family(reference: Reference, q: Array, t: float) -> tuple[str, ...]:
     for k in range(len(q)):
         try:
             moved = [np.array(q) + step * np.eye(len(q))[k] for step in STEPS]
-            found = [reference.acceleration(each, still, t=t) for each in moved]
+            accelerations = [reference.acceleration(position, still, t=t) for position in moved]
         except MecaniqueError:
             continue  # beyond its limits, or in a singular position
-        disturbed[k] = np.abs(found).max()
+        disturbed[k] = np.abs(accelerations).max()
     known = disturbed[np.isfinite(disturbed)]
     limit = SMALL * max(1.0, known.max(initial=0.0))
     pairs = zip(mechanism.coordinates, disturbed, strict=True)

@@ -84,7 +84,7 @@ def put_hinges(mechanism: Mechanism, q: Array, v: Array, a: Array) -> Hinged:
         for hinge, speed in zip(chain[-3:], speeds, strict=True):
             place[hinge.coordinate], rate[f"{hinge.coordinate}'"] = 0.0, speed
         joints += chain
-        bodies += [Body(one.child) for one in chain[:-1]]
+        bodies += [Body(hinge.child) for hinge in chain[:-1]]
     quaternions = {name for j in mechanism.joints if j.quaternion for name in j.coordinates}
     coordinates = replace(
         mechanism.coordinates,
@@ -144,24 +144,24 @@ def _split(
     speed = float(np.linalg.norm(w))
     axes, round_ = _symmetry(mechanism, joint.child)
     if speed < _LEAST or np.linalg.norm(rate) <= _CONSTANT * speed**2:
-        own = w / speed if speed >= _LEAST else np.array([0.0, 0.0, 1.0])
-        aside = np.cross(own, np.eye(3)[np.abs(own).argmin()])
+        spin_axis = w / speed if speed >= _LEAST else np.array([0.0, 0.0, 1.0])
+        aside = np.cross(spin_axis, np.eye(3)[np.abs(spin_axis).argmin()])
         aside /= np.linalg.norm(aside)
-        if round_ or any(np.linalg.norm(np.cross(own, axis)) < _CONSTANT for axis in axes):
-            return _Turning(attitude @ aside, 0.0, own, speed)
-        return _Turning(attitude @ own, speed, aside, 0.0)
+        if round_ or any(np.linalg.norm(np.cross(spin_axis, axis)) < _CONSTANT for axis in axes):
+            return _Turning(attitude @ aside, 0.0, spin_axis, speed)
+        return _Turning(attitude @ spin_axis, speed, aside, 0.0)
     if round_:
         # every axis will do: that of what is left of a turn about the vertical
         fall = attitude.T @ mechanism.evaluate_all(mechanism.gravity)
         axes = [w - _factor(rate, np.cross(fall, w)) * fall]
         axes = [axis / max(float(np.linalg.norm(axis)), _LEAST) for axis in axes]
-    for own in axes:
-        spin = _factor(rate, -np.cross(own, w))
-        outer = attitude @ (w - spin * own)
+    for spin_axis in axes:
+        spin = _factor(rate, -np.cross(spin_axis, w))
+        outer = attitude @ (w - spin * spin_axis)
         going = float(np.linalg.norm(outer))
-        left = np.abs(rate + spin * np.cross(own, w)).max()
+        left = np.abs(rate + spin * np.cross(spin_axis, w)).max()
         if left <= _CONSTANT * speed**2 and going > _LEAST:
-            return _Turning(outer / going, going, own, spin)
+            return _Turning(outer / going, going, spin_axis, spin)
     change = ", ".join(
         f"{name}' = {x:.3g}" for name, x in zip(joint.velocities[-3:], rate, strict=True)
     )
@@ -180,14 +180,16 @@ def _symmetry(mechanism: Mechanism, name: str) -> tuple[list[Array], bool]:
     """The axes about which a body may be turned without any change, and whether all are."""
     body = mechanism.body(name)
     rolling = [
-        one for one in mechanism.contacts if isinstance(one, PressingContact) and one.body == name
+        contact
+        for contact in mechanism.contacts
+        if isinstance(contact, PressingContact) and contact.body == name
     ]
     axes = [np.array(wheel.axis) for wheel in rolling if wheel.axis]
     moments, principal = np.linalg.eigh(tensor_of(mechanism.evaluate_all(body.inertia)))
     low, high = np.diff(moments) <= _ALIKE * moments[-1]
     center = np.array(mechanism.evaluate_all(body.center))
     if low and high:
-        plain = not axes and not any(one.stretched for one in rolling)
+        plain = not axes and not any(contact.stretched for contact in rolling)
         return axes, plain and not center.any()
     axes += [principal[:, k] for k, alike in ((2, low), (0, high)) if alike]
     aside = (np.linalg.norm(np.cross(axis, center)) for axis in axes)

@@ -578,8 +578,8 @@ def frequency_response(
     moved = np.linalg.solve(
         stiffness, np.broadcast_to(along.astype(complex)[:, None], (len(omega), len(along), 1))
     )
-    found: np.ndarray = moved[..., 0] @ linearization.tangent.T
-    return found if np.ndim(frequencies) else found[0]
+    amplitudes: np.ndarray = moved[..., 0] @ linearization.tangent.T
+    return amplitudes if np.ndim(frequencies) else amplitudes[0]
 
 
 RTOL = 1e-11
@@ -805,28 +805,28 @@ def _limit(difference: Callable[[float], float], start: float, tolerance: float)
     low, high, amplitude, power = 0.0, np.inf, start / 4, 2.0
     before: tuple[float, float] | None = None
     for _ in range(ROUNDS):
-        found = difference(amplitude)
-        if np.isfinite(found) and abs(found / tolerance - 1) < 1e-8:
+        deviation = difference(amplitude)
+        if np.isfinite(deviation) and abs(deviation / tolerance - 1) < 1e-8:
             return amplitude
-        if found > tolerance:
+        if deviation > tolerance:
             high = min(high, amplitude)
         else:
             low = max(low, amplitude)
-        if amplitude > 1e3 * start and found < SAME:
+        if amplitude > 1e3 * start and deviation < SAME:
             return np.inf
         if (
             before is not None
-            and np.isfinite(found)
-            and found > SAME
+            and np.isfinite(deviation)
+            and deviation > SAME
             and before[1] > SAME
             and amplitude != before[0]
         ):
-            slope = np.log(found / before[1]) / np.log(amplitude / before[0])
+            slope = np.log(deviation / before[1]) / np.log(amplitude / before[0])
             power = slope if 0.2 < slope < 8 else power
-        if np.isfinite(found):
-            before = (amplitude, found)
+        if np.isfinite(deviation):
+            before = (amplitude, deviation)
             amplitude = amplitude * float(
-                np.clip((tolerance / max(found, SAME)) ** (1 / power), 0.125, 8)
+                np.clip((tolerance / max(deviation, SAME)) ** (1 / power), 0.125, 8)
             )
         else:
             amplitude = (low + high) / 2

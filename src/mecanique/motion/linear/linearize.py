@@ -108,31 +108,31 @@ def linearize(
             # e.g. where the axes of a gimbal fall in line; there may be another
             if near is not None:
                 raise
-    found = _search(reference, t, described)
+    best = _search(reference, t, described)
     if v is None:
-        return found
-    return linearize_about(reference, found.q, v, t, described=described, chosen=found.chosen)
+        return best
+    return linearize_about(reference, best.q, v, t, described=described, chosen=best.chosen)
 
 
 def _search(reference: Reference, t: float, described: Mechanism) -> Linearization:
     """Linearize about the best of the equilibria found from random starts."""
     mechanism = reference.mechanism
     first, *starts = random_starts(mechanism, STARTS, 0)
-    found = Found(reference, [first, *starts], t)
+    search = Found(reference, [first, *starts], t)
     for k, start in enumerate(starts):
-        if k == HOPELESS and not (found.equilibria or found.refused):
+        if k == HOPELESS and not (search.equilibria or search.refused):
             break
-        found.add(start)
-    if not found.equilibria:
-        if found.refused:
+        search.add(start)
+    if not search.equilibria:
+        if search.refused:
             raise InputError(
                 f"the equilibria found of {mechanism.name!r} cannot be linearized about: "
-                f"{found.refused[-1]}; choose other coordinates, or give a state: "
+                f"{search.refused[-1]}; choose other coordinates, or give a state: "
                 "linearize(mechanism, at={...})"
             )
         raise InputError(_no_equilibrium(mechanism, "the neutral position or random ones"))
-    best = min(found.sorted, key=lambda equilibrium: not equilibrium.stable)
-    count = len(found.equilibria)
+    best = min(search.sorted, key=lambda equilibrium: not equilibrium.stable)
+    count = len(search.equilibria)
     if count == 1:
         chosen = f"the only equilibrium that {STARTS} random starts lead to"
     else:

@@ -120,15 +120,16 @@ def sweep_speeds(
         moving = {name: speed * rate for name, rate in v.items()}
         return linearize_steady(mechanism, at, moving, by=by)
 
-    found = [linearize(speed) for speed in given]
+    linearizations = [linearize(speed) for speed in given]
     limits = []
     for k in range(len(given) - 1):
-        ends = found[k : k + 2]
+        ends = linearizations[k : k + 2]
         kinds = [np.sign(x) if abs(x) > STABLE else 0.0 for x in map(_growth, ends)]
         if kinds[0] != kinds[1]:
             # without damping nothing decays: what counts as zero divides growth from oscillation
             limits.append(_find_limit(linearize, given[k : k + 2], ends, STABLE * sum(kinds)))
-    return SpeedRange(mechanism, given, np.array([one.exponents for one in found]), tuple(limits))
+    exponents = np.array([steady.exponents for steady in linearizations])
+    return SpeedRange(mechanism, given, exponents, tuple(limits))
 
 
 _Linearized = Callable[[float], SteadyLinearization]
@@ -154,7 +155,7 @@ def _find_limit(
         return float(brentq(height, between[0], between[1], xtol=1e-10, rtol=1e-10))
 
     speeds, known = list(between), ends
-    while len(known) < _MOST_KNOWN and len({(*one.positions, one.idle) for one in known}) == 1:
+    while len(known) < _MOST_KNOWN and len({(*s.positions, s.idle) for s in known}) == 1:
         through = _interpolate(np.array(speeds), known)
         limit = solve(through)
         there = linearize(limit)
@@ -166,7 +167,7 @@ def _find_limit(
 
 def _interpolate(speeds: np.ndarray, known: Sequence[SteadyLinearization]) -> _Linearized:
     """Return the polynomial in the speed through matrices A (Lagrange)."""
-    matrices = np.array([one.A for one in known])
+    matrices = np.array([steady.A for steady in known])
     apart = speeds[:, None] - speeds + np.eye(len(speeds))
 
     def at(speed: float) -> SteadyLinearization:
@@ -225,8 +226,8 @@ class SpeedMatrices:
         k = len(M)
         A = np.block([[np.zeros((k, k)), np.eye(k)], [-np.linalg.solve(M, np.hstack([K, C]))]])
         values = np.linalg.eigvals(A)
-        found: np.ndarray = values[np.lexsort((values.imag, values.real))]
-        return found
+        ordered: np.ndarray = values[np.lexsort((values.imag, values.real))]
+        return ordered
 
     def __str__(self) -> str:
         head = (
@@ -282,8 +283,8 @@ def expand_in_speed(
 
     def compute(speed: float) -> np.ndarray:
         moving = {name: speed * rate for name, rate in v.items()}
-        found = linearize_steady(mechanism, at, moving, by=by)
-        return np.array(found.second_order(names))
+        linearization = linearize_steady(mechanism, at, moving, by=by)
+        return np.array(linearization.second_order(names))
 
     powers = np.vander(_SAMPLED, 3, increasing=True)
     sampled = np.array([compute(speed) for speed in _SAMPLED])

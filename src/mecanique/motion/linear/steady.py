@@ -82,15 +82,15 @@ class SteadyLinearization:
     def C(self) -> np.ndarray:
         """Of M δw' + C δw + K δq = 0, shape (nw, nw)."""
         n = len(self.positions)
-        found: np.ndarray = -self.M @ self.A[n:, n:]
-        return found
+        damping: np.ndarray = -self.M @ self.A[n:, n:]
+        return damping
 
     @property
     def K(self) -> np.ndarray:
         """Of the same, shape (nw, nq independent)."""
         n = len(self.positions)
-        found: np.ndarray = -self.M @ self.A[n:, :n]
-        return found
+        stiffness: np.ndarray = -self.M @ self.A[n:, :n]
+        return stiffness
 
     def second_order(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return M, C and K of some coordinates whose velocities are independent, each (k, k).
@@ -141,8 +141,8 @@ class SteadyLinearization:
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
-        found = ", ".join(f"{x:.6g}" for x in plain(self.exponents))
-        return f"<{kind} steady motion of {self.mechanism.name!r}: λ = {found or 0}>"
+        listed = ", ".join(f"{x:.6g}" for x in plain(self.exponents))
+        return f"<{kind} steady motion of {self.mechanism.name!r}: λ = {listed or 0}>"
 
 
 class _Free(NamedTuple):
@@ -253,13 +253,13 @@ def _release_loops(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: n
     home = place.position(np.zeros(n))
 
     def rates(step: np.ndarray) -> np.ndarray:
-        found = []
+        rows = []
         for x in step:
             there = place.position(x[:n]) if x[:n].any() else home
             moving = free.velocity(there, w + x[n:])
             a = closed.solve(there, moving, 0.0).acceleration
-            found.append(np.concatenate([moving[place.chosen], a[free.chosen]]))
-        return np.array(found)
+            rows.append(np.concatenate([moving[place.chosen], a[free.chosen]]))
+        return np.array(rows)
 
     return _Free(place.chosen, free.chosen, rates, free.tangent)
 
@@ -267,13 +267,13 @@ def _release_loops(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: n
 def _idle(A: np.ndarray) -> tuple[int, ...]:
     """The deviations on which only deviations of the same kind depend."""
     least = _NONE * float(np.abs(A).max(initial=0.0))
-    found: list[int] = []
+    idle: list[int] = []
     while True:
-        rest = [k for k in range(len(A)) if k not in found]
+        rest = [k for k in range(len(A)) if k not in idle]
         more = [k for k in rest if np.abs(A[rest, k]).max(initial=0.0) <= least]
         if not more:
-            return tuple(sorted(found))
-        found += more
+            return tuple(sorted(idle))
+        idle += more
 
 
 def _refuse_changing(

@@ -178,8 +178,8 @@ class Occurrence:
 def break_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of the events at which contacts and cords cease to hold, in order."""
     names: list[str] = []
-    for each in mechanism.contacts:
-        names += each.breaks
+    for contact in mechanism.contacts:
+        names += contact.breaks
     for element in mechanism.elements:
         names += [f"{name} would push" for name in element.tensions]
     return tuple(names)

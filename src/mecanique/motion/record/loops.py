@@ -109,9 +109,9 @@ class ClosedLoops:
 
     def close(self, t: float, y: np.ndarray) -> np.ndarray:
         """Return the state on the loops next to a state, shape (nq + nv,)."""
-        found = None if self._quick is None else self._quick(t, y)
-        if found is not None:
-            return found
+        closed = None if self._quick is None else self._quick(t, y)
+        if closed is not None:
+            return closed
         from mecanique.reference.loops.assembly import project
 
         return np.concatenate(project(self._closed, y[: self._nq], y[self._nq :], t, drifted=True))
@@ -121,8 +121,8 @@ class ClosedLoops:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the states on the loops next to some states, shape (n, nq) and (n, nv)."""
         states = zip(t.tolist(), np.hstack([q, v]), strict=True)
-        found = np.array([self.close(*state) for state in states])
-        return found[:, : self._nq], found[:, self._nq :]
+        closed = np.array([self.close(*state) for state in states])
+        return closed[:, : self._nq], closed[:, self._nq :]
 
     def close_state(self, state: State) -> State:
         """Return a state, or states over time, with the loops closed to rounding."""

@@ -110,6 +110,6 @@ def _resolve(
         begin[1::2] += 2 * half[1::2]
         coefficients = _coefficients(curve, integrand, begin, half)
     done.append((begin, half, coefficients))
-    begin, half, coefficients = (np.concatenate(each) for each in zip(*done, strict=True))
+    begin, half, coefficients = (np.concatenate(parts) for parts in zip(*done, strict=True))
     order = np.argsort(begin, kind="stable")
     return begin[order], half[order], coefficients[order]

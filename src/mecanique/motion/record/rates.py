@@ -49,9 +49,9 @@ class Rates:
                     free.append((i, k))
                     i, k = i + 3, k + 3
                 balls.append((i, k))
-        own = [name for name in names if name not in inside]
-        in_q = tuple(names.index(name) for name in own)
-        in_v = tuple(velocities.index(f"{name}'") for name in own)
+        plain_names = [name for name in names if name not in inside]
+        in_q = tuple(names.index(name) for name in plain_names)
+        in_v = tuple(velocities.index(f"{name}'") for name in plain_names)
         return cls((in_q, in_v), tuple(balls), tuple(free))
 
     @cached_property

@@ -195,8 +195,8 @@ class Trajectory:
         Raises:
             UnknownNameError: if there is no such joint or loop.
         """
-        known = [each.name for each in self.mechanism.joints]
-        known += [each.name for each in (*self.mechanism.loops, *self.mechanism.contacts)]
+        known = [part.name for part in self.mechanism.joints]
+        known += [part.name for part in (*self.mechanism.loops, *self.mechanism.contacts)]
         if joint not in known:
             raise UnknownNameError("joint or loop", joint, known)
         if t is None:
@@ -246,7 +246,7 @@ class Trajectory:
         """
         names = self.event_names
         if self.watched is not None:
-            names = tuple(each.name for each in self.watched)
+            names = tuple(watched.name for watched in self.watched)
         if names is not None:
             happened = (occurrence.name for occurrence in self.events)
             known = (*names, *happened, *break_names(self.mechanism))

@@ -41,8 +41,8 @@ def integrate_by_choice(problem: Problem, method: str) -> tuple[Choice, Integrat
     """Integrate by one choice after another until none promises more."""
     choice = first_choice(problem, method)
     integration = integrate(problem, choice)
-    while (other := next_choice(problem, choice, integration)) is not None:
-        choice = other
+    while (better := next_choice(problem, choice, integration)) is not None:
+        choice = better
         integration = integrate(problem, choice)
     return choice, integration
 

@@ -151,37 +151,37 @@ class _Run:
         """Integrate by the reference past a singular position; return why to stop, if so."""
         problem, march, task, loops = self.problem, self.march, self.task, self.problem.loops
         assert loops is not None, "only loops have singular positions"
-        own, end, before = Steps(), problem.end, len(steps.t)
-        own.add(march.t, march.y, task.rhs(march.t, march.y))
+        passage, end, before = Steps(), problem.end, len(steps.t)
+        passage.add(march.t, march.y, task.rhs(march.t, march.y))
 
         def look() -> Outcome | None:
-            t, y = own.t[-1], own.y[-1]
-            if self.stalls.is_stalled(before + len(own.t), t):
+            t, y = passage.t[-1], passage.y[-1]
+            if self.stalls.is_stalled(before + len(passage.t), t):
                 return Outcome("no headway")
             away = self.stepper.distance(t, y) > _AWAY * NEAREST
             return Outcome("halt") if away or loops.has_left(t, y) else None
 
         outcome: Outcome | None = None
-        with METHODS["dop853"].open(task, own, look) as run:
-            while outcome is None and own.t[-1] < end:
+        with METHODS["dop853"].open(task, passage, look) as run:
+            while outcome is None and passage.t[-1] < end:
                 stopped = run(end)
-                t = end if stopped.kind == "end" else own.t[-1]
+                t = end if stopped.kind == "end" else passage.t[-1]
                 if stopped.kind in ("end", "halt"):
-                    own.end_at(t, loops.close(t, own.y[-1]), task.rhs)
-                    if self.stepper.distance(t, own.y[-1]) > _AWAY * NEAREST:
+                    passage.end_at(t, loops.close(t, passage.y[-1]), task.rhs)
+                    if self.stepper.distance(t, passage.y[-1]) > _AWAY * NEAREST:
                         break
                 else:
                     outcome = stopped
                 outcome = outcome or problem.report(t)
-        steps.evaluations += own.evaluations
+        steps.evaluations += passage.evaluations
         try:
-            self._sample_along(own)
+            self._sample_along(passage)
         except StalledError:
             return Outcome("no headway")
         except EquationsError as error:
             return Outcome("fault", error.__cause__)
-        steps.extend(np.array(own.t[1:]), np.array(own.y[1:]), np.array(own.dy[1:]))
-        if outcome is None and own.t[-1] >= end:
+        steps.extend(np.array(passage.t[1:]), np.array(passage.y[1:]), np.array(passage.dy[1:]))
+        if outcome is None and passage.t[-1] >= end:
             return Outcome("end")
         return outcome
 
@@ -191,30 +191,30 @@ class _Run:
         t, y = steps.t[last], steps.y[last]
         steps.cut(t)
         march.put(t, y, int(np.searchsorted(times, t, side="right")))
-        own = Steps()
-        own.add(t, y, steps.dy[last])
-        watched = watch(self.problem, self.task, own)
+        stretch = Steps()
+        stretch.add(t, y, steps.dy[last])
+        watched = watch(self.problem, self.task, stretch)
         if watched.outcome.complete:
-            self._sample_along(own)
+            self._sample_along(stretch)
         else:
-            march.put(own.t[-1], own.y[-1], march.passed)
-        steps.evaluations += own.evaluations
-        steps.extend(np.array(own.t[1:]), np.array(own.y[1:]), np.array(own.dy[1:]))
+            march.put(stretch.t[-1], stretch.y[-1], march.passed)
+        steps.evaluations += stretch.evaluations
+        steps.extend(np.array(stretch.t[1:]), np.array(stretch.y[1:]), np.array(stretch.dy[1:]))
         return watched
 
-    def _sample_along(self, own: Steps) -> None:
+    def _sample_along(self, stretch: Steps) -> None:
         """Note the samples along steps of the reference, and go on from the last."""
         march, times, k = self.march, self.problem.times, 0
         passed = march.passed
-        while passed < len(times) and times[passed] <= own.t[-1]:
+        while passed < len(times) and times[passed] <= stretch.t[-1]:
             t = float(times[passed])
-            while own.t[k + 1] < t:
+            while stretch.t[k + 1] < t:
                 k += 1
-            y = advance_within(self.task, own.t[k], own.y[k], t).y
-            at_step = t == own.t[k + 1]
-            march.samples[passed] = own.y[k + 1] if at_step else self.problem.correct(t, y)
+            y = advance_within(self.task, stretch.t[k], stretch.y[k], t).y
+            at_step = t == stretch.t[k + 1]
+            march.samples[passed] = stretch.y[k + 1] if at_step else self.problem.correct(t, y)
             passed += 1
-        march.put(own.t[-1], own.y[-1], passed)
+        march.put(stretch.t[-1], stretch.y[-1], passed)
 
     def sample(
         self,

@@ -49,8 +49,8 @@ def integrate_series(problem: Problem, optimized: bool | None) -> Integration:
             some = left[:AT_ONCE]
             if len(some) and some[0] < end:  # samples on the way are read off the series
                 grid = np.concatenate([[machine.time], some])
-                stop, _, _, taken, *_, found = machine.propagate_grid(grid, **limits)
-                states.append(found[1:])
+                stop, _, _, taken, *_, grid_states = machine.propagate_grid(grid, **limits)
+                states.append(grid_states[1:])
             else:
                 stop, _, _, taken, *_ = machine.propagate_until(end, **limits)
                 sampled = len(some) and machine.time == end
@@ -92,8 +92,8 @@ def _course(problem: Problem, states: list[np.ndarray], last: float, optimized: 
 def _values(series: Sequence[Any], times: np.ndarray) -> np.ndarray:
     """States at times, from the series of the steps they lie in."""
     if len(series) == 1:
-        found: np.ndarray = series[0](times)
-        return found
+        values: np.ndarray = series[0](times)
+        return values
     ends = np.array([output.bounds[1] for output in series[:-1]])
     piece = np.searchsorted(ends, times)
     return np.concatenate(
@@ -143,8 +143,8 @@ def _curve(problem: Problem, last: float, optimized: bool) -> Curve:
         curve = through(t, _values(series, t))
         middle = (t[1:] + t[:-1]) / 2
         exact = _values(series, middle)
-        found = curve(middle)
-        gap = np.abs(np.hstack([found.q, found.v]) - exact)
+        polynomial = curve(middle)
+        gap = np.abs(np.hstack([polynomial.q, polynomial.v]) - exact)
         allowed = rtol + max(rtol, EPSILON) * np.abs(exact)
         if (gap / allowed).max(initial=0.0) <= CLOSE:
             break

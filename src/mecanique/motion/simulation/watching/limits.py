@@ -67,7 +67,7 @@ def joint_events(
         )
     restitution = None if isinstance(limits, str) else float(limits)
     places = {name: at for at, name in enumerate(mechanism.coordinates)}
-    found = []
+    events = []
     for joint in mechanism.joints:
         if not isinstance(joint, Single) or joint.limits is None:
             continue
@@ -86,7 +86,7 @@ def joint_events(
                     f"{bound:.6g}; start within the limits, or leave them out"
                 )
             when = side * (Symbol(joint.coordinate) - bound)
-            found.append(
+            events.append(
                 Event(
                     f"{words} limit of {joint.name}",
                     when,
@@ -95,7 +95,7 @@ def joint_events(
                     restitution=restitution,
                 )
             )
-    return tuple(found)
+    return tuple(events)
 
 
 def refuse_limit(motion: Trajectory) -> None:

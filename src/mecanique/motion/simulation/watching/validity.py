@@ -66,7 +66,7 @@ def find_breaks(mechanism: Mechanism, reference: Reference, curve: Curve) -> tup
     states = curve(times)
     along = zip(states.q, states.v, times.tolist(), strict=True)
     rows = np.array([margins.at(*state) for state in along])
-    found = []
+    breaks = []
     for k, name in enumerate(margins.names):
         falls = np.flatnonzero((rows[:-1, k] > 0) & (rows[1:, k] <= 0))
         moments = [float(times[0])] if rows[0, k] < 0 else []
@@ -79,8 +79,8 @@ def find_breaks(mechanism: Mechanism, reference: Reference, curve: Curve) -> tup
             moments.append(float(brentq(margin, times[i], times[i + 1], xtol=1e-13, rtol=1e-13)))
         for t in moments:
             state = curve(t)
-            found.append(Occurrence(name, t, state.q, state.v, state.v))
-    return tuple(found)
+            breaks.append(Occurrence(name, t, state.q, state.v, state.v))
+    return tuple(breaks)
 
 
 def margins_along(reference: Reference, q: Array, v: Array, t: Array) -> Array:
@@ -91,17 +91,17 @@ def margins_along(reference: Reference, q: Array, v: Array, t: Array) -> Array:
 
 def pressings(reference: Reference, q: Array, v: Array, t: Array) -> tuple[Pressing, ...]:
     """Return normal force and friction of all that rolls, in n states."""
-    rolling = [each for each in reference.mechanism.contacts if isinstance(each, PressingContact)]
+    rolling = [c for c in reference.mechanism.contacts if isinstance(c, PressingContact)]
     if not rolling:
         return ()
     states = zip(q, v, t.tolist(), strict=True)
     forces = np.array([_contact_forces(reference, *state) for state in states])
     names = _row_names(reference)
-    found = []
+    result: list[Pressing] = []
     for contact in rolling:
         N, x, y = (forces[:, names.index(f"{contact.name}: {row}")] for row in contact.rows)
-        found.append(Pressing(contact, N, np.hypot(x, y)))
-    return tuple(found)
+        result.append(Pressing(contact, N, np.hypot(x, y)))
+    return tuple(result)
 
 
 @final
@@ -125,28 +125,30 @@ class _Margins:
 
     def __init__(self, mechanism: Mechanism, reference: Reference) -> None:
         self._reference = reference
-        self._rolling = [each for each in mechanism.contacts if isinstance(each, PressingContact)]
-        self._coefficients = [
-            None if each.friction is None else mechanism.evaluate(each.friction)
-            for each in self._rolling
+        self._rolling = [
+            contact for contact in mechanism.contacts if isinstance(contact, PressingContact)
         ]
-        self._tensions = [name for each in mechanism.elements for name in each.tensions]
+        self._coefficients = [
+            None if contact.friction is None else mechanism.evaluate(contact.friction)
+            for contact in self._rolling
+        ]
+        self._tensions = [name for contact in mechanism.elements for name in contact.tensions]
         self.names = break_names(mechanism)
 
     def at(self, q: Array, v: Array, t: float) -> Array:
         """Return the margins in a state, shape (n,); NaN where forces are undetermined."""
-        found: list[float] = []
+        margins: list[float] = []
         if self._rolling:
             forces, names = _contact_forces(self._reference, q, v, t), _row_names(self._reference)
             for contact, coefficient in zip(self._rolling, self._coefficients, strict=True):
                 N, x, y = (forces[names.index(f"{contact.name}: {row}")] for row in contact.rows)
-                found.append(N)
+                margins.append(N)
                 if coefficient is not None:
-                    found.append(coefficient * N - np.hypot(x, y))
+                    margins.append(coefficient * N - np.hypot(x, y))
         if self._tensions:
             tensions = self._reference.guide_forces(q, v, t)
-            found += [float(tensions[name]) for name in self._tensions]
-        return np.array(found)
+            margins += [float(tensions[name]) for name in self._tensions]
+        return np.array(margins)
 
 
 def _contact_forces(reference: Reference, q: Array, v: Array, t: float) -> Array:

@@ -132,14 +132,14 @@ class Watcher:
         """Correct the last step: end it at an event or on the loops; return how all ends there."""
         steps, crossing = self._steps, self._halting
         self._halting = None
-        found = None if crossing is None else self._locate(crossing)
-        if crossing is None or found is None:
+        root = None if crossing is None else self._locate(crossing)
+        if crossing is None or root is None:
             t = steps.t[-1]
             steps.end_at(t, self._problem.correct(t, steps.y[-1]), self._task.rhs)
             return None
-        t, y = found
+        t, y = root
         self._to_record = [
-            each._replace(high=min(each.high, t)) for each in self._to_record if each.low < t
+            late._replace(high=min(late.high, t)) for late in self._to_record if late.low < t
         ]
         steps.end_at(t, y, self._task.rhs)
         event = self._events[crossing.which]
