@@ -88,28 +88,28 @@ def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ..
     used = _collect_kinds(derivation, steps=steps)
     followers = [*_explain_followers(derivation)]
     signals = [*_explain_signals(derivation, used)]
-    for meaning in [*followers, *signals]:
-        stated = meaning.definition.letters if meaning.definition is not None else ()
+    for entry in [*followers, *signals]:
+        stated = entry.definition.letters if entry.definition is not None else ()
         used |= {name: Kind.PARAMETER for name in stated if name not in used}
-    found = [*_explain_coordinates(mechanism), *followers]
+    entries = [*_explain_coordinates(mechanism), *followers]
     for parameter in mechanism.parameters:
         if parameter.symbol in used:
             sentence = _add_unit(parameter.meaning or "parameter", parameter.unit)
-            found.append(Meaning((parameter.symbol,), sentence))
-    found += signals
+            entries.append(Meaning((parameter.symbol,), sentence))
+    entries += signals
     for index, atom in ring.atoms.items():
         name = ring.generators[index].name
         if atom.named and used.get(name) is Kind.ATOM:
             sentence = derivation.lengths.get(name, "root")
-            found.append(Meaning((name,), sentence, root(atom.argument)))
+            entries.append(Meaning((name,), sentence, root(atom.argument)))
     for name, sentence in derivation.unknowns.items():
         if name in used or steps:
-            found.append(Meaning((name,), sentence))
+            entries.append(Meaning((name,), sentence))
     if steps:
-        found += _explain_steps(derivation, {name for meaning in found for name in meaning.names})
+        entries += _explain_steps(derivation, {name for entry in entries for name in entry.names})
     if "t" in used:
-        found.append(Meaning(("t",), "time [s]"))
-    return tuple(found)
+        entries.append(Meaning(("t",), "time [s]"))
+    return tuple(entries)
 
 
 def clashes(derivation: Derivation, *, steps: bool, matrices: bool) -> Iterator[str]:

@@ -103,7 +103,7 @@ def linear(derivation: Derivation) -> Linear | None:
     columns: list[tuple[tuple[Series, ...], ...]] = []
     forces = []
     for row in derivation.rows:
-        found = [ring.number(0)] * (3 * n)
+        entries = [ring.number(0)] * (3 * n)
         force = ring.number(0)
         for powers, coefficient in row.coefficients(letters).items():
             kinds = {generator.kind for generator in coefficient.generators()}
@@ -114,8 +114,8 @@ def linear(derivation: Derivation) -> Linear | None:
             elif 1 not in powers or kinds & {Kind.TIME, Kind.INPUT}:
                 return None
             else:
-                found[powers.index(1)] = coefficient
-        columns.append((tuple(found[:n]), tuple(found[n : 2 * n]), tuple(found[2 * n :])))
+                entries[powers.index(1)] = coefficient
+        columns.append((tuple(entries[:n]), tuple(entries[n : 2 * n]), tuple(entries[2 * n :])))
         forces.append(force)
     M, C, K = zip(*columns, strict=True)
     return Linear(names, M, C, K, tuple(forces))

@@ -106,24 +106,24 @@ def agreement(mechanism: Mechanism) -> str:
 
     With quaternions the differences need not vanish identically: their unit length is not used.
     """
-    found = derivations(mechanism)
-    *others, lagrange = found.values()
-    for other in others:
-        for left, right in zip(other.rows, _project(lagrange, other), strict=True):
+    methods = derivations(mechanism)
+    *others, lagrange = methods.values()
+    for derivation in others:
+        for left, right in zip(derivation.rows, _project(lagrange, derivation), strict=True):
             if not (left - right).vanishes():
                 return "The closed forms of the equations differ; compare them by numbers."
     said = (
         "All three methods give the same equations of motion: the differences of their left sides "
         "vanish identically."
     )
-    if any(other.quasi for other in others):
+    if any(derivation.quasi for derivation in others):
         said = (
             "All three methods give the same equations of motion. Those of Newton and Euler equal "
             "Lagrange's, with the same multipliers λ; projected on the independent virtual "
             "displacements, where λ cancels, they are those of virtual work. All differences of "
             "left sides vanish identically."
         )
-    reactions = found["newton_euler"].reactions
+    reactions = methods["newton_euler"].reactions
     if reactions:
         said += (
             f" The reactions {', '.join(reactions)} appear in the balances of the bodies and in "

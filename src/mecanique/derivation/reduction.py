@@ -188,8 +188,10 @@ def _momenta(lagrange: Lagrange, names: Sequence[str]) -> list[Series]:
     """Adjoin a letter for the momentum of each coordinate, a constant of the motion."""
     ring = lagrange.algebra.ring
     taken = {generator.name for generator in ring.generators}
-    clashing = {one for one in _LETTERS for name in names if f"{one}_{name}" in taken}
-    letter = next((one for one in _LETTERS if one not in clashing), "momentum")
+    clashing = {
+        candidate for candidate in _LETTERS for name in names if f"{candidate}_{name}" in taken
+    }
+    letter = next((candidate for candidate in _LETTERS if candidate not in clashing), "momentum")
     return [ring.parameter(f"{letter}_{name}") for name in names]
 
 
@@ -197,8 +199,8 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
     """Assemble the reduced equations with their steps."""
     algebra = lagrange.algebra
     ring, V = algebra.ring, lagrange.V
-    ahead = [one for one in ignored if not one.folded]
-    names = {one.name for one in ignored}
+    ahead = [coordinate for coordinate in ignored if not coordinate.folded]
+    names = {coordinate.name for coordinate in ignored}
     moving = [k for k, v in enumerate(algebra.velocities) if coordinate_of(v) not in names]
     operated, falls = ring.euler(kinetic), ring.along(V)
     losses = ring.partials(lagrange.D)
@@ -206,8 +208,10 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
     for k in moving:
         q = coordinate_of(algebra.velocities[k])
         inertia = by_velocity(operated[k].value, algebra.velocities)
-        pulls = [one.energy.diff(q) for one in ahead]
-        slopes = [one.shown_slope(q) for one, pull in zip(ahead, pulls, strict=True) if pull]
+        pulls = [coordinate.energy.diff(q) for coordinate in ahead]
+        slopes = [
+            coordinate.shown_slope(q) for coordinate, pull in zip(ahead, pulls, strict=True) if pull
+        ]
         drives = [work.forces[k] for work in lagrange.works if work.kind == "work"]
         drive = ring.sum(drives)
         every = (inertia, *pulls, falls[k], losses[k], -drive)
@@ -218,8 +222,10 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
         rows.append(ring.sum(every))
         written.append(Equation(left, expression(drive), ring.number(1)))
     M, h = mass_and_bias(algebra, rows)
-    R = tidy(ring.sum([kinetic, *(-one.energy for one in ahead), -V]))
-    shown_R = join([expression(kinetic), *(one.shown_energy() for one in ahead), expression(-V)])
+    R = tidy(ring.sum([kinetic, *(-coordinate.energy for coordinate in ahead), -V]))
+    shown_R = join(
+        [expression(kinetic), *(coordinate.shown_energy() for coordinate in ahead), expression(-V)]
+    )
     derivation = Derivation(
         algebra=algebra,
         M=M,

@@ -273,12 +273,12 @@ class _Reducing:
         """Yield each letter with its meaning and unit."""
         unit = units(self.algebra.mechanism)
         by = unit[self.kept]
-        for one in K:
-            size = f"{unit[one.coordinate]}/{by}"
-            yield one.name, f"kinematic coefficient d{one.coordinate}/d{self.kept} [{size}]"
-        for one in L:
-            size = f"{unit[one.coordinate]}/{by}²"
-            yield one.name, f"its derivative, d²{one.coordinate}/d{self.kept}² [{size}]"
+        for term in K:
+            size = f"{unit[term.coordinate]}/{by}"
+            yield term.name, f"kinematic coefficient d{term.coordinate}/d{self.kept} [{size}]"
+        for term in L:
+            size = f"{unit[term.coordinate]}/{by}²"
+            yield term.name, f"its derivative, d²{term.coordinate}/d{self.kept}² [{size}]"
         inertia, change = ("kg·m²", "kg·m²/rad") if by == "rad" else ("kg", "kg/m")
         yield _name(self.J), f"inertia referred to {self.kept} [{inertia}]"
         yield (
@@ -422,16 +422,16 @@ class SingleEquation:
             q[others] -= np.linalg.solve(J, gaps)
         else:
             return None
-        for one in self.found.coefficients:
+        for coefficient in self.found.coefficients:
             evaluate = Evaluation(ring, values)
-            factor = evaluate(one.factor)
+            factor = evaluate(coefficient.factor)
             if abs(factor) < FIRM:
                 return None
-            values[one.name] = evaluate(one.value) / factor
+            values[coefficient.name] = evaluate(coefficient.value) / factor
         values[f"{self.coordinate}'"] = rate
         half = len(self.found.coefficients) // 2
-        for one in self.found.coefficients[:half]:
-            values[f"{one.coordinate}'"] = values[one.name] * rate
+        for coefficient in self.found.coefficients[:half]:
+            values[f"{coefficient.coordinate}'"] = values[coefficient.name] * rate
         return values
 
     def text(self, steps: bool = True) -> str:

@@ -164,19 +164,19 @@ class Forces:
         Raises:
             DerivationError: if a force is of an unknown kind.
         """
-        found: list[Action] = []
+        actions: list[Action] = []
         for force in self._letters.mechanism.forces:
             match force:
                 case LineLoad():
-                    found += self._pull(force)
+                    actions += self._pull(force)
                 case JointLoad():
-                    found += self._twist(force)
+                    actions += self._twist(force)
                 case BodyLoad():
-                    found.append(self._push(force))
+                    actions.append(self._push(force))
                 case _:
                     kind = type(force).__name__
                     raise DerivationError(f"no program is known for force {force.name!r}, a {kind}")
-        return found
+        return actions
 
     def _pull(self, force: LineLoad) -> list[Action]:
         span, (a, b) = self._span(force), force.ends

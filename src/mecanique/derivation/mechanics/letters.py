@@ -61,23 +61,23 @@ class Letters:
     @cached_property
     def rates(self) -> list[Any]:
         """The rates of the coordinates: q' = v, and p' = ½ p ⊗ ω for a quaternion p."""
-        values, found = self.values, dict[str, Any]()
+        values, rates_of = self.values, dict[str, Any]()
         for joint in self.mechanism.joints:
             if not joint.quaternion:
                 continue
             *position, px, py, pz, pw = joint.coordinates
             x, y, z, w = (values[name] for name in (px, py, pz, pw))
             a, b, c = (values[name] for name in joint.angular_velocities)
-            found[px] = (w * a + y * c - z * b) * 0.5
-            found[py] = (w * b + z * a - x * c) * 0.5
-            found[pz] = (w * c + x * b - y * a) * 0.5
-            found[pw] = (x * a + y * b + z * c) * -0.5
+            rates_of[px] = (w * a + y * c - z * b) * 0.5
+            rates_of[py] = (w * b + z * a - x * c) * 0.5
+            rates_of[pz] = (w * c + x * b - y * a) * 0.5
+            rates_of[pw] = (x * a + y * b + z * c) * -0.5
             turn = quaternion_rotation(x, y, z, w)
             velocity = [values[name] for name in joint.linear_velocities]
             for name, row in zip(position, turn, strict=False):
-                found[name] = sum((r * u for r, u in zip(row, velocity, strict=True)), 0.0)
+                rates_of[name] = sum((r * u for r, u in zip(row, velocity, strict=True)), 0.0)
         return [
-            found[name] if name in found else values[f"{name}'"]
+            rates_of[name] if name in rates_of else values[f"{name}'"]
             for name in self.mechanism.coordinates
         ]
 

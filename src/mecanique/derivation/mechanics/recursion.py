@@ -337,10 +337,10 @@ class TreeRecursion:
     @cached_property
     def poses(self) -> list[Matrix]:
         """The pose of each moving link in the world."""
-        found: list[Matrix] = []
+        poses: list[Matrix] = []
         for link in self.links:
-            found.append(product(found[link.parent], link.pose) if link.parent >= 0 else link.pose)
-        return found
+            poses.append(product(poses[link.parent], link.pose) if link.parent >= 0 else link.pose)
+        return poses
 
     def pose(self, body: str) -> Matrix:
         """Return the pose of a body in the world."""

@@ -52,11 +52,11 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     ax, ay, az = a[:, 0], a[:, 1], a[:, 2]
     bx, by, bz = b[:, 0], b[:, 1], b[:, 2]
     x = ay * bz - az * by
-    found = np.empty((len(x), 3, *x.shape[1:]))
-    found[:, 0] = x
-    found[:, 1] = az * bx - ax * bz
-    found[:, 2] = ax * by - ay * bx
-    return found
+    turned = np.empty((len(x), 3, *x.shape[1:]))
+    turned[:, 0] = x
+    turned[:, 1] = az * bx - ax * bz
+    turned[:, 2] = ax * by - ay * bx
+    return turned
 
 
 def frames(tree: tuple[Link, ...], places: list[np.ndarray], move: Motions) -> list[Frame]:
@@ -74,32 +74,32 @@ def frames(tree: tuple[Link, ...], places: list[np.ndarray], move: Motions) -> l
         J_spin=np.zeros((n, 3, nu)),
         axes=np.zeros((n, 6, 0)),
     )
-    found: list[Frame] = []
+    carried: list[Frame] = []
     first = 0
     for link, place in zip(tree, places, strict=True):
-        parent = found[link.parent] if link.parent >= 0 else ground
+        parent = carried[link.parent] if link.parent >= 0 else ground
         count = len(link.velocities)
-        found.append(_carry(parent, link, place, move, slice(first, first + count)))
+        carried.append(_carry(parent, link, place, move, slice(first, first + count)))
         first += count
-    return found
+    return carried
 
 
-def _carry(parent: Frame, link: Link, place: np.ndarray, move: Motions, own: slice) -> Frame:
+def _carry(parent: Frame, link: Link, place: np.ndarray, move: Motions, columns: slice) -> Frame:
     n = len(move.u)
     here = place @ stack(local(link, move.r, Arithmetic()), n)
     turn = parent.turn @ here[:, :3, :3]
     r = np.einsum("nij,nj->ni", parent.turn, here[:, :3, 3])
     axes = _axes(link, turn)
     slide, roll = axes[:, :3], axes[:, 3:]
-    u, rates = move.u[:, own, None], move.gamma[:, own, None]
+    u, rates = move.u[:, columns, None], move.gamma[:, columns, None]
     sliding, rolling = (slide @ u)[..., 0], (roll @ u)[..., 0]
     spin = parent.spin + rolling
     # a free joint's directions turn with the child, those of a slide with the parent
     bent = cross(spin if link.kind == "free" else parent.spin, sliding)
     J = parent.J + cross(parent.J_spin, r[:, :, None])
     J_spin = parent.J_spin.copy()
-    J[:, :, own] += slide
-    J_spin[:, :, own] += roll
+    J[:, :, columns] += slide
+    J_spin[:, :, columns] += roll
     return Frame(
         turn=turn,
         seat=parent.seat + r,

@@ -113,20 +113,20 @@ class FreeBodies:
     def at(self, states: States) -> Snapshot:
         """Return the free bodies at n states."""
         move = self._chart.motions(states)
-        found = frames(self._tree, self._origins, move)
+        links = frames(self._tree, self._origins, move)
         axes = np.concatenate(
-            [np.zeros((len(states), 6, 0)), *(frame.axes for frame in found)], axis=2
+            [np.zeros((len(states), 6, 0)), *(frame.axes for frame in links)], axis=2
         )
-        poses = [frame.pose for frame in found]
+        poses = [frame.pose for frame in links]
         loaded = self._loads.on_bodies(
-            poses, [frame.pose_rate for frame in found], states.values, len(states)
+            poses, [frame.pose_rate for frame in links], states.values, len(states)
         )
         drives = self._loads.on_joints(move, states)
-        wrenches = self._wrenches(found, loaded, drives[:, None, :] * axes)
+        wrenches = self._wrenches(links, loaded, drives[:, None, :] * axes)
         bodies = []
         for k, joint in enumerate(self._joints):
             chain = self._chain(joint)
-            bodies.append(self._body(k, [found[place] for place in chain], move, *wrenches[k]))
+            bodies.append(self._body(k, [links[place] for place in chain], move, *wrenches[k]))
         springs = self._loads.energy(poses, move.r, len(states))
         return Snapshot(
             bodies=tuple(bodies),

@@ -234,12 +234,12 @@ class Balances(BatchDynamics):
 
     def _transmit(self, at: Snapshot, needs: list[np.ndarray]) -> list[np.ndarray]:
         """Sum wrenches from the tips inward: the wrench at each body's seat, each (n, 6, k)."""
-        found = [_shift(need, body.arm) for need, body in zip(needs, at.bodies, strict=True)]
-        for k in range(len(found) - 1, -1, -1):
+        across = [_shift(need, body.arm) for need, body in zip(needs, at.bodies, strict=True)]
+        for k in range(len(across) - 1, -1, -1):
             body = at.bodies[k]
             if body.parent >= 0:
-                found[body.parent] = found[body.parent] + _shift(found[k], body.step)
-        return found
+                across[body.parent] = across[body.parent] + _shift(across[k], body.step)
+        return across
 
     def _along(self, at: Snapshot, wrenches: list[np.ndarray]) -> np.ndarray:
         """Components of the joints' wrenches along their joint velocities, shape (n, nu, k)."""

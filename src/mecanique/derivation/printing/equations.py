@@ -155,7 +155,7 @@ class Stretch:
 
 def draw_stretches(series: Series) -> tuple[Series, list[Stretch]]:
     """Separate the forces of springs from a series, if that is shorter."""
-    ring, found, rest = series.ring, list[Stretch](), series
+    ring, stretches, rest = series.ring, list[Stretch](), series
     lengths = [i for i, atom in ring.atoms.items() if atom.named and atom.function == "sqrt"]
     for index in lengths:
         pull = _pull(rest, index)
@@ -165,12 +165,12 @@ def draw_stretches(series: Series) -> tuple[Series, list[Stretch]]:
         if free is None:
             continue
         share = -pull / _letter(ring, free)
-        found.append(Stretch(share, power(free) - power(index)))
+        stretches.append(Stretch(share, power(free) - power(index)))
         rest = rest - share - pull / _letter(ring, index)
-    if len(found) < 2:
+    if len(stretches) < 2:
         return series, []
-    after = _count_signs(rest) + sum(_count_signs(one.share) + _SIGNS for one in found)
-    return (rest, found) if after < _count_signs(series) else (series, [])
+    after = _count_signs(rest) + sum(_count_signs(stretch.share) + _SIGNS for stretch in stretches)
+    return (rest, stretches) if after < _count_signs(series) else (series, [])
 
 
 def _pull(series: Series, index: int) -> Series | None:

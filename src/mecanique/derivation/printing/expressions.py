@@ -75,16 +75,16 @@ def factor_out(form: Form) -> Product:
     if shared:
         form = {_divide_trig(trig, shared): p for trig, p in form.items()}
     factor = common_measure(polynomials)
-    found, inverse = [], 1 / factor
+    writings, inverse = [], 1 / factor
     for kept in (False, True):
         common = _find_common(polynomials, kept=kept)
         inner = {t: rescale(p, inverse, -common) for t, p in form.items()}
         whole = add(collect_terms(inner, kept=kept))
-        found.append(multiply(number(factor), letters(ring, common), whole))
+        writings.append(multiply(number(factor), letters(ring, common), whole))
         if common == _find_common(polynomials, kept=True):
             break
     return multiply(
-        min(found, key=size) if len(found) > 1 else found[0], _write_circular(ring, shared)
+        min(writings, key=size) if len(writings) > 1 else writings[0], _write_circular(ring, shared)
     )
 
 

@@ -93,9 +93,9 @@ class _Sentence:
     def __init__(self, sentence: str, names: Collection[str], points: Collection[str] = ()) -> None:
         self.names = names
         self.tokens = []
-        for found in _TOKEN.finditer(sentence):
-            before = sentence[found.start() - 1 : found.start()]
-            self.tokens.append(_Token(str(found.lastgroup), found[0], before.isspace()))
+        for match in _TOKEN.finditer(sentence):
+            before = sentence[match.start() - 1 : match.start()]
+            self.tokens.append(_Token(str(match.lastgroup), match[0], before.isspace()))
         words = [token.text.rstrip("'") for token in self.tokens if token.kind == "word"]
         self.points = {word for word in words if len(word) == 1 and word.isupper()} | {*points}
 

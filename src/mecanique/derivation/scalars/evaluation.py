@@ -115,9 +115,9 @@ class Substitution:
         if index not in self._generators:
             ring = series.ring
             generator = ring.generators[index]
-            found = self._values.get(generator.name)
-            if found is None:
-                found = Series(ring, {0: {power(index): 1}}, 1, 1)
+            replacement = self._values.get(generator.name)
+            if replacement is None:
+                replacement = Series(ring, {0: {power(index): 1}}, 1, 1)
                 atom = ring.atoms.get(index)
                 if atom is not None and any(
                     g.name in self._values for g in atom.argument.generators()
@@ -128,8 +128,8 @@ class Substitution:
                         if atom.function == "1"
                         else function_without_arcs(atom.function)(argument)
                     )
-                    found = value
-                    if atom.function == "sqrt" and evaluate(found, self._numbers) < 0:
-                        found = -found
-            self._generators[index] = found
+                    replacement = value
+                    if atom.function == "sqrt" and evaluate(replacement, self._numbers) < 0:
+                        replacement = -replacement
+            self._generators[index] = replacement
         return self._generators[index]

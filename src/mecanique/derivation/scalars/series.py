@@ -322,18 +322,18 @@ class Series:
 
     def _along(self, rates: Mapping[int, Series]) -> Series:
         """Chain rule: the sum of partial derivatives, each times the rate of its generator."""
-        found: list[Series] = []
+        parts: list[Series] = []
         for i in self._powers():
             rate = rates.get(i)
             if rate is None and i in self.ring.atoms:
                 rate = self.ring.atoms[i].slope * self.ring.atoms[i].argument._along(rates)
             if rate:
-                found.append(self._by_power(i) * rate)
+                parts.append(self._by_power(i) * rate)
         for j in self._turns():
             rate = self.ring.angles[j].argument._along(rates)
             if rate:
-                found.append(self._by_angle(j) * rate)
-        return found[0] if len(found) == 1 else self.ring.sum(found)
+                parts.append(self._by_angle(j) * rate)
+        return parts[0] if len(parts) == 1 else self.ring.sum(parts)
 
     def _powers(self) -> list[int]:
         return generators_in((m for p in self.parts.values() for m in p), len(self.ring.generators))

@@ -177,14 +177,15 @@ class Guiding:
         pressing = self.pressing if sizes is None else {}
         sizes = self.symbols if sizes is None else sizes
         nothing = zero(self._algebra.ring)
-        found = [Wrench(nothing, nothing)]
+        wrenches = [Wrench(nothing, nothing)]
         for unit in self._units:
             size = pressing.get(unit.index) if unit.pressed else sizes[unit.index]
             if unit.body == cut.body and size:
-                one = self._wrench(cut, unit)
-                found.append(Wrench(one.force * size, one.moment * size))
+                wrench = self._wrench(cut, unit)
+                wrenches.append(Wrench(wrench.force * size, wrench.moment * size))
         return Wrench(
-            total([one.force for one in found]), total([one.moment for one in found])
+            total([wrench.force for wrench in wrenches]),
+            total([wrench.moment for wrench in wrenches]),
         ).tidy()
 
     def _balance_on(self, cut: Cut, sizes: Sequence[Series]) -> Wrench:
@@ -241,18 +242,18 @@ class Guiding:
         count = len(self.names)
         rows = []
         for rate in rates:
-            row = [tidy(dot(rate.axis, each[rate.body].part(rate.kind))) for each in carried]
+            row = [tidy(dot(rate.axis, unit[rate.body].part(rate.kind))) for unit in carried]
             known = tidy(dot(rate.axis, totals[rate.body].part(rate.kind)) + rate.rotor)
             if any(row):
                 rows.append(([-c for c in row], known))
         algebra, ring = self._algebra, self._algebra.ring
-        for one in preloads(algebra.mechanism.elements):
-            together = [ring.number(int(k in one.forces)) for k in range(count)]
-            rows.append((together, algebra.series(one.total)))
+        for preload in preloads(algebra.mechanism.elements):
+            together = [ring.number(int(k in preload.forces)) for k in range(count)]
+            rows.append((together, algebra.series(preload.total)))
         if not 0 < count <= _MOST or len(rows) < count:
             return None
         # take the shortest equations that determine the forces
-        rows.sort(key=lambda each: sum(map(len, (*each[0], each[1]))))
+        rows.sort(key=lambda equation: sum(map(len, (*equation[0], equation[1]))))
         for chosen in combinations(rows, count):
             divisor = determinant(ring, [row for row, _ in chosen])
             if not divisor.vanishes():
@@ -308,44 +309,44 @@ def _divide(a: Series, b: Series) -> Series:
 
 def _list_names(mechanism: Mechanism) -> list[str]:
     """Name the unknown forces."""
-    found = []
+    names = []
     for element in mechanism.elements:
         for name in element.forces:
             row = name.rpartition(": ")[2]
             if isinstance(element, Strung):
-                found.append(f"T_{name}")
+                names.append(f"T_{name}")
             elif isinstance(element, (Gear, Rack)):
-                found.append(f"F_{name}")
+                names.append(f"F_{name}")
             else:
-                found.append(f"{'M' if row.startswith('r') else 'R'}_{element.name}_{row}")
-    return found
+                names.append(f"{'M' if row.startswith('r') else 'R'}_{element.name}_{row}")
+    return names
 
 
 def _list_meanings(mechanism: Mechanism) -> list[str]:
     """Return the meanings of the unknown forces, with units."""
-    found = []
+    meanings = []
     for element in mechanism.elements:
         if isinstance(element, Strung):
             stops = element.stops
             for part in dict.fromkeys(element.parts):
-                places = [k for k, other in enumerate(element.parts) if other == part]
+                places = [k for k, run in enumerate(element.parts) if run == part]
                 start, end = stops[places[0]].body, stops[places[-1] + 1].body
-                found.append(f"tension of {element.name} from {start} to {end} [N]")
+                meanings.append(f"tension of {element.name} from {start} to {end} [N]")
             continue
         if isinstance(element, (Gear, Rack)):
             a, b = (mechanism.joint(name).child for name in element.joints)
-            found.append(f"force of {a} on {b} in {element.name} along the line of action [N]")
+            meanings.append(f"force of {a} on {b} in {element.name} along the line of action [N]")
             continue
         for name in element.forces:
             row = name.rpartition(": ")[2]
             what = "moment" if row.startswith("r") else "force"
             axis = "along its length" if row == "length" else f"along {row[-1]} of its frame"
             unit = "N·m" if what == "moment" else "N"
-            found.append(
+            meanings.append(
                 f"{what} that {element.body_a} exerts on {element.body_b} in {element.name}, "
                 f"{axis} [{unit}]"
             )
-    return found
+    return meanings
 
 
 _LETTERS = {"force": "R", "moment": "M"}
@@ -424,10 +425,10 @@ class FreeBodies:
         """Solve for the forces of elements, and remove their actions from the joints' wrenches."""
         carried, guiding = self.guiding.balance_units(), self.guiding
         free = [rate for cut in self.cuts.bodies for rate in self._free(cut)]
-        found = guiding.solve(free, self.demands, carried)
-        sizes = guiding.symbols if found is None else found
-        if found is not None:
-            pairs = zip(guiding.names, found, strict=True)
+        solved = guiding.solve(free, self.demands, carried)
+        sizes = guiding.symbols if solved is None else solved
+        if solved is not None:
+            pairs = zip(guiding.names, solved, strict=True)
             self.guide_forces = [Result(Left(name), size) for name, size in pairs]
         pressing = guiding.balance_pressing()
         for cut in self.cuts.bodies:
@@ -509,12 +510,12 @@ class FreeBodies:
 
     def _collect_behind(self, cut: Cut) -> list[tuple[Vector, Wrench]]:
         """Return the position of each joint that a body carries, and its wrench on the body."""
-        found = []
-        for other in self.cuts.bodies:
-            if other.joint.parent == cut.body:
-                back = -self.cuts.carried_wrench(self.symbols[other.body], other.body, cut.body)
-                found.append((self.cuts.between_seats(cut.body, other.body), back))
-        return found
+        pairs = []
+        for child in self.cuts.bodies:
+            if child.joint.parent == cut.body:
+                back = -self.cuts.carried_wrench(self.symbols[child.body], child.body, cut.body)
+                pairs.append((self.cuts.between_seats(cut.body, child.body), back))
+        return pairs
 
     def sum_guides(self) -> list[Result]:
         """Return the sums of reactions along guided joints, zero for each virtual displacement."""

@@ -227,8 +227,8 @@ class Cut:
     def loads(self) -> Wrench:
         """Return the resultant of the applied forces, about the origin of the body's frame."""
         nothing = zero(self.mass.ring)
-        forces = [one.force for one in self.applied]
-        moments = [one.moment + cross(one.arm, one.force) for one in self.applied]
+        forces = [action.force for action in self.applied]
+        moments = [action.moment + cross(action.arm, action.force) for action in self.applied]
         return Wrench(total([nothing, *forces]), total([nothing, *moments])).tidy()
 
 
@@ -243,17 +243,17 @@ class Cuts:
         self.lengths: dict[str, Series] = {}
         self._applied: dict[str, list[Applied]] = {}
         for force in self.algebra.mechanism.forces:
-            for body, one in self._apply(force):
-                self._applied.setdefault(body, []).append(one)
+            for body, action in self._apply(force):
+                self._applied.setdefault(body, []).append(action)
         self.touches = touches(kinematics)
         for touch in self.touches:
             self.assumptions += touch.assumptions
-            for body, one in self._apply_contact(touch):
-                self._applied.setdefault(body, []).append(one)
+            for body, action in self._apply_contact(touch):
+                self._applied.setdefault(body, []).append(action)
         self.closings = closings(kinematics)
         for closing in self.closings:
-            for body, one in self._apply_loop(closing):
-                self._applied.setdefault(body, []).append(one)
+            for body, action in self._apply_loop(closing):
+                self._applied.setdefault(body, []).append(action)
         normal = normal_of(kinematics)
         self.planar = normal is not None and any(link.kind == "turn" for link in kinematics.tree)
         self.bodies = tuple(

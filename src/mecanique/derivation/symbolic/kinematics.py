@@ -213,13 +213,13 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
     mechanism, results = kinematics.algebra.mechanism, list[Result]()
     for body in kinematics.bodies:
         given = mechanism.body(body)
-        found = {}
+        vectors = {}
         if given.mass != 0:
-            found["r"] = kinematics.point(body, given.center)
-            found["v"] = kinematics.velocity(body, given.center)
+            vectors["r"] = kinematics.point(body, given.center)
+            vectors["v"] = kinematics.velocity(body, given.center)
         if any(entry != 0 for entry in given.inertia):
-            found["omega"] = kinematics.spin(body)
-        for letter, vector in found.items():
+            vectors["omega"] = kinematics.spin(body)
+        for letter, vector in vectors.items():
             for axis, part in zip("xyz", vector, strict=True):
                 if part:
                     results.append(Result(Left(f"{letter}_{body}_{axis}"), tidy(part)))

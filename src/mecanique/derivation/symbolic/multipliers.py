@@ -76,26 +76,26 @@ def solve_multipliers(
     """Solve for the multipliers, one after another; return none if balances become long."""
     columns = zip(*slopes, strict=True)
     balances = [_Balance(tuple(c), side) for c, side in zip(columns, sides, strict=True)]
-    found: list[int] = []
+    order: list[int] = []
     solved: list[Solved] = []
     held: list[tuple[int, _Balance]] = []
-    while len(found) + len(held) < len(ties):
-        known = [*found, *(k for k, _ in held)]
-        usable = [each for each in balances if each.unknown(known)]
+    while len(order) + len(held) < len(ties):
+        known = [*order, *(k for k, _ in held)]
+        usable = [equation for equation in balances if equation.unknown(known)]
         if not usable:
             return []
-        chosen = min(usable, key=lambda each: (len(each.unknown(known)), each.cost()))
+        chosen = min(usable, key=lambda equation: (len(equation.unknown(known)), equation.cost()))
         balances.remove(chosen)
         if chosen.cost() > _LONGEST:
             return []
         unknown = chosen.unknown(known)
         if len(unknown) == 1 and not held:
             solved.append(_solve(ties, chosen, unknown[0]))
-            found.append(unknown[0])
+            order.append(unknown[0])
             continue
         k = min(unknown, key=lambda k: (not is_constant(chosen.factors[k]), len(chosen.factors[k])))
         held.append((k, chosen))
-        balances = [_eliminate(each, chosen, k) for each in balances]
+        balances = [_eliminate(equation, chosen, k) for equation in balances]
     for k, balance in reversed(held):
         solved.append(_solve(ties, balance, k))
     return solved
@@ -192,7 +192,7 @@ def loop_stages(
     ties: Sequence[Tie], *, of_work: bool = False, of_forces: bool = False
 ) -> list[Stage]:
     """Return the steps that state the constraints of loops and of rolling."""
-    found = []
+    stages = []
     loops = [tie for tie in ties if not tie.of_velocities and not tie.of_contact]
     if loops:
         sentence = (
@@ -209,8 +209,8 @@ def loop_stages(
                 " In a virtual displacement that opens it by δΦ its force λ does the work λ δΦ; "
                 "therefore λ ∂Φ/∂q is added to the generalized forces."
             )
-        found.append(Stage("Loops", sentence, _list_demands(loops)))
-        found += _differentiate_loops(loops)
+        stages.append(Stage("Loops", sentence, _list_demands(loops)))
+        stages += _differentiate_loops(loops)
     rolling = [tie for tie in ties if tie.of_velocities or tie.of_contact]
     if rolling:
         sentence = (
@@ -224,8 +224,8 @@ def loop_stages(
                 "which ψ is δψ the force λ does the work λ δψ; therefore λ ∂ψ/∂q' and λ ∂Φ/∂q are "
                 "added to the generalized forces."
             )
-        found.append(Stage("Constraints on velocities", sentence, _list_demands(rolling)))
-    return found
+        stages.append(Stage("Constraints on velocities", sentence, _list_demands(rolling)))
+    return stages
 
 
 def _differentiate_loops(loops: Sequence[Tie]) -> list[Stage]:
@@ -255,17 +255,17 @@ def multiplier_stages(
         return []
     a = [ring[name] for name in algebra.accelerations]
     sides = []
-    for row, other in zip(M, rest, strict=True):
-        sides.append(ring.sum([*(m * x for m, x in zip(row, a, strict=True)), other]))
+    for row, constant in zip(M, rest, strict=True):
+        sides.append(ring.sum([*(m * x for m, x in zip(row, a, strict=True)), constant]))
     slopes = [list(map(tidy, tie.slopes(ring))) for tie in ties]
     solved = solve_multipliers(ties, slopes, sides)
     if not solved:
         return []
     results = []
-    for one in solved:
-        name = one.multiplier.generators()[0].name
-        left = Left(name) if one.factor == 1 else tidy(one.factor * one.multiplier)
-        results.append(Result(left, one.value))
+    for solution in solved:
+        name = solution.multiplier.generators()[0].name
+        left = Left(name) if solution.factor == 1 else tidy(solution.factor * solution.multiplier)
+        results.append(Result(left, solution.value))
     sentence = (
         "The equations of motion are linear in the multipliers. In this order, each gives one more "
         "of them in terms of the accelerations; the remaining equations do not contain them."

@@ -110,13 +110,13 @@ class NewtonEuler:
 
     def _list_acting(self, cut: Cut) -> list[str]:
         """List in words the forces that act on a body."""
-        hung = [other for other in self.cuts.bodies if other.joint.parent == cut.body]
+        hung = [child for child in self.cuts.bodies if child.joint.parent == cut.body]
         return [
             f"{self._name_total(cut)} {cut.joint.name}",
             *(["its weight"] if any(cut.weight) else []),
-            *dict.fromkeys(one.name for one in cut.applied),
+            *dict.fromkeys(action.name for action in cut.applied),
             *self.balances.guiding.acting_on(cut),
-            *(f"the opposite of {self._name_total(other)} {other.joint.name}" for other in hung),
+            *(f"the opposite of {self._name_total(child)} {child.joint.name}" for child in hung),
         ]
 
     def _name_total(self, cut: Cut) -> str:

@@ -223,16 +223,16 @@ class Ledger:
             work = self._force(lines, f"inertia_{body}", cut, -cut.push, shift, known=True)
             work = work + self._turn(lines, f"inertia_{body}", cut, couple, rotation, known=True)
             self.inertia.append(work)
-        for one in cut.applied:
-            if one.ties:  # where bodies touch or are joined, both points move alike
+        for action in cut.applied:
+            if action.ties:  # where bodies touch or are joined, both points move alike
                 continue
             work = zero
-            name = f"{one.name}_{body}" if self._acting[one.name] > 1 else one.name
-            if any(one.force):
-                shift = self.displacements.vary(one.velocity)
-                work = work + self._force(lines, name, cut, one.force, shift)
-            if any(one.moment):
-                work = work + self._turn(lines, name, cut, one.moment, rotation)
+            name = f"{action.name}_{body}" if self._acting[action.name] > 1 else action.name
+            if any(action.force):
+                shift = self.displacements.vary(action.velocity)
+                work = work + self._force(lines, name, cut, action.force, shift)
+            if any(action.moment):
+                work = work + self._turn(lines, name, cut, action.moment, rotation)
             self.loads.append(work)
         return lines
 

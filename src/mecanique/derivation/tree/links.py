@@ -38,14 +38,14 @@ class Link:
 
 def links(mechanism: Mechanism) -> tuple[Link, ...]:
     """Return the elementary links of a mechanism, each after its parent."""
-    found: list[Link] = []
+    tree: list[Link] = []
     place = {mechanism.ground: -1}
 
     for joint in mechanism.tree:
         parent = place[joint.parent]
         for number, motion in enumerate(joint.chain):
             last = number + 1 == len(joint.chain)
-            found.append(
+            tree.append(
                 Link(
                     joint=joint.name,
                     parent=parent,
@@ -58,9 +58,9 @@ def links(mechanism: Mechanism) -> tuple[Link, ...]:
                     armature=joint.armature if last and isinstance(joint, Single) else 0.0,
                 )
             )
-            parent = len(found) - 1
+            parent = len(tree) - 1
         place[joint.child] = parent
-    return tuple(found)
+    return tuple(tree)
 
 
 def place_of(tree: tuple[Link, ...], mechanism: Mechanism) -> dict[str, int]:
@@ -73,10 +73,10 @@ def place_of(tree: tuple[Link, ...], mechanism: Mechanism) -> dict[str, int]:
 
 def moving(tree: tuple[Link, ...]) -> tuple[bool, ...]:
     """Return for each link whether it can move relative to the ground."""
-    found: list[bool] = []
+    moves: list[bool] = []
     for link in tree:
-        found.append(link.kind != "fixed" or (link.parent >= 0 and found[link.parent]))
-    return tuple(found)
+        moves.append(link.kind != "fixed" or (link.parent >= 0 and moves[link.parent]))
+    return tuple(moves)
 
 
 def hat(linear: Sequence[float], angular: Sequence[float]) -> np.ndarray:

@@ -62,11 +62,11 @@ def joint_values(
 
 def poses(tree: Sequence[Link], values: Mapping[str, Any], arithmetic: Arithmetic) -> list[Matrix]:
     """Return the pose of every link in the world, in the order of the tree."""
-    found: list[Matrix] = []
+    placed: list[Matrix] = []
     for link in tree:
         here = product(origin(link.origin, values, arithmetic), local(link, values, arithmetic))
-        found.append(product(found[link.parent], here) if link.parent >= 0 else here)
-    return found
+        placed.append(product(placed[link.parent], here) if link.parent >= 0 else here)
+    return placed
 
 
 def origin(placement: Placement, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matrix:

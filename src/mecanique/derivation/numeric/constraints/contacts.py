@@ -50,7 +50,7 @@ class VelocityLaws:
 
     def at(self, states: States, poses: list[Jet]) -> Constraints:
         """Return the rows at n states; poses (n, 4, 4)."""
-        found = []
+        blocks = []
         for contact in self._mechanism.contacts:
             place, directions, gap = self.touch(contact, poses)
             A, B = (self._pose(body, poses) for body in (contact.body, contact.on))
@@ -58,9 +58,9 @@ class VelocityLaws:
             jacobian, gamma = (np.stack(parts, axis=1) for parts in zip(*rows, strict=True))
             residual = np.zeros(gamma.shape)
             residual[:, 0] = gap
-            found.append(Constraints(residual, jacobian, gamma))
-        found.append(self._state_laws(states))
-        parts = zip(*((one.residual, one.jacobian, one.gamma) for one in found), strict=True)
+            blocks.append(Constraints(residual, jacobian, gamma))
+        blocks.append(self._state_laws(states))
+        parts = zip(*((b.residual, b.jacobian, b.gamma) for b in blocks), strict=True)
         return Constraints(*(np.concatenate(part, axis=1) for part in parts))
 
     def touch(self, contact: Contact, poses: list[Jet]) -> tuple[Jet, list[Jet], np.ndarray]:
@@ -81,8 +81,8 @@ class VelocityLaws:
         values = coordinate_paths(states)
 
         def path(scalar: Any) -> np.ndarray:
-            found = evaluate(scalar, values, function=function)
-            return found.c[:2, 0] if isinstance(found, Jet) else np.array([[found], [0.0]])
+            value = evaluate(scalar, values, function=function)
+            return value.c[:2, 0] if isinstance(value, Jet) else np.array([[value], [0.0]])
 
         for row, constraint in enumerate(constraints):
             for k, entry in enumerate(constraint.along(velocities)):

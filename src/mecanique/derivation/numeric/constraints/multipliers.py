@@ -189,7 +189,7 @@ class Constrained:
             self._tree.mass_matrix(states),
             self._tree.forces(states) - self._tree.bias(states),
         )
-        found = []
+        motions = []
         for k in range(len(states)):
             jacobian, gamma = closed.jacobian[k], closed.gamma[k]
             motion = solve_held(M[k], rest[k], jacobian, gamma, self._units, self._held.row_units)
@@ -197,11 +197,11 @@ class Constrained:
                 raise self._massless(motion.massless)
             if not (self._movable or motion.determined.all()):
                 self._refuse_locked(states.at(np.array([k])))
-            found.append(motion)
+            motions.append(motion)
         return ConstrainedMotion(
-            np.array([motion.acceleration for motion in found]).reshape(states.v.shape),
-            np.array([motion.multipliers for motion in found]).reshape(closed.gamma.shape),
-            np.array([motion.determined for motion in found]).reshape(closed.gamma.shape),
+            np.array([motion.acceleration for motion in motions]).reshape(states.v.shape),
+            np.array([motion.multipliers for motion in motions]).reshape(closed.gamma.shape),
+            np.array([motion.determined for motion in motions]).reshape(closed.gamma.shape),
         )
 
     def _refuse_locked(self, state: States) -> None:
