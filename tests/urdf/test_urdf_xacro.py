@@ -176,3 +176,10 @@ def test_a_package_beside_is_found_by_the_name_in_its_package_xml(tmp_path: Path
     assert MeshSearch(robot / "r.urdf").find(uri) == parts / "a.stl"
     assert MeshSearch(None, [tmp_path]).find(uri) == parts / "a.stl"
     assert MeshSearch(robot / "r.urdf").find("package://others/meshes/a.stl") is None
+
+
+def test_macros_in_comments_do_not_make_a_file_one_of_xacro(tmp_path: Path) -> None:
+    path = tmp_path / "robot.urdf"
+    text = '<robot name="r"><!-- <xacro:arm/> --><link name="a"/><!-- <xacro:leg/> --></robot>'
+    path.write_text(text, encoding="utf-8")
+    assert "M008" not in [finding.code for finding in mq.lint(path)]

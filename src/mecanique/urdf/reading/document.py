@@ -129,7 +129,7 @@ def read_document(
     data = source if file is None and isinstance(source, str) else _bytes(file, report)
     values = Values(arguments or {}, letters or {})
     named = file is not None and file.suffix.lower() == ".xacro"
-    if file is not None and isinstance(data, bytes) and (named or b"<xacro:" in data):
+    if file is not None and isinstance(data, bytes) and (named or _holds_macros(data)):
         expanded = expand(file, values, search, report)
         data, places = expanded if expanded is not None else (None, None)
         if not named and data is not None:
@@ -143,6 +143,12 @@ def read_document(
         return None, report
     text = data.encode() if isinstance(data, str) else data
     return _read_robot(robot, text, search, values, report), report
+
+
+def _holds_macros(data: bytes) -> bool:
+    """Return whether a text has elements of xacro outside its comments."""
+    first, *rest = data.split(b"<!--")
+    return any(b"<xacro:" in part for part in (first, *(c.partition(b"-->")[2] for c in rest)))
 
 
 def _is_robot(element: Element, report: Report) -> bool:
