@@ -148,7 +148,8 @@ def read_document(
 def _holds_macros(data: bytes) -> bool:
     """Return whether a text has elements of xacro outside its comments."""
     first, *rest = data.split(b"<!--")
-    return any(b"<xacro:" in part for part in (first, *(c.partition(b"-->")[2] for c in rest)))
+    behind = (part.partition(b"-->")[2] for part in rest)
+    return b"<xacro:" in first or any(b"<xacro:" in part for part in behind)
 
 
 def _is_robot(element: Element, report: Report) -> bool:
