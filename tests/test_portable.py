@@ -67,8 +67,6 @@ def _without_encoding(call: ast.Call) -> bool:
     mode = positions[0] if positions else None
     modes = [keyword.value for keyword in call.keywords if keyword.arg == "mode"]
     mode = modes[0] if modes else mode
-    if mode is not None and isinstance(call.func, ast.Attribute) and len(positions) > 1:
-        return False  # an archive's method: its name first, and bytes alone
     if mode is None:
         return not call.keywords  # a method of another kind takes arguments of its own
     return isinstance(mode, ast.Constant) and isinstance(mode.value, str) and "b" not in mode.value
