@@ -115,10 +115,10 @@ def _describe_free_joints(mechanism: Mechanism) -> dict[str, str]:
             ("angular velocity", "moment about the origin", joint.angular_velocities),
         ):
             for name, axis in zip(names, "xyz", strict=False):
-                own = f"along the {axis} axis of the body itself"
+                axes = f"along the {axis} axis of the body itself"
                 meaning |= {
-                    name: f"{kind} {child}, {own}",
-                    f"tau_{name}": f"{force} {child}, {own}",
+                    name: f"{kind} {child}, {axes}",
+                    f"tau_{name}": f"{force} {child}, {axes}",
                 }
         for name, axis in zip(joint.coordinates[:-4], "xyz", strict=False):
             meaning[name] = f"origin {child} along the {axis} axis of the joint's frame"

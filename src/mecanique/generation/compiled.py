@@ -138,8 +138,8 @@ def compile_program(
     program: Program, files: Mapping[str, str], options: Sequence[str] = OPTIONS
 ) -> Compiled:
     """Compile the C of a program and load it."""
-    own = {name: files[name] for name in (f"{program.name}.h", f"{program.name}.c")}
-    return Compiled(program, build_library({**own, "many.c": _write_loops(program)}, options))
+    sources = {name: files[name] for name in (f"{program.name}.h", f"{program.name}.c")}
+    return Compiled(program, build_library({**sources, "many.c": _write_loops(program)}, options))
 
 
 def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) -> ctypes.CDLL:

@@ -163,8 +163,8 @@ def write_script() -> str:
             lines += _fill([*table.C, 1.0, *table.nodes])
         for row in rows.get(name, ()):
             pairs = [f"    [{k}, {_say(weight)}]," for k, weight in enumerate(row) if weight]
-            one = f"[{pairs[0].strip(' ,')}]" if len(pairs) == 1 else ""
-            lines += [f"  {one or '[]'},"] if len(pairs) < 2 else ["  [", *pairs, "  ],"]
+            single = f"[{pairs[0].strip(' ,')}]" if len(pairs) == 1 else ""
+            lines += [f"  {single or '[]'},"] if len(pairs) < 2 else ["  [", *pairs, "  ],"]
         lines.append("];")
     return "\n".join([*lines, ""])
 

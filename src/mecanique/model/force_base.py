@@ -119,7 +119,7 @@ class _Force(ABC):
     @property
     def symbols(self) -> frozenset[str]:
         """Names of everything it depends on."""
-        return frozenset().union(*(symbols_in(s) for one in self.stated for s in one.scalars))
+        return frozenset().union(*(symbols_in(s) for load in self.stated for s in load.scalars))
 
     @property
     def coefficient(self) -> Any:

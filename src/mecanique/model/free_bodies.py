@@ -38,8 +38,8 @@ def from_quaternion(given: np.ndarray, order: str | None) -> np.ndarray:
     length = np.linalg.norm(given, axis=-1, keepdims=True)
     if not (length > _SHORTEST).all():
         raise InputError(f"expected a unit quaternion, got {given.tolist()}")
-    found: np.ndarray = given / length
-    return np.roll(found, -1, axis=-1) if _check_order(order) == "wxyz" else found
+    unit: np.ndarray = given / length
+    return np.roll(unit, -1, axis=-1) if _check_order(order) == "wxyz" else unit
 
 
 def to_quaternion(orientation: np.ndarray, order: str | None) -> np.ndarray:
@@ -297,7 +297,7 @@ def floating_state(
 def _choose(mechanism: Mechanism, name: str | None) -> Joint:
     """Return the joint that leaves a body free in the world."""
     if name is None:
-        able = [each.name for each in mechanism.joints if isinstance(each, Floating)]
+        able = [hinge.name for hinge in mechanism.joints if isinstance(hinge, Floating)]
         if len(able) != 1:
             many = f"{len(able)} floating joints, {', '.join(able)}; name one"
             count = many if able else "no floating joint"

@@ -234,10 +234,10 @@ def _check_unit(unit: object, where: str) -> None:
             raise InputError(f"{where}: {error}") from None
 
 
-def _exact(other: Scalar) -> Scalar:
+def _exact(number: Scalar) -> Scalar:
     """Keep whole numbers whole, so that m*l**2/12 stays exact."""
     return (
-        int(other)
-        if isinstance(other, (int, np.integer)) and not isinstance(other, bool)
-        else plain(other)
+        int(number)
+        if isinstance(number, (int, np.integer)) and not isinstance(number, bool)
+        else plain(number)
     )

@@ -89,21 +89,21 @@ def say_factor(factor: float) -> str:
 
 def lever_of(mass: float, center: Array) -> Array:
     """Return what the parallel-axis theorem adds to an inertia, shape (3, 3) [kg·m²]."""
-    found: Array = mass * (center @ center * np.eye(3) - np.outer(center, center))
-    return found
+    steiner: Array = mass * (center @ center * np.eye(3) - np.outer(center, center))
+    return steiner
 
 
 def mistake_vector(kind: str, vector: Array) -> Iterator[Slip]:
     """Yield a position or an axis with signs changed or its coordinates exchanged, each once."""
     signs = sorted(product((1, -1), repeat=3), key=lambda s: s.count(-1))
-    found = [
+    mistakes = [
         (f"mirrored ({_name_axes(vector, s)} with the other sign)", np.array(s) * vector)
         for s in signs
     ]
-    found += [
+    mistakes += [
         (f"axes exchanged ({_say(order)})", vector[list(order)]) for order in permutations(range(3))
     ]
-    yield from list_once(kind, found, vector, 1e-9 * float(np.abs(vector).max(initial=0.0)))
+    yield from list_once(kind, mistakes, vector, 1e-9 * float(np.abs(vector).max(initial=0.0)))
 
 
 def _name_axes(vector: Array, signs: tuple[int, ...]) -> str:
@@ -138,7 +138,7 @@ def mistake_axes(inertia: Array) -> Iterator[Slip]:
     """Yield an inertia with its axes mirrored or exchanged, each tensor once."""
     # a tensor does not feel that all three axes point the other way
     signs = np.array([[1, 1, 1], [-1, 1, 1], [1, -1, 1], [1, 1, -1]])
-    found = []
+    mistakes = []
     for order in permutations(range(3)):
         for sign in signs:
             P = np.eye(3)[list(order)] * sign
@@ -146,8 +146,8 @@ def mistake_axes(inertia: Array) -> Iterator[Slip]:
             text = f"axes exchanged ({said})"
             if order == (0, 1, 2):
                 text = f"mirrored ({_name_axes(np.ones(3), tuple(sign))} with the other sign)"
-            found.append((text, P @ inertia @ P.T))
-    yield from list_once("wrong axes", found, inertia, 1e-12 * float(np.abs(inertia).max()))
+            mistakes.append((text, P @ inertia @ P.T))
+    yield from list_once("wrong axes", mistakes, inertia, 1e-12 * float(np.abs(inertia).max()))
 
 
 def mistake_turn(rpy: Array) -> Iterator[Slip]:
@@ -178,16 +178,16 @@ def mistake_turn(rpy: Array) -> Iterator[Slip]:
 def turn_of(rpy: Array) -> Array:
     """Return the rotation of roll, pitch and yaw, shape (3, 3)."""
     roll, pitch, yaw = (float(angle) for angle in rpy)
-    found: Array = np.array(rpy_rotation((roll, pitch, yaw)), dtype=float)
-    return found
+    R: Array = np.array(rpy_rotation((roll, pitch, yaw)), dtype=float)
+    return R
 
 
 def list_once(
-    kind: str, found: list[tuple[str, Array]], right: Array, tolerance: float
+    kind: str, candidates: list[tuple[str, Array]], right: Array, tolerance: float
 ) -> Iterator[Slip]:
     """Yield values that differ from the right one, and from those before."""
     seen = [right]
-    for text, value in found:
+    for text, value in candidates:
         if all(np.abs(value - known).max() > tolerance for known in seen):
             seen.append(value)
             yield Slip(kind, text, value)

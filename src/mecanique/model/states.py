@@ -203,15 +203,15 @@ def list_left_out(
     """
     position, velocity = np.split(start, [mechanism.nq])
     enough = mechanism.nv if rank is None else mechanism.nv - rank
-    found: list[str] = []
+    omitted: list[str] = []
     if isinstance(q, Mapping) and q and (rank is None or len(q) < enough):
-        found += _left_out(mechanism, q, position)
+        omitted += _left_out(mechanism, q, position)
     if isinstance(v, Mapping) and v and rank is None:
         stems = {name.removesuffix("'") for name in v}
         given = {f"{name}'" for name in stems | _leaders(mechanism, stems)} | {*v}
         values = zip(mechanism.velocities, velocity.tolist(), strict=True)
-        found += [f"{name} = {value:.6g}" for name, value in values if name not in given]
-    return _say(found)
+        omitted += [f"{name} = {value:.6g}" for name, value in values if name not in given]
+    return _say(omitted)
 
 
 def _left_out(mechanism: Mechanism, q: Mapping[str, Any], position: np.ndarray) -> list[str]:

@@ -40,10 +40,10 @@ class PitchPoint(NamedTuple):
 
 def find_pitch_point(mechanism: Mechanism, mesh: Gear | Rack, A: Array, B: Array) -> PitchPoint:
     """Return where a wheel touches another, or a rack; A (4, 4), B (4, 4)."""
-    wheel, other = (mechanism.joint(name) for name in mesh.joints)
+    wheel, second = (mechanism.joint(name) for name in mesh.joints)
     assert isinstance(wheel, Revolute)
-    assert isinstance(other, Revolute | Prismatic)
-    n, line = A[:3, :3] @ np.array(wheel.axis), B[:3, :3] @ np.array(other.axis)
+    assert isinstance(second, Revolute | Prismatic)
+    n, line = A[:3, :3] @ np.array(wheel.axis), B[:3, :3] @ np.array(second.axis)
     bevel = bevel_of(mechanism, mesh) if isinstance(mesh, Gear) else None
     if bevel is not None and isinstance(mesh, Gear):
         c, s = bevel.cosine, bevel.sine
@@ -61,7 +61,7 @@ def find_pitch_point(mechanism: Mechanism, mesh: Gear | Rack, A: Array, B: Array
         )
     point = mesh.point if isinstance(mesh, Rack) else (0.0, 0.0, 0.0)
     d = B[:3, :3] @ mechanism.evaluate_all(point) + B[:3, 3] - A[:3, 3]
-    if isinstance(other, Prismatic):
+    if isinstance(second, Prismatic):
         d = d - (d @ line) * line
     d = d - (d @ n) * n
     u = d / np.linalg.norm(d)
@@ -292,11 +292,11 @@ def _width_of(mechanism: Mechanism, mesh: Gear | Rack, touch: PitchPoint) -> Sca
     """The width of a mesh's teeth, None if no shape shows it; the other wheel's shape decides."""
     if touch.rises != (0.0, 0.0):
         return _FACE * touch.ray
-    wheel, other = (mechanism.joint(name).child for name in mesh.joints)
-    own = _width(mechanism, wheel, mesh.radius)
+    wheel, second = (mechanism.joint(name).child for name in mesh.joints)
+    first_width = _width(mechanism, wheel, mesh.radius)
     if isinstance(mesh, Gear):
-        return _width(mechanism, other, mesh.other_radius) or own
-    return own
+        return _width(mechanism, second, mesh.other_radius) or first_width
+    return first_width
 
 
 def _count(mechanism: Mechanism, meshes: list[Gear | Rack]) -> dict[int, tuple[int, int]]:
@@ -315,10 +315,10 @@ def _count(mechanism: Mechanism, meshes: list[Gear | Rack]) -> dict[int, tuple[i
         return float(np.abs(counts - np.round(counts)).max())
 
     fewest = min(range(_FEWEST, _MOST + 1), key=lambda k: (miss(k) > _WHOLE) * miss(k))
-    found = {}
+    pairs = {}
     for key, (a, b) in radii.items():
-        found[key] = round(fewest * a / least), round(fewest * b / least)
-    return found
+        pairs[key] = round(fewest * a / least), round(fewest * b / least)
+    return pairs
 
 
 def _poses(mechanism: Mechanism) -> dict[str, Array]:
@@ -364,15 +364,15 @@ def _reach(
     mechanism: Mechanism, body: str, start: Array, along: Array
 ) -> tuple[float, float] | None:
     """How far a body's boxes reach along a direction."""
-    found = []
+    reaches = []
     for visual in mechanism.body(body).visuals:
         if isinstance(visual.geometry, Box):
             pose = mechanism.matrix(visual.placement)
             half = np.array(mechanism.evaluate_all(visual.geometry.size)) / 2
             middle = float((pose[:3, 3] - start) @ along)
             wide = float(np.abs(pose[:3, :3].T @ along) @ half)
-            found.append((middle - wide, middle + wide))
-    return max(found, key=lambda reach: reach[1] - reach[0], default=None)
+            reaches.append((middle - wide, middle + wide))
+    return max(reaches, key=lambda reach: reach[1] - reach[0], default=None)
 
 
 def _turn_of(teeth: WheelTeeth, pose: Array, n: Array, toward: Array) -> float:

@@ -110,10 +110,12 @@ class Dimensions:
 
     def refuse(self, scalar: Scalar, unit: str) -> None:
         """Raise if an expression has another unit than its place asks for."""
-        found = self.of(scalar)
-        if found is None or found == read_unit(unit) or not self.declares(scalar):
+        dimension = self.of(scalar)
+        if dimension is None or dimension == read_unit(unit) or not self.declares(scalar):
             return
-        raise HomogeneityError(f"{scalar} is in {say_unit(found)}, expected {unit}{_hint(scalar)}")
+        raise HomogeneityError(
+            f"{scalar} is in {say_unit(dimension)}, expected {unit}{_hint(scalar)}"
+        )
 
     def _of_sum(self, scalar: Scalar) -> Dimension | None:
         stated = [(term, self.of(term)) for term in scalar.args]
@@ -124,23 +126,23 @@ class Dimensions:
         if not named:
             return None
         first, its = min(named, key=lambda pair: str(pair[0]))
-        for term, other in known:
-            if other != its:
+        for term, different in known:
+            if different != its:
                 raise HomogeneityError(
-                    f"{scalar} adds {first} [{say_unit(its)}] and {term} [{say_unit(other)}]"
+                    f"{scalar} adds {first} [{say_unit(its)}] and {term} [{say_unit(different)}]"
                     f"{_hint(term)}"
                 )
         return its
 
     def _of_product(self, scalar: Scalar) -> Dimension | None:
-        found = [self.of(factor) for factor in scalar.args]
+        factors = [self.of(factor) for factor in scalar.args]
         coefficient = scalar.args[0]
         if coefficient.is_Float:
             return None
         if coefficient.is_number and abs(coefficient) != 1 and not self.declares(scalar):
             return None
         total = PURE
-        for its in found:
+        for its in factors:
             if its is None:
                 return None
             total = _multiply(total, its)
@@ -179,19 +181,21 @@ class Dimensions:
         return PURE
 
     def _refuse_unit(self, scalar: Scalar, what: str) -> None:
-        found = self.of(scalar)
-        if found not in (None, PURE) and self.declares(scalar):
-            raise HomogeneityError(f"{what} is in {say_unit(found)}, expected rad or a pure number")
+        dimension = self.of(scalar)
+        if dimension not in (None, PURE) and self.declares(scalar):
+            raise HomogeneityError(
+                f"{what} is in {say_unit(dimension)}, expected rad or a pure number"
+            )
 
 
 @cache
 def read_unit(unit: str) -> Dimension:
     """Return the dimension of a unit, e.g. "kg·m²", "N*m/rad" or "m/s^2"."""
     tokens = [match[1] or match["wrong"] for match in _TOKEN.finditer(unit)]
-    found, rest = _product(tokens, unit)
+    dimension, rest = _product(tokens, unit)
     if rest or not tokens:
         raise _unreadable(unit)
-    return found
+    return dimension
 
 
 def divide(a: Dimension, b: Dimension) -> Dimension:

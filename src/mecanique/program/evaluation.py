@@ -24,17 +24,17 @@ def evaluate(
         inputs: value of each input, shape () or (states,), by name.
         states: their number.
     """
-    found: dict[int, Any] = {}
+    results: dict[int, Any] = {}
 
     def value(operand: Value) -> Any:
-        return found[operand] if isinstance(operand, int) else operand
+        return results[operand] if isinstance(operand, int) else operand
 
     for place in tape.find_needed(outputs):
         kind, operands, name = tape.operations[place]
         if kind == "input":
-            found[place] = np.asarray(inputs[name], dtype=float)
+            results[place] = np.asarray(inputs[name], dtype=float)
         else:
             function = _ARITHMETIC.get(kind) or numpy_function(kind)
-            found[place] = function(*map(value, operands))
+            results[place] = function(*map(value, operands))
     columns = [np.broadcast_to(value(output), (states,)) for output in outputs]
     return np.stack(columns, axis=-1) if columns else np.zeros((states, 0))

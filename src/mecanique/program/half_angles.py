@@ -106,9 +106,9 @@ class _Rewritten:
     def _of_sum(self, function: str, angle: int) -> Value:
         """By an addition theorem."""
         kind, a, b = self._angles.parts[angle]
-        other = "cos" if function == "sin" else "sin"
+        cofunction = "cos" if function == "sin" else "sin"
         first = self.tape.multiply(self._circular(function, a), self._circular("cos", b))
-        second = self.tape.multiply(self._circular(other, a), self._circular("sin", b))
+        second = self.tape.multiply(self._circular(cofunction, a), self._circular("sin", b))
         if (kind == "+") == (function == "sin"):
             return self.tape.add(first, second)
         return self.tape.subtract(first, second)

@@ -72,10 +72,10 @@ def list_program(
 
     def write(value: Value, level: int = 0) -> str:
         if isinstance(value, int):
-            text, own = written[value]
+            text, level_of = written[value]
         else:
-            text, own = notation.number(value), _ATOM if value >= 0 else 0
-        return text if own >= level else f"({text})"
+            text, level_of = notation.number(value), _ATOM if value >= 0 else 0
+        return text if level_of >= level else f"({text})"
 
     for place in needed:
         kind, values, name = tape.operations[place]
@@ -84,21 +84,21 @@ def list_program(
             written[place] = inputs[name], _ATOM
             continue
         if kind in _LEVELS:
-            own = _LEVELS[kind]
+            level_of = _LEVELS[kind]
             left, right = values
             if kind == "*" and left == -1.0 and isinstance(left, float):
-                text, own = f"-{write(right, 3)}", 1
+                text, level_of = f"-{write(right, 3)}", 1
             else:
                 # operands on the right keep their parentheses, to keep the rounding
-                text = f"{write(left, own)} {kind} {write(right, own + 1)}"
+                text = f"{write(left, level_of)} {kind} {write(right, level_of + 1)}"
         elif kind in notation.functions:
-            text, own = notation.functions[kind].format(", ".join(map(write, values))), _ATOM
+            text, level_of = notation.functions[kind].format(", ".join(map(write, values))), _ATOM
         else:
             raise DerivationError(f"there is no {kind!r} in this language")
         own_name = (names or {}).get(place)
         if uses[place] > 1 or len(text) > _LONGEST or own_name is not None:
             symbol = own_name or f"{fresh}{len(lines)}"
             lines.append(notation.assignment.format(symbol, text))
-            text, own = symbol, _ATOM
-        written[place] = text, own
+            text, level_of = symbol, _ATOM
+        written[place] = text, level_of
     return Listing(tuple(used), tuple(lines), tuple(write(value) for value in outputs))

@@ -38,11 +38,11 @@ class Factors:
         for k in range(len(left) - 1, -1, -1):
             for i in range(k):
                 left[i] = tape.subtract(left[i], tape.multiply(self.rows[k][i], left[k]))
-        found: list[Value] = []
+        x: list[Value] = []
         for k, pivot in enumerate(self.pivots):
-            known = tape.sum(tape.multiply(self.rows[k][i], found[i]) for i in range(k))
-            found.append(tape.subtract(tape.divide(left[k], pivot), known))
-        return [trace(tape, value) for value in found]
+            known = tape.sum(tape.multiply(self.rows[k][i], x[i]) for i in range(k))
+            x.append(tape.subtract(tape.divide(left[k], pivot), known))
+        return [trace(tape, value) for value in x]
 
 
 def factorize(tape: Tape, M: Sequence[Sequence[Any]]) -> Factors:

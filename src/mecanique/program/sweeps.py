@@ -66,7 +66,7 @@ def _slopes(
 
 def _slope(tape: Tape, kind: str, values: tuple[Value, ...], k: int, place: int) -> Value:
     """Return the partial derivative of an operation by its operand number k."""
-    x, other = values[k], values[1 - k] if len(values) == 2 else 0.0
+    x, y = values[k], values[1 - k] if len(values) == 2 else 0.0
 
     def square(value: Value) -> Value:
         return tape.multiply(value, value)
@@ -77,11 +77,11 @@ def _slope(tape: Tape, kind: str, values: tuple[Value, ...], k: int, place: int)
         case "-":
             return -1.0 if k else 1.0
         case "*":
-            return other
+            return y
         case "/":
             if k:
                 return tape.multiply(-1.0, tape.divide(place, x))
-            return tape.divide(1.0, other)
+            return tape.divide(1.0, y)
         case "sin":
             return tape.call("cos", x)
         case "cos":
@@ -106,10 +106,10 @@ def _slope(tape: Tape, kind: str, values: tuple[Value, ...], k: int, place: int)
         case "sign":
             return 0.0
         case "atan2":
-            squares = tape.add(square(x), square(other))
-            return tape.divide(other if k == 0 else tape.multiply(-1.0, other), squares)
+            squares = tape.add(square(x), square(y))
+            return tape.divide(y if k == 0 else tape.multiply(-1.0, y), squares)
         case "pow":
             if k:
-                return tape.multiply(place, tape.call("log", other))
-            return tape.multiply(other, tape.call("pow", x, tape.subtract(other, 1.0)))
+                return tape.multiply(place, tape.call("log", y))
+            return tape.multiply(y, tape.call("pow", x, tape.subtract(y, 1.0)))
     raise DerivationError(f"no derivative is known for {kind!r}")

@@ -141,14 +141,14 @@ class Tape:
 
     def find_needed(self, outputs: Sequence[Value]) -> list[int]:
         """Return the indices of the operations that outputs need, in order."""
-        found: set[int] = set()
+        needed: set[int] = set()
         todo = [value for value in outputs if isinstance(value, int)]
         while todo:
             place = todo.pop()
-            if place not in found:
-                found.add(place)
+            if place not in needed:
+                needed.add(place)
                 todo += [value for value in self.operations[place][1] if isinstance(value, int)]
-        return sorted(found)
+        return sorted(needed)
 
     def _operation(self, place: int) -> tuple[str, tuple[Value, ...], str]:
         kind, values, name = self.operations[place]
@@ -164,13 +164,13 @@ class Tape:
     def _place(self, kind: str, values: tuple[Value, ...], name: str = "") -> int:
         # floats are wrapped, as 1 and 1.0 are equal keys, but an index and a number
         key = kind, name, *(value if isinstance(value, int) else (value,) for value in values)
-        found = self._places.get(key)
-        if found is None:
-            found = self._places[key] = len(self.operations)
-            if found >= self.most:
+        index = self._places.get(key)
+        if index is None:
+            index = self._places[key] = len(self.operations)
+            if index >= self.most:
                 raise DerivationError(f"the program takes more than {self.most:,} operations")
             self.operations.append((kind, values, name))
-        return found
+        return index
 
 
 def _order(a: Value, b: Value) -> tuple[Value, Value]:

@@ -56,40 +56,42 @@ class Answering:
     _generic: int | None = None
     """The generic rank of the constraints, once they are known not to lock the mechanism."""
 
-    def _look_for_locks(self, one: Callable[..., Array]) -> Callable[..., Array]:
+    def _look_for_locks(self, function: Callable[..., Array]) -> Callable[..., Array]:
         """Wrap a function of the state; make it refuse a mechanism locked in a singular position.
 
         One check suffices: a locked mechanism cannot reach any other position.
         """
         closed = self._closed
         if closed is None or closed.most is not None or self._generic is not None:
-            return one
+            return function
 
         def answer(q: Array, v: Array, t: float) -> Array:
             if self._generic is None:
                 closed.refuse_open(q, t)
                 self._generic = generic_rank(closed, q, t)
-            return one(q, v, t)
+            return function(q, v, t)
 
         return answer
 
     def _answer(
-        self, states: States, one: Callable[..., Array], *, accelerations: bool = False
+        self, states: States, function: Callable[..., Array], *, accelerations: bool = False
     ) -> Array:
-        """Evaluate one(q, v, t), or one(q, v, t, a), in each state; all values must be finite."""
+        """Evaluate function(q, v, t), or function(q, v, t, a), in each state; all values must be finite."""
         if self._tree.loads.waiting:
             raise InputError(
                 f"a function of time in mechanism {self.mechanism.name!r} calls the Reference that "
                 "is waiting for its value; let it use one of its own: Reference(mechanism)"
             )
         rows: list[Array] = []
-        each = zip(states.q, states.v, states.a, states.t.tolist(), strict=True)
+        rows_in = zip(states.q, states.v, states.a, states.t.tolist(), strict=True)
         try:
             with np.errstate(all="ignore"):  # what is not finite is refused below
-                for k, (q, v, a, t) in enumerate(each):
+                for k, (q, v, a, t) in enumerate(rows_in):
                     if states.efforts is not None:
                         self._tree.drive(states.efforts, k, q, v, t)
-                    rows.append(np.asarray(one(q, v, t, a) if accelerations else one(q, v, t)))
+                    rows.append(
+                        np.asarray(function(q, v, t, a) if accelerations else function(q, v, t))
+                    )
         except MecaniqueError:
             raise
         except (ArithmeticError, ValueError) as error:

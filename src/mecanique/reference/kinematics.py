@@ -147,8 +147,8 @@ class Kinematics(Answering):
             UnknownNameError: if there is no such body.
         """
         name = self.mechanism.body(body).name
-        one = partial(self._tree.jacobian, name)
-        return self._answer(States.of(self.mechanism, q, t=t), one)
+        function = partial(self._tree.jacobian, name)
+        return self._answer(States.of(self.mechanism, q, t=t), function)
 
     def followers(
         self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
@@ -182,12 +182,12 @@ class Kinematics(Answering):
             v: shape (nv,).
         """
 
-        def one(q: Array, v: Array, t: float) -> Array:
+        def function(q: Array, v: Array, t: float) -> Array:
             out: Array = np.empty(self.mechanism.nq)
             self._tree.chart.rates(q, v, out)
             return out
 
-        return self._answer(States.of(self.mechanism, q, v), one)
+        return self._answer(States.of(self.mechanism, q, v), function)
 
     @property
     def total_mass(self) -> float:

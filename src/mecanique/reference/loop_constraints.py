@@ -80,8 +80,8 @@ class LoopConstraints(Answering):
         states = States.of(self.mechanism, q, v, t, tau=tau)
         if self._closed is None:
             return {}
-        found = self._answer(states, self._look_for_locks(self._closed.multipliers))
-        return dict(zip(self.constraint_names, np.moveaxis(found, -1, 0), strict=True))
+        values = self._answer(states, self._look_for_locks(self._closed.multipliers))
+        return dict(zip(self.constraint_names, np.moveaxis(values, -1, 0), strict=True))
 
     def constraint_residual(self, q: Given, t: float | Array = 0.0) -> Array:
         """Return the gaps Φ of the loops, by `constraint_names`, shape (m,) [m or rad].
@@ -114,13 +114,13 @@ class LoopConstraints(Answering):
     def _constraints(self, states: States, what: str) -> Array:
         closed = self._closed
 
-        def one(q: Array, v: Array, t: float) -> Array:
+        def function(q: Array, v: Array, t: float) -> Array:
             if closed is None:
                 return np.zeros((0, self.mechanism.nv) if what == "jacobian" else 0)
-            found: Array = getattr(closed.closures.at(q, v, t), what)
-            return found
+            values: Array = getattr(closed.closures.at(q, v, t), what)
+            return values
 
-        return self._answer(states, one)
+        return self._answer(states, function)
 
     def drift(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the violation of constraints by q and by v, shape (2,); zero for a tree.
@@ -196,9 +196,9 @@ class LoopConstraints(Answering):
                 )
         rates = [joint.velocities[-1] for joint in joints]
         states = States.of(self.mechanism, q, v, t, a)
-        one = partial(driving_forces, self._tree, self._closed, rates)
-        found = self._answer(states, one, accelerations=True)
-        return {name: found[..., k] for k, name in enumerate(drives)}
+        function = partial(driving_forces, self._tree, self._closed, rates)
+        forces = self._answer(states, function, accelerations=True)
+        return {name: forces[..., k] for k, name in enumerate(drives)}
 
     def response(self, q: Given, t: float, impulse: Given) -> Array:
         """Return the change of velocities by an impulse with closed loops, shape (nv,).

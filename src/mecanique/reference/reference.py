@@ -163,11 +163,11 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         """
         rhs, nq = self.rhs(overwriting=True), self.mechanism.nq
 
-        def one(q: Array, v: Array, t: float) -> Array:
+        def function(q: Array, v: Array, t: float) -> Array:
             a = rhs(t, np.concatenate([q, v]))[nq:]
             return a.copy() if np.isfinite(a).all() else self._accelerate(q, v, t)
 
-        return self._answer(states, one).reshape(len(states.q), self.mechanism.nv)
+        return self._answer(states, function).reshape(len(states.q), self.mechanism.nv)
 
     def _compute(self, quantity: Quantity, states: States) -> Array:
         tree = self._tree

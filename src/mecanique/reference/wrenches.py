@@ -110,9 +110,9 @@ class Wrenches(Answering):
             InputError: if tau acts anywhere but in joints with one coordinate.
         """
         states = States.of(self.mechanism, q, v, t, tau=tau)
-        found = self._find_totals(states)
+        totals = self._find_totals(states)
         known = elements or not self.mechanism.elements
-        return found if known else found | self._hold(states).wrenches
+        return totals if known else total_by_body | self._hold(states).wrenches
 
     def guide_forces(
         self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
@@ -189,12 +189,12 @@ class Wrenches(Answering):
             return {}
         contacts = self._closed.closures.contacts
 
-        def one(q: Array, v: Array, t: float) -> Array:
+        def function(q: Array, v: Array, t: float) -> Array:
             self._tree.poses(q, v, t)
             return contacts.places()
 
-        found = np.moveaxis(self._answer(States.of(self.mechanism, q, t=t), one), -2, 0)
-        return dict(zip(self._carriers[-len(found) :], found, strict=True))
+        points = np.moveaxis(self._answer(States.of(self.mechanism, q, t=t), function), -2, 0)
+        return dict(zip(self._carriers[-len(points) :], points, strict=True))
 
     def _hold(self, states: States) -> _HeldStates:
         """Solve for the elements' forces in each state, and the joints' remaining reactions."""
@@ -202,7 +202,7 @@ class Wrenches(Answering):
         count = len(tree.elements.names)
         loose, unknown = np.zeros((joints, 6), dtype=bool), np.zeros(count, dtype=bool)
 
-        def one(q: Array, v: Array, t: float) -> Array:
+        def function(q: Array, v: Array, t: float) -> Array:
             if self._closed is None:
                 totals = tree.reactions(q, v, t)
             else:
@@ -212,7 +212,7 @@ class Wrenches(Answering):
             np.logical_or(unknown, held.unknown, out=unknown)
             return np.concatenate([part.ravel() for part in held[:2]] + [held.actions.ravel()])
 
-        parts = self._answer(states, one)
+        parts = self._answer(states, function)
         ahead = parts.shape[:-1]
         forces = np.where(unknown, np.nan, parts[..., :count])
         first = count + 6 * joints
@@ -311,12 +311,12 @@ class Wrenches(Answering):
     def _transmit(self, states: States, closed: Closed) -> dict[str, Wrench]:
         flags = np.zeros((len(self._carriers), 6), dtype=bool)
 
-        def one(q: Array, v: Array, t: float) -> Array:
+        def function(q: Array, v: Array, t: float) -> Array:
             found = closed.reactions(q, v, t)
             np.logical_or(flags, found.undetermined, out=flags)
             return found.wrenches
 
-        parts = self._answer(states, self._look_for_locks(one))
+        parts = self._answer(states, self._look_for_locks(function))
         return self._wrenches(states, parts, flags)
 
     def _wrenches(
@@ -324,11 +324,11 @@ class Wrenches(Answering):
     ) -> dict[str, Wrench]:
         """Name the wrenches of joints and loops, shape (…, n, 2, 3), with their points."""
         places = Places(partial(self._poses_by_name, states))
-        found = {}
+        wrenches = {}
         for k, (name, (parent, child, point)) in enumerate(
             list(zip(self._carriers, self._seats, strict=True))[: parts.shape[-3]]
         ):
-            found[name] = Wrench(
+            wrenches[name] = Wrench(
                 parts[..., k, 0, :],
                 parts[..., k, 1, :],
                 () if flags is None else _names_of(flags[k]),
@@ -338,7 +338,7 @@ class Wrenches(Answering):
                 body=child,
                 places=places,
             )
-        return found
+        return wrenches
 
     def _poses_by_name(self, states: States) -> dict[str, Array]:
         poses = np.moveaxis(self._answer(states, self._tree.poses), -3, 0)

@@ -149,7 +149,7 @@ def _functions(
     name = getattr(other, "__name__", "")
     if callable(getattr(other, "name_in", None)):
         name = getattr(other, "name", str)()  # CasADi's
-    known = [each for each in TAKES if name == each or name.endswith(f"_{each}")]
+    known = [quantity for quantity in TAKES if name == quantity or name.endswith(f"_{quantity}")]
     if not known:
         raise InputError(
             f"expected a function called after what it gives ({', '.join(TAKES)}), got {name!r}; "
@@ -179,7 +179,7 @@ def _of_mechanism(
 ) -> tuple[dict[str, Array], tuple[str, ...]]:
     """Values of another mechanism in our order of coordinates, and how they were matched."""
     notes: tuple[str, ...] = ()
-    ours, theirs = ((tuple(one.coordinates), one.velocities) for one in (mechanism, other))
+    ours, theirs = ((tuple(side.coordinates), side.velocities) for side in (mechanism, other))
     if (len(ours[0]), len(ours[1])) != (len(theirs[0]), len(theirs[1])):
         alone = [
             f"{', '.join(sorted(set(a[0]) - set(b[0])))}" or "none"

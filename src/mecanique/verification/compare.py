@@ -107,7 +107,7 @@ def ask(
     tell = progress or (lambda _name, _done: None)
     tell(engine_name(), 0.0)
     theirs = evaluate(engine, states, accelerations=moves)
-    found: dict[str, dict[str, Array]] = {}
+    answers: dict[str, dict[str, Array]] = {}
     for k, (name, form) in enumerate(ours.forms.items(), 1):
         tell(name, k / (len(ours.forms) + 2))
         some = derivations.affordable(name, states) if budget else states
@@ -119,27 +119,27 @@ def ask(
                 f"{name}: at the first {say_count(len(some), 'state')} only{without}, "
                 "their cost grows with the cube of the size",
             )
-        found[name] = evaluate(form, some, light=light, accelerations=moves)
+        answers[name] = evaluate(form, some, light=light, accelerations=moves)
     if mechanism.loops and not mechanism.rolls:
-        found[_INDEPENDENT], remarks = derivations.independent_accelerations(mechanism, states)
+        answers[_INDEPENDENT], remarks = derivations.independent_accelerations(mechanism, states)
         notes = (*notes, *remarks)
     tell("reactions and rounding", 1 - 1 / (len(ours.forms) + 2))
     if reactions and mechanism.contacts:
         theirs["contact forces"] = derivations.contact_forces(engine, engine, states)
         for name in ("recursion", "Newton-Euler"):
             touching = derivations.contact_forces(ours.forms[name], engine, states)
-            found[name]["contact forces"] = touching
+            answers[name]["contact forces"] = touching
     if reactions and moves and not (mechanism.loops or mechanism.velocity_constraints):
         balances = derivations.balances(ours)
         shared = derivations.shared_reactions(engine, states) if mechanism.contacts else None
-        for source, values in ((balances, found["Newton-Euler"]), (engine, theirs)):
+        for source, values in ((balances, answers["Newton-Euler"]), (engine, theirs)):
             parts = [derivations.reactions(source, mechanism, states)]
             if shared is not None:
                 parts[0][:, : shared.shape[1]][shared] = 0.0
             # reactions are judged against the contact forces that they balance
             parts += [values["contact forces"]] if mechanism.contacts else []
             values["reactions"] = np.concatenate(parts, axis=1)
-    return Answers(theirs, found, notes)
+    return Answers(theirs, answers, notes)
 
 
 def _idle(engine: Reference, states: States) -> list[str]:
@@ -239,13 +239,13 @@ def verify(
 
         return compare_with(mechanism, against, samples, seed, tolerance or TOLERANCE, header)
     verdict = compare(mechanism, samples, seed, tolerance=tolerance, progress=progress)
-    found = verdict if verdict.agrees else _explain(verdict, mechanism)
+    explained = verdict if verdict.agrees else _explain(verdict, mechanism)
     if mechanism.origin is None and not engines:
-        return found  # nothing was read from a file
+        return explained  # nothing was read from a file
     from mecanique.verification.engines import read_by
 
     everyone = list(dict.fromkeys((*_USUAL, *engines)))
-    return replace(found, readings=read_by(mechanism, everyone, seed))
+    return replace(explained, readings=read_by(mechanism, everyone, seed))
 
 
 def compare(

@@ -84,12 +84,12 @@ class ClosedForm:
         if self._derivation.quasi:
             return self._reduce(mass, rest, J, gamma, units, q, t)
         rows = RowUnits(np.ones(len(ties)), np.arange(len(ties)))
-        found = np.full(rest.shape, np.nan)
+        held = np.full(rest.shape, np.nan)
         known = np.isfinite(J).all(axis=(1, 2)) & np.isfinite(gamma).all(axis=1)
         for k in np.flatnonzero(known):
             motion = solve_held(mass[k], rest[k], J[k], gamma[k], units, rows)
-            found[k] = motion.acceleration
-        return found
+            held[k] = motion.acceleration
+        return held
 
     def _reduce(
         self,
@@ -107,7 +107,7 @@ class ClosedForm:
         S = S.reshape(len(S), len(quasi), mass.shape[-1])
         rows = np.concatenate([S @ mass, J], axis=1)
         sides = np.concatenate([(S @ rest[..., None])[..., 0], -gamma], axis=1)
-        found = []
+        reduced = []
         for matrix, side in zip(rows, sides, strict=True):
             columns = matrix * units
             sizes = np.abs(columns).max(axis=1, keepdims=True)
@@ -116,8 +116,8 @@ class ClosedForm:
             y = np.linalg.lstsq(rows_alike, sides_alike, rcond=None)[0]
             # once more, for what is left: terms of very different sizes lose digits
             y += np.linalg.lstsq(rows_alike, sides_alike - rows_alike @ y, rcond=None)[0]
-            found.append(units * y)
-        return np.array(found)
+            reduced.append(units * y)
+        return np.array(reduced)
 
     def energy(self, q: Given, v: Given, t: Any = 0.0) -> tuple[Array, ...]:
         """Return the kinetic and the potential energy, each shape (n,) [J]; none if not stated.
@@ -136,7 +136,7 @@ class ClosedForm:
         states = States.of(self._mechanism, q, v, t)
         with np.errstate(all="ignore"):
             value = Evaluation(self._derivation.algebra.ring, states.values)
-            columns = [np.broadcast_to(value(one), (len(states),)) for one in series]
+            columns = [np.broadcast_to(value(entry), (len(states),)) for entry in series]
         return np.stack(columns, axis=-1).astype(float) if columns else np.zeros((len(states), 0))
 
 
@@ -218,11 +218,11 @@ def shared_reactions(engine: Reference, states: States) -> Array:
     """Return which components redundant contacts leave undetermined, shape (n, 6 · joints)."""
     closed, count = engine.closed, len(engine.mechanism.joints)
     assert closed is not None, "the mechanism has contacts"
-    found = [
+    parts = [
         closed.undetermined(q, t)[:count].reshape(-1)
         for q, t in zip(states.q, states.t.tolist(), strict=True)
     ]
-    return np.array(found)
+    return np.array(parts)
 
 
 def contact_forces(source: Dynamics, engine: Reference, states: States) -> Array:
@@ -230,9 +230,9 @@ def contact_forces(source: Dynamics, engine: Reference, states: States) -> Array
     assert isinstance(source, (Equations, Reference))
     mechanism, closed = engine.mechanism, engine.closed
     assert closed is not None, "the mechanism has contacts"
-    found = source.multipliers(states.q, states.v, states.t)
-    of_contacts = np.array([name in row_names(mechanism.contacts) for name in found])
-    columns = np.stack(list(found.values()), axis=-1)
+    multipliers = source.multipliers(states.q, states.v, states.t)
+    of_contacts = np.array([name in row_names(mechanism.contacts) for name in multipliers])
+    columns = np.stack(list(multipliers.values()), axis=-1)
     determined = [
         closed.solve(q, v, t).determined
         for q, v, t in zip(states.q, states.v, states.t.tolist(), strict=True)

@@ -70,13 +70,13 @@ def inertia_slip(mass: float, center: Array, before: Array, after: Array) -> str
 def turn_slip(before: Array, after: Array) -> str:
     """Return what changed roll, pitch and yaw look like, both of shape (3,) [rad]."""
     right, wrong = slips.turn_of(before), slips.turn_of(after)
-    one = np.eye(3)
-    if text := _first(slips.mistake_turn(before), wrong, one):
+    identity = np.eye(3)
+    if text := _first(slips.mistake_turn(before), wrong, identity):
         return text
     for axis, name in zip(np.eye(3), "xyz", strict=True):
         for angle in (np.pi / 2, -np.pi / 2, np.pi):
             turn = slips.turn_of(angle * axis)
-            if any(_near(wrong, found, one) for found in (right @ turn, turn @ right)):
+            if any(_near(wrong, turned, identity) for turned in (right @ turn, turn @ right)):
                 return f"{np.degrees(angle):+.0f}° about {name}"
     return ""
 
@@ -100,8 +100,8 @@ def _factor(before: Array, after: Array, factors: Iterable[Factor]) -> str:
     return next(known, "")
 
 
-def _first(found: Iterator[Slip], after: Array, size: Array) -> str:
-    return next((slip.text for slip in found if _near(after, slip.value, size)), "")
+def _first(candidates: Iterator[Slip], after: Array, size: Array) -> str:
+    return next((slip.text for slip in candidates if _near(after, slip.value, size)), "")
 
 
 def _entry(before: Array, after: Array, names: Sequence[str], size: Array) -> str:
@@ -139,29 +139,29 @@ def pair(a: Mechanism, b: Mechanism) -> Pairs:
     grown = True
     while grown:
         grown = False
-        for one in a.tree:
+        for joint_a in a.tree:
             # a joint that keeps its name, or whose child does, shows what the other is called
-            twin = b.joint(joints[one.name]) if one.name in joints else None
-            if twin is None and one.child in bodies:
-                found = into_b.get(bodies[one.child])
-                if found is not None and found.name not in joints.values():
-                    joints[one.name] = found.name
+            twin = b.joint(joints[joint_a.name]) if joint_a.name in joints else None
+            if twin is None and joint_a.child in bodies:
+                twin_joint = into_b.get(bodies[joint_a.child])
+                if twin_joint is not None and twin_joint.name not in joints.values():
+                    joints[joint_a.name] = twin_joint.name
                     grown = True
-            elif twin is not None and one.child not in bodies:
+            elif twin is not None and joint_a.child not in bodies:
                 if twin.child not in bodies.values():
-                    bodies[one.child] = twin.child
+                    bodies[joint_a.child] = twin.child
                     grown = True
-            elif twin is None and bodies.get(one.parent) is not None:
+            elif twin is None and bodies.get(joint_a.parent) is not None:
                 alike = [
                     joint
                     for joint in b.joints
                     if joint.name not in joints.values()
-                    and joint.parent == bodies[one.parent]
+                    and joint.parent == bodies[joint_a.parent]
                     and joint.child not in bodies.values()
-                    and _alike(one, joint, a.body(one.child), b.body(joint.child))
+                    and _alike(joint_a, joint, a.body(joint_a.child), b.body(joint.child))
                 ]
                 if len(alike) == 1:
-                    joints[one.name], bodies[one.child] = alike[0].name, alike[0].child
+                    joints[joint_a.name], bodies[joint_a.child] = alike[0].name, alike[0].child
                     grown = True
     if a.ground not in bodies and b.ground not in bodies.values():
         bodies[a.ground] = b.ground
@@ -179,13 +179,15 @@ def _by_name(first: Iterable[str], second: Iterable[str]) -> dict[str, str]:
     return {name: name for name in first if name in known}
 
 
-def _alike(one: Joint, twin_joint: Joint, body: Body, twin: Body) -> bool:
+def _alike(joint_a: Joint, twin_joint: Joint, body: Body, twin: Body) -> bool:
     """Whether two joints with other names and their children are the same in all numbers."""
-    if type(one) is not type(twin_joint) or isinstance(one, Fixed) != isinstance(twin_joint, Fixed):
+    if type(joint_a) is not type(twin_joint) or isinstance(joint_a, Fixed) != isinstance(
+        twin_joint, Fixed
+    ):
         return False
     origins = [
         np.array([*joint.origin.xyz, *np.ravel(joint.origin.rotation)], dtype=float)
-        for joint in (one, twin_joint)
+        for joint in (joint_a, twin_joint)
     ]
     (m, c, inertia), (n, d, moment) = numbers_of(body), numbers_of(twin)
     return (
@@ -326,15 +328,15 @@ def _welds(m: Mechanism, body: str) -> Iterator[tuple[str, Array]]:
         ]
 
 
-def _only_merge(a: Mechanism, b: Mechanism, pairs: Pairs, one: Body, other: Body) -> bool:
+def _only_merge(a: Mechanism, b: Mechanism, pairs: Pairs, body: Body, twin: Body) -> bool:
     """Whether links were merged into a body or split off from it, and all they weigh is the same.
 
     Without such links a mass that differs by a millionth is another mass.
     """
-    welds = {pairs.bodies.get(name) for name, _ in _welds(a, one.name)}
-    if welds == {name for name, _ in _welds(b, other.name)}:
+    welds = {pairs.bodies.get(name) for name, _ in _welds(a, body.name)}
+    if welds == {name for name, _ in _welds(b, twin.name)}:
         return False
-    return np.allclose(_total(a, one.name), _total(b, other.name), rtol=1e-6, atol=1e-12)
+    return np.allclose(_total(a, body.name), _total(b, twin.name), rtol=1e-6, atol=1e-12)
 
 
 def _bodies(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
@@ -364,59 +366,59 @@ def _bodies(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
 
 
 def _joints(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
-    for one in a.joints:
-        if one.name not in pairs.joints:
+    for joint_a in a.joints:
+        if joint_a.name not in pairs.joints:
             continue
-        twin = b.joint(pairs.joints[one.name])
-        where = f"joint {one.name!r}"
-        if pairs.bodies.get(one.parent, "") != twin.parent:
-            yield Change(where, "parent", repr(one.parent), repr(twin.parent)), None
-        if pairs.bodies.get(one.child, "") != twin.child:
-            yield Change(where, "child", repr(one.child), repr(twin.child)), None
-        if type(one) is not type(twin):
-            kinds = [type(joint).__name__.lower() for joint in (one, twin)]
+        twin = b.joint(pairs.joints[joint_a.name])
+        where = f"joint {joint_a.name!r}"
+        if pairs.bodies.get(joint_a.parent, "") != twin.parent:
+            yield Change(where, "parent", repr(joint_a.parent), repr(twin.parent)), None
+        if pairs.bodies.get(joint_a.child, "") != twin.child:
+            yield Change(where, "child", repr(joint_a.child), repr(twin.child)), None
+        if type(joint_a) is not type(twin):
+            kinds = [type(joint).__name__.lower() for joint in (joint_a, twin)]
             yield Change(where, "type", kinds[0], kinds[1]), None
             continue
-        yield from _frames(where, one, twin)
-        if isinstance(one, (Single, Planar)) and isinstance(twin, (Single, Planar)):
-            old, new = (np.array(joint.axis, dtype=float) for joint in (one, twin))
+        yield from _frames(where, joint_a, twin)
+        if isinstance(joint_a, (Single, Planar)) and isinstance(twin, (Single, Planar)):
+            old, new = (np.array(joint.axis, dtype=float) for joint in (joint_a, twin))
             if _differ(old, new):
                 slip = axis_slip(old, new)
-                yield _change(where, "axis", old, new, "", slip), replace(one, axis=twin.axis)
-        if isinstance(one, Single) and isinstance(twin, Single):
-            yield from _single(a, b, where, one, twin)
+                yield _change(where, "axis", old, new, "", slip), replace(joint_a, axis=twin.axis)
+        if isinstance(joint_a, Single) and isinstance(twin, Single):
+            yield from _single(a, b, where, joint_a, twin)
 
 
-def _frames(where: str, one: Joint, twin: Joint) -> Iterator[_Numeric]:
-    here, there = (np.array(joint.origin.xyz, dtype=float) for joint in (one, twin))
+def _frames(where: str, joint_a: Joint, twin: Joint) -> Iterator[_Numeric]:
+    here, there = (np.array(joint.origin.xyz, dtype=float) for joint in (joint_a, twin))
     if _differ(here, there):
         slip = vector_slip(here, there)
-        moved = replace(one, origin=replace(one.origin, xyz=twin.origin.xyz))
+        moved = replace(joint_a, origin=replace(joint_a.origin, xyz=twin.origin.xyz))
         yield _change(where, "origin xyz", here, there, "m", slip), moved
-    turns = [np.array(joint.origin.rotation, dtype=float) for joint in (one, twin)]
+    turns = [np.array(joint.origin.rotation, dtype=float) for joint in (joint_a, twin)]
     if np.abs(turns[0] - turns[1]).max() > _SAME:
-        before, after = (np.array(joint.origin.rpy, dtype=float) for joint in (one, twin))
+        before, after = (np.array(joint.origin.rpy, dtype=float) for joint in (joint_a, twin))
         slip = turn_slip(before, after)
-        turned = replace(one, origin=replace(one.origin, rpy=twin.origin.rpy))
+        turned = replace(joint_a, origin=replace(joint_a.origin, rpy=twin.origin.rpy))
         yield _change(where, "origin rpy", before, after, "rad", slip), turned
 
 
 def _single(
-    a: Mechanism, b: Mechanism, where: str, one: Single, twin: Single
+    a: Mechanism, b: Mechanism, where: str, joint_a: Single, twin: Single
 ) -> Iterator[_Numeric]:
     for what, names in (("limits", ("lower", "upper")), ("effort and velocity", _BOUNDS)):
-        before, after = (_bounds(joint.limits or Limits(), names) for joint in (one, twin))
+        before, after = (_bounds(joint.limits or Limits(), names) for joint in (joint_a, twin))
         if not np.array_equal(before, after):
             finite = np.isfinite([before, after]).all()
             slip = bounds_slip(before, after) if finite else ""
             yield _change(where, what, before, after, "", slip), None
     for what, values in (
-        ("armature", [a.evaluate(one.armature), b.evaluate(twin.armature)]),
-        ("damping", [_damping(a, one), _damping(b, twin)]),
+        ("armature", [a.evaluate(joint_a.armature), b.evaluate(twin.armature)]),
+        ("damping", [_damping(a, joint_a), _damping(b, twin)]),
     ):
         if abs(values[0] - values[1]) > _SAME * max(map(abs, values)):
             yield Change(where, what, *_show(*values)), None
-    laws = [str(m.coordinates.driven.get(j.coordinate, "")) for m, j in ((a, one), (b, twin))]
+    laws = [str(m.coordinates.driven.get(j.coordinate, "")) for m, j in ((a, joint_a), (b, twin))]
     if laws[0] != laws[1]:
         yield Change(where, "law of its coordinate", laws[0] or "free", laws[1] or "free"), None
 
@@ -444,10 +446,10 @@ def _weigh(a: Mechanism, numeric: Sequence[_Numeric], notes: list[str]) -> list[
     except MecaniqueError as error:
         notes.append(f"changes are not weighed: {error}")
         return [change for change, _ in numeric]
-    found = []
+    weighed = []
     for change, changed in numeric:
         if changed is None:
-            found.append(change)
+            weighed.append(change)
             continue
         if isinstance(changed, Body):
             bodies = tuple(changed if x.name == changed.name else x for x in bare.bodies)
@@ -461,8 +463,8 @@ def _weigh(a: Mechanism, numeric: Sequence[_Numeric], notes: list[str]) -> list[
         ):
             u, v = (scale(quantity, values, mass) for values in (x, y))
             weight = max(weight, float(np.mean(relative_difference(u, v, 1.0))))
-        found.append(replace(change, weight=weight))
-    return found
+        weighed.append(replace(change, weight=weight))
+    return weighed
 
 
 def _dynamics(m: Mechanism, states: Any) -> tuple[Array, Array]:

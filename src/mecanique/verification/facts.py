@@ -143,7 +143,7 @@ class Bench:
         from scipy.integrate import solve_ivp
 
         slope = self.reference.rhs() if self.source == "reference" else self.slope
-        found = solve_ivp(
+        solution = solve_ivp(
             slope,
             (0.0, float(times[-1])),
             np.concatenate((q, v)),
@@ -152,9 +152,9 @@ class Bench:
             rtol=3e-14,
             atol=1e-14,
         )
-        if not found.success:
-            raise IntegrationError(f"no motion up to t = {times[-1]:g} s: {found.message}")
-        return np.asarray(found.y.T)
+        if not solution.success:
+            raise IntegrationError(f"no motion up to t = {times[-1]:g} s: {solution.message}")
+        return np.asarray(solution.y.T)
 
     def stiffness(self, at: State) -> tuple[Array, Array]:
         """Return M and K of small motion about an equilibrium."""
@@ -169,8 +169,8 @@ class Bench:
 
     def squares(self, at: State) -> Array:
         """Return ω² of small motion about an equilibrium, in order, shape (nv,) [rad²/s²]."""
-        found: Array = np.sort(np.linalg.eigvals(np.linalg.solve(*self.stiffness(at))).real)
-        return found
+        eigenvalues: Array = np.sort(np.linalg.eigvals(np.linalg.solve(*self.stiffness(at))).real)
+        return eigenvalues
 
 
 def jacobian(function: Callable[[Array], Any], at: Array) -> Array:
@@ -329,13 +329,13 @@ def _residual(fact: Fact, build: _Build) -> float:
             return _limit(bench, fact, build)
 
 
-def _relative(found: Any, expected: Any) -> float:
+def _relative(value: Any, expected: Any) -> float:
     """Return the largest difference of each component, relative to its size; shape (n, …) both."""
-    found, expected = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
+    value, expected = np.asarray(value, dtype=float), np.asarray(expected, dtype=float)
     scale = np.max(np.abs(expected), axis=0)
     # a component that is zero except for rounding has no scale of its own
     scale = np.where(scale > 1e-9 * np.max(scale), scale, np.max(scale) or 1.0)
-    return float(np.max(np.abs(found - expected) / scale))
+    return float(np.max(np.abs(value - expected) / scale))
 
 
 def _at_states(
@@ -358,8 +358,8 @@ def _mass_matrix(bench: Bench, fact: MassMatrix) -> float:
     for q, v, t in bench.states:
         expected = np.asarray(fact.formula(bench.numbers(q, v, t)), dtype=float)
         size = np.sqrt(np.diag(expected))
-        found = bench.dynamics.mass_matrix(q, t)
-        differences.append(np.abs(found - expected) / np.multiply.outer(size, size))
+        computed = bench.dynamics.mass_matrix(q, t)
+        differences.append(np.abs(computed - expected) / np.multiply.outer(size, size))
     return float(np.max(differences))
 
 
@@ -416,9 +416,9 @@ def _frequencies(bench: Bench, fact: Frequencies) -> float:
 
 
 def _eigenvalues(bench: Bench, fact: Eigenvalues) -> float:
-    found = np.linalg.eigvals(_state_matrix(bench, fact.at))
+    computed = np.linalg.eigvals(_state_matrix(bench, fact.at))
     stated = np.asarray(fact.formula(bench.numbers(*bench.state(fact.at))), dtype=complex)
-    nearest = np.min(np.abs(np.subtract.outer(stated, found)), axis=1)
+    nearest = np.min(np.abs(np.subtract.outer(stated, computed)), axis=1)
     return float(np.max(nearest) / np.max(np.abs(stated)))
 
 

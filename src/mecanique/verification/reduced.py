@@ -76,21 +76,21 @@ class Reduced:
     def substitute(self, states: States) -> Array:
         """Return the bias of Lagrange's operator on T(q, S w) − V, shape (n, N)."""
         tree, w = self._tree(states), states.v[:, self._at]
-        found: Array = np.einsum("nij,ni->nj", tree.S, tree.g)
+        forces: Array = np.einsum("nij,ni->nj", tree.S, tree.g)
         for k in range(len(states)):
             along = tree.S[k]
 
             def mass(steps: Array, k: int = k, along: Array = along) -> Array:
-                one = states.at(np.full(len(steps), k))
-                there = replace(one, q=one.q + steps @ along.T)
+                state = states.at(np.full(len(steps), k))
+                there = replace(state, q=state.q + steps @ along.T)
                 flat: Array = self._mass(self._tree(there)).reshape(len(steps), -1)
                 return flat
 
             n = len(self._at)
             slopes = differences(mass, n, _STEP).reshape(n, n, n)  # ∂M_ij/∂q_b
-            found[k] += np.einsum("ijb,b,j->i", slopes, w[k], w[k])
-            found[k] -= np.einsum("ijb,i,j->b", slopes, w[k], w[k]) / 2
-        return found
+            forces[k] += np.einsum("ijb,b,j->i", slopes, w[k], w[k])
+            forces[k] -= np.einsum("ijb,i,j->b", slopes, w[k], w[k]) / 2
+        return forces
 
     def _mass(self, tree: _Tree) -> Array:
         mass: Array = np.einsum("nij,nik,nkl->njl", tree.S, tree.M, tree.S)
@@ -104,12 +104,12 @@ class Reduced:
         rest = [k for k in range(nv) if k not in self._at]
         for k, (J, gamma) in enumerate(zip(held.jacobian, held.gamma, strict=True)):
             given = np.column_stack([J[:, self._at], gamma])
-            found, _, rank, _ = np.linalg.lstsq(J[:, rest], -given, rcond=1e-9)
+            solution, _, rank, _ = np.linalg.lstsq(J[:, rest], -given, rcond=1e-9)
             if rank < len(rest):
                 names = ", ".join(self._mechanism.velocities[i] for i in self._at)
                 raise InputError(f"the velocities {names} do not determine the others")
-            S[k, self._at], S[k, rest] = np.eye(len(self._at)), found[:, :-1]
-            c[k, rest] = found[:, -1]
+            S[k, self._at], S[k, rest] = np.eye(len(self._at)), solution[:, :-1]
+            c[k, rest] = solution[:, -1]
         q, v, t = states.q, states.v, states.t
         return _Tree(
             M=np.asarray(equations.mass_matrix(q, t)),

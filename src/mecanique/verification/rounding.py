@@ -211,15 +211,15 @@ def entry_rounding(mechanism: Mechanism, states: States) -> dict[str, Array]:
     last = 0
     for link, origin, J in zip(tree, recursion.origins, recursion.moments, strict=True):
         first, last = last, last + len(link.velocities)
-        own = slice(first, last)
+        columns = slice(first, last)
         step = np.linalg.norm(origin[:3, 3]) + chart.reach(link)
         way = np.full(chart.u.shape, np.nan)
         before = _Rates(still, still, still, still, still + g)
         if link.parent >= 0:
             way, before = ways[link.parent] + step[:, None], rates[link.parent]
-        way[:, own] = 0.0
+        way[:, columns] = 0.0
         ways.append(way)
-        rates.append(before.advance(step, link, chart.u[:, own], chart.gamma[:, own]))
+        rates.append(before.advance(step, link, chart.u[:, columns], chart.gamma[:, columns]))
         if not J.any():
             continue
         root, size, rate = np.sqrt(J[3, 3]), np.sqrt(max(np.trace(J[:3, :3]), 0.0)), rates[-1]
@@ -238,18 +238,18 @@ def entry_rounding(mechanism: Mechanism, states: States) -> dict[str, Array]:
     M = np.swapaxes(B, 1, 2) @ B + np.diag(np.abs(rotors))
     pull += np.abs(rotors) * chart.gamma
     unit = ENTRY * chart.turned
-    found = {
+    bounds = {
         "mass matrix": unit[:, None, None] * chart.motions.projected_matrix(M),
         "gravity": unit[:, None] * chart.motions.project(weight),
     }
     if chart.linear:
-        found |= {
+        bounds |= {
             "bias": unit[:, None] * chart.motions.project(pull),
             "kinetic energy": unit * kinetic,
             "momentum": np.tile(unit * momentum, (3, 1)).T,
             "angular momentum": np.tile(unit * angular, (3, 1)).T,
         }
-    return found
+    return bounds
 
 
 @final
@@ -354,13 +354,13 @@ def _drive(states: States) -> dict[str, _Driven]:
         v[1 + k, :, places[f"{name}'"]] = states.q[:, coordinates.index(name)]
     q, t = np.tile(states.q, (len(v), 1)), np.tile(states.t, len(v))
     many = replace(states, q=q, v=v.reshape(-1, mechanism.nv), t=t, a=np.zeros((len(q), 0)))
-    found = {}
+    driven = {}
     for name, c in driven_paths(many).items():
         parts = (c[0, 0], c[1, 0], c[0, 1:], c[1, 1:])
         r, rate, slope, bend = (part.reshape(*part.shape[:-1], len(v), n) for part in parts)
         size = np.abs(r[0]) + np.abs(rate[0] * states.t) + np.abs(rate[1:] - rate[0]).sum(axis=0)
         first = bend[:, 0]
-        own = np.abs(slope[:, 0]) + np.abs(first * states.t)
-        own += np.abs(bend[:, 1:] - first[:, None]).sum(axis=1)
-        found[name] = _Driven(size, own.T, not (np.any(bend) or np.any(rate[0])))
-    return found
+        sizes = np.abs(slope[:, 0]) + np.abs(first * states.t)
+        sizes += np.abs(bend[:, 1:] - first[:, None]).sum(axis=1)
+        driven[name] = _Driven(size, sizes.T, not (np.any(bend) or np.any(rate[0])))
+    return driven

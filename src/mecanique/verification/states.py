@@ -156,7 +156,7 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
     closed = Reference.of(mechanism).closed
     if closed is None:
         return ClosedStates(q, v, np.arange(len(t)), 0)
-    found: list[tuple[Array, Array]] = []
+    kept_states: list[tuple[Array, Array]] = []
     which: list[int] = []
     least: list[float] = []
     ranks: list[int] = []
@@ -174,17 +174,17 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
         acting = sizes[sizes > _RANK * sizes.max(initial=0.0)]
         least.append(float(acting.min(initial=1.0)))
         ranks.append(len(acting))
-        found.append((position, velocity))
+        kept_states.append((position, velocity))
         which.append(k)
-    if not found:
+    if not kept_states:
         return ClosedStates(q[:0], v[:0], np.arange(0), 0)
     # fewer equations act at singular positions, and where parts fall together and move otherwise
     whole = np.array(ranks) == max(ranks)
     usual = np.median(np.array(least)[whole])
     keep = np.flatnonzero(whole & (np.array(least) > max(_REGULAR * usual, _TREMBLING)))
     return ClosedStates(
-        np.array([found[k][0] for k in keep]).reshape(len(keep), q.shape[1]),
-        np.array([found[k][1] for k in keep]).reshape(len(keep), v.shape[1]),
+        np.array([kept_states[k][0] for k in keep]).reshape(len(keep), q.shape[1]),
+        np.array([kept_states[k][1] for k in keep]).reshape(len(keep), v.shape[1]),
         np.array(which, dtype=np.intp)[keep],
         max(ranks),
     )
@@ -339,8 +339,8 @@ def random_states(
 def _walk(mechanism: Mechanism, candidates: States, random: np.random.Generator) -> States:
     """Candidates with positions on a random walk from the first of them that closes the loops."""
     for k in range(len(candidates)):
-        one = candidates.at(np.array([k]))
-        start = closed_states(mechanism, one.q, one.v, one.t)
+        candidate = candidates.at(np.array([k]))
+        start = closed_states(mechanism, candidate.q, candidate.v, candidate.t)
         if len(start.at):
             q = wander(mechanism, candidates.t, random, start.q[0], _STEPS_BETWEEN)
             return replace(candidates, q=q)

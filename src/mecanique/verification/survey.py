@@ -164,23 +164,23 @@ def _survey(
 ) -> Survey:
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     processes = whole(processes, "processes", 1)
-    start, found = perf_counter(), list[Entry]()
+    start, entries = perf_counter(), list[Entry]()
     for entry in _entries(partial(_entry, samples=samples, seed=seed), tasks, processes):
-        found.append(entry)
+        entries.append(entry)
         if progress is not None:
-            progress(len(found) / len(tasks))
-    return Survey(tuple(found), samples, seed, TOLERANCE, perf_counter() - start)
+            progress(len(entries) / len(tasks))
+    return Survey(tuple(entries), samples, seed, TOLERANCE, perf_counter() - start)
 
 
 def _entries(
-    one: Callable[[tuple[str, str]], Entry], tasks: list[tuple[str, str]], processes: int
+    survey_task: Callable[[tuple[str, str]], Entry], tasks: list[tuple[str, str]], processes: int
 ) -> Iterator[Entry]:
     if processes == 1:
-        yield from map(one, tasks)
+        yield from map(survey_task, tasks)
         return
     # a fresh interpreter each: a forked one would share threads that it does not have
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(one, tasks, chunksize=1)
+        yield from pool.map(survey_task, tasks, chunksize=1)
 
 
 def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:

@@ -125,10 +125,10 @@ def compare_coordinates(
         raise InputError(
             f"the map of {first.name!r} has no finite value at some states of {second.name!r}"
         )
-    found, expected = _transform(first, motion, states), _equations(second, states)
+    transformed, expected = _transform(first, motion, states), _equations(second, states)
     mass = moving_mass(second)
     worst = {}
-    for quantity, values in found.items():
+    for quantity, values in transformed.items():
         a, b = (
             scale(quantity, part, expected["mass matrix"]) for part in (values, expected[quantity])
         )
@@ -170,9 +170,9 @@ def _differentiate(first: Mechanism, second: Mechanism, relations: Mapping[str, 
         for symbol in sorted(symbols_in(expression) - known):
             raise UnknownNameError(f"symbol in the map of {name!r}", symbol, sorted(known))
     # the expressions' own symbols, whatever is assumed of them
-    own = {symbol.name: symbol for e in phi.values() for symbol in e.free_symbols}
-    variables = [own.get(name, Symbol(name)) for name in y]
-    time = own.get("t", Symbol("t"))
+    symbols = {symbol.name: symbol for e in phi.values() for symbol in e.free_symbols}
+    variables = [symbols.get(name, Symbol(name)) for name in y]
+    time = symbols.get("t", Symbol("t"))
     rates = [Symbol(f"{name}'") for name in y]
 
     def total(expression: Any) -> Any:
@@ -206,9 +206,13 @@ def _evaluate(chart: _Map, second: Mechanism, states: States) -> _Motion:
 
 def _transform(first: Mechanism, motion: _Motion, states: States) -> dict[str, Array]:
     """Return Jᵀ times the equations of the first: M_y = Jᵀ M J, bias Jᵀ (M γ + bias − forces)."""
-    one, (q, v, J, gamma) = derive(first), motion
-    M = one.mass_matrix(q, states.t)
-    rest = one.bias(q, v, states.t) - one.forces(q, v, states.t) + np.einsum("nij,nj->ni", M, gamma)
+    equations, (q, v, J, gamma) = derive(first), motion
+    M = equations.mass_matrix(q, states.t)
+    rest = (
+        equations.bias(q, v, states.t)
+        - equations.forces(q, v, states.t)
+        + np.einsum("nij,nj->ni", M, gamma)
+    )
     mass = np.einsum("nki,nkl,nlj->nij", J, M, J)
     bias = np.einsum("nki,nk->ni", J, rest)
     acceleration = np.linalg.solve(mass, -bias[..., None])[..., 0]

@@ -31,12 +31,12 @@ from mecanique.verification.states import random_states
 def sample(letters: Letters, tables: list[Any], states: States) -> list[np.ndarray]:
     """Return tables of scalars at a few states, each shape (states, rows, columns)."""
     inputs = inputs_at(letters, states)
-    found = []
+    sampled = []
     for table in tables:
         values = [value_of(entry) for row in table for entry in row]
         numbers = evaluate(letters.tape, values, inputs, len(states))
-        found.append(numbers.reshape(len(states), len(table), -1))
-    return found
+        sampled.append(numbers.reshape(len(states), len(table), -1))
+    return sampled
 
 
 def inputs_at(letters: Letters, states: States) -> dict[str, Any]:
@@ -116,9 +116,9 @@ class Constrained:
             drive = [f - self._weight * dot(column, self._gamma) for f, column in pairs]
         free = self._free(drive)
         missing = [-(g + dot(row, free)) for g, row in zip(self._gamma, self._J, strict=True)]
-        found = self._factors.solve(missing)
-        a = [x + dot(found, column) for x, column in zip(free, self._pulled, strict=True)]
-        return self._solution(a, found)
+        multipliers = self._factors.solve(missing)
+        a = [x + dot(multipliers, column) for x, column in zip(free, self._pulled, strict=True)]
+        return self._solution(a, multipliers)
 
     def _solution(self, a: list[Any], values: list[Any]) -> Solution:
         multipliers: list[Any] = [0.0] * len(self._loops.names)
@@ -149,14 +149,14 @@ class Constrained:
         # the equation of an eliminated velocity contains only the multiplier of its own row
         for k, column in reduced.pivots.items():
             left = dot(self._M[column], a) - drive[column]
-            left = left - sum(J[other][column] * known[other] for other in reduced.others)
+            left = left - sum(J[k2][column] * known[k2] for k2 in reduced.others)
             known[k] = left * (1.0 / J[k][column])
         return self._solution(a, [known[k] for k in range(len(J))])
 
     def close(self, gaps: list[Any]) -> list[Any]:
         """Return the displacements of least energy that close the gaps of all rows."""
-        found = self._factors.solve([-gaps[k] for k in self._kept])
-        return [dot(found, column) for column in self._pulled]
+        multipliers = self._factors.solve([-gaps[k] for k in self._kept])
+        return [dot(multipliers, column) for column in self._pulled]
 
     def firmness(self) -> Any:
         """Return a measure of regularity of the loops, which is zero where J loses rank.
@@ -171,8 +171,8 @@ class Constrained:
         for k, block in enumerate(blocks):
             unit = [1.0 if k == i else 0.0 for i in range(len(blocks))]
             compliance = self._factors.solve(unit)[k]
-            for i, other in enumerate(blocks):
-                if other == block:
+            for i, block2 in enumerate(blocks):
+                if block2 == block:
                     total = total + self._resistance[i][i] * compliance
         root = self._tape.call("sqrt", self._tape.divide(1.0, value_of(total)))
         return trace(self._tape, root)
@@ -194,7 +194,7 @@ def _reduce(J: Rows, gamma: list[Any]) -> _Reduced:
     pivots: dict[int, int] = {}
     for k, row in enumerate(J):
         for column, entry in enumerate(row):
-            alone = all(_is_zero(J[one][column]) for one in pivots)
+            alone = all(_is_zero(J[pivot][column]) for pivot in pivots)
             alone = alone and all(_is_zero(row[taken]) for taken in pivots.values())
             if isinstance(entry, float) and entry and alone:
                 pivots[k] = column
@@ -207,7 +207,7 @@ def _reduce(J: Rows, gamma: list[Any]) -> _Reduced:
     rest: list[Any] = [0.0] * count
     for k, column in pivots.items():
         share = -1.0 / J[k][column]
-        spread[column] = [share * J[k][other] for other in free]
+        spread[column] = [share * J[k][free_column] for free_column in free]
         rest[column] = share * gamma[k]
     return _Reduced(pivots, [k for k in range(len(J)) if k not in pivots], spread, rest)
 

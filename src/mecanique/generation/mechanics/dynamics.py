@@ -117,12 +117,12 @@ class Dynamics:
         if by == "q":
             rates, inputs = values_of(letters.rates), [v.place for v in letters.v]
             places = [q.place for q in letters.q]
-            found = []
+            directions = []
             for place in inputs:
                 slopes = push_forward(letters.tape, rates, {place: 1.0})
                 moved = zip(places, slopes, strict=True)
-                found.append({q: x for q, x in moved if isinstance(x, int) or x})
-            return found
+                directions.append({q: x for q, x in moved if isinstance(x, int) or x})
+            return directions
         scalars = {"v": letters.v, "a": letters.a, "tau": letters.tau}
         chosen = scalars.get(by) or [letters.values[symbol] for symbol in letters.open]
         return [{scalar.place: 1.0} for scalar in chosen]

@@ -110,7 +110,7 @@ class FreeBodyForces:
 
         dH/dt is ∫ x × x'' dm, by the second moments, as in `mecanique.motion.analysis.forces`.
         """
-        found = []
+        actions = []
         for body in self._inert:
             center, turn = self._center(body), self._pose(body.name)
             a = self.accelerate(center)
@@ -121,15 +121,17 @@ class FreeBodyForces:
             moments = [apply(E, apply(second, row)) for row in rows]  # R'' S Rᵀ
             rate = [moments[k][i] - moments[i][k] for i, k in ((1, 2), (2, 0), (0, 1))]
             force = scale(-1.0 * self._number(body.mass), a)
-            found.append(Action(body.name, "inertia", body.name, center, force, scale(-1.0, rate)))
-        return found
+            actions.append(
+                Action(body.name, "inertia", body.name, center, force, scale(-1.0, rate))
+            )
+        return actions
 
     def reactions(self) -> Iterator[Action]:
         """Yield the actions of joints, loops, contacts and elements on the bodies."""
-        found = self._transmit([*self._acting, *self.guiding])
+        transmitted = self._transmit([*self._acting, *self.guiding])
         for joint in self._mechanism.joints:
-            yield found[joint.name]
-            yield found[joint.name].opposite(joint.parent)
+            yield transmitted[joint.name]
+            yield transmitted[joint.name].opposite(joint.parent)
         yield from self._closing
         yield from self.guiding
 
@@ -245,7 +247,7 @@ class FreeBodyForces:
     def _multipliers(self, loop: Loop) -> list[Any]:
         """Return the multipliers of a loop's rows."""
         loops = self._mechanism.loops
-        first = sum(len(CLOSED[each.kind]) for each in loops[: loops.index(loop)])
+        first = sum(len(CLOSED[closed.kind]) for closed in loops[: loops.index(loop)])
         return self._dynamics.multipliers[first : first + len(CLOSED[loop.kind])]
 
     def _frame(self, body: str, frame: Placement) -> Matrix:

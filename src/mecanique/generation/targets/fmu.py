@@ -203,10 +203,10 @@ def _label_poses(program: Program) -> Iterator[tuple[str, str]]:
 
 def _label_reactions(program: Program) -> Iterator[tuple[str, str]]:
     mechanism = program.mechanism
-    for each in (*mechanism.joints, *mechanism.loops):
+    for holder in (*mechanism.joints, *mechanism.loops):
         for part, unit in (("F", "N"), ("M", "N·m")):
             for axis in "xyz":
-                yield f"reaction[{each.name},{part}{axis}]", unit
+                yield f"reaction[{holder.name},{part}{axis}]", unit
 
 
 def _list_indices(shape: tuple[int, ...]) -> list[tuple[int, ...]]:

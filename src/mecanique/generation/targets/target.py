@@ -44,17 +44,17 @@ class Cases:
 
         return Cases(cut(self.inputs), cut(self.expected), cut(self.weights), cut(self.allowed))
 
-    def join(self, other: Cases) -> Cases:
+    def join(self, more: Cases) -> Cases:
         """Return these states followed by others."""
 
         def link(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
             return {name: np.concatenate([rows, b[name]]) for name, rows in a.items()}
 
         return Cases(
-            link(self.inputs, other.inputs),
-            link(self.expected, other.expected),
-            link(self.weights, other.weights),
-            link(self.allowed, other.allowed),
+            link(self.inputs, more.inputs),
+            link(self.expected, more.expected),
+            link(self.weights, more.weights),
+            link(self.allowed, more.allowed),
         )
 
 
@@ -104,8 +104,8 @@ def symbols_of(program: Program) -> dict[str, tuple[str, ...]]:
     """Return an identifier for every input, by kind."""
 
     def names(kind: str) -> list[str]:
-        own = "v" if kind in ("a", "tau") else kind
-        return [letter.name for letter in program.letters[own]]
+        kind_of_letter = "v" if kind in ("a", "tau") else kind
+        return [letter.name for letter in program.letters[kind_of_letter]]
 
     return {"t": ("t",)} | {
         kind: identifiers(kind, names(kind)) for kind in ("q", "v", "a", "tau", "p")

@@ -63,8 +63,8 @@ def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) 
         case "poses":
             mechanism = reference.mechanism
             moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
-            found = [np.asarray(reference.pose(body, q, t))[:, :3] for body in moved]
-            return np.stack(found, axis=1)
+            poses = [np.asarray(reference.pose(body, q, t))[:, :3] for body in moved]
+            return np.stack(poses, axis=1)
         case "jacobians":
             mechanism = reference.mechanism
             moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
@@ -202,8 +202,8 @@ def _list_moves(
         def move(step: float) -> tuple[Reference, States, np.ndarray]:
             if not step:
                 return reference, states, tau
-            other = mechanism.replace(**{symbol: mechanism.values[symbol] + step})
-            return Reference(other), replace(states, mechanism=other), tau
+            varied = mechanism.replace(**{symbol: mechanism.values[symbol] + step})
+            return Reference(varied), replace(states, mechanism=varied), tau
 
         return move
 

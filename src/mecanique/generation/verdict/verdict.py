@@ -47,10 +47,10 @@ class CodeVerdict:
         """Return the verdict in sentences, for the head of a file."""
         by = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         missing = self.versions.get("pin") == NOT_INSTALLED
-        other = "a stand-in for Pinocchio" if missing else "Pinocchio"
+        engine = "a stand-in for Pinocchio" if missing else "Pinocchio"
         varied = f", {self.varied} of them with other parameters" if self.varied else ""
         lines = [
-            f"Run and compared with {other} at {self.samples} random states "
+            f"Run and compared with {engine} at {self.samples} random states "
             f"(seed {self.seed}){varied}:"
         ]
         for name, worst in self.worst.items():

@@ -49,9 +49,9 @@ def tidy(
     for _ in range(2):
         kept, ends = _read(lines, results, known, fresh, once)
         rights = [line.right for line in kept]
-        uses = Counter(name for one in (*ends, *rights) for name in _letters(one))
+        uses = Counter(name for part in (*ends, *rights) for name in _letters(part))
         once = frozenset(
-            one.name for one in kept if uses[one.name] == 1 and len(one.right.terms) == 1
+            part.name for part in kept if uses[part.name] == 1 and len(part.right.terms) == 1
         )
     return kept, ends
 
@@ -64,21 +64,21 @@ def _read(
     once: Collection[str],
 ) -> tuple[list[Line], list[Sum]]:
     """Read the listing, and substitute results that are used once."""
-    own = re.compile(rf"{fresh}\d+")
-    letters, found = dict(known), list[Line]()
+    fresh_name = re.compile(rf"{fresh}\d+")
+    letters, lines_read = dict(known), list[Line]()
     for line in lines:
         name, text = line.split(" = ", 1)
         right = read_formula(text, letters)
-        if not own.fullmatch(name):
-            found.append(Line(name, right))
+        if not fresh_name.fullmatch(name):
+            lines_read.append(Line(name, right))
         elif len(right.terms) < 2 and (name in once or _is_plain(right)):
             letters[name] = right.terms[0] if right.terms else number(0)
         else:
-            found.append(Line(name, right))
+            lines_read.append(Line(name, right))
     ends = [read_formula(text, letters) for text in results]
     needed = frozenset[str]().union(*(names_in(end) for end in ends))
     kept = list[Line]()
-    for one in reversed(found):
+    for one in reversed(lines_read):
         if one.name in needed:
             needed |= names_in(one.right)
             kept.append(one)
@@ -93,8 +93,8 @@ def _letters(part: Sum | Product | Base) -> Iterator[str]:
         yield from _letters(part.argument)
     else:
         inner = part.terms if isinstance(part, Sum) else [base for base, _ in part.factors]
-        for each in inner:
-            yield from _letters(each)
+        for inner_part in inner:
+            yield from _letters(inner_part)
 
 
 def _is_plain(whole: Sum) -> bool:
@@ -149,9 +149,9 @@ class _Reader:
         return self._tokens[self._place - 1]
 
     def _take(self, token: str) -> bool:
-        found = self._tokens[self._place] == token
-        self._place += found
-        return found
+        matches = self._tokens[self._place] == token
+        self._place += matches
+        return matches
 
 
 def _invert(factor: Product) -> Product:

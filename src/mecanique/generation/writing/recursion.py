@@ -208,7 +208,7 @@ class Written:
         """Return the list in MathML, as a fragment of an HTML page."""
         out = [f"<h3>{escape(self.title)}</h3>"]
         out += [*(f"<p>{escape(paragraph)}</p>" for paragraph in self.about), "<dl>"]
-        out += [f"<dt>{said}</dt><dd>{escape(each)}</dd>" for said, each in self.symbols()]
+        out += [f"<dt>{said}</dt><dd>{escape(meaning)}</dd>" for said, meaning in self.symbols()]
         out.append("</dl>")
         for heading, said, formulas in self.sections():
             out += [f"<h4>{escape(heading)}</h4>", *([f"<p>{escape(said)}</p>"] if said else [])]
@@ -217,11 +217,11 @@ class Written:
 
     def symbols(self) -> tuple[tuple[str, str], ...]:
         """Return each symbol in MathML, with its meaning in words."""
-        found = []
+        explained = []
         for names, sentence in self.meanings:
             symbol = "<mo>,</mo>".join(MathML().letter(name, False, "") for name in names)
-            found.append((_MATH.format("inline", symbol), sentence))
-        return tuple(found)
+            explained.append((_MATH.format("inline", symbol), sentence))
+        return tuple(explained)
 
     def sections(self) -> Iterator[tuple[str, str, tuple[str, ...]]]:
         """Yield heading, explanation and formulas in MathML of each part."""
@@ -324,7 +324,7 @@ def write_recursion(equations: Equations) -> Written:
     inputs |= {name: name for name in (holds.multipliers if holds else ())}
     fresh = "e" if any(re.fullmatch(r"x\d+", name) for name in inputs) else "x"
     listing = list_program(letters.tape, values_of(outputs), inputs, _NOTATION, names, fresh)
-    rows = [row for each in parts.values() for row in each]
+    rows = [row for rows_of_part in parts.values() for row in rows_of_part]
     known = {
         name: Product(1, ((Letter(name, (0, place)), 1),))
         for place, name in enumerate(mechanism.values)
@@ -340,9 +340,9 @@ def write_recursion(equations: Equations) -> Written:
     if any(re.fullmatch(rf"{fresh}\d+", name) for name in defined):
         meanings.append(((f"{fresh}1", f"{fresh}2", "…"), "results that are used repeatedly"))
     left, results = iter(ends), list[Part]()
-    for heading, each in parts.items():
+    for heading, rows_of_part in parts.items():
         said = _HELD[equations.method] if holds is not None and not results else ""
-        results.append(Part(heading, said, tuple(Line("0", next(left)) for _ in each)))
+        results.append(Part(heading, said, tuple(Line("0", next(left)) for _ in rows_of_part)))
     title = f"{mechanism.name.replace('_', ' ').capitalize()}: {equations.title}"
     about = (*mechanism.about.splitlines(), _ABOUT)
     recursion = Part("Recursion", _RECURSION, tuple(lines), numbered=True)
@@ -350,11 +350,11 @@ def write_recursion(equations: Equations) -> Written:
 
 
 def _write(row: _Row, outputs: Sequence[str]) -> str:
-    found = "" if row.rest is None else outputs[row.rest]
+    text = "" if row.rest is None else outputs[row.rest]
     for name, place in row.terms.items():
         if outputs[place] not in ("0.0", "0"):
-            found += f" {row.sign} {name} * ({outputs[place]})"
-    return found.removeprefix(f" {row.sign} ") if row.sign == "+" else found or "0"
+            text += f" {row.sign} {name} * ({outputs[place]})"
+    return text.removeprefix(f" {row.sign} ") if row.sign == "+" else text or "0"
 
 
 @final
@@ -391,10 +391,10 @@ class _Holds:
         else:
             acting = {demand.name for demand in self._velocity_rows if demand.place is not None}
             every = zip(self.multipliers, loops.names, A, strict=True)
-            pairs = [(own, row) for own, name, row in every if name not in acting]
+            pairs = [(multiplier, row) for multiplier, name, row in every if name not in acting]
             motion = []
             for k in range(count):
-                motion.append(_Row({own: row[k] for own, row in pairs}, k, "-"))
+                motion.append(_Row({multiplier: row[k] for multiplier, row in pairs}, k, "-"))
             allowed = []
         conditions = [*self._conditions(outputs, A)]
         parts = {"Equations of motion": motion, "Conditions on the displacements": allowed}
@@ -426,13 +426,13 @@ class _Holds:
 
     def _act(self, recursion: TreeRecursion) -> Iterator[Wrench]:
         mechanism, tape = self._letters.mechanism, self._letters.tape
-        own = {contact.name: contact for contact in mechanism.contacts}
+        contacts = {contact.name: contact for contact in mechanism.contacts}
         names = dict(zip(self._loops.names, self.multipliers, strict=False))
         for demand in self._velocity_rows:
             if demand.place is None or demand.direction is None:
                 continue
             size = trace(tape, tape.input(names[demand.name]))
-            contact = own[demand.name.partition(": ")[0]]
+            contact = contacts[demand.name.partition(": ")[0]]
             for body, sign in ((contact.body, 1.0), (contact.on, -1.0)):
                 place = recursion.seats[body].place
                 if place < 0:

@@ -105,8 +105,8 @@ def combine(shapes: Sequence[Shape]) -> Shape:
         dx, dy, dz = (c - r for c, r in zip(shape.center, (x, y, z), strict=True))
         steiner = (dy**2 + dz**2, dx**2 + dz**2, dx**2 + dy**2, -dx * dy, -dx * dz, -dy * dz)
         inertia = [
-            i + own + shape.mass * s
-            for i, own, s in zip(inertia, shape.inertia, steiner, strict=True)
+            i + about_center + shape.mass * s
+            for i, about_center, s in zip(inertia, shape.inertia, steiner, strict=True)
         ]
     return Shape(mass, (x, y, z), tuple(inertia), visuals)
 

@@ -114,7 +114,7 @@ class Rolling(PressingContact):
         sizes = [self.radius, self.crown, self.bowl]
         sizes += [] if self.friction is None else [self.friction]
         vectors = (self.center, self.plane.xyz, self.plane.rpy, self.stretch)
-        return (*sizes, *(scalar for each in vectors for scalar in each))
+        return (*sizes, *(scalar for vector in vectors for scalar in vector))
 
 
 @final
@@ -199,5 +199,5 @@ def _unit(direction: Vector, what: str) -> Direction:
 
 
 def _cross(a: Vector, b: Vector) -> Direction:
-    (p, q, r), (x, y, z) = (tuple(map(float, one)) for one in (a, b))
+    (p, q, r), (x, y, z) = (tuple(map(float, vector)) for vector in (a, b))
     return q * z - r * y, r * x - p * z, p * y - q * x

@@ -93,10 +93,10 @@ class Cord(Strung):
     @property
     def parts(self) -> tuple[int, ...]:
         """Which of its tensions each stretch has: it changes at pulleys that the cord turns."""
-        found = [0]
+        tensions = [0]
         for wheel in self.over:
-            found.append(found[-1] + int(wheel.grips))
-        return tuple(found)
+            tensions.append(tensions[-1] + int(wheel.grips))
+        return tuple(tensions)
 
     @property
     def forces(self) -> tuple[str, ...]:
@@ -187,8 +187,11 @@ class Belt(Strung):
     @property
     def scalars(self) -> tuple[Scalar, ...]:
         """All expressions in it."""
-        own = [] if self.preload is None else [self.preload]
-        return (*own, *(scalar for stop in self.stops for scalar in (*stop.center, stop.radius)))
+        preload = [] if self.preload is None else [self.preload]
+        return (
+            *preload,
+            *(scalar for stop in self.stops for scalar in (*stop.center, stop.radius)),
+        )
 
 
 def _unit(normal: tuple[float, float, float], where: str) -> tuple[float, float, float]:

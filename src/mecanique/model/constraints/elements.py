@@ -34,10 +34,10 @@ def force_names(elements: tuple[Element, ...]) -> tuple[str, ...]:
 
 def preloads(elements: tuple[Element, ...]) -> list[Preload]:
     """Return what is stated about the tensions of belts."""
-    found, first = list[Preload](), 0
+    stated, first = list[Preload](), 0
     for element in elements:
         count = len(element.forces)
         if isinstance(element, Belt) and element.preload is not None:
-            found.append(Preload(range(first, first + count), count * element.preload))
+            stated.append(Preload(range(first, first + count), count * element.preload))
         first += count
-    return found
+    return stated

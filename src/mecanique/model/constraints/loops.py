@@ -132,14 +132,14 @@ class Loop(GuidingElement):
             axis_a: shape (3,), numbers, in the frame of body a.
             axis_b: shape (3,), numbers, in the frame of body b; as axis a by default.
         """
-        other = axis_a if axis_b is None else axis_b
+        second_axis = axis_a if axis_b is None else axis_b
         return cls(
             name=name,
             kind="hinge",
             body_a=body_a,
             frame_a=_frame(point_a, axis_a),
             body_b=body_b,
-            frame_b=_frame(point_b, other),
+            frame_b=_frame(point_b, second_axis),
         )
 
     @classmethod

@@ -34,13 +34,13 @@ def guides_of(mechanism: Mechanism) -> tuple[Guide, ...]:
     if not driven:
         return ()
     owner = {name: joint.name for joint in mechanism.joints for name in joint.coordinates}
-    found = []
+    guides = []
     for tied in _ties(mechanism, tuple(owner)):
         joints = tuple(dict.fromkeys(owner[name] for name in tied))
         laws = tuple(f"{name} = {driven[name]}" for name in tied if name in driven)
         crossed = tuple(_find_crossed(mechanism, joints)) if len(joints) > 1 else ()
-        found.append(Guide(tied, laws, joints, crossed))
-    return tuple(found)
+        guides.append(Guide(tied, laws, joints, crossed))
+    return tuple(guides)
 
 
 def _ties(mechanism: Mechanism, names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
@@ -100,9 +100,9 @@ def _find_crossed(mechanism: Mechanism, joints: tuple[str, ...]) -> Iterator[str
     ends = {body for name in joints for body in _bodies(mechanism, name)}
     for joint in mechanism.joints:
         beyond = {joint.child}
-        for other in mechanism.tree:
-            if other.parent in beyond:
-                beyond.add(other.child)
+        for next_joint in mechanism.tree:
+            if next_joint.parent in beyond:
+                beyond.add(next_joint.child)
         if ends & beyond and ends - beyond:
             yield joint.name
 

@@ -71,10 +71,10 @@ def mesh_fault(
                 f"{where}: the axes of {first} and {second} do not suit; expected a slide normal "
                 "to the hinge"
             )
-    found = float(np.linalg.norm(d - (d @ n) * n))
-    if abs(found - wanted) > _FIT * (1 + radius):
+    distance = float(np.linalg.norm(d - (d @ n) * n))
+    if abs(distance - wanted) > _FIT * (1 + radius):
         return (
-            f"{where} does not fit its axes: they are {found:.6g} m apart, its radii need "
+            f"{where} does not fit its axes: they are {distance:.6g} m apart, its radii need "
             f"{wanted:.6g} m; correct the radii, or the origins of {first} and {second}"
         )
     return ""

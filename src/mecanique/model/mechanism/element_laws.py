@@ -68,11 +68,11 @@ def bevel_of(m: Description, gear: Gear) -> Bevel | None:
 
 def laws_of_elements(m: Description, driven: Mapping[str, Scalar]) -> dict[str, Scalar]:
     """Return the laws that the elements of a mechanism add to its coordinate map."""
-    found = dict(driven)
+    laws = dict(driven)
     for element in m.elements:
         for row in _rows(m, element):
-            _solve(row, found, m.coordinates.names)
-    return {name: law for name, law in found.items() if name not in driven}
+            _solve(row, laws, m.coordinates.names)
+    return {name: law for name, law in laws.items() if name not in driven}
 
 
 def _solve(row: Row, solved: dict[str, Scalar], chosen: tuple[str, ...]) -> None:
@@ -196,14 +196,14 @@ class _Still:
 
     def axis(self, joint: Single) -> np.ndarray:
         """Return the axis of a joint."""
-        found: np.ndarray = self._frames[joint.name][:3, :3] @ np.array(joint.axis)
-        return found
+        direction: np.ndarray = self._frames[joint.name][:3, :3] @ np.array(joint.axis)
+        return direction
 
     def place(self, body: str, point: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
         """Return a point of a body."""
         pose = self._poses[body]
-        found: np.ndarray = pose[:3, 3] + pose[:3, :3] @ np.array(self.m.evaluate_all(point))
-        return found
+        position: np.ndarray = pose[:3, 3] + pose[:3, :3] @ np.array(self.m.evaluate_all(point))
+        return position
 
     def find_holder(self, a: Single, b: Single) -> str | None:
         """Return the body in which the axes of two joints rest, if one carries the other."""
@@ -215,17 +215,17 @@ class _Still:
 
     def turns(self, joint: Single, holder: str) -> dict[str, int] | None:
         """Return how hinges turn what a joint carries against a body, about the joint's axis."""
-        found = dict[str, int]()
+        shares = dict[str, int]()
         for hinge, sign in self._between(joint.child, holder):
             along = float(self.axis(hinge) @ self.axis(joint)) if isinstance(hinge, Single) else 0
             if not isinstance(hinge, Revolute) or abs(abs(along) - 1) > _NEAR:
                 return None
-            found[hinge.coordinate] = sign * round(along)
-        return found
+            shares[hinge.coordinate] = sign * round(along)
+        return shares
 
     def slides(self, joint: Single, holder: str) -> dict[str, int] | None:
         """Return the same of a slide on that body."""
-        path = [each for each, _ in self._between(joint.child, holder)]
+        path = [passed for passed, _ in self._between(joint.child, holder)]
         return {joint.coordinate: 1} if path == [joint] else None
 
     def find_direction(self, start: Stop, end: Stop, normal: np.ndarray) -> np.ndarray | None:
@@ -240,19 +240,19 @@ class _Still:
 
     def move(self, stop: Stop, e: np.ndarray, normal: np.ndarray) -> dict[str, Scalar] | None:
         """Return how joints move the end of a stretch along it; None if one also turns it."""
-        found = dict[str, Scalar]()
+        shares = dict[str, Scalar]()
         for joint in self.carried[stop.body]:
             if isinstance(joint, Prismatic):
-                found[joint.coordinate] = float(e @ self.axis(joint))
+                shares[joint.coordinate] = float(e @ self.axis(joint))
             elif isinstance(joint, Revolute):
                 along = float(self.axis(joint) @ normal)
                 off = self.place(stop.body, stop.center) - self._frames[joint.name][:3, 3]
                 if abs(abs(along) - 1) > _NEAR or abs(np.cross(off, normal)).max() > _NEAR:
                     return None
-                found[joint.coordinate] = stop.radius * stop.sense * round(along)
+                shares[joint.coordinate] = stop.radius * stop.sense * round(along)
             elif joint.coordinates:
                 return None
-        return found
+        return shares
 
     def _between(self, body: str, holder: str) -> list[tuple[Joint, int]]:
         """The joints that move a body against another, with the sign of each."""

@@ -40,15 +40,15 @@ def find_mismatches(m: Description) -> list[str]:
     dimensions = dimensions_of(m)
     if not dimensions.declared:
         return []
-    found = []
+    mismatches = []
     for place in _places(m, dimensions):
         try:
             for scalar in place.scalars:
                 if not isinstance(scalar, float):
                     dimensions.refuse(scalar, place.unit)
         except HomogeneityError as error:
-            found.append(f"{place.where}: {error}")
-    return [*found, *_sums(m, dimensions)]
+            mismatches.append(f"{place.where}: {error}")
+    return [*mismatches, *_sums(m, dimensions)]
 
 
 def dimensions_of(m: Description) -> Dimensions:
@@ -83,9 +83,9 @@ def _infer(
     for follower in followers:
         place = known.states.get(follower)
         expression = m.coordinates.driven[follower]
-        found = None if place is None else _solve(expression, place, name, known)
-        if found is not None:
-            return found
+        dimension = None if place is None else _solve(expression, place, name, known)
+        if dimension is not None:
+            return dimension
     return None
 
 
@@ -109,9 +109,9 @@ def _solve(scalar: Scalar, its: Dimension, name: str, known: Dimensions) -> Dime
     elif not scalar.is_Add:
         return None
     for part in parts:
-        found = _solve(part, its, name, known)
-        if found is not None:
-            return found
+        dimension = _solve(part, its, name, known)
+        if dimension is not None:
+            return dimension
     return None
 
 
@@ -130,9 +130,11 @@ def _places(m: Description, dimensions: Dimensions) -> Iterator[_Place]:
     yield from _of_forces(m)
     kinds = (("loop", m.loops), ("contact", m.contacts), ("element", m.elements))
     for kind, constraints in kinds:
-        for each in constraints:
-            where = f"{kind} {each.name!r}"
-            yield from (_Place(f"{where}: {q.words}", q.scalars, q.unit) for q in each.quantities)
+        for constraint in constraints:
+            where = f"{kind} {constraint.name!r}"
+            yield from (
+                _Place(f"{where}: {q.words}", q.scalars, q.unit) for q in constraint.quantities
+            )
 
 
 def _of_shape(where: str, shape: Shape) -> Iterator[_Place]:

@@ -159,7 +159,7 @@ class Variants(Description):
         changed: Joint = replace(joint, **fields)
         return replace(
             self,
-            joints=tuple(changed if each is joint else each for each in self.joints),
+            joints=tuple(changed if old is joint else old for old in self.joints),
             forces=self.forces if damping is None else self._damp(name, damping),
             parameters=_with(self.parameters, position, [armature, damping]),
         )
@@ -173,16 +173,16 @@ class Variants(Description):
         Raises:
             MechanismError: if the copy is not sound.
         """
-        own = [name for joint in self.joints for name in joint.coordinates]
+        of_joints = [name for joint in self.joints for name in joint.coordinates]
         within = {name for joint in self.joints for name in joint.followers}
-        tied = {*own, *self.values}
+        tied = {*of_joints, *self.values}
         kept = {
             name: law
             for name, law in self.coordinates.driven.items()
             if name in within or not symbols_in(law) <= tied
         }
         names = self.coordinates.names
-        if list(names) == [name for name in own if name in names]:
+        if list(names) == [name for name in of_joints if name in names]:
             names = ()  # in the order of the joints, as before
         freed = Coordinates(names, kept, self.coordinates.limits)
         # what ties joints is released with them
@@ -206,9 +206,9 @@ def _with(
     parameters: tuple[Parameter, ...], *given: Iterable[object] | None
 ) -> tuple[Parameter, ...]:
     """The parameters, and those among what is given."""
-    scalars = [scalar for each in given if each is not None for scalar in each]
-    found = (scalar for scalar in scalars if isinstance(scalar, Parameter))
-    return tuple(dict.fromkeys([*parameters, *found]))
+    scalars = [scalar for group in given if group is not None for scalar in group]
+    added = (scalar for scalar in scalars if isinstance(scalar, Parameter))
+    return tuple(dict.fromkeys([*parameters, *added]))
 
 
 def _bounds(limits: Limits | tuple[float, float], joint: Joint) -> Limits:

@@ -64,11 +64,11 @@ class StateSpace(Description):
             name: of the coordinate.
         """
         slopes = {
-            other: map_.diff(coordinate(name))
-            for other, map_ in self.coordinates.driven.items()
+            driven: map_.diff(coordinate(name))
+            for driven, map_ in self.coordinates.driven.items()
             if name in symbols_in(map_)
         }
-        others = [other for other, slope in slopes.items() if name in symbols_in(slope)]
+        others = [driven for driven, slope in slopes.items() if name in symbols_in(slope)]
         if slopes and not others:
             # what goes with it linearly is no other chart: it is the mechanism that ends there
             return f"beyond, the description of {self.name!r} does not hold"
@@ -132,9 +132,9 @@ class StateSpace(Description):
         default = self.neutral() if by_name else np.zeros(self.nq)
         q = by_leaders(self, q, self.coordinates.names)
         names = self.coordinates.names
-        found = self.normalize(numbers_of(q, names, "coordinate", default, many=many))
-        self.refuse_outside(found)
-        return found
+        normalized = self.normalize(numbers_of(q, names, "coordinate", default, many=many))
+        self.refuse_outside(normalized)
+        return normalized
 
     def velocity(self, v: Given, *, many: bool = False) -> np.ndarray:
         """Return velocities as an array, shape (nv,).

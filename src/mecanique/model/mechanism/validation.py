@@ -98,11 +98,11 @@ def _velocity_constraints(m: Description) -> Iterator[str]:
 
 def faults(mechanism: Description) -> list[str]:
     """Return every fault of a mechanism, one sentence each."""
-    found = [*_names(mechanism), *_symbols(mechanism)]
-    found += [*_tree(mechanism)]
-    found += [*_joints(mechanism), *_forces(mechanism), *find_constraint_faults(mechanism)]
+    sentences = [*_names(mechanism), *_symbols(mechanism)]
+    sentences += [*_tree(mechanism)]
+    sentences += [*_joints(mechanism), *_forces(mechanism), *find_constraint_faults(mechanism)]
     # values can be judged only when every symbol is known
-    return found or [
+    return sentences or [
         *find_mismatches(mechanism),
         *_bodies(mechanism),
         *find_broken(rules_of(mechanism), mechanism.values),
@@ -137,7 +137,9 @@ def _names(m: Description) -> Iterator[str]:
         "body": [body.name for body in m.bodies],
         "joint": [joint.name for joint in m.joints],
         "force": [force.name for force in m.forces],
-        "loop or contact": [each.name for each in (*m.loops, *m.contacts, *m.velocity_constraints)],
+        "loop or contact": [
+            closing.name for closing in (*m.loops, *m.contacts, *m.velocity_constraints)
+        ],
         "element": [element.name for element in m.elements],
         "parameter or input": [p.symbol for p in m.parameters] + [i.symbol for i in m.inputs],
         "coordinate": [*m.coordinates.names, *driven],

@@ -295,8 +295,10 @@ def _rotate(turn: Array, vector: Array) -> Array:
 def _mix(undetermined: tuple[str, ...], turn: Array) -> tuple[str, ...]:
     """Return the components in rotated axes to which undetermined ones contribute."""
     share = np.abs(turn).reshape(-1, 3, 3).max(axis=0) > PARALLEL
-    found = []
+    directions = []
     for kind in ("force", "moment"):
         loose = np.array([f"{kind} {axis}" in undetermined for axis in "xyz"])
-        found += [f"{kind} {axis}" for axis, row in zip("xyz", share, strict=True) if row @ loose]
-    return tuple(found)
+        directions += [
+            f"{kind} {axis}" for axis, row in zip("xyz", share, strict=True) if row @ loose
+        ]
+    return tuple(directions)

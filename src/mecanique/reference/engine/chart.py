@@ -152,8 +152,8 @@ class Chart:
         """Return on which generalized velocities each of m quantities depends, shape (m, nv)."""
         spread = self._G != 0
         spread[self._rows] = True
-        found: npt.NDArray[np.bool_] = (meets != 0) @ spread
-        return found
+        reached: npt.NDArray[np.bool_] = (meets != 0) @ spread
+        return reached
 
     @property
     def G(self) -> Array:
@@ -194,7 +194,7 @@ class Chart:
         values = q
         if self._map is not None:
             driven = accept_arrays(self._map)(*q.T, t, *self._values)
-            values = np.column_stack([q, *(np.broadcast_to(each, len(q)) for each in driven)])
+            values = np.column_stack([q, *(np.broadcast_to(value, len(q)) for value in driven)])
         p: Array = np.tile(self.p, (len(q), 1))
         for to, at in self._positions:
             p[:, to] = values[:, at]
@@ -211,7 +211,7 @@ class Chart:
         if self._jet is not None:
             rows, count = self._rows, len(self._rows)
             numbers = accept_arrays(self._jet)(*q.T, *v.T, t, *self._values)
-            table = np.stack([np.broadcast_to(each, len(q)) for each in numbers], axis=1)
+            table = np.stack([np.broadcast_to(number, len(q)) for number in numbers], axis=1)
             G = table[:, 2 * count :].reshape(len(q), count, -1)
             u[:, rows] = np.einsum("nij,nj->ni", G, v) + table[:, :count]
             rate[:, rows] = np.einsum("nij,nj->ni", G, a) + table[:, count : 2 * count]

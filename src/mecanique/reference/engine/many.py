@@ -76,8 +76,8 @@ def resultants(tree: Tree, q: Array, v: Array, t: Array, a: Array) -> Array:
         first += inertia.mass * center
         back = frame.turn.transpose(0, 2, 1)
         spin, spin_up = _apply(back, frame.spin), _apply(back, frame.spin_up)
-        own = spin_up @ inertia.inertia + _cross(spin, spin @ inertia.inertia)
-        moment += _cross(center, push) + _apply(frame.turn, own)
+        about_center = spin_up @ inertia.inertia + _cross(spin, spin @ inertia.inertia)
+        moment += _cross(center, push) + _apply(frame.turn, about_center)
     mass = tree.moving_mass
     return np.stack([force, moment, first / mass if mass else first], axis=1)
 
@@ -275,7 +275,7 @@ class Whole:
     def center(self, q: Array, v: Array, t: float, a: Array) -> Array:
         """Return position, velocity, acceleration of the moving bodies' center, shape (3, 3)."""
         self._tree.move(q, v, t, a)
-        twists, rates = (np.array(each).reshape(-1, 6) for each in (self._twists, self._rates))
+        twists, rates = (np.array(part).reshape(-1, 6) for part in (self._twists, self._rates))
         velocities = twists[:, :3] + np.cross(twists[:, 3:], self._levers)
         # from the spatial to the classical acceleration
         changes = (
@@ -283,8 +283,8 @@ class Whole:
             + np.cross(rates[:, 3:], self._levers)
             + np.cross(twists[:, 3:], velocities)
         )
-        own = np.stack([self._levers, velocities, changes], axis=1)
-        turned = np.einsum("jik,jrk->jri", np.array(self._turns).reshape(-1, 3, 3), own)
+        in_body = np.stack([self._levers, velocities, changes], axis=1)
+        turned = np.einsum("jik,jrk->jri", np.array(self._turns).reshape(-1, 3, 3), in_body)
         turned[:, 0] += np.array(self._places).reshape(-1, 3)
         mean = self._masses @ turned.reshape(len(self._masses), 9)
         return np.asarray(mean).reshape(3, 3) / self._tree.moving_mass

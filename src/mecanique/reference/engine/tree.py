@@ -266,8 +266,10 @@ class Tree:
         self.demand = np.array(
             self._pin.rnea(model, engine.data, self.chart.p, u, rate, self._supported.forces)
         )
-        found = self._reactions.read(actions)
-        return np.array([found[joint.name] for joint in self.mechanism.joints]).reshape(-1, 2, 3)
+        transmitted = self._reactions.read(actions)
+        return np.array([transmitted[joint.name] for joint in self.mechanism.joints]).reshape(
+            -1, 2, 3
+        )
 
     def hold(self, q: Array, v: Array, t: float, totals: Array) -> Held:
         """Return the forces of elements and the remaining reactions of the joints.
@@ -371,10 +373,10 @@ class Tree:
         frame = engine.holders[body].frame
         world = self._pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         # Pinocchio returns a single column as a vector
-        own = self._pin.computeFrameJacobian(
+        frame_jacobian = self._pin.computeFrameJacobian(
             engine.model, engine.data, chart.p, frame, world
         ).reshape(6, -1)
-        return np.asarray(own @ chart.G)
+        return np.asarray(frame_jacobian @ chart.G)
 
     def rhs(self, *, overwriting: bool = False) -> Rhs:
         """Return f(t, y) = y' for integration."""

@@ -185,8 +185,8 @@ class _Search:
 
     def is_over(self, gaps: Array) -> bool:
         """Return whether the part is closed, or the search has been given up."""
-        own = gaps[self.rows]
-        return self.over or self._widest(gaps) <= EXACT or not np.isfinite(own).all()
+        gaps_of_loop = gaps[self.rows]
+        return self.over or self._widest(gaps) <= EXACT or not np.isfinite(gaps_of_loop).all()
 
     def step(self, J: Array, gaps: Array, rounding: Array) -> Array:
         """Return the next step, scaled."""

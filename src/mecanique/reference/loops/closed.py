@@ -37,9 +37,9 @@ class MassRoot:
         inertias = [model.inertias[i] for i in self._joints]
         # reshaped so that empty arrays have three axes, too
         count = len(inertias)
-        masses = np.array([one.mass for one in inertias])
-        levers = np.array([one.lever for one in inertias])
-        roots = np.array([_root(one.inertia) for one in inertias])
+        masses = np.array([body_inertia.mass for body_inertia in inertias])
+        levers = np.array([body_inertia.lever for body_inertia in inertias])
+        roots = np.array([_root(body_inertia.inertia) for body_inertia in inertias])
         self._mass = np.sqrt(masses).reshape(count, 1, 1)
         self._centers = levers.reshape(count, 3, 1)
         self._inertia = roots.reshape(count, 3, 3)
@@ -216,9 +216,9 @@ class Closed:
         values, u, rate = tree.move(q, v, t, motion.acceleration)
         actions = loads.update(values, q, u, v, t) + loads.across_joints()
         wrenches = self.closures.wrenches(motion.multipliers)
-        found = tree.transmit([*actions, *self._actions(wrenches)], u, rate)
+        transmitted = tree.transmit([*actions, *self._actions(wrenches)], u, rate)
         force, moment, _ = wrenches
-        return Forces(np.concatenate([found, np.stack([force, moment], axis=1)]), loose)
+        return Forces(np.concatenate([transmitted, np.stack([force, moment], axis=1)]), loose)
 
     def undetermined(self, q: Array, t: float) -> Array:
         """Return which components of each joint's and loop's wrench are undetermined, shape (n, 6).
@@ -235,8 +235,8 @@ class Closed:
             tree.move(q, zero, t, zero)
             wrenches = self.closures.wrenches(self.closures.rows * combination)
             rest = np.zeros(tree.engine.model.nv)
-            found = tree.transmit(self._actions(wrenches), rest, rest, weightless=True)
-            whole = np.concatenate([found, np.stack(wrenches[:2], axis=1)]).reshape(count, 6)
+            transmitted = tree.transmit(self._actions(wrenches), rest, rest, weightless=True)
+            whole = np.concatenate([transmitted, np.stack(wrenches[:2], axis=1)]).reshape(count, 6)
             whole[:, 3:] /= self.closures.length
             loose |= np.abs(whole) > LOOSE * max(float(np.abs(whole).max(initial=0.0)), TINY)
         return loose

@@ -46,7 +46,7 @@ class Parts:
             columns = np.where(meets, rows[:, None], none).min(axis=0, initial=none)
             least = np.where(meets, columns, none).min(axis=1, initial=none)
             joined = np.minimum(rows, least)
-            joined = np.array([joined[owner == own].min() for own in owner], dtype=int)
+            joined = np.array([joined[owner == label].min() for label in owner], dtype=int)
             if np.array_equal(joined, rows):
                 break
             rows = joined
@@ -81,14 +81,14 @@ def _carriers(mechanism: Mechanism, owners: set[int]) -> set[str]:
             for k, contact in enumerate(mechanism.contacts, len(mechanism.loops))
         },
     }
-    found = set[str]()
+    carriers = set[str]()
     for name, *bodies in (ends[k] for k in owners & ends.keys()):
-        found.add(name)
+        carriers.add(name)
         for body in bodies:
             while body in above:
-                found.add(above[body].name)
+                carriers.add(above[body].name)
                 body = above[body].parent
-    return found
+    return carriers
 
 
 _AT = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}

@@ -136,7 +136,7 @@ class ContactRows:
         n = len(self.names)
         rows = np.concatenate(jacobian) if jacobian else np.zeros((0, columns.shape[1]))
         return Rows(
-            np.array([gap for each in residual for gap in each]),
+            np.array([gap for row in residual for gap in row]),
             rows,
             np.zeros(n),
             np.concatenate(gamma) if gamma else np.zeros(0),
@@ -349,8 +349,8 @@ class VelocityRows:
         """Return the rows in a state."""
         if not self.names:
             return Rows(np.zeros(0), np.zeros((0, self._size)), np.zeros(0), np.zeros(0))
-        found = np.array(self._entries(*q.tolist(), *v.tolist(), *self._values, t), dtype=float)
-        now, change = found.reshape(2, len(self.names), self._size + 1)
+        entries = np.array(self._entries(*q.tolist(), *v.tolist(), *self._values, t), dtype=float)
+        now, change = entries.reshape(2, len(self.names), self._size + 1)
         return Rows(
             np.zeros(len(self.names)),
             now[:, :-1],

@@ -97,9 +97,9 @@ class Freedom:
             )
         count, particles = self.bodies
         if count:
-            b, each = (3 if particles else 6) * count - self.N, "3 n_p" if particles else "6 n"
+            b, per_body = (3 if particles else 6) * count - self.N, "3 n_p" if particles else "6 n"
             things = ("particle",) if particles else ("rigid body", "rigid bodies")
-            text += f"; as {each} - b of {say_count(count, *things)}: "
+            text += f"; as {per_body} - b of {say_count(count, *things)}: "
             text += f"b = {say_count(b, 'restraint')}"
         if self.redundant:
             text += f"; redundant: {', '.join(self.redundant)}"

@@ -42,5 +42,5 @@ def columns(values: ByJoint, joints: Sequence[str]) -> Array:
     count = max(map(len, values.values()), default=1)
     nothing = [0.0] * count
     by_joint = [values.get(name, nothing) for name in joints]
-    found: Array = np.array(by_joint, dtype=float).reshape(len(joints), count).T
-    return found
+    columns_: Array = np.array(by_joint, dtype=float).reshape(len(joints), count).T
+    return columns_

@@ -25,8 +25,8 @@ def framesForwardKinematics(model: Model, data: Data, q: Array) -> None:
     """Set the poses of all frames."""
     _place(model, data, q)
     for frame, pose in zip(model.frames, data.oMf, strict=True):
-        found = data.oMi[frame.parentJoint] * frame.placement
-        pose.rotation[:], pose.translation[:] = found.rotation, found.translation
+        placement = data.oMi[frame.parentJoint] * frame.placement
+        pose.rotation[:], pose.translation[:] = placement.rotation, placement.translation
 
 
 def rnea(
@@ -148,7 +148,7 @@ def computePotentialEnergy(model: Model, data: Data, q: Array) -> float:
     """Return the potential energy of the weights, zero at the height of the origin [J]."""
     _place(model, data, q)
     pairs = zip(model.inertias[1:], data.oMi[1:], strict=True)
-    moment = sum((one.mass * pose.act(one.lever) for one, pose in pairs), np.zeros(3))
+    moment = sum((inertia.mass * pose.act(inertia.lever) for inertia, pose in pairs), np.zeros(3))
     return -float(model.gravity.linear @ moment)
 
 

@@ -208,8 +208,8 @@ def buildModelFromXML(text: str) -> Model:
 
 
 def _name(joint: ElementTree.Element, tag: str) -> str:
-    found = joint.find(tag)
-    return "" if found is None else found.get("link", "")
+    element = joint.find(tag)
+    return "" if element is None else element.get("link", "")
 
 
 def _vector(text: str | None, default: str) -> Array:

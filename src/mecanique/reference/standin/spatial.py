@@ -104,12 +104,12 @@ class Inertia:
     def matrix(self) -> Array:
         """Return the spatial inertia, shape (6, 6)."""
         m, lever = self.mass, hat(self.lever)
-        found = np.zeros((6, 6))
-        found[:3, :3] = m * np.eye(3)
-        found[:3, 3:] = -m * lever
-        found[3:, :3] = m * lever
-        found[3:, 3:] = self.inertia - m * lever @ lever
-        return found
+        M = np.zeros((6, 6))
+        M[:3, :3] = m * np.eye(3)
+        M[:3, 3:] = -m * lever
+        M[3:, :3] = m * lever
+        M[3:, 3:] = self.inertia - m * lever @ lever
+        return M
 
 
 @final
@@ -129,9 +129,9 @@ class SE3:
     @property
     def homogeneous(self) -> Array:
         """The matrix, shape (4, 4)."""
-        found = np.eye(4)
-        found[:3, :3], found[:3, 3] = self.rotation, self.translation
-        return found
+        H = np.eye(4)
+        H[:3, :3], H[:3, 3] = self.rotation, self.translation
+        return H
 
     def copy(self) -> SE3:
         """Return a copy."""
@@ -158,10 +158,10 @@ class SE3:
     def twist_inside(self) -> Array:
         """Return the matrix that transforms twists from the outer frame to the inner, (6, 6)."""
         R = self.rotation
-        found = np.zeros((6, 6))
-        found[:3, :3] = found[3:, 3:] = R.T
-        found[:3, 3:] = -R.T @ hat(self.translation)
-        return found
+        X = np.zeros((6, 6))
+        X[:3, :3] = X[3:, 3:] = R.T
+        X[:3, 3:] = -R.T @ hat(self.translation)
+        return X
 
 
 def log3(turn: Array) -> Array:

@@ -48,10 +48,10 @@ def descend(
             lhs = normal + damping[k] * np.diag(scale)
             step = np.linalg.lstsq(lhs, -slope.T @ now[k], rcond=None)[0]
             trials.append((k, unknowns[k] + step))
-        found = residuals(trials)
-        sizes = np.linalg.norm(found, axis=1)
+        trial_residuals = residuals(trials)
+        sizes = np.linalg.norm(trial_residuals, axis=1)
         going = []
-        for (k, trial), rest, size in zip(trials, found, sizes, strict=True):
+        for (k, trial), rest, size in zip(trials, trial_residuals, sizes, strict=True):
             if size < cost[k]:
                 ended = cost[k] - size <= _SLOW * cost[k]
                 unknowns[k], now[k], cost[k] = trial, rest, size
@@ -238,7 +238,9 @@ def promising(
         coarse = evidence.residual(answers(kept, evidence.few), evidence.few)
         kept = [kept[k] for k in np.argsort(coarse, kind="stable")[:_CLOSER]]
     if kept:
-        for guess, found in zip(kept, answers(kept, np.arange(len(evidence.inputs))), strict=True):
+        for guess, predicted in zip(
+            kept, answers(kept, np.arange(len(evidence.inputs))), strict=True
+        ):
             origins, moments, turns = (
                 getattr(guess, name, {}) for name in ("origins", "moments", "turns")
             )
@@ -246,7 +248,7 @@ def promising(
                 guess.kind,
                 guess.where,
                 guess.text,
-                found,
+                predicted,
                 origins=origins,
                 moments=moments,
                 turns=turns,

@@ -163,7 +163,7 @@ class _Singles:
 
     def _scale(self, names: list[str], q: float, v: float, tau: float) -> _Reading:
         """Multiply some coordinates, their rates and their forces."""
-        found = replace(
+        reading = replace(
             self._same,
             q_factor=self._same.q_factor.copy(),
             v_factor=self._same.v_factor.copy(),
@@ -171,28 +171,28 @@ class _Singles:
         )
         for name in names:
             at_q, at_v = self._places[name]
-            found.q_factor[at_q], found.v_factor[at_v], found.tau_factor[at_v] = q, v, tau
-        return found
+            reading.q_factor[at_q], reading.v_factor[at_v], reading.tau_factor[at_v] = q, v, tau
+        return reading
 
 
 def _orders(names: list[str]) -> Iterator[tuple[str, list[str]]]:
     """Other orders of the coordinates."""
     seen = [names]
-    found = [
+    orders = [
         ("coordinates in alphabetical order", sorted(names)),
         ("coordinates in reverse order", names[::-1]),
     ]
     for i, k in combinations(range(len(names)), 2):
         order = names.copy()
         order[i], order[k] = names[k], names[i]
-        found.append((f"coordinates {names[i]!r} and {names[k]!r} exchanged", order))
-    for text, order in found:
+        orders.append((f"coordinates {names[i]!r} and {names[k]!r} exchanged", order))
+    for text, order in orders:
         # of an order and its inverse, either may have been meant
         back = [names[order.index(name)] for name in names]
-        for one in (order, back):
-            if one not in seen:
-                seen.append(one)
-                yield text, one
+        for candidate in (order, back):
+            if candidate not in seen:
+                seen.append(candidate)
+                yield text, candidate
 
 
 def _answers(evidence: Evidence, readings: list[_Reading], rows: npt.NDArray[np.intp]) -> Array:

@@ -195,8 +195,10 @@ class Evidence:
         if self.is_measured:
             # noise is mostly a part of what each joint bears
             rms = np.sqrt(np.mean(self.tau**2, axis=0))
-            each = 1 / np.where(rms > 1e-9 * rms.max(initial=0.0), rms, rms.max(initial=0.0) or 1.0)
-            whole: Array = np.broadcast_to(each / np.sqrt(self.tau.size), self.tau.shape)
+            by_joint = 1 / np.where(
+                rms > 1e-9 * rms.max(initial=0.0), rms, rms.max(initial=0.0) or 1.0
+            )
+            whole: Array = np.broadcast_to(by_joint / np.sqrt(self.tau.size), self.tau.shape)
             return whole
         rest = np.zeros_like(inputs.v[:8])
         states = States(self.mechanism, inputs.q[:8], rest, inputs.t[:8], rest)

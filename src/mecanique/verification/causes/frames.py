@@ -71,10 +71,10 @@ def placement_changes(evidence: Evidence) -> Iterator[Change]:
         [np.zeros(family.numbers) for family in kept],
         _MOST,
     )
-    found = [family.make(x) for family, x in zip(kept, unknowns, strict=True)]
+    fitted = [family.make(x) for family, x in zip(kept, unknowns, strict=True)]
     good = [k for k in range(len(kept)) if costs[k] < evidence.before]
     for k in good:
-        family, x, frames = kept[k], unknowns[k], found[k]
+        family, x, frames = kept[k], unknowns[k], fitted[k]
         near = [family.make(x + _SMALL * unit) for unit in np.eye(family.numbers)]
         answers, *others = answers_of(evidence, [frames, *near], rows)
         yield Change(
@@ -137,18 +137,18 @@ def _slopes(
     tilts = [unit for unit in units if unit.turns]
     slopes = (residuals(trials + tilts) - off) / _SMALL
     of_tilts = iter(slopes[len(trials) :])
-    found = []
+    rows = []
     for unit in units:
         if unit.turns:
-            found.append(next(of_tilts))
+            rows.append(next(of_tilts))
             continue
         ((k, other),) = unit.origins.items()
         shift = (other - origins[k])[:3, 3]
         spin = origins[k][:3, :3].T @ other[:3, :3]
         turn = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
         at = places[k]
-        found.append(np.concatenate([shift, turn]) @ slopes[at : at + 6] / _SMALL)
-    return np.array(found)
+        rows.append(np.concatenate([shift, turn]) @ slopes[at : at + 6] / _SMALL)
+    return np.array(rows)
 
 
 def _families(evidence: Evidence, k: int) -> Iterator[_Family]:
@@ -213,11 +213,11 @@ class _Joint:
         """Yield the way to tilt its axis, if it has one."""
         if self._link.kind not in ("turn", "slide"):
             return
-        own = np.array(self._link.axis)
-        aside = np.linalg.svd(own[None])[2][1:]
+        right_axis = np.array(self._link.axis)
+        aside = np.linalg.svd(right_axis[None])[2][1:]
 
         def make(x: Array) -> Frames:
-            axis = turn_about(x @ aside) @ own
+            axis = turn_about(x @ aside) @ right_axis
             text = f"axis of {self._where} along ({give_all(axis)})"
             return with_axis(self._evidence, self._k, axis, text)
 
@@ -370,7 +370,7 @@ def _axes(evidence: Evidence, k: int) -> Iterator[Frames]:
     seen = [right_axis]
     yield with_axis(evidence, k, -right_axis, f"axis of joint {link.joint!r}: reversed")
     for axis in (axis for axis in others if not np.allclose(axis, -right_axis, rtol=0, atol=1e-9)):
-        if not any(np.allclose(axis, one, rtol=0, atol=1e-9) for one in seen):
+        if not any(np.allclose(axis, known, rtol=0, atol=1e-9) for known in seen):
             seen.append(axis)
             where = f"joint {link.joint!r}"
             said = f"axis of {where} along ({', '.join(f'{x:.6g}' for x in axis)})"
@@ -428,10 +428,10 @@ def answers_of(evidence: Evidence, variants: list[Frames], rows: npt.NDArray[np.
     inputs = evidence.inputs.at(np.tile(rows, len(variants)))
     changed: dict[str, dict[int, Array]] = {}
     for name in ("origins", "moments", "turns"):
-        own, repeated = getattr(recursion, name), changed.setdefault(name, {})
+        originals, repeated = getattr(recursion, name), changed.setdefault(name, {})
         changes = [getattr(variant, name) for variant in variants]
         for k in set().union(*changes):
-            repeated[k] = np.repeat([change.get(k, own[k]) for change in changes], n, axis=0)
+            repeated[k] = np.repeat([change.get(k, originals[k]) for change in changes], n, axis=0)
     varied = recursion.vary(changed["origins"], changed["moments"], turns=changed["turns"])
     answers = evidence.answers(varied, inputs)
     return answers.reshape(len(variants), n, -1)

@@ -100,14 +100,14 @@ def gravity_changes(evidence: Evidence) -> Iterator[Change]:
                     "gravity direction", "", f"gravity pulls along {mark}{name}", answers(g)
                 )
     amounts, predicted = fit(evidence, pulls)
-    found = np.where(
+    fitted = np.where(
         np.abs(pull + amounts) > 1e-9 * np.linalg.norm(pull + amounts), pull + amounts, 0.0
     )
     plain = [np.zeros(3), -pull, *(sign * size * axis for axis in np.eye(3) for sign in (1, -1))]
-    if size and any(np.allclose(found, one, rtol=0, atol=1e-9 * size) for one in plain):
+    if size and any(np.allclose(fitted, known, rtol=0, atol=1e-9 * size) for known in plain):
         # it is one of those above
         return
-    listed = ", ".join(f"{g:.6g}" for g in found)
+    listed = ", ".join(f"{g:.6g}" for g in fitted)
     yield Change("gravity direction", "", f"gravity is ({listed}) m/s²", predicted, 3)
 
 

@@ -111,13 +111,13 @@ def fit_inertias(evidence: Evidence) -> Iterator[Change]:
     recursion = evidence.recursion
     if not evidence.inputs.inertia.any():
         return
-    found = []
+    fits = []
     for k, link in enumerate(recursion.tree):
         if link.body is not None and recursion.moments[k].any():
             effect = LinkEffect.of(evidence, evidence.regressor[:, :, k])
             solution, least = effect.any_change
             if least < evidence.before:
-                found.append((least, k, effect))
+                fits.append((least, k, effect))
                 where = f"link {link.body!r}"
                 text = f"mass, center or inertia of {where} differ, in no way known as a mistake"
                 change = np.zeros((4, 4))
@@ -131,7 +131,7 @@ def fit_inertias(evidence: Evidence) -> Iterator[Change]:
                     moments={k: recursion.moments[k] + change + np.triu(change, 1).T},
                     slopes=np.moveaxis(effect.columns, -1, 0),
                 )
-    for _, k, effect in sorted(found, key=lambda one: one[0])[:_CLOSER]:
+    for _, k, effect in sorted(fits, key=lambda fit: fit[0])[:_CLOSER]:
         yield from _fit(evidence, effect, k)
 
 
@@ -147,24 +147,24 @@ def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Change]:
 
     def residuals(trials: list[tuple[int, Array]]) -> Array:
         changes = [moments_of(*problems[k][0].make(x)) - J for k, x in trials]
-        rows: Array = np.array([one[_UPPER] for one in changes]) @ effect.R.T - effect.y
+        rows: Array = np.array([change[_UPPER] for change in changes]) @ effect.R.T - effect.y
         return rows
 
     unknowns, costs = descend(residuals, [start for _, start in problems])
     for family in families:
-        of = [k for k, (one, _) in enumerate(problems) if one is family]
+        of = [k for k, (problem_family, _) in enumerate(problems) if problem_family is family]
         best = min(of, key=lambda k: float(costs[k]))
         x = unknowns[best]
-        found = family.make(x)
-        likely = found[0] <= _HEAVIEST * m
-        if likely and (_is_physical(*found) or not _is_physical(m, c, inertia)):
+        parts = family.make(x)
+        likely = parts[0] <= _HEAVIEST * m
+        if likely and (_is_physical(*parts) or not _is_physical(m, c, inertia)):
             sigma = np.zeros(len(x))
             if evidence.is_measured:
                 moved = [(best, x), *((best, x + _SMALL * unit) for unit in np.eye(len(x)))]
                 at, *near = residuals(moved)
                 left = float(np.hypot(effect.rest, costs[best]))
                 sigma = deviations((np.array(near) - at) / _SMALL, left, evidence.tau.size)
-            other = moments_of(*found)
+            other = moments_of(*parts)
             answers = effect.answers(evidence, (other - J)[_UPPER])
             change = family.say(x, sigma).replace("LINK", where)
             slopes = [
@@ -189,10 +189,10 @@ def _principal(effect: LinkEffect, J: Array) -> Array:
     units = [_symmetric(unit) for unit in np.eye(6)]
     columns = [effect.R @ (moments_of(m, c, inertia + E) - J)[_UPPER] for E in units]
     change = np.linalg.lstsq(np.array(columns).T, effect.y, rcond=1e-9)[0]
-    own, other = (np.linalg.eigh(I)[1] for I in (inertia, inertia + _symmetric(change)))
-    R = other @ own.T
+    axes, fitted_axes = (np.linalg.eigh(I)[1] for I in (inertia, inertia + _symmetric(change)))
+    R = fitted_axes @ axes.T
     if np.linalg.det(R) < 0:
-        R = other @ np.diag([1.0, 1.0, -1.0]) @ own.T
+        R = fitted_axes @ np.diag([1.0, 1.0, -1.0]) @ axes.T
     from scipy.spatial.transform import Rotation  # not wanted before a cause is looked for
 
     turned: Array = Rotation.from_matrix(R).as_rotvec()
@@ -202,7 +202,7 @@ def _principal(effect: LinkEffect, J: Array) -> Array:
 def _families(
     m: float, c: Array, inertia: Array, turned: Array, *, root: bool
 ) -> Iterator[_Family]:
-    mass, one = "root mass" if root else "link mass", np.zeros(1)
+    mass, start = "root mass" if root else "link mass", np.zeros(1)
 
     def heavier(numbers: int) -> Callable[[Array], Amount]:
         return lambda x: Amount.of(m * (1 + x[0]), m, ways=numbers)
@@ -213,7 +213,7 @@ def _families(
         lambda x: (m * (1 + x[0]), c, inertia),
         lambda x, s: f"mass of LINK: {give(m * (1 + x[0]), m * s[0])} kg instead of {m:.6g} kg",
         heavier(1),
-        (one,),
+        (start,),
     )
     yield _Family(
         mass,
@@ -223,7 +223,7 @@ def _families(
             f"(mass {give(m * (1 + x[0]), m * s[0])} kg)"
         ),
         heavier(7),
-        (one,),
+        (start,),
     )
     if c.any():
         yield _Family(
@@ -234,7 +234,7 @@ def _families(
                 f"{'more' if x[0] > 0 else 'less'} at the origin of LINK (mass {m:.6g} kg)"
             ),
             heavier(10),
-            (one,),
+            (start,),
         )
     size = float(np.sqrt(max(np.trace(inertia), 1e-12 * m) / m))
     for axis, name in zip(np.eye(3), "xyz", strict=True):
@@ -304,15 +304,15 @@ def _entry(m: float, c: Array, inertia: Array, at: tuple[int, int]) -> _Family:
     i, k = at
     E = np.zeros((3, 3))
     E[i, k] = E[k, i] = size = float(np.trace(inertia)) / 3
-    name, own = f"i{'xyz'[i]}{'xyz'[k]}", inertia[i, k]
+    name, entry = f"i{'xyz'[i]}{'xyz'[k]}", inertia[i, k]
     return _Family(
         "inertia",
         lambda x: (m, c, inertia + x[0] * E),
         lambda x, s: (
-            f"{name} of LINK: {give(own + size * x[0], size * s[0])} kg·m² "
-            f"instead of {own:.6g} kg·m²"
+            f"{name} of LINK: {give(entry + size * x[0], size * s[0])} kg·m² "
+            f"instead of {entry:.6g} kg·m²"
         ),
-        lambda x: Amount.of(own + size * x[0], own, ways=6),
+        lambda x: Amount.of(entry + size * x[0], entry, ways=6),
         (np.zeros(1),),
     )
 
@@ -329,9 +329,9 @@ def _is_physical(m: float, c: Array, inertia: Array) -> bool:
 
 
 def _symmetric(x: Array) -> Array:
-    found = np.zeros((3, 3))
-    found[np.triu_indices(3)] = x
-    upper: Array = found + np.triu(found, 1).T
+    triangle = np.zeros((3, 3))
+    triangle[np.triu_indices(3)] = x
+    upper: Array = triangle + np.triu(triangle, 1).T
     return upper
 
 

@@ -95,12 +95,12 @@ def _changes(evidence: Evidence) -> list[Change]:
         frame_changes,
     )
     with np.errstate(all="ignore"):
-        found = [change for maker in known for change in maker(evidence)]
-        plain = [change.answers for change in found if not change.free]
+        changes = [change for maker in known for change in maker(evidence)]
+        plain = [change.answers for change in changes if not change.free]
         # beside a known mistake that explains everything, no fitted number is worth its time
         if not plain or evidence.residual(np.array(plain)).min() > _limit(evidence.before, 0.0):
-            found += [*fit_inertias(evidence), *placement_changes(evidence)]
-        return found
+            changes += [*fit_inertias(evidence), *placement_changes(evidence)]
+        return changes
 
 
 def _limit(before: float, least: float) -> float:
@@ -123,13 +123,13 @@ def _rank(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
     order = sorted(good, key=lambda k: (changes[k].free, changes[k].amount, k))
     equal = list(_first_of_each(changes, order))
     rest = sorted((k for k in worth if after[k] > bound), key=lambda k: float(after[k]))
-    found = {
+    by_text = {
         changes[k].text: Cause(
             changes[k].kind, changes[k].where, changes[k].text, before, float(after[k])
         )
         for k in reversed([*equal, *rest])
     }
-    causes = list(reversed(found.values()))
+    causes = list(reversed(by_text.values()))
     if causes[0].removes:
         # beside a change that removes the difference, only others that do so are worth reporting
         others = (cause for cause in causes[1:] if cause.removes and cause.kind != "other inertia")
@@ -153,9 +153,9 @@ def _find_pair(evidence: Evidence, changes: list[Change], limit: float) -> Cause
     most = _STARTS if evidence.mechanism.nv <= _SMALL else _FEW
     places = list(dict.fromkeys(known[k].where for k in order))[:most]
     for place in places:
-        found = _alternate(evidence, starts[place], limit)
-        if found:
-            return found
+        pair = _alternate(evidence, starts[place], limit)
+        if pair:
+            return pair
     return None
 
 
@@ -199,16 +199,16 @@ def _in_places(changes: list[Change]) -> list[Change]:
     ]
 
 
-def _join(evidence: Evidence, one: Cause, other: Cause, left: float) -> Cause:
+def _join(evidence: Evidence, first: Cause, second: Cause, left: float) -> Cause:
     """Two causes as one."""
-    parts = tuple(sorted((one, other), key=lambda cause: cause.where))
+    parts = tuple(sorted((first, second), key=lambda cause: cause.where))
     text = ", and ".join(_with_alike(part) for part in parts)
     return Cause("two mistakes", "", text, evidence.before, left, parts=parts)
 
 
 def _with_alike(part: Cause) -> str:
     """A cause with what it cannot be told apart from."""
-    places = list(dict.fromkeys(one.where for one in part.alike if one.where != part.where))
+    places = list(dict.fromkeys(twin.where for twin in part.alike if twin.where != part.where))
     return f"{part.text} (or the like of {', '.join(places)})" if places else part.text
 
 

@@ -90,8 +90,8 @@ class Bars:
         for about, acting in ((self.A, ABC), (self.D, DEF), (middle, CF)):
             total = sum((force for _, force in acting), Matrix([0, 0]))
             equations += [*total, self.moment(about, acting)]
-        (found,) = solve(equations, [*self.reactions, self.a], dict=True)
-        return dict(found)
+        (solution,) = solve(equations, [*self.reactions, self.a], dict=True)
+        return dict(solution)
 
 
 def list_blocks() -> Iterator[Row]:
@@ -217,11 +217,11 @@ def _lagrange(blocks: _Blocks) -> Iterator[Row]:
 
 
 def _entries(
-    found: Sequence[Sequence[Series]], stated: Sequence[Sequence[Series | int]]
+    derived: Sequence[Sequence[Series]], stated: Sequence[Sequence[Series | int]]
 ) -> list[Series]:
     """Return the differences of two matrices, entry by entry."""
     differences = []
-    for ours, theirs in zip(found, stated, strict=True):
+    for ours, theirs in zip(derived, stated, strict=True):
         differences += [x - y for x, y in zip(ours, theirs, strict=True)]
     return differences
 
@@ -553,13 +553,13 @@ def _balances_of_bars(bars: Bars) -> Iterator[Row]:
     forces = sum((force for _, force in supports), Matrix([0, 0]))
     pushes = sum((push for _, push in bars.pushes), Matrix([0, 0]))
     unknown = (*(pushes - forces), about_D)
-    letters = set().union(*(each.free_symbols for each in unknown)) - {m, k, l, t}
+    letters = set().union(*(unknown_force.free_symbols for unknown_force in unknown)) - {m, k, l, t}
     yield decision(
         "Ex. 1.2 words d",
         "the balances of the whole are three equations in five unknowns",
         "letters in Ex.1.2.a to Ex.1.2.c: A_x, A_y, D_x, D_y, and q with its rates",
         letters == {Ax, Ay, Dx, Dy},
-        all(each.has(q) for each in unknown[1:]),
+        all(unknown_force.has(q) for unknown_force in unknown[1:]),
     )
     yield identity(
         "Ex. 1.2 words e",

@@ -225,14 +225,14 @@ def _unit_vectors() -> Row:
 def _unknowns() -> Iterator[Row]:
     bodies = NewtonEuler(load("rigid_bar_pendulum"))
     (cut,) = bodies.cuts.bodies
-    found = along(cut.axes.rows, bodies.balances.resultant(cut))
-    sides = (found[0], found[1])
+    components = along(cut.axes.rows, bodies.balances.resultant(cut))
+    sides = (components[0], components[1])
     yield decision(
         "after 1.14",
         "the two equations 1.14 hold three unknowns, R_n, R_t and q",
         "letters of reactions in the forces on the rod, which turn with q",
         _names(sides, Kind.REACTION) == {"R_pin_n", "R_pin_t"},
-        all(each.diff("q") for each in sides),
+        all(side.diff("q") for side in sides),
     )
     reactions = list(bodies.derivation().reactions.values())
     motions = _names(reactions, Kind.VELOCITY) | _names(reactions, Kind.ACCELERATION)
@@ -265,23 +265,23 @@ def _working() -> Iterator[Row]:
     work = VirtualWork(load("rigid_bar_pendulum"))
     ring = work.balances.algebra.ring
     l, dq = ring["l"], ring["δq"]
-    found: dict[str, Series] = {}
+    quantities: dict[str, Series] = {}
     for stage in work.derivation().stages:
         for result in stage.results:
             if not isinstance(result.left, Series):
-                found[result.left.quantity] = result.right
+                quantities[result.left.quantity] = result.right
     yield identity(
         "before 1.27 b",
         "the reactions do no work, nor do the parts of weight and inertia forces along the rod",
         _LEDGER,
-        *(found[name] for name in ("δW_R_pin", "δr_weight_rod_n", "δr_inertia_rod_n")),
+        *(quantities[name] for name in ("δW_R_pin", "δr_weight_rod_n", "δr_inertia_rod_n")),
     )
     yield identity(
         "after 1.27 b",
         "the points of action move by l dq/2 and 2 l dq/3 along the tangents",
         _LEDGER,
-        found["δr_weight_rod_t"] - l * dq / 2,
-        found["δr_inertia_rod_t"] - 2 * l * dq / 3,
+        quantities["δr_weight_rod_t"] - l * dq / 2,
+        quantities["δr_inertia_rod_t"] - 2 * l * dq / 3,
     )
 
 
@@ -289,9 +289,11 @@ def _absent() -> Row:
     """Return the row on reactions, which only some methods show."""
     absent, present = [], []
     for name in ("rigid_bar_pendulum", "two_blocks", "double_pendulum"):
-        found = derivations(load(name))
-        absent += [not _names(found[k].rows, Kind.REACTION) for k in ("virtual_work", "lagrange")]
-        balances = next(s for s in found["newton_euler"].stages if s.title.endswith("forces"))
+        by_method = derivations(load(name))
+        absent += [
+            not _names(by_method[k].rows, Kind.REACTION) for k in ("virtual_work", "lagrange")
+        ]
+        balances = next(s for s in by_method["newton_euler"].stages if s.title.endswith("forces"))
         sides = [result.right for result in balances.results]
         present.append(bool(_names(sides, Kind.REACTION)))
     return decision(
@@ -305,4 +307,4 @@ def _absent() -> Row:
 
 
 def _names(series: Iterable[Series], kind: Kind) -> set[str]:
-    return {g.name for each in series for g in each.generators() if g.kind is kind}
+    return {g.name for row in series for g in row.generators() if g.kind is kind}

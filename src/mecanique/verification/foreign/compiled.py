@@ -46,11 +46,11 @@ def load_library(
     except OSError as error:
         raise InputError(f"expected a C header, but {header} cannot be read: {error}") from None
     for kind, size in _SIZE.findall(text):
-        own = mechanism.nq if kind == "q" else mechanism.nv
-        if int(size) != own:
+        expected = mechanism.nq if kind == "q" else mechanism.nv
+        if int(size) != expected:
             names = mechanism.coordinates if kind == "q" else mechanism.velocities
             raise InputError(
-                f"expected n{kind} = {own} ({', '.join(names)}) in {header}, it states {size}"
+                f"expected n{kind} = {expected} ({', '.join(names)}) in {header}, it states {size}"
             )
     declared: dict[str, str] = dict(_DECLARATION.findall(text))
     wanted = {name: what for name in declared if (what := _quantity(name))}
@@ -64,7 +64,7 @@ def load_library(
         library = ctypes.CDLL(os.fspath(Path(path).resolve()))
     except OSError as error:
         raise InputError(f"expected a shared library, but {path} does not load: {error}") from None
-    found = {}
+    functions = {}
     for name, what in wanted.items():
         takes = _takes(name, declared[name])
         function = getattr(library, name, None)
@@ -72,8 +72,8 @@ def load_library(
             raise InputError(f"{header} declares {name}, which {path} does not have")
         address = ctypes.cast(function, ctypes.c_void_p).value or 0
         parameters = _address(library, f"{name[: -len(what) - 1]}_parameters")
-        found[what] = CFunction(name, address, takes, parameters)
-    return found
+        functions[what] = CFunction(name, address, takes, parameters)
+    return functions
 
 
 def _quantity(name: str) -> str:
@@ -83,7 +83,7 @@ def _quantity(name: str) -> str:
 def _takes(name: str, arguments: str) -> tuple[str, ...]:
     """The inputs of a declared function."""
     words = [re.findall(r"\w+", part) for part in arguments.split(",")]
-    names = [found[-1] if found else "" for found in words]
+    names = [words_of[-1] if words_of else "" for words_of in words]
     *inputs, last = names
     pointers = ["*" in part or "[" in part for part in arguments.split(",")]
     unknown = [given for given in inputs if given not in _INPUTS]

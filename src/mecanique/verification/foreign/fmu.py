@@ -97,39 +97,45 @@ class _Model:
 
 
 def _run(model: _Model, described: Any, mechanism: Mechanism, states: States) -> dict[str, Array]:
-    names = [each.variable.derivative.name for each in described.derivatives]
+    names = [
+        described_variable.variable.derivative.name for described_variable in described.derivatives
+    ]
     order = _order(names, mechanism)
     variables = {variable.name: variable for variable in described.modelVariables}
     energies = [variables.get(name.replace(" ", "_")) for name in _ENERGIES]
-    references = [each.valueReference for each in energies if each is not None]
-    accelerations, found = [], []
+    references = [
+        described_variable.valueReference
+        for described_variable in energies
+        if described_variable is not None
+    ]
+    accelerations, energies_read = [], []
     for t, q, v in zip(states.t.tolist(), states.q, states.v, strict=True):
         model.put(t, np.concatenate([q, v])[order].tolist())
         rates = np.empty(len(order))
         rates[order] = model.rates(len(order))
         accelerations.append(rates[mechanism.nq :])
         if len(references) == len(_ENERGIES):
-            found.append(model.read(references))
+            energies_read.append(model.read(references))
     model.fmu.terminate()
     model.fmu.freeInstance()
     values: dict[str, Array] = {"acceleration": np.array(accelerations)}
-    if found:
-        values |= zip(_ENERGIES, np.array(found).T, strict=True)
+    if energies_read:
+        values |= zip(_ENERGIES, np.array(energies_read).T, strict=True)
     return values
 
 
 def _order(names: Sequence[str], mechanism: Mechanism) -> list[int]:
     """Where each state of a model stands among the coordinates and velocities."""
-    own = [*mechanism.coordinates, *mechanism.velocities]
-    places = {name: k for k, name in enumerate(own)}
+    ours = [*mechanism.coordinates, *mechanism.velocities]
+    places = {name: k for k, name in enumerate(ours)}
     for name in mechanism.velocities:
         if name.endswith("'"):
             places.setdefault(f"der({name[:-1]})", places[name])
     other = [name for name in names if name not in places]
-    missing = [name for k, name in enumerate(own) if k not in map(places.get, names)]
-    if other or missing or len(names) != len(own):
+    missing = [name for k, name in enumerate(ours) if k not in map(places.get, names)]
+    if other or missing or len(names) != len(ours):
         raise InputError(
-            f"expected the states {', '.join(own)} in the FMU, got {', '.join(names) or 'none'}; "
+            f"expected the states {', '.join(ours)} in the FMU, got {', '.join(names) or 'none'}; "
             f"it lacks {', '.join(missing) or 'none'}, and {', '.join(other) or 'none'} are unknown"
         )
     return [places[name] for name in names]

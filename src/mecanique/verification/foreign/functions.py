@@ -125,8 +125,8 @@ def read_samples(path: str | os.PathLike[str], mechanism: Mechanism) -> tuple[St
     wanted = (tuple(mechanism.coordinates), mechanism.velocities, accelerations, forces)
 
     def table(part: Sequence[str]) -> Array:
-        found = np.array([columns.get(name, zero) for name in part])
-        by_row: Array = found.reshape(-1, len(rows)).T
+        rows_by_column = np.array([columns.get(name, zero) for name in part])
+        by_row: Array = rows_by_column.reshape(-1, len(rows)).T
         return by_row
 
     q, v, a, tau = map(table, wanted)
@@ -177,11 +177,11 @@ class _Caller:
         else:
             takes = _find_names(function, self._rows) or tuple(usual)
             self._refuse_sizes(function, name, takes)
-        found = []
+        answers = []
         for k in range(len(self._rows["t"])):
             row = {kind: self._rows[kind][k].copy() for kind in takes}
-            found.append(self._one(code, name, row, shapes))
-        return np.array(found)
+            answers.append(self._one(code, name, row, shapes))
+        return np.array(answers)
 
     def _refuse_sizes(self, function: Any, name: str, takes: tuple[str, ...]) -> None:
         """Refuse a function of CasADi with arguments of other sizes."""
@@ -224,7 +224,7 @@ class _Caller:
 
 def _constants(mechanism: Mechanism) -> list[float]:
     """Values of the inputs, where they are constants."""
-    signals = [each.signal for each in mechanism.inputs]
+    signals = [given.signal for given in mechanism.inputs]
     return [signal for signal in signals if isinstance(signal, float)]
 
 
@@ -239,9 +239,9 @@ def _find_names(function: Any, rows: Mapping[str, Array]) -> tuple[str, ...]:
         except (TypeError, ValueError):
             return ()
         names = [
-            each.name
-            for each in parameters
+            parameter.name
+            for parameter in parameters
             # a state is given also where it may be left out, as by `Reference.bias`
-            if each.default is each.empty or each.name in ("q", "v", "a")
+            if parameter.default is parameter.empty or parameter.name in ("q", "v", "a")
         ]
     return tuple(names) if "q" in names and all(name in rows for name in names) else ()

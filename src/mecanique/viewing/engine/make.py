@@ -182,13 +182,15 @@ class Maker:
             answers.append(self._answer("bounds", [x for _, pair in bounds for x in pair]))
         conditions = conditions_of(self._dynamics.letters)
         if conditions:
-            answers.append(self._answer("rules", [x for _, each in conditions for x in each]))
+            answers.append(self._answer("rules", [x for _, group in conditions for x in group]))
         gradients = gradients_of(motion, self._dynamics.letters)
         if gradients:
             answers.append(self._answer("gradients", gradients))
         margins = self._margins(chosen)
         if margins:
-            answers.append(self._answer("margins", [x for each in margins.values() for x in each]))
+            answers.append(
+                self._answer("margins", [x for group in margins.values() for x in group])
+            )
         text = "\n".join(functions(self._program(answers)))
         if len(text) > MOST_LETTERS:
             raise DerivationError(f"the program would take {len(text) // 1000} kB")
@@ -232,7 +234,7 @@ class Maker:
         if not margins:
             return {}
         motion = self._motion
-        numbers = self._evaluate([x for each in margins.values() for x in each], chosen)
+        numbers = self._evaluate([x for margin in margins.values() for x in margin], chosen)
         a, b, c = np.moveaxis(numbers.reshape(len(chosen), -1, 3), 2, 0)
         known = margins_along(
             motion.reference, motion.q[chosen], motion.v[chosen], motion.t[chosen]
@@ -240,7 +242,7 @@ class Maker:
         gaps = np.abs(a - np.hypot(b, c) - known).max(axis=0)
         near = gaps <= TOLERANCE * np.abs(known).max(axis=0)  # not where they are undetermined
         return {
-            name: each for (name, each), same in zip(margins.items(), near, strict=True) if same
+            name: margin for (name, margin), same in zip(margins.items(), near, strict=True) if same
         }
 
     def _answer(self, name: str, scalars: Sequence[Any]) -> Answer:

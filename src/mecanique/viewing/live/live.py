@@ -265,12 +265,12 @@ def row(frame: Frame, scene: Scene) -> bytes:
         "series": (len(scene.series) + len(ledger.rows) * len(ledger.coordinates),),
     }
     for name, shape in expected.items():
-        found = np.shape(getattr(frame, name))
-        if found != shape:
-            raise InputError(f"{name} of a frame: expected shape {shape}, got {found}")
+        got = np.shape(getattr(frame, name))
+        if got != shape:
+            raise InputError(f"{name} of a frame: expected shape {shape}, got {got}")
     poses = np.concatenate([frame.positions, frame.quaternions], axis=1)
     rest = (frame.arrows, frame.lines, frame.traces, frame.series)
-    numbers = np.concatenate([poses.ravel(), *(np.ravel(each) for each in rest)]).astype("<f4")
+    numbers = np.concatenate([poses.ravel(), *(np.ravel(part) for part in rest)]).astype("<f4")
     if not (np.isfinite(frame.t) and np.all(np.isfinite(numbers))):
         raise InputError(f"frame at t = {frame.t}: expected finite numbers")
     return numbers.tobytes()

@@ -135,12 +135,12 @@ def _table(scene: Scene, step: float) -> tuple[Floats, Floats]:
         trace.points for trace in scene.traces
     ]
     parts += points
-    steps += [step] * sum(each.shape[1] for each in points)
+    steps += [step] * sum(array.shape[1] for array in points)
     values = [series.values[:, None] for series in scene.series] + [
         r.values for r in scene.document.ledger.rows
     ]
     parts += values
-    steps += [SERIES_STEP * float(np.abs(column).max()) for each in values for column in each.T]
+    steps += [SERIES_STEP * float(np.abs(column).max()) for array in values for column in array.T]
     return np.concatenate(parts, axis=1), np.array(steps)
 
 

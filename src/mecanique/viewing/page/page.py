@@ -146,7 +146,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
         "boot": boot,
     }
     # in one pass, so that nothing inside a part is taken for a placeholder
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read_asset("page.html"))
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _read_asset("page.html"))
 
 
 def policy(scripts: list[str], styles: list[str], connect: str) -> str:

@@ -30,7 +30,11 @@ def bodies_of(mechanism: Mechanism) -> tuple[SceneBody, ...]:
         for visual in listed
     )
     if mechanism.origin is not None and (missing or not any(shapes.values())):
-        rods = {name: tuple(_join(mechanism, name)) for name, own in shapes.items() if not own}
+        rods = {
+            name: tuple(_join(mechanism, name))
+            for name, shapes_of in shapes.items()
+            if not shapes_of
+        }
         shapes |= rods
     return tuple(SceneBody(body.name, shapes[body.name]) for body in mechanism.bodies)
 

@@ -120,9 +120,9 @@ def scene_of(
 def _breaks(motion: Motion) -> Iterator[Break]:
     """Where contacts and cords ceased to hold."""
     names = break_names(motion.mechanism)
-    for each in motion.events:
-        if each.name in names:
-            yield Break(each.name, float(each.t))
+    for event in motion.events:
+        if event.name in names:
+            yield Break(event.name, float(event.t))
 
 
 def actions_of(motion: Motion) -> tuple[Action, ...]:

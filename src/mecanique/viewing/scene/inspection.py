@@ -223,7 +223,7 @@ def _paths(mechanism: Mechanism, start: Array, sliders: Sequence[str]) -> Iterat
     waiting = list(mechanism.joints)
     known = {mechanism.ground}
     while waiting:
-        joint = next((each for each in waiting if each.parent in known), waiting[0])
+        joint = next((candidate for candidate in waiting if candidate.parent in known), waiting[0])
         waiting.remove(joint)
         known.add(joint.child)
         place = mechanism.matrix(joint.origin)

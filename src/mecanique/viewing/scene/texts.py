@@ -113,9 +113,9 @@ def _symbols_of(equations: Sequence[Equations]) -> tuple[tuple[str, str], ...]:
     """The symbols of equations that are a list of results, by Lagrange's method if there."""
     from mecanique.generation.writing.recursion import write_recursion
 
-    for each in sorted(equations, key=lambda one: one.method != "lagrange"):
+    for equations_ in sorted(equations, key=lambda one: one.method != "lagrange"):
         with suppress(MecaniqueError):
-            return write_recursion(each).symbols()
+            return write_recursion(equations_).symbols()
     return ()
 
 
@@ -166,13 +166,13 @@ def _parameters(mechanism: Mechanism) -> Iterator[Quantity]:
 
 def quantities_of_inputs(mechanism: Mechanism) -> tuple[Quantity, ...]:
     """Return the inputs that are constant, with the values they have."""
-    found = []
+    quantities = []
     for signal in mechanism.inputs:
         if isinstance(signal.signal, float):
             reach = max(10.0, 2 * abs(signal.signal))
             unit = "" if signal.unit == "1" else signal.unit
             symbol = letter(signal.symbol)
-            found.append(
+            quantities.append(
                 Quantity(
                     name=signal.symbol,
                     symbol=symbol,
@@ -183,16 +183,16 @@ def quantities_of_inputs(mechanism: Mechanism) -> tuple[Quantity, ...]:
                     high=reach,
                 )
             )
-    return tuple(found)
+    return tuple(quantities)
 
 
 def _initial(motion: Motion) -> Iterator[Quantity]:
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
     free = [f"{name}'" in mechanism.velocities for name in mechanism.coordinates]
-    for name, value, own in zip(mechanism.coordinates, motion.q[0], free, strict=True):
+    for name, value, is_free in zip(mechanism.coordinates, motion.q[0], free, strict=True):
         reach = math.pi if unit[name] == "rad" else max(1.0, 2 * abs(float(value)))
-        if own:
+        if is_free:
             low, high = min(-reach, float(value)), max(reach, float(value))
             yield Quantity(
                 name=name,

@@ -143,10 +143,12 @@ class Elements:
     def _known(self, forces: Array) -> Array:
         """Columns along the joints, scaled: unit forces of elements, then forces within joints."""
         G = self._chart.G
-        own = [np.zeros((len(G), 0))]
+        columns_known = [np.zeros((len(G), 0))]
         for joint in self._mechanism.joints:
-            own.append(self._null(G, [self._chart.rows[name] for name in joint.velocities]))
-        known: Array = self._scale[:, None] * np.concatenate([forces, *own], axis=1)
+            columns_known.append(
+                self._null(G, [self._chart.rows[name] for name in joint.velocities])
+            )
+        known: Array = self._scale[:, None] * np.concatenate([forces, *columns_known], axis=1)
         return known
 
     def _tie_forces(self, guide: Guide) -> Array:
@@ -316,10 +318,10 @@ def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, tot
     count = len(carried)
     _, sizes, right = np.linalg.svd(columns.matrix)
     rank = int((sizes > DEPENDENT * sizes.max(initial=DEPENDENT)).sum())
-    found = np.linalg.pinv(columns.matrix, rcond=DEPENDENT) @ np.concatenate(
+    solution = np.linalg.pinv(columns.matrix, rcond=DEPENDENT) @ np.concatenate(
         [-columns.scale * demand, columns.stated]
     )
-    forces = found[:count]
+    forces = solution[:count]
     idle = right[rank:, :count]
     reactions = totals + np.einsum("k,kjab->jab", forces, carried)
     reactions += np.einsum("k,kjab->jab", np.abs(forces), pressed)

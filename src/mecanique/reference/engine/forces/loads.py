@@ -201,15 +201,15 @@ class Loads:
     ) -> list[tuple[Triple, Triple, Triple]]:
         """Return each force's point of action, force and moment there, as `effects` lists them."""
         numbers = self._evaluate(q, v, t)
-        found: dict[str, Sequence[Action]] = {line.name: _pull(line) for line in self._lines}
+        actions: dict[str, Sequence[Action]] = {line.name: _pull(line) for line in self._lines}
         for load in self._loads:
-            found[load.name] = [_push(load, numbers)._replace(point=load.site.position())]
+            actions[load.name] = [_push(load, numbers)._replace(point=load.site.position())]
         for term, (row, size) in zip(self._terms, self._sizes(values, u, numbers), strict=True):
-            found[term.name] = self._hinges[row].actions(size)
+            actions[term.name] = self._hinges[row].actions(size)
         return [
             (action.point, action.force, action.torque)
             for name in self._names
-            for action in found[name]
+            for action in actions[name]
         ]
 
     @property
@@ -219,14 +219,14 @@ class Loads:
         hinges = {term.name: self._hinges[term.row] for term in self._terms}
         pairs |= {name: (hinge.child.body, hinge.parent.body) for name, hinge in hinges.items()}
         alone = {load.name: load.site.body for load in self._loads}
-        found: list[tuple[str, str, str | None]] = []
+        reach: list[tuple[str, str, str | None]] = []
         for name in self._names:
             if name in alone:
-                found.append((name, alone[name], None))
+                reach.append((name, alone[name], None))
             else:
                 a, b = pairs[name]
-                found += [(name, a, b), (name, b, a)]
-        return found
+                reach += [(name, a, b), (name, b, a)]
+        return reach
 
     def across_joints(self) -> list[Action]:
         """Return the forces in the joints as actions on the child and, opposite, on the parent."""

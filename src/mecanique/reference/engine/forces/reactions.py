@@ -55,7 +55,7 @@ class Reactions:
         state in question.
         """
         data = self._engine.data
-        found = {}
+        wrenches = {}
         for name, holder, index in self._joints:
             pose = data.oMi[holder.joint]
             if index is not None:
@@ -64,8 +64,8 @@ class Reactions:
             else:
                 wrench = holder.placement.actInv(self._through_weld(name, holder.joint, actions))
                 turn = pose.rotation @ holder.placement.rotation
-            found[name] = turn @ wrench.linear, turn @ wrench.angular
-        return found
+            wrenches[name] = turn @ wrench.linear, turn @ wrench.angular
+        return wrenches
 
     def _through_weld(self, name: str, joint: int, actions: list[Action]) -> Any:
         """Return the wrench of a fixed joint on all it carries, in the moving joint's frame."""

@@ -144,12 +144,12 @@ def _guess(
     opposite: NDArray[np.int64],
 ) -> NDArray[np.int64]:
     """Where a reader expects each point when its first triangle is read."""
-    found = np.zeros_like(points)
+    guessed = np.zeros_like(points)
     first, second, third = (triangles[new[:, k], k] for k in range(3))
-    found[first[1:]] = points[first[1:] - 1]
-    found[second] = points[triangles[new[:, 1], 0]]
+    guessed[first[1:]] = points[first[1:] - 1]
+    guessed[second] = points[triangles[new[:, 1], 0]]
     i, j, _ = triangles[new[:, 2]].T
     left = opposite[new[:, 2]]
     corner = points[i] + points[j] - points[left]
-    found[third] = np.where(left[:, None] < 0, points[j], corner)
-    return found
+    guessed[third] = np.where(left[:, None] < 0, points[j], corner)
+    return guessed

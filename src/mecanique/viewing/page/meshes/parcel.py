@@ -37,9 +37,9 @@ def mesh_parcel(
             surfaces += packed
         matrix = (shape.pose @ np.diag([*map(float, shape.size), 1.0])).ravel().tolist()
         for place in places[path]:
-            own, given = surfaces[place].rgba, shape.rgba
+            in_file, given = surfaces[place].rgba, shape.rgba
             # one color must not paint over a mesh that has several
-            rgba = (own or given if len(places[path]) > 1 else given or own) or GREY
+            rgba = (in_file or given if len(places[path]) > 1 else given or in_file) or GREY
             kept = [min(max(float(c), 0.0), 1.0) for c in rgba]
             drawn.append({"body": k, "surface": place, "rgba": kept, "matrix": matrix})
     heads = [
