@@ -76,7 +76,7 @@ class Answering:
     def _answer(
         self, states: States, function: Callable[..., Array], *, accelerations: bool = False
     ) -> Array:
-        """Evaluate function(q, v, t), or function(q, v, t, a), in each state; all values must be finite."""
+        """Evaluate function(q, v, t), or (q, v, t, a), in each state; values must be finite."""
         if self._tree.loads.waiting:
             raise InputError(
                 f"a function of time in mechanism {self.mechanism.name!r} calls the Reference that "

@@ -112,7 +112,7 @@ class Wrenches(Answering):
         states = States.of(self.mechanism, q, v, t, tau=tau)
         totals = self._find_totals(states)
         known = elements or not self.mechanism.elements
-        return totals if known else total_by_body | self._hold(states).wrenches
+        return totals if known else totals | self._hold(states).wrenches
 
     def guide_forces(
         self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
