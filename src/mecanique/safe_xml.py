@@ -34,7 +34,7 @@ class XmlRefusedError(Exception):
         self.line = line
 
 
-class Target(Protocol):
+class Receiver(Protocol):
     """Receives the parts of a text in their order."""
 
     def start(self, tag: str, attributes: dict[str, str], /) -> object:
@@ -60,7 +60,7 @@ class Reader:
 
     def __init__(
         self,
-        target: Target,
+        target: Receiver,
         *,
         encoding: str | None = None,
         most_depth: int = MOST_DEPTH,

@@ -25,7 +25,7 @@ from mecanique.motion import Motion, simulate
 from mecanique.motion.analysis.forces import Actions
 from mecanique.motion.record.events import Event
 from mecanique.reference import Reference
-from mecanique.reference.engine.load import Engine, load
+from mecanique.reference.engine.load import EngineModel, load
 
 PUBLISHED = {
     "beta": 15.81077119629904,
@@ -252,7 +252,7 @@ def test_a_run_loads_the_engine_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Redundant constraints need the degrees of freedom at the start: no reason to load again."""
     loaded = []
 
-    def counting(mechanism: Mechanism) -> Engine:
+    def counting(mechanism: Mechanism) -> EngineModel:
         loaded.append(mechanism.name)
         return load(mechanism)
 

@@ -15,7 +15,7 @@ import pytest
 import mecanique as mq
 from mecanique.reference import Reference
 from mecanique.reference.engine import tree
-from mecanique.reference.engine.load import Engine, load
+from mecanique.reference.engine.load import EngineModel, load
 from mecanique.reference.loops import loading
 
 
@@ -24,7 +24,7 @@ def loads(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names of the mechanisms that are loaded, one after the other."""
     names: list[str] = []
 
-    def note(mechanism: mq.Mechanism) -> Engine:
+    def note(mechanism: mq.Mechanism) -> EngineModel:
         names.append(mechanism.name)
         return load(mechanism)
 

@@ -10,7 +10,7 @@ from viewing_browser import Visit, until
 from viewing_scenes import raised
 
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.scene.scene import Frame, Scene, SceneBody, Shape, Trace
+from mecanique.viewing.scene.scene import Scene, SceneBody, SceneFrame, Shape, Trace
 
 Path = Callable[[float], tuple[float, float, float]]
 
@@ -36,15 +36,15 @@ def brick(path: Path, duration: float = 0.5, planar: bool = False) -> Scene:
     )
 
 
-def at(path: Path, t: float) -> Frame:
+def at(path: Path, t: float) -> SceneFrame:
     scene = brick(lambda _: path(t), 0.0)
     frame = scene.frame(0)
-    return Frame(
+    return SceneFrame(
         t, frame.positions, frame.quaternions, frame.arrows, frame.lines, frame.traces, frame.series
     )
 
 
-def frames(path: Path, start: float, end: float) -> Iterator[Frame]:
+def frames(path: Path, start: float, end: float) -> Iterator[SceneFrame]:
     return (at(path, k / 60) for k in range(round(60 * start), round(60 * end) + 1))
 
 

@@ -34,7 +34,7 @@ from viewing_watcher import Watcher
 from mecanique.errors import InputError
 from mecanique.viewing.live.live import LiveView
 from mecanique.viewing.live.server import read
-from mecanique.viewing.scene.scene import Frame
+from mecanique.viewing.scene.scene import SceneFrame
 
 T = TypeVar("T")
 
@@ -180,7 +180,7 @@ def test_a_dragged_parameter_starts_the_motion_again(
 ) -> None:
     calls: list[Mapping[tuple[str, str], float]] = []
 
-    def frames(changes: Mapping[tuple[str, str], float]) -> Iterator[Frame]:
+    def frames(changes: Mapping[tuple[str, str], float]) -> Iterator[SceneFrame]:
         calls.append(changes)
         return instants(pendulum())
 

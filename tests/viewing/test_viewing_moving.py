@@ -29,14 +29,14 @@ from mecanique.verification import derivations as sources
 from mecanique.viewing.live import stretches
 from mecanique.viewing.live.checking import Checking
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.live.moving import Moving, Recorded
+from mecanique.viewing.live.moving import LiveMotion, Recorded
 
 IN_HOUSE = sources.derive_all
 
 
 @contextmanager
 def shown(
-    source: Moving | Recorded, speed: float = 1.0, patient: bool = False
+    source: LiveMotion | Recorded, speed: float = 1.0, patient: bool = False
 ) -> Iterator[LiveView]:
     """A view that streams in a thread, as `mecanique.viewing` does in the main one."""
     with LiveView(source.presenter.first) as live:
@@ -54,8 +54,10 @@ def shown(
     assert not streaming.is_alive()
 
 
-def pendulum(q: float = 2.0, end: float = math.inf, **parameters: float) -> Moving:
-    return Moving(mq.textbook.load("rigid_bar_pendulum", **parameters), {"q": q}, None, end, 1e-10)
+def pendulum(q: float = 2.0, end: float = math.inf, **parameters: float) -> LiveMotion:
+    return LiveMotion(
+        mq.textbook.load("rigid_bar_pendulum", **parameters), {"q": q}, None, end, 1e-10
+    )
 
 
 def angle(row: np.ndarray[Any, Any]) -> float:
@@ -182,7 +184,7 @@ def test_a_reset_starts_again_without_loading_the_page_anew() -> None:
 def test_slow_motion_is_as_smooth_and_what_takes_long_comes_piece_by_piece(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    slow = Moving(
+    slow = LiveMotion(
         mq.textbook.load("rigid_bar_pendulum"), {"q": 2.0}, None, math.inf, 1e-10, speed=0.05
     )
     with shown(slow, speed=0.05, patient=True) as live, Watcher(live.url) as seen:
@@ -282,7 +284,7 @@ def test_what_goes_wrong_is_told_in_words_and_the_server_stays() -> None:
         return 0.0
 
     with (
-        shown(Moving(pushed(signal_of), None, None, math.inf, 1e-8), speed=4.0) as live,
+        shown(LiveMotion(pushed(signal_of), None, None, math.inf, 1e-8), speed=4.0) as live,
         Watcher(live.url) as seen,
     ):
         seen.until(lambda watcher: bool(watcher.notes.get("warning")))
@@ -327,7 +329,7 @@ def pushed(force: Callable[[float], float]) -> mq.Mechanism:
 
 
 def test_a_force_that_acts_late_gets_its_arrow(visit: Callable[..., Visit]) -> None:
-    source = Moving(pushed(lambda t: 0.0 if t < 2.5 else 8.0), None, {"x": 0.1}, math.inf, 1e-8)
+    source = LiveMotion(pushed(lambda t: 0.0 if t < 2.5 else 8.0), None, {"x": 0.1}, math.inf, 1e-8)
     with shown(source, patient=True) as live:
         seen = visit(live.url)
         names = "() => window.mecanique?.scene.arrows.map(arrow => arrow.name) ?? []"
@@ -378,7 +380,7 @@ def test_a_disagreement_is_told_loudly(
     monkeypatch.setattr(
         sources, "derive_all", lambda mechanism: IN_HOUSE(mq.textbook.load("cart_pole", m=1.5))
     )
-    source = Moving(mq.textbook.load("cart_pole"), {"q": 1.0}, None, math.inf, 1e-8)
+    source = LiveMotion(mq.textbook.load("cart_pole"), {"q": 1.0}, None, math.inf, 1e-8)
     with shown(source) as live:
         seen = visit(live.url)
         seen.page.wait_for_selector(".badge.bad")

@@ -16,18 +16,18 @@ from viewing_scenes import GRAVITY, MASS, about_y, blocks, pendulum, reach, swar
 
 from mecanique.viewing.page.page import page
 from mecanique.viewing.scene.scene import (
-    Block,
     Derivation,
-    Document,
+    DerivationStep,
     JointMark,
-    Ledger,
+    Knob,
     LedgerRow,
-    Quantity,
+    Plot,
     Scene,
     SceneBody,
-    Series,
+    SceneText,
     Shape,
     VerdictTable,
+    WorkLedger,
 )
 
 Show = Callable[..., Visit]
@@ -335,13 +335,15 @@ def test_hostile_names_are_only_names(show: Show) -> None:
     bodies = tuple(
         replace(body, name=name) for body, name in zip(scene.bodies, HOSTILE, strict=True)
     )
-    texts = Document(
+    texts = SceneText(
         subtitle=every,
-        derivations=(Derivation(every, (Block(every, every, every),)),),
+        derivations=(Derivation(every, (DerivationStep(every, every, every),)),),
         verdict=VerdictTable(False, every, (every,), ((every,),), (every,)),
-        parameters=(Quantity(every, every, 1.0, every, every, 0.0, 2.0),),
+        parameters=(Knob(every, every, 1.0, every, every, 0.0, 2.0),),
         freedom=(every,),
-        ledger=Ledger((every,), (every,), (LedgerRow(every, "weight", every, scene.t[:, None]),)),
+        ledger=WorkLedger(
+            (every,), (every,), (LedgerRow(every, "weight", every, scene.t[:, None]),)
+        ),
         urdf=every,
         file_name=every,
     )
@@ -352,7 +354,7 @@ def test_hostile_names_are_only_names(show: Show) -> None:
         arrows=tuple(replace(scene.arrows[0], name=name, body=name) for name in HOSTILE),
         joints=tuple(JointMark(name, name, name) for name in HOSTILE),
         traces=tuple(replace(scene.traces[0], name=name) for name in HOSTILE),
-        series=tuple(Series(name, name, name, scene.t, name, True) for name in HOSTILE),
+        series=tuple(Plot(name, name, name, scene.t, name, True) for name in HOSTILE),
         document=texts,
     )
     seen = show(hostile)

@@ -11,10 +11,10 @@ from viewing_browser import Visit
 from viewing_scenes import pendulum
 
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.scene.scene import Scene, Series
+from mecanique.viewing.scene.scene import Plot, Scene
 
 
-def plotted(*series: Series) -> Scene:
+def plotted(*series: Plot) -> Scene:
     scene = pendulum()
     return replace(scene, arrows=(), series=series)
 
@@ -72,7 +72,7 @@ CURVES = (
 
 
 def test_ticks_are_round_and_written_once(show: Callable[..., Visit]) -> None:
-    series = [Series(f"x{k}", "x", f"K{k}", x, shown=True) for k, (x, _) in enumerate(CURVES)]
+    series = [Plot(f"x{k}", "x", f"K{k}", x, shown=True) for k, (x, _) in enumerate(CURVES)]
     seen = show(plotted(*series))
     seen.page.click("#tab-plots")
     for k, (_, power) in enumerate(CURVES):
@@ -92,21 +92,21 @@ def test_ticks_are_round_and_written_once(show: Callable[..., Visit]) -> None:
 
 def test_noise_is_a_flat_line(show: Callable[..., Visit]) -> None:
     noise = np.random.default_rng(0).normal(size=len(T))
-    constant = Series("E", "E", "J", 12.345678 + 1e-7 * noise, shown=True)
+    constant = Plot("E", "E", "J", 12.345678 + 1e-7 * noise, shown=True)
     seen = show(plotted(constant))
     seen.page.click("#tab-plots")
     assert np.ptp(heights(seen)) < 0.5
     assert len(set(along(seen, "y"))) == len(along(seen, "y")) >= 2
     # beside meters, 1e-14 m is nothing
-    drift = Series("x", "x", "m", -6e-15 * T, shown=True)
-    seen = show(plotted(drift, Series("z", "z", "m", np.cos(T))))
+    drift = Plot("x", "x", "m", -6e-15 * T, shown=True)
+    seen = show(plotted(drift, Plot("z", "z", "m", np.cos(T))))
     seen.page.click("#tab-plots")
     assert along(seen, "y") == ["−1.0", "−0.5", "0", "0.5", "1.0"]
     assert np.ptp(heights(seen)) < 0.5
     seen.seek(2.0)
     assert seen.page.inner_text("figcaption output") == "0 m"
     # but an angle of a microradian is an angle, and powers are written as such
-    seen = show(plotted(Series("a", "a", "rad", 2e-6 * np.cos(T), shown=True)))
+    seen = show(plotted(Plot("a", "a", "rad", 2e-6 * np.cos(T), shown=True)))
     seen.page.click("#tab-plots")
     assert np.ptp(heights(seen)) > 40
     seen.seek(0.0)

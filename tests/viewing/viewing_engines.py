@@ -14,7 +14,7 @@ import pytest
 import mecanique as mq
 from mecanique.viewing.engine.make import Maker, write_python
 from mecanique.viewing.scene.from_motion import scene_of
-from mecanique.viewing.scene.scene import Engine
+from mecanique.viewing.scene.scene import PageProgram
 
 SCRIPT = Path(__file__).parent / "javascript" / "run_engines.js"
 ASSETS = Path(mq.__file__).parent / "viewing" / "page" / "assets" / "engine"
@@ -40,7 +40,7 @@ globalThis.found = found;
 """
 
 
-def engine_of(motion: mq.Motion) -> Engine:
+def engine_of(motion: mq.Motion) -> PageProgram:
     maker = Maker(motion, mq.derive(motion.mechanism))
     scene = maker.thin(scene_of(motion, None, (), complete=True))
     return maker.make(scene, write_python(motion.mechanism))

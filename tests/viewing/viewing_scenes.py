@@ -12,21 +12,21 @@ from scipy.special import ellipj, ellipk
 from mecanique.viewing.page.page import page
 from mecanique.viewing.scene.scene import (
     Arrow,
-    Block,
     Derivation,
-    Document,
-    Frame,
+    DerivationStep,
     JointMark,
-    Ledger,
+    Knob,
     LedgerRow,
     Line,
-    Quantity,
+    Plot,
     Scene,
     SceneBody,
-    Series,
+    SceneFrame,
+    SceneText,
     Shape,
     Trace,
     VerdictTable,
+    WorkLedger,
 )
 
 Floats = NDArray[np.float64]
@@ -88,7 +88,7 @@ def pendulum(
     half = LENGTH / 2
     positions = np.zeros((len(t), 2, 3))
     quaternions = np.stack([about_y(0 * t), about_y(theta)], axis=1)
-    ledger = Ledger(
+    ledger = WorkLedger(
         ("<mi>θ</mi>",),
         ("N·m",),
         (
@@ -106,16 +106,23 @@ def pendulum(
             ),
         ),
     )
-    document = Document(
+    document = SceneText(
         subtitle="A uniform rod of mass m and length l, pinned at one end",
         derivations=(
             Derivation(
                 "Lagrange",
-                (Block("Lagrangian", ENERGY), Block("Equation of motion", EQUATION, final=True)),
+                (
+                    DerivationStep("Lagrangian", ENERGY),
+                    DerivationStep("Equation of motion", EQUATION, final=True),
+                ),
             ),
             Derivation(
                 "Newton–Euler",
-                (Block("Moments about the pin", EQUATION, "The reaction has no arm.", True),),
+                (
+                    DerivationStep(
+                        "Moments about the pin", EQUATION, "The reaction has no arm.", True
+                    ),
+                ),
             ),
         ),
         verdict=VerdictTable(
@@ -126,12 +133,10 @@ def pendulum(
             ("Seed 0; pinocchio 4.1.0",),
         ),
         parameters=(
-            Quantity("m", "<mi>m</mi>", MASS, "kg", "mass of the rod", 0.5, 8.0),
-            Quantity("l", "<mi>l</mi>", LENGTH, "m", "length of the rod", 0.2, 3.0),
+            Knob("m", "<mi>m</mi>", MASS, "kg", "mass of the rod", 0.5, 8.0),
+            Knob("l", "<mi>l</mi>", LENGTH, "m", "length of the rod", 0.2, 3.0),
         ),
-        initial=(
-            Quantity("theta", "<mi>θ</mi>", 2.0, "rad", "angle from the vertical", -3.0, 3.0),
-        ),
+        initial=(Knob("theta", "<mi>θ</mi>", 2.0, "rad", "angle from the vertical", -3.0, 3.0),),
         freedom=("1 coordinate, no constraint: 1 degree of freedom.",),
         ledger=ledger,
         urdf='<robot name="rigid_bar_pendulum">\n  <link name="bar"/>\n</robot>\n',
@@ -168,8 +173,8 @@ def pendulum(
         traces=(Trace("tip", LENGTH * out),),
         joints=(JointMark("pin", "revolute", body, (0, 0, 0), (0, -1, 0)),),
         series=(
-            Series("theta", "<mi>θ</mi>", "rad", theta, "Coordinates", shown=True),
-            Series(
+            Plot("theta", "<mi>θ</mi>", "rad", theta, "Coordinates", shown=True),
+            Plot(
                 "theta rate",
                 "<mover><mi>θ</mi><mo>˙</mo></mover>",
                 "rad/s",
@@ -232,8 +237,8 @@ def blocks(duration: float = 6.0) -> Scene:
             Line("k2", "spring", np.stack([right, at(x2 - 0.2)], axis=1)),
         ),
         series=(
-            Series("x1", "x1", "m", x1, "Coordinates", True),
-            Series("x2", "x2", "m", x2, "Coordinates", True),
+            Plot("x1", "x1", "m", x1, "Coordinates", True),
+            Plot("x2", "x2", "m", x2, "Coordinates", True),
         ),
         planar=True,
         ground=0.0,
@@ -245,7 +250,7 @@ def write_page(scene: Scene, path: Path) -> Path:
     return path
 
 
-def instants(scene: Scene) -> Iterator[Frame]:
+def instants(scene: Scene) -> Iterator[SceneFrame]:
     """Yield what a scene shows, instant by instant."""
     return (scene.frame(k) for k in range(len(scene.t)))
 
@@ -281,7 +286,7 @@ def swarm(bodies: int = 10, duration: float = 60.0, fps: float = 60.0) -> Scene:
         ),
         traces=(Trace("first", positions[:, 0]),),
         series=tuple(
-            Series(f"{what}{b}", f"{what}{b}", unit, values[:, b], group)
+            Plot(f"{what}{b}", f"{what}{b}", unit, values[:, b], group)
             for what, unit, group, values in (
                 ("q", "rad", "Coordinates", half),
                 ("v", "rad/s", "Velocities", np.gradient(half, t, axis=0)),

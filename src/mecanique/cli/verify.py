@@ -36,7 +36,7 @@ _KINDS = ("equation", "sentence")
 
 @final
 @dataclass(frozen=True)
-class Check:
+class SystemCheck:
     """A verdict on a system's equations, and the facts that its textbook states.
 
     Args:
@@ -157,7 +157,7 @@ def verify(
             progress=advance,
         )
         facts = () if against is not None else textbook_facts(system, parameters, seed)
-    check = Check(verdict, facts, states)
+    check = SystemCheck(verdict, facts, states)
     say(check.to_json() if as_json else str(check))
     if not check.right:
         raise Exit(1)

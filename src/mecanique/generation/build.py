@@ -11,7 +11,7 @@ from mecanique.generation.identifiers import file_stem
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
 from mecanique.generation.mechanics.free_body_forces import FreeBodyForces
 from mecanique.generation.program import Answer, Letter, Program
-from mecanique.generation.quantities import QUANTITIES, Quantity, choose
+from mecanique.generation.quantities import QUANTITIES, Output, choose
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import per_second, units
 from mecanique.program.tape import Value
@@ -130,7 +130,7 @@ def _find_force_unit(velocity: str) -> str:
     return {"rad/s": "N·m", "m/s": "N"}.get(velocity, "")
 
 
-def _find_shape(quantity: Quantity, mechanism: Mechanism, size: int) -> tuple[int, ...]:
+def _find_shape(quantity: Output, mechanism: Mechanism, size: int) -> tuple[int, ...]:
     if quantity.by:
         rows = {"rhs": mechanism.nq + mechanism.nv, "energy": 2}.get(quantity.base, mechanism.nv)
         if quantity.base == "mass_matrix":

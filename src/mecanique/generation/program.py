@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from mecanique.generation.quantities import Quantity
+from mecanique.generation.quantities import Output
 from mecanique.model.mechanism import Mechanism
 from mecanique.program.tape import Counts, Tape, Value, count
 
@@ -27,7 +27,7 @@ class Letter:
 class Answer:
     """A named output of a program."""
 
-    quantity: Quantity
+    quantity: Output
     values: tuple[Value, ...]  # its entries, row by row
     shape: tuple[int, ...]  # its shape
 

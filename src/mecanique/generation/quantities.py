@@ -12,7 +12,7 @@ from mecanique.model.mechanism import Mechanism
 
 @final
 @dataclass(frozen=True)
-class Quantity:
+class Output:
     """A quantity that a program can compute.
 
     Args:
@@ -37,44 +37,44 @@ class Quantity:
 QUANTITIES = {
     quantity.name: quantity
     for quantity in (
-        Quantity("rhs", "dy", ("t", "y", "tau"), "rates of q, then of v"),
-        Quantity("acceleration", "a", ("t", "q", "v", "tau"), "generalized accelerations"),
-        Quantity("mass_matrix", "M", ("t", "q"), "mass matrix, row by row"),
-        Quantity("bias", "h", ("t", "q", "v"), "Coriolis and centrifugal terms, and gravity"),
-        Quantity("gravity", "g", ("t", "q"), "gravity's part of the bias"),
-        Quantity(
+        Output("rhs", "dy", ("t", "y", "tau"), "rates of q, then of v"),
+        Output("acceleration", "a", ("t", "q", "v", "tau"), "generalized accelerations"),
+        Output("mass_matrix", "M", ("t", "q"), "mass matrix, row by row"),
+        Output("bias", "h", ("t", "q", "v"), "Coriolis and centrifugal terms, and gravity"),
+        Output("gravity", "g", ("t", "q"), "gravity's part of the bias"),
+        Output(
             "forces", "Q", ("t", "q", "v"), "generalized forces of springs, dampers, drives, loads"
         ),
-        Quantity(
+        Output(
             "inverse_dynamics",
             "tau",
             ("t", "q", "v", "a"),
             "tau for accelerations a: M a + bias - forces, so beyond what springs, dampers, drives "
             "and loads exert",
         ),
-        Quantity("energy", "E", ("t", "q", "v"), "kinetic energy, potential energy [J]"),
-        Quantity("poses", "H", ("t", "q"), "rows of rotation and position of each body, 3 by 4"),
-        Quantity(
+        Output("energy", "E", ("t", "q", "v"), "kinetic energy, potential energy [J]"),
+        Output("poses", "H", ("t", "q"), "rows of rotation and position of each body, 3 by 4"),
+        Output(
             "jacobians",
             "J",
             ("t", "q"),
             "Jacobian of each body: velocity of its origin, angular velocity, world axes, 6 by nv",
         ),
-        Quantity(
+        Output(
             "reactions",
             "R",
             ("t", "q", "v", "tau"),
             "force and moment on the child of each joint at its origin, then of loops; "
             "tau acts in the joints and is not part of them",
         ),
-        Quantity(
+        Output(
             "multipliers",
             "lambda",
             ("t", "q", "v", "tau"),
             "multipliers of the constraints",
             constrained=True,
         ),
-        Quantity(
+        Output(
             "closure",
             "Phi",
             ("t", "q", "v"),
@@ -97,7 +97,7 @@ BY = {
 """The variables by which quantities can be differentiated."""
 
 
-def derivative(name: str) -> Quantity | None:
+def derivative(name: str) -> Output | None:
     """Return the derivative with a name like "acceleration_by_q", None for other names."""
     base, separator, by = name.rpartition("_by_")
     quantity = QUANTITIES.get(base)
@@ -108,12 +108,12 @@ def derivative(name: str) -> Quantity | None:
     if by != "p" and by not in state:
         return None
     meaning = f"derivatives of {base} by {BY[by]}, row by row"
-    return Quantity(
+    return Output(
         name, f"d{quantity.symbol}", quantity.takes, meaning, quantity.constrained, by, base
     )
 
 
-def choose(what: str | Sequence[str], mechanism: Mechanism) -> tuple[Quantity, ...]:
+def choose(what: str | Sequence[str], mechanism: Mechanism) -> tuple[Output, ...]:
     """Return quantities by name."""
     names = [name.strip() for name in what.split(",")] if isinstance(what, str) else list(what)
     constrained = mechanism.constrained

@@ -26,7 +26,7 @@ from mecanique.model.random_positions import angles
 from mecanique.model.states import States
 from mecanique.model.values import Given
 from mecanique.reference import Reference
-from mecanique.verification.rows import Dynamics
+from mecanique.verification.rows import DynamicsSource
 
 
 @final
@@ -152,7 +152,7 @@ _READABLE = 12
 class InHouse:
     """The in-house derivation of one mechanism."""
 
-    forms: dict[str, Dynamics]
+    forms: dict[str, DynamicsSource]
     assumptions: tuple[Assumption, ...] = ()  # what the closed form takes for granted
     notes: tuple[str, ...] = ()  # what was left out, and why
 
@@ -160,7 +160,7 @@ class InHouse:
 def derive_all(mechanism: Mechanism) -> InHouse:
     """Derive the equations of a mechanism in every form that can treat it."""
     symbols = derive(mechanism)
-    forms: dict[str, Dynamics] = {
+    forms: dict[str, DynamicsSource] = {
         "jets": _jets(mechanism),
         "recursion": symbols,
         "Newton-Euler": derive(mechanism, "newton_euler"),
@@ -225,7 +225,7 @@ def shared_reactions(engine: Reference, states: States) -> Array:
     return np.array(parts)
 
 
-def contact_forces(source: Dynamics, engine: Reference, states: States) -> Array:
+def contact_forces(source: DynamicsSource, engine: Reference, states: States) -> Array:
     """Return the forces of all contacts at n states, by row; those undetermined are zero."""
     assert isinstance(source, (Equations, Reference))
     mechanism, closed = engine.mechanism, engine.closed

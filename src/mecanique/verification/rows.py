@@ -34,7 +34,7 @@ _BY_MASS = (
 """Quantities whose typical size is the moving mass at 1 m/s or 1 m/s²."""
 
 
-class Dynamics(Protocol):
+class DynamicsSource(Protocol):
     """What a source of equations of motion answers at n states at once."""
 
     def mass_matrix(self, q: Any, t: Any = 0.0) -> Any:
@@ -54,7 +54,7 @@ class Dynamics(Protocol):
 
 
 @runtime_checkable
-class Whole(Dynamics, Protocol):
+class BodySource(DynamicsSource, Protocol):
     """What a source answers that also knows its bodies."""
 
     def gravity(self, q: Any, t: Any = 0.0) -> Any:
@@ -68,7 +68,7 @@ class Whole(Dynamics, Protocol):
 
 
 def evaluate(
-    source: Dynamics, states: States, *, light: bool = False, accelerations: bool = True
+    source: DynamicsSource, states: States, *, light: bool = False, accelerations: bool = True
 ) -> dict[str, Array]:
     """Evaluate a source at all states."""
     q, v, t = states.q, states.v, states.t
@@ -82,7 +82,7 @@ def evaluate(
         values["mass matrix"] = source.mass_matrix(q, t)
     if accelerations and not light:
         values["acceleration"] = source.acceleration(q, v, t)
-    if isinstance(source, Whole):
+    if isinstance(source, BodySource):
         momentum, _, about_center = source.momentum(q, v, t)
         values |= {
             "gravity": source.gravity(q, t),

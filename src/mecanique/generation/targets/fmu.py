@@ -23,7 +23,12 @@ from mecanique.generation.dop853 import write_constants
 from mecanique.generation.program import Answer, Program
 from mecanique.generation.targets.c import compiler, limit_optimization
 from mecanique.generation.targets.python import require, write_test
-from mecanique.generation.targets.steps import Moving, list_numbers, write_function, write_steps
+from mecanique.generation.targets.steps import (
+    SteppedProgram,
+    list_numbers,
+    write_function,
+    write_steps,
+)
 from mecanique.generation.targets.target import Cases
 from mecanique.model.mechanism_units import per_second
 from mecanique.model.units import read_unit
@@ -293,7 +298,7 @@ def write_source(program: Program) -> str:
     for array, group in (("y", ("q", "v")), ("p", ("p", "tau"))):
         places = [letter.place for kind in group for letter in letters[kind]]
         symbols |= {place: f"{array}{k}" for k, place in enumerate(places)}
-    moving = Moving(program.mechanism, program.tape, symbols, rates.values, program.landing)
+    moving = SteppedProgram(program.mechanism, program.tape, symbols, rates.values, program.landing)
     given = [v for v in variables_of(program) if v.kind in ("parameter", "input")]
     change = {"input": "2", "parameter": "0"}
     held = ["1" if v.fixed and v.kind == "parameter" else change[v.kind] for v in given]

@@ -23,7 +23,7 @@ from mecanique.program.tape import Tape, Value
 
 @final
 @dataclass(frozen=True)
-class Moving:
+class SteppedProgram:
     """A program to be integrated."""
 
     mechanism: Mechanism
@@ -34,7 +34,7 @@ class Moving:
     landing: LoopProjection | None  # for closed mechanisms, the correction that keeps loops closed
 
 
-def write_steps(moving: Moving) -> str:
+def write_steps(moving: SteppedProgram) -> str:
     """Write sizes, coefficients, the program and the steps in C."""
     coefficients = tableau()
     mechanism, landing = moving.mechanism, moving.landing
@@ -74,7 +74,7 @@ def write_steps(moving: Moving) -> str:
     return "\n".join(lines) + Path(__file__).with_name("stepper.c").read_text(encoding="utf-8")
 
 
-def write_function(moving: Moving, name: str, outputs: Sequence[Value]) -> list[str]:
+def write_function(moving: SteppedProgram, name: str, outputs: Sequence[Value]) -> list[str]:
     """Write a function of time, state and parameters as lines of C."""
     listing = list_program(moving.tape, outputs, moving.symbols, NOTATION)
     lines = [

@@ -16,7 +16,7 @@ import numpy as np
 
 from mecanique.errors import DerivationError, InputError, MecaniqueError
 from mecanique.generation.program import Program
-from mecanique.generation.quantities import Quantity
+from mecanique.generation.quantities import Output
 from mecanique.generation.targets.target import Cases
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, seated_velocities
@@ -147,7 +147,7 @@ _STEP = 1e-3
 
 
 def differences(
-    quantity: Quantity, program: Program, reference: Reference, states: States, tau: np.ndarray
+    quantity: Output, program: Program, reference: Reference, states: States, tau: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return derivatives, shape (n, …, directions), and which directions are compared, 1 or 0.
 
@@ -173,7 +173,7 @@ _Move = Callable[[float], tuple[Reference, States, np.ndarray]]
 
 
 def _list_moves(
-    quantity: Quantity, program: Program, reference: Reference, states: States, tau: np.ndarray
+    quantity: Output, program: Program, reference: Reference, states: States, tau: np.ndarray
 ) -> list[tuple[_Move, float]]:
     """Return the displacement along each direction, with its scale; zero if it is not compared."""
     nv, mechanism = reference.mechanism.nv, reference.mechanism

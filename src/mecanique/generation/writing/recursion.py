@@ -134,7 +134,7 @@ _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>
 
 @final
 @dataclass(frozen=True)
-class Part:
+class WrittenPart:
     """Formulas under a heading."""
 
     heading: str
@@ -155,8 +155,8 @@ class Written:
     title: str
     about: tuple[str, ...]  # the mechanism's description, and how to read the list, by paragraphs
     meanings: tuple[tuple[tuple[str, ...], str], ...]
-    recursion: Part  # the results in order
-    results: tuple[Part, ...]  # the equations of motion, then the constraints
+    recursion: WrittenPart  # the results in order
+    results: tuple[WrittenPart, ...]  # the equations of motion, then the constraints
 
     @cached_property
     def lines(self) -> tuple[str, ...]:
@@ -233,7 +233,7 @@ class Written:
         return self.text()
 
     @property
-    def _parts(self) -> tuple[Part, ...]:
+    def _parts(self) -> tuple[WrittenPart, ...]:
         return (self.recursion, *self.results)
 
     def _latex_letter(self, name: str) -> str:
@@ -339,13 +339,15 @@ def write_recursion(equations: Equations) -> Written:
         meanings += holds.explain()
     if any(re.fullmatch(rf"{fresh}\d+", name) for name in defined):
         meanings.append(((f"{fresh}1", f"{fresh}2", "…"), "results that are used repeatedly"))
-    left, results = iter(ends), list[Part]()
+    left, results = iter(ends), list[WrittenPart]()
     for heading, rows_of_part in parts.items():
         said = _HELD[equations.method] if holds is not None and not results else ""
-        results.append(Part(heading, said, tuple(Line("0", next(left)) for _ in rows_of_part)))
+        results.append(
+            WrittenPart(heading, said, tuple(Line("0", next(left)) for _ in rows_of_part))
+        )
     title = f"{mechanism.name.replace('_', ' ').capitalize()}: {equations.title}"
     about = (*mechanism.about.splitlines(), _ABOUT)
-    recursion = Part("Recursion", _RECURSION, tuple(lines), numbered=True)
+    recursion = WrittenPart("Recursion", _RECURSION, tuple(lines), numbered=True)
     return Written(title, about, tuple(meanings), recursion, tuple(results))
 
 

@@ -23,7 +23,7 @@ _NEGLIGIBLE = 1e-14
 
 @final
 @dataclass(frozen=True, eq=False)
-class Balance:
+class MomentumBalance:
     """A balance of momentum along a motion."""
 
     name: str
@@ -32,7 +32,7 @@ class Balance:
     unit: str  # SI unit of the residual
 
 
-def momentum_balances(motion: Trajectory) -> Iterator[Balance]:
+def momentum_balances(motion: Trajectory) -> Iterator[MomentumBalance]:
     """Yield the balances of linear and angular momentum.
 
     The rate of change of momentum is the resultant of the external forces, support reactions
@@ -76,7 +76,7 @@ def momentum_balances(motion: Trajectory) -> Iterator[Balance]:
             ("angular momentum about the center of mass", "kg·m²/s"),
         )
     ):
-        yield Balance(name, residual[:, 3 * k : 3 * k + 3], float(scales[k]) or 1.0, unit)
+        yield MomentumBalance(name, residual[:, 3 * k : 3 * k + 3], float(scales[k]) or 1.0, unit)
 
 
 def momenta_along(motion: Trajectory) -> np.ndarray:

@@ -241,9 +241,9 @@ def _at(array: npt.NDArray[Any]) -> ctypes.c_void_p:
 
 def _source(program: Program) -> str:
     """The whole text: sizes, coefficients, the program, the steps."""
-    from mecanique.generation.targets.steps import Moving, write_steps
+    from mecanique.generation.targets.steps import SteppedProgram, write_steps
 
     symbols = {state: f"y{k}" for k, state in enumerate(program.states)}
     symbols |= {symbol: f"p{k}" for k, symbol in enumerate(program.open)} | {"t": "t"}
     mechanism, tape = program.mechanism, program.tape
-    return write_steps(Moving(mechanism, tape, symbols, program.rates, program.landing))
+    return write_steps(SteppedProgram(mechanism, tape, symbols, program.rates, program.landing))

@@ -18,7 +18,7 @@ from mecanique.errors import EngineError
 from mecanique.model.expression import accept_arrays, compile_scalars, plain, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.load import Engine, Seat
+from mecanique.reference.engine.load import EngineModel, JointIndices
 
 
 def quaternion_rate(
@@ -70,7 +70,7 @@ class Chart:
         EngineError: if the map depends on an input whose derivatives are not known.
     """
 
-    def __init__(self, mechanism: Mechanism, engine: Engine) -> None:
+    def __init__(self, mechanism: Mechanism, engine: EngineModel) -> None:
         self._values = tuple(mechanism.values.values())
         self._positions: list[tuple[int, int]] = []
         self._circles: list[tuple[int, int]] = []
@@ -119,7 +119,7 @@ class Chart:
         self.velocities_are_rates = not self._spins and all(a == b for a, b in self._rates)
         """Whether v is q'."""
 
-    def _seat_quaternion(self, joint: Joint, seat: Seat, names: _Places) -> None:
+    def _seat_quaternion(self, joint: Joint, seat: JointIndices, names: _Places) -> None:
         """Register a joint with a quaternion, which in the engine is a floating one."""
         at_q = tuple(names.q[name] for name in joint.coordinates)
         at_v = tuple(names.v[name] for name in joint.velocities)
@@ -134,7 +134,7 @@ class Chart:
         self.rows.update(zip(joint.velocities, range(last - len(at_v), last), strict=True))
 
     def _seat_single(
-        self, name: str, seat: Seat, names: _Places, followers: dict[str, int]
+        self, name: str, seat: JointIndices, names: _Places, followers: dict[str, int]
     ) -> None:
         """Register one coordinate; note a driven one with its velocity in the engine."""
         if name in names.q:

@@ -29,7 +29,7 @@ _WIDTHS = {
 
 @final
 @dataclass(frozen=True)
-class Seat:
+class JointIndices:
     """The indices of a simple joint and its coordinates in the engine.
 
     Args:
@@ -65,7 +65,7 @@ class Holder:
 
 @final
 @dataclass(frozen=True)
-class Engine:
+class EngineModel:
     """A mechanism's tree in Pinocchio.
 
     Args:
@@ -79,7 +79,7 @@ class Engine:
     model: Any
     data: Any
     weightless: Any
-    seats: dict[str, tuple[Seat, ...]]
+    seats: dict[str, tuple[JointIndices, ...]]
     holders: dict[str, Holder]
 
     @cached_property
@@ -102,7 +102,7 @@ class Engine:
         return angular, angular.createData()
 
 
-def load(mechanism: Mechanism) -> Engine:
+def load(mechanism: Mechanism) -> EngineModel:
     """Write a mechanism as URDF and read it with Pinocchio.
 
     Spherical joints are written as floating ones, as the parser has no ball joint; callers must
@@ -147,7 +147,7 @@ def load(mechanism: Mechanism) -> Engine:
             model.armature[seats[joint.name][-1].at_v] = mechanism.evaluate(joint.armature)
     weightless = model.copy()
     weightless.gravity.linear = np.zeros(3)
-    return Engine(model, model.createData(), weightless, seats, holders)
+    return EngineModel(model, model.createData(), weightless, seats, holders)
 
 
 def _check_size(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]]) -> None:
@@ -171,16 +171,16 @@ def _check_size(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]])
         )
 
 
-def _seat(model: Any, indices: dict[str, int], step: SimpleJoint) -> Seat:
+def _seat(model: Any, indices: dict[str, int], step: SimpleJoint) -> JointIndices:
     if step.kind == "fixed":
-        return Seat(step.kind, 0, 0, 0)
+        return JointIndices(step.kind, 0, 0, 0)
     index = indices[step.name]
     joint = model.joints[index]
     if (joint.nq, joint.nv) != _WIDTHS[step.kind]:
         raise EngineError(
             f"Pinocchio read joint {step.name!r} of type {step.kind} as {joint.shortname()}"
         )
-    return Seat(step.kind, index, joint.idx_q, joint.idx_v)
+    return JointIndices(step.kind, index, joint.idx_q, joint.idx_v)
 
 
 def _holder(

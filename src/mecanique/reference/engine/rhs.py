@@ -12,7 +12,7 @@ from mecanique.arrays import Array
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.loads import Loads
-from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.engine.package import engine_package
 
 Rhs: TypeAlias = Callable[[float, Array], Array]
@@ -23,7 +23,7 @@ _Accelerations: TypeAlias = Callable[[Array, Array, float], Array]
 
 def fast_rhs(
     mechanism: Mechanism,
-    engine: Engine,
+    engine: EngineModel,
     chart: Chart,
     loads: Loads,
     *,
@@ -77,7 +77,7 @@ def fast_rhs(
     return general
 
 
-def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
+def _hinge(engine: EngineModel, chart: Chart, loads: Loads) -> Rhs:
     """Treat a single hinge without springs or loads, a pendulum, in half the time."""
     pin = engine_package()
 
@@ -101,7 +101,7 @@ def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
     return hinge
 
 
-def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
+def _chain(engine: EngineModel, loads: Loads, nv: int) -> Rhs:
     """Treat hinges and slides without springs or loads: chains and falling robots."""
     pin = engine_package()
 
@@ -117,7 +117,7 @@ def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
     return chain
 
 
-def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
+def _linear(engine: EngineModel, chart: Chart, loads: Loads, nv: int) -> Rhs:
     """Treat these with joint coordinates r = G q + r0, such as relative to absolute angles."""
     pin = engine_package()
 
@@ -140,7 +140,7 @@ def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
     return linear
 
 
-def _recursive(engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
+def _recursive(engine: EngineModel, chart: Chart, loads: Loads) -> _Accelerations:
     pin = engine_package()
 
     aba, move, model, data = pin.aba, pin.forwardKinematics, engine.model, engine.data
@@ -187,7 +187,7 @@ def _recursive(engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
     return turn
 
 
-def _solve(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
+def _solve(mechanism: Mechanism, engine: EngineModel, chart: Chart, loads: Loads) -> _Accelerations:
     pin = engine_package()
     from scipy.linalg.lapack import dposv
 

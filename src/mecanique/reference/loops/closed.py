@@ -18,7 +18,7 @@ from mecanique.errors import EngineError
 from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.forces.sites import Action
-from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closures import Closures
@@ -30,7 +30,7 @@ from mecanique.reference.tolerances import LEAST, LOOSE, OPEN, TINY
 class MassRoot:
     """The root of the mass matrix of a mechanism's tree."""
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: EngineModel) -> None:
         model = engine.model
         self._data = engine.data
         self._joints = [i for i in range(1, model.njoints) if model.inertias[i].mass > 0]

@@ -21,7 +21,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length, velocity_scales
 from mecanique.model.placement import Placement
 from mecanique.reference.engine.chart import Chart
-from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.loops.contacts import ContactRows, VelocityRows
 from mecanique.reference.loops.nullspace import Units
@@ -152,7 +152,7 @@ class ScaledClosure(NamedTuple):
 class Closures:
     """All constraint equations of a mechanism: of loops, contacts and velocity constraints."""
 
-    def __init__(self, mechanism: Mechanism, engine: Engine, chart: Chart) -> None:
+    def __init__(self, mechanism: Mechanism, engine: EngineModel, chart: Chart) -> None:
         pin = engine_package()
 
         self._pin = pin
@@ -429,7 +429,7 @@ class Closures:
         return Closure(phi, rows @ chart.G, drift + rows @ chart.c, gamma + rows @ chart.gamma)
 
 
-def _find_ends(pin: Any, mechanism: Mechanism, engine: Engine, side: str) -> _Ends:
+def _find_ends(pin: Any, mechanism: Mechanism, engine: EngineModel, side: str) -> _Ends:
     """Return the frames of the loops on side a or b."""
     joints, poses = [], []
     for loop in mechanism.loops:
@@ -444,7 +444,7 @@ def _find_ends(pin: Any, mechanism: Mechanism, engine: Engine, side: str) -> _En
     )
 
 
-def _velocities_that_carry(engine: Engine) -> Array:
+def _velocities_that_carry(engine: EngineModel) -> Array:
     """Return 1 where a velocity of the engine moves a joint of it, else 0, shape (joints, nv)."""
     model = engine.model
     carried: Array = np.zeros((model.njoints, model.nv))

@@ -22,7 +22,7 @@ from mecanique.arrays import Array
 from mecanique.model.constraints.contacts import Blade, Contact, Rolling, row_names
 from mecanique.model.expression import Scalar, compile_scalars, symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.vectors import cross, hat
 
 
@@ -89,7 +89,7 @@ class ContactRows:
         carried: 1 where a velocity of the engine moves a joint of it, else 0, shape (joints, nv).
     """
 
-    def __init__(self, mechanism: Mechanism, engine: Engine, carried: Array) -> None:
+    def __init__(self, mechanism: Mechanism, engine: EngineModel, carried: Array) -> None:
         self._engine = engine
         self._carried = carried
         self.names = row_names(mechanism.contacts)

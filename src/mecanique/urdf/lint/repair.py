@@ -27,7 +27,7 @@ _FACES = np.array([[1.0, 1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, 1.0, 1.0]])
 
 @final
 @dataclass(frozen=True)
-class Balance:
+class BalancedInertia:
     """An inertia that no real body has, and the nearest one that a body can have.
 
     Args:
@@ -57,7 +57,7 @@ class Balance:
         )
 
 
-def balances(robot: Element) -> Iterator[Balance]:
+def balances(robot: Element) -> Iterator[BalancedInertia]:
     """Yield every inertia of a robot that no real body has, with the nearest one."""
     for link in robot.all("link"):
         inertial = link.child("inertial")
@@ -73,7 +73,9 @@ def balances(robot: Element) -> Iterator[Balance]:
         if kilograms is None or kilograms < 0 or len(before) < len(ENTRIES):
             continue
         if inertia_fault(kilograms, before):
-            yield Balance(link.attributes.get("name", ""), inertia, before, nearest_inertia(before))
+            yield BalancedInertia(
+                link.attributes.get("name", ""), inertia, before, nearest_inertia(before)
+            )
 
 
 def nearest_inertia(inertia: Sequence[float]) -> tuple[float, ...]:
@@ -127,7 +129,7 @@ def mend(text: str, *, name: str = "robot", balance: bool = False) -> str:
     return _apply(text, _balance) if balance else text
 
 
-def find_balances(text: str) -> tuple[Balance, ...]:
+def find_balances(text: str) -> tuple[BalancedInertia, ...]:
     """Return what `mend` with `balance` changes, inertia by inertia.
 
     Args:

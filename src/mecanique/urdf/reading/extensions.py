@@ -53,7 +53,7 @@ class BushingFaultError(Exception):
 
 @final
 @dataclass(frozen=True)
-class Frame:
+class LinkFrame:
     """A frame on a link."""
 
     link: str
@@ -73,7 +73,7 @@ class InJoint:
 
 
 def in_joint(
-    a: Frame, c: Frame, between: list[JointText], values: Mapping[str, tuple[float, ...]]
+    a: LinkFrame, c: LinkFrame, between: list[JointText], values: Mapping[str, tuple[float, ...]]
 ) -> InJoint:
     """Return the spring and damper in a joint that a bushing equals; values have shape (3,)."""
     if len(between) != 1 or between[0].kind not in ("revolute", "continuous", "prismatic"):
@@ -364,7 +364,7 @@ def _two_points(
 
 def _bushing(
     element: Element,
-    frames: dict[str, Frame],
+    frames: dict[str, LinkFrame],
     between: dict[frozenset[str], list[JointText]],
     values: dict[str, tuple[float, ...]],
     report: Report,
@@ -397,8 +397,8 @@ def _bushing(
         )
 
 
-def _frames(robot: Element, links: Collection[str], report: Report) -> dict[str, Frame]:
-    frames = {name: Frame(name) for name in links}
+def _frames(robot: Element, links: Collection[str], report: Report) -> dict[str, LinkFrame]:
+    frames = {name: LinkFrame(name) for name in links}
     for element in robot.all("frame"):
         name = name_of(element, report)
         link = name_of(element, report, "link")
@@ -412,5 +412,5 @@ def _frames(robot: Element, links: Collection[str], report: Report) -> dict[str,
                 "M106", element, f"frame {name!r}", "there is a link or frame of this name already"
             )
         else:
-            frames[name] = Frame(link, place)
+            frames[name] = LinkFrame(link, place)
     return frames

@@ -185,7 +185,7 @@ _G = TypeVar("_G", bound=Guess)
 
 @final
 @dataclass(frozen=True, eq=False)
-class Change:
+class Hypothesis:
     """A change and what the changed mechanism would answer.
 
     Args:
@@ -223,7 +223,7 @@ def promising(
     evidence: Evidence,
     guesses: Iterable[_G],
     answer: Callable[[list[_G], npt.NDArray[np.intp]], Array],
-) -> Iterator[Change]:
+) -> Iterator[Hypothesis]:
     """Yield the guesses that explain a few experiments best, with what they answer in all of them.
 
     Shapes: answer (guesses, n, nv).
@@ -244,7 +244,7 @@ def promising(
             origins, moments, turns = (
                 getattr(guess, name, {}) for name in ("origins", "moments", "turns")
             )
-            yield Change(
+            yield Hypothesis(
                 guess.kind,
                 guess.where,
                 guess.text,

@@ -19,7 +19,7 @@ from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import symbols_in
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.verification.causes.change import Change, promising
+from mecanique.verification.causes.change import Hypothesis, promising
 from mecanique.verification.causes.evidence import Evidence
 
 
@@ -38,12 +38,12 @@ class _Reading:
     tau_factor: Array  # what forces are multiplied by, shape (nv,)
 
 
-def state_changes(evidence: Evidence) -> Iterator[Change]:
+def state_changes(evidence: Evidence) -> Iterator[Hypothesis]:
     """Axes of the other sign, degrees for radians, joints in another order."""
     yield from promising(evidence, _readings(evidence), partial(_answers, evidence))
 
 
-def map_changes(evidence: Evidence) -> Iterator[Change]:
+def map_changes(evidence: Evidence) -> Iterator[Hypothesis]:
     """Followers (mimic joints, driven coordinates) that follow wrongly, and their axes."""
     mechanism = evidence.mechanism
     driven = mechanism.coordinates.driven
@@ -76,12 +76,12 @@ def map_changes(evidence: Evidence) -> Iterator[Change]:
 
 def _rebuild(
     evidence: Evidence, kind: str, where: str, text: str, **fields: object
-) -> Iterator[Change]:
+) -> Iterator[Hypothesis]:
     try:
         mechanism = replace(evidence.mechanism, **fields)  # type: ignore[arg-type]  # its own
         if mechanism.velocities == evidence.mechanism.velocities:
             answers = evidence.answers(Recursion(mechanism), evidence.inputs, mechanism=mechanism)
-            yield Change(kind, where, text, answers)
+            yield Hypothesis(kind, where, text, answers)
     except MecaniqueError:
         # a change that makes no sound mechanism explains nothing
         return

@@ -17,7 +17,7 @@ from mecanique.model.placement import rpy_rotation
 from mecanique.model.slips import Slip, say_factor
 from mecanique.verification.causes.change import (
     Amount,
-    Change,
+    Hypothesis,
     descend,
     give_all,
     promising,
@@ -48,7 +48,7 @@ class _Family:
     amount: Callable[[Array], Amount]  # how plain they are
 
 
-def placement_changes(evidence: Evidence) -> Iterator[Change]:
+def placement_changes(evidence: Evidence) -> Iterator[Hypothesis]:
     """Joints moved, turned and with tilted axes by amounts that fit."""
     rows = np.arange(len(evidence.inputs))
     weighted = evidence.weigh(evidence.base - evidence.tau)
@@ -77,7 +77,7 @@ def placement_changes(evidence: Evidence) -> Iterator[Change]:
         family, x, frames = kept[k], unknowns[k], fitted[k]
         near = [family.make(x + _SMALL * unit) for unit in np.eye(family.numbers)]
         answers, *others = answers_of(evidence, [frames, *near], rows)
-        yield Change(
+        yield Hypothesis(
             kind=frames.kind,
             where=frames.where,
             text=frames.text,
@@ -313,7 +313,7 @@ class Frames:
     turns: dict[int, Array] = field(default_factory=dict)
 
 
-def frame_changes(evidence: Evidence) -> Iterator[Change]:
+def frame_changes(evidence: Evidence) -> Iterator[Hypothesis]:
     """Joint frames misread, of one joint and of all."""
     yield from promising(evidence, _variants(evidence), partial(answers_of, evidence))
 

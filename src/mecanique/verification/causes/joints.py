@@ -10,7 +10,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.model.force_base import loads_in
 from mecanique.model.joint_base import Single
-from mecanique.verification.causes.change import Amount, Change, deviations, fit, give
+from mecanique.verification.causes.change import Amount, Hypothesis, deviations, fit, give
 from mecanique.verification.causes.evidence import Evidence
 
 _UNITS = {
@@ -23,7 +23,7 @@ _UNITS = {
 }
 
 
-def joint_changes(evidence: Evidence) -> Iterator[Change]:
+def joint_changes(evidence: Evidence) -> Iterator[Hypothesis]:
     """Armature, damping and dry friction, of one joint and of all alike."""
     inputs, mechanism = evidence.inputs, evidence.mechanism
     # what acts in joints is looked for among the forces if the other source tells them apart from
@@ -60,11 +60,11 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
                 text = _text(kind, where, amounts[0], present[k], unit, float(sigma[0]))
                 # a rotor or friction that one side does not count is likelier than any odd number
                 amount = replace(Amount.of(present[k] + amounts[0], present[k]), share=0.0)
-                yield Change(kind, where, text, answers, 1, amount, slopes=columns[k : k + 1])
+                yield Hypothesis(kind, where, text, answers, 1, amount, slopes=columns[k : k + 1])
         if len(free) > 1:
             amounts, answers = fit(evidence, columns.sum(axis=0)[None])
             if amounts[0] + present.min() > -1e-9 * abs(amounts[0]):
-                yield Change(
+                yield Hypothesis(
                     kind,
                     "",
                     f"{kind} in every joint: {amounts[0]:+.6g} more in each (SI units)",
@@ -73,10 +73,10 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
                 )
             if np.count_nonzero(present) > 1:
                 without = evidence.base - np.einsum("k,knv->nv", present, columns)
-                yield Change(kind, "", f"the {kind} of every joint is left out", without)
+                yield Hypothesis(kind, "", f"the {kind} of every joint is left out", without)
 
 
-def gravity_changes(evidence: Evidence) -> Iterator[Change]:
+def gravity_changes(evidence: Evidence) -> Iterator[Hypothesis]:
     """Gravity of the other sign, in another direction, of another strength."""
     inputs, pull, recursion = evidence.inputs, evidence.gravity, evidence.recursion
     still = evidence.answers(recursion, inputs, np.zeros(3))
@@ -90,13 +90,13 @@ def gravity_changes(evidence: Evidence) -> Iterator[Change]:
 
     size = float(np.linalg.norm(pull))
     if size:
-        yield Change("gravity sign", "", "gravity pulls the other way", answers(-pull))
-        yield Change("gravity direction", "", "gravity is left out", answers(np.zeros(3)))
+        yield Hypothesis("gravity sign", "", "gravity pulls the other way", answers(-pull))
+        yield Hypothesis("gravity direction", "", "gravity is left out", answers(np.zeros(3)))
     for axis, name in zip(np.eye(3), "xyz", strict=True):
         for sign, mark in ((1, "+"), (-1, "−")):
             g = sign * size * axis
             if size and not np.allclose(np.abs(g), np.abs(pull), rtol=0, atol=1e-9 * size):
-                yield Change(
+                yield Hypothesis(
                     "gravity direction", "", f"gravity pulls along {mark}{name}", answers(g)
                 )
     amounts, predicted = fit(evidence, pulls)
@@ -108,7 +108,7 @@ def gravity_changes(evidence: Evidence) -> Iterator[Change]:
         # it is one of those above
         return
     listed = ", ".join(f"{g:.6g}" for g in fitted)
-    yield Change("gravity direction", "", f"gravity is ({listed}) m/s²", predicted, 3)
+    yield Hypothesis("gravity direction", "", f"gravity is ({listed}) m/s²", predicted, 3)
 
 
 def _text(kind: str, where: str, amount: float, present: float, unit: str, sigma: float) -> str:

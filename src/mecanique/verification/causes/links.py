@@ -15,7 +15,7 @@ from mecanique.model.slips import Slip, say_factor
 from mecanique.model.states import States
 from mecanique.verification.causes.change import (
     Amount,
-    Change,
+    Hypothesis,
     descend,
     deviations,
     give,
@@ -106,7 +106,7 @@ class LinkEffect:
         return predicted
 
 
-def fit_inertias(evidence: Evidence) -> Iterator[Change]:
+def fit_inertias(evidence: Evidence) -> Iterator[Hypothesis]:
     """Yield the changes of a link with numbers that fit, of the links that explain most."""
     recursion = evidence.recursion
     if not evidence.inputs.inertia.any():
@@ -122,7 +122,7 @@ def fit_inertias(evidence: Evidence) -> Iterator[Change]:
                 text = f"mass, center or inertia of {where} differ, in no way known as a mistake"
                 change = np.zeros((4, 4))
                 change[_UPPER] = solution
-                yield Change(
+                yield Hypothesis(
                     "other inertia",
                     where,
                     text,
@@ -135,7 +135,7 @@ def fit_inertias(evidence: Evidence) -> Iterator[Change]:
         yield from _fit(evidence, effect, k)
 
 
-def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Change]:
+def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Hypothesis]:
     """The changes of a link at some place in the tree, with numbers that fit."""
     link, J = evidence.recursion.tree[k], evidence.recursion.moments[k]
     where, root = f"link {link.body!r}", link.parent < 0
@@ -171,7 +171,7 @@ def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Change]:
                 effect.columns @ (moments_of(*family.make(x + _SMALL * unit)) - other)[_UPPER]
                 for unit in np.eye(len(x))
             ]
-            yield Change(
+            yield Hypothesis(
                 family.kind,
                 where,
                 change,
@@ -335,7 +335,7 @@ def _symmetric(x: Array) -> Array:
     return upper
 
 
-def link_changes(evidence: Evidence) -> Iterator[Change]:
+def link_changes(evidence: Evidence) -> Iterator[Hypothesis]:
     """Wrong points, axes, signs and units of inertias, wrong masses, of one link and of all."""
     Y, recursion = evidence.regressor, evidence.recursion
     if not evidence.inputs.inertia.any():
@@ -354,13 +354,13 @@ def link_changes(evidence: Evidence) -> Iterator[Change]:
         for what, slip in _variants(J, standing[k], recursion.origins[k][:3, :3], root=root):
             effect = np.einsum("nvab,ab->nv", Y[:, :, k], slip.value - J)
             answers, text = evidence.base + effect, f"{what} of {where}: {slip.text}"
-            yield Change(slip.kind, where, text, answers, moments={k: slip.value})
+            yield Hypothesis(slip.kind, where, text, answers, moments={k: slip.value})
             key = slip.kind, f"{what} of every link: {slip.text}"
             of_all[key] = of_all.get(key, 0.0) + effect
     if len(places) > 1:
         for (kind, text), effect in of_all.items():
             if kind not in ("link mass", "root mass"):
-                yield Change(kind, "", text, evidence.base + effect)
+                yield Hypothesis(kind, "", text, evidence.base + effect)
 
 
 def _variants(J: Array, pose: Array, frame: Array, *, root: bool) -> Iterator[tuple[str, Slip]]:

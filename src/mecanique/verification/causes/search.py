@@ -10,7 +10,7 @@ import numpy as np
 from mecanique.arrays import Array, spread
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.causes.change import Change
+from mecanique.verification.causes.change import Hypothesis
 from mecanique.verification.causes.coordinates import map_changes, state_changes
 from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.frames import frame_changes, placement_changes
@@ -85,7 +85,7 @@ def causes_of(
     return causes if pair is None else (pair,)
 
 
-def _changes(evidence: Evidence) -> list[Change]:
+def _changes(evidence: Evidence) -> list[Hypothesis]:
     known = (
         gravity_changes,
         state_changes,
@@ -108,7 +108,7 @@ def _limit(before: float, least: float) -> float:
     return max(min(REMOVED, _REMOVED * before), _SAME * least)
 
 
-def _rank(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
+def _rank(evidence: Evidence, changes: list[Hypothesis]) -> tuple[Cause, ...]:
     before = evidence.before
     after = np.array([float(evidence.residual(change.answers)) for change in changes])
     if evidence.is_measured:
@@ -140,7 +140,7 @@ def _rank(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
     return (replace(causes[0], alike=tuple(twins)), *causes[1:_MOST])
 
 
-def _find_pair(evidence: Evidence, changes: list[Change], limit: float) -> Cause | None:
+def _find_pair(evidence: Evidence, changes: list[Hypothesis], limit: float) -> Cause | None:
     """Two changes in different places that explain everything together.
 
     Each is fitted in turn beside the other; together they converge, as their effects are nearly
@@ -159,7 +159,7 @@ def _find_pair(evidence: Evidence, changes: list[Change], limit: float) -> Cause
     return None
 
 
-def _alternate(evidence: Evidence, first: Change, limit: float) -> Cause | None:
+def _alternate(evidence: Evidence, first: Hypothesis, limit: float) -> Cause | None:
     """Fit a second change beside the first, then the first beside the second, and so on."""
     this, cause, worst = first, None, _HALFWAY * evidence.before
     for turn in range(_TURNS):
@@ -189,7 +189,7 @@ def _alternate(evidence: Evidence, first: Change, limit: float) -> Cause | None:
     return None
 
 
-def _in_places(changes: list[Change]) -> list[Change]:
+def _in_places(changes: list[Hypothesis]) -> list[Hypothesis]:
     """Changes in one place; of the same in two forms, the one that changes the tree: it lasts."""
     built = {change.text for change in changes if change.in_tree}
     return [
@@ -212,7 +212,7 @@ def _with_alike(part: Cause) -> str:
     return f"{part.text} (or the like of {', '.join(places)})" if places else part.text
 
 
-def _first_of_each(changes: list[Change], order: list[int]) -> Iterator[int]:
+def _first_of_each(changes: list[Hypothesis], order: list[int]) -> Iterator[int]:
     """The first change of each kind and place, in some order."""
     seen = set()
     for k in order:
@@ -222,7 +222,7 @@ def _first_of_each(changes: list[Change], order: list[int]) -> Iterator[int]:
             yield k
 
 
-def _rank_samples(evidence: Evidence, changes: list[Change], after: Array) -> tuple[Cause, ...]:
+def _rank_samples(evidence: Evidence, changes: list[Hypothesis], after: Array) -> tuple[Cause, ...]:
     """Causes by the Bayesian information criterion (G. Schwarz, Annals of Statistics 6 (1978) 461).
 
     Samples have noise, so that no change removes the difference.

@@ -18,7 +18,7 @@ from mecanique.generation.build import assemble
 from mecanique.generation.mechanics.constrained import inputs_at
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
 from mecanique.generation.program import Answer, Letter, Program
-from mecanique.generation.quantities import QUANTITIES, Quantity
+from mecanique.generation.quantities import QUANTITIES, Output
 from mecanique.generation.targets.javascript import JavaScript, functions
 from mecanique.generation.targets.python import Python
 from mecanique.generation.verdict.cases import cases_of
@@ -45,7 +45,14 @@ from mecanique.viewing.engine.bounds import (
 from mecanique.viewing.engine.columns import WORK, Columns, sizes_of
 from mecanique.viewing.scene.drawn import name_arrows
 from mecanique.viewing.scene.from_motion import scene_of
-from mecanique.viewing.scene.scene import Document, Engine, Floats, Resized, Scene, VerdictTable
+from mecanique.viewing.scene.scene import (
+    Floats,
+    PageProgram,
+    Resized,
+    Scene,
+    SceneText,
+    VerdictTable,
+)
 from mecanique.viewing.scene.texts import quantities_of_inputs
 
 TOLERANCE = 1e-7
@@ -160,7 +167,7 @@ class Maker:
             ),
         )
 
-    def make(self, scene: Scene, python: str = "") -> Engine:
+    def make(self, scene: Scene, python: str = "") -> PageProgram:
         """Return the engine of a scene."""
         motion, mechanism = self._motion, self._mechanism
         columns = self._columns.row(scene)
@@ -196,7 +203,7 @@ class Maker:
             raise DerivationError(f"the program would take {len(text) // 1000} kB")
         names = ", ".join(answer.quantity.name for answer in answers)
         closing = self._dynamics.loops.residual if mechanism.constrained else []
-        return Engine(
+        return PageProgram(
             script=f'"use strict";\n{text}\nglobalThis.mecaniqueProgram = {{ {names} }};\n',
             coordinates=tuple(mechanism.coordinates),
             velocities=tuple(mechanism.velocities),
@@ -247,7 +254,7 @@ class Maker:
 
     def _answer(self, name: str, scalars: Sequence[Any]) -> Answer:
         values = tuple(values_of(scalars))
-        return Answer(Quantity(name, name, _TAKES, ""), values, (len(values),))
+        return Answer(Output(name, name, _TAKES, ""), values, (len(values),))
 
     def _program(self, answers: Sequence[Answer]) -> Program:
         program = assemble(self._dynamics, "page", answers)
@@ -327,7 +334,7 @@ _SEED = 0
 
 
 def computed_scene(
-    motion: Motion, document: Document, actions: Sequence[Action], equations: Sequence[Equations]
+    motion: Motion, document: SceneText, actions: Sequence[Action], equations: Sequence[Equations]
 ) -> Scene:
     """Return the scene of a motion with its engine; without one, the page says why."""
     try:
@@ -341,7 +348,7 @@ def computed_scene(
 
 
 def equip(
-    motion: Motion, document: Document, actions: Sequence[Action], equations: Equations
+    motion: Motion, document: SceneText, actions: Sequence[Action], equations: Equations
 ) -> tuple[Scene, Maker]:
     """Return the scene of a motion with its engine, and what made it."""
     mechanism = motion.mechanism

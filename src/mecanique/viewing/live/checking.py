@@ -11,7 +11,7 @@ from typing import final
 from mecanique.derivation.equations import Equations
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
-from mecanique.viewing.scene.scene import Derivation, Document, VerdictTable
+from mecanique.viewing.scene.scene import Derivation, SceneText, VerdictTable
 from mecanique.viewing.scene.texts import derivation_of, fits_page, table_of
 
 MOST_DERIVED = 8
@@ -24,7 +24,7 @@ Proof = Callable[[VerdictTable], VerdictTable]
 WAITING = VerdictTable(headline="checking …")
 
 
-def pending(mechanism: Mechanism, document: Document) -> Document:
+def pending(mechanism: Mechanism, document: SceneText) -> SceneText:
     """Return a document that says that equations and verdict are on their way."""
     waiting = Derivation("Being derived …", ())
     derivations = (waiting,) if mechanism.nv <= MOST_DERIVED else ()

@@ -17,7 +17,7 @@ from mecanique.errors import InputError, MecaniqueError
 from mecanique.viewing.live.server import Controls, Server
 from mecanique.viewing.page.panels import late
 from mecanique.viewing.page.window import RecorderWindow
-from mecanique.viewing.scene.scene import Derivation, Frame, Scene, VerdictTable
+from mecanique.viewing.scene.scene import Derivation, Scene, SceneFrame, VerdictTable
 
 FRAME = 1 / 60
 """The time between two pictures [s]."""
@@ -67,7 +67,7 @@ class PacedClock:
 Changes: TypeAlias = Mapping[tuple[str, str], float]
 """New values by ("parameter" or "initial", name), as set on the page so far."""
 
-Frames: TypeAlias = "Iterable[Frame] | Callable[[Changes], Iterable[Frame]]"
+Frames: TypeAlias = "Iterable[SceneFrame] | Callable[[Changes], Iterable[SceneFrame]]"
 
 
 @final
@@ -137,7 +137,7 @@ class LiveView:
         return self._scene
 
     @property
-    def latest(self) -> Frame:
+    def latest(self) -> SceneFrame:
         """The instant that is shown."""
         return self._latest
 
@@ -174,7 +174,7 @@ class LiveView:
         """Warn in every page that something went wrong."""
         self._server.note({"warning": text})
 
-    def send(self, frame: Frame) -> None:
+    def send(self, frame: SceneFrame) -> None:
         """Show an instant at once, without waiting for any clock."""
         points = np.asarray(frame.traces).astype("<f4").tobytes()
         self._server.publish(frame.t, row(frame, self._scene), points)
@@ -216,7 +216,7 @@ class LiveView:
                 return
             self._server.announce(restart=True)
 
-    def _run(self, frames: Iterator[Frame]) -> None:
+    def _run(self, frames: Iterator[SceneFrame]) -> None:
         """Stream until the end, or until the page asks to start again."""
         clock: PacedClock | None = None
         for frame in frames:
@@ -253,7 +253,7 @@ class LiveView:
             self.close()
 
 
-def row(frame: Frame, scene: Scene) -> bytes:
+def row(frame: SceneFrame, scene: Scene) -> bytes:
     """Pack a frame for the page: the numbers of one instant in single precision."""
     ledger = scene.document.ledger
     expected = {

@@ -25,7 +25,7 @@ from mecanique.viewing.live.stretches import (
     names_of,
 )
 from mecanique.viewing.scene.from_motion import actions_of, scene_of
-from mecanique.viewing.scene.scene import Frame, Scene
+from mecanique.viewing.scene.scene import Scene, SceneFrame
 from mecanique.viewing.scene.texts import document_of
 
 
@@ -98,7 +98,7 @@ MOST_AHEAD = 8
 
 
 @final
-class Moving:
+class LiveMotion:
     """A mechanism and its start; the motion is computed as it is shown.
 
     Args:
@@ -127,7 +127,7 @@ class Moving:
         self._first = self._stage(self._restart)
         self.presenter = Presenter(mechanism, self._first)
 
-    def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
+    def frames(self, live: LiveView, changes: Changes) -> Iterator[SceneFrame]:
         """Yield the motion's instants; the page reports what cannot be computed."""
         live.warn("")
         try:
@@ -180,7 +180,7 @@ class Recorded:
         self._first = _stage(motion)
         self.presenter = Presenter(motion.mechanism, self._first)
 
-    def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
+    def frames(self, live: LiveView, changes: Changes) -> Iterator[SceneFrame]:
         """Yield the motion's instants; the page reports what cannot be computed."""
         from mecanique.motion import simulate
 

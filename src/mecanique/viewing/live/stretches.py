@@ -14,7 +14,7 @@ import numpy as np
 from mecanique.errors import IntegrationError
 from mecanique.motion.motion import Motion
 from mecanique.viewing.scene.from_motion import actions_of, scene_of
-from mecanique.viewing.scene.scene import Document, Scene
+from mecanique.viewing.scene.scene import Scene, SceneText
 from mecanique.viewing.scene.texts import ledger_of
 
 STRETCH = 0.5
@@ -172,7 +172,7 @@ class Stretches:
     def _stage(self, motion: Motion) -> Scene:
         actions = actions_of(motion)
         scene = scene_of(
-            motion, Document(ledger=ledger_of(motion, actions)), actions, complete=True
+            motion, SceneText(ledger=ledger_of(motion, actions)), actions, complete=True
         )
         work, self._work = self._work, self._work + float(motion.energy().work[-1])
         series = (

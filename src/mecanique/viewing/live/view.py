@@ -20,12 +20,12 @@ from mecanique.viewing.engine.bounds import is_cut_short
 from mecanique.viewing.engine.make import add_row, equip, judge_page, refuse
 from mecanique.viewing.live.checking import Checking, pending
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.live.moving import Moving, Recorded
+from mecanique.viewing.live.moving import LiveMotion, Recorded
 from mecanique.viewing.live.stretches import FIRST, compute_first, density
 from mecanique.viewing.scene.drawn import bodies_of, marks_of, title_of
 from mecanique.viewing.scene.from_motion import actions_of
 from mecanique.viewing.scene.inspection import Inspection, inspection_of
-from mecanique.viewing.scene.scene import Document, Scene, VerdictTable
+from mecanique.viewing.scene.scene import Scene, SceneText, VerdictTable
 from mecanique.viewing.scene.texts import document_of
 from mecanique.wording import say_count
 
@@ -169,7 +169,7 @@ def view(
     if computing:
         _serve(computing, port, open_browser, speed)
     elif isinstance(shown, Mechanism):
-        _stream(Moving(shown, q, v, end, rtol, speed), port, open_browser, speed)
+        _stream(LiveMotion(shown, q, v, end, rtol, speed), port, open_browser, speed)
     else:
         _stream(Recorded(shown), port, open_browser, speed)
 
@@ -187,7 +187,7 @@ def _serve(computing: Computing, port: int, open_browser: bool, speed: float) ->
             computing.close()
 
 
-def _stream(source: Moving | Recorded, port: int, open_browser: bool, speed: float) -> None:
+def _stream(source: LiveMotion | Recorded, port: int, open_browser: bool, speed: float) -> None:
     """Stream a motion that is computed here."""
     with LiveView(
         source.presenter.first, port=port, open_browser=open_browser, at_once=True
@@ -263,7 +263,7 @@ def scene_at_rest(mechanism: Mechanism, inspection: Inspection) -> Scene:
         positions=poses[None, :, :3, 3],
         quaternions=from_matrices(poses[None, :, :3, :3]),
         joints=marks_of(mechanism),
-        document=Document(
+        document=SceneText(
             subtitle=f"{counted}, {say_count(mechanism.nv, 'velocity', 'velocities')}, at rest",
             urdf=text,
             file_name=mechanism.name,

@@ -15,12 +15,12 @@ from xml.etree.ElementTree import Element
 from mecanique.safe_xml import XmlRefusedError, tree_of
 from mecanique.viewing.scene.inspection import Inspection, Note, Slider
 from mecanique.viewing.scene.scene import (
-    Block,
     Derivation,
-    Document,
-    Engine,
-    Quantity,
+    DerivationStep,
+    Knob,
+    PageProgram,
     Scene,
+    SceneText,
     VerdictTable,
 )
 from mecanique.wording import say_count
@@ -237,7 +237,7 @@ def _write(element: Element) -> str:
     return f"<{tag}{attributes}>{inner}</{tag}>"
 
 
-def write_equations(document: Document) -> str:
+def write_equations(document: SceneText) -> str:
     """Return the panel: equations of motion, figure, symbols, then the derivations."""
     first = next((derivation for derivation in document.derivations if derivation.blocks), None)
     parts = [_result(first) if first else ""]
@@ -274,7 +274,7 @@ _LISTED = (
 )
 
 
-def _figure(document: Document) -> str:
+def _figure(document: SceneText) -> str:
     if not document.figure:
         return ""
     data = base64.b64encode(document.figure.encode()).decode()
@@ -285,7 +285,7 @@ def _figure(document: Document) -> str:
     )
 
 
-def _symbols(document: Document) -> str:
+def _symbols(document: SceneText) -> str:
     if not document.symbols:
         return ""
     rows = "".join(
@@ -316,7 +316,7 @@ _FEW_STEPS = 3
 """A derivation of fewer steps is shown at once."""
 
 
-def _block(block: Block) -> str:
+def _block(block: DerivationStep) -> str:
     heading = f"<h4>{escape(block.heading)}</h4>" if block.heading else ""
     lead, note = (
         f'<p class="note">{escape(text)}</p>' if text else "" for text in (block.lead, block.note)
@@ -379,7 +379,7 @@ _MODES = (
 )
 
 
-def _integration(engine: Engine) -> str:
+def _integration(engine: PageProgram) -> str:
     """The fields of the integration, and what is known of its accuracy."""
     rows = "".join(
         f'<tr><th scope="row">{title}</th><td class="number">{_field(kind, "", value, unit)}</td>'
@@ -408,7 +408,7 @@ def _field(kind: str, name: str, value: float, unit: str) -> str:
     )
 
 
-def _quantities(scene: Scene, kind: str, quantities: Iterable[Quantity], live: bool) -> str:
+def _quantities(scene: Scene, kind: str, quantities: Iterable[Knob], live: bool) -> str:
     rows = []
     known: tuple[str, ...] = ()
     if scene.engine:

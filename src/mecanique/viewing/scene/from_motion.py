@@ -21,7 +21,7 @@ from mecanique.viewing.scene.drawn import (
     tips_of,
     title_of,
 )
-from mecanique.viewing.scene.scene import Arrow, Break, Document, Floats, Line, Scene, Series, Trace
+from mecanique.viewing.scene.scene import Arrow, Break, Floats, Line, Plot, Scene, SceneText, Trace
 from mecanique.viewing.scene.texts import letter
 
 FEW_COORDINATES = 4
@@ -34,7 +34,7 @@ ENERGIES = {"kinetic": "T", "potential": "V", "total": "T + V", "work": "work of
 """How each energy is written."""
 
 
-def curves_of(motion: Motion, *, complete: bool = False) -> tuple[Series, ...]:
+def curves_of(motion: Motion, *, complete: bool = False) -> tuple[Plot, ...]:
     """Return the curves of a motion."""
     few = len(motion.mechanism.coordinates) <= FEW_COORDINATES
     return (
@@ -45,32 +45,32 @@ def curves_of(motion: Motion, *, complete: bool = False) -> tuple[Series, ...]:
     )
 
 
-def _states(motion: Motion, *, shown: bool) -> Iterator[Series]:
+def _states(motion: Motion, *, shown: bool) -> Iterator[Plot]:
     unit = units(motion.mechanism)
     for name in motion.mechanism.coordinates:
-        yield Series(name, letter(name), unit[name], motion[name], "Coordinates", shown=shown)
+        yield Plot(name, letter(name), unit[name], motion[name], "Coordinates", shown=shown)
     for name in motion.mechanism.velocities:
-        yield Series(name, letter(name), unit[name], motion[name], "Velocities")
+        yield Plot(name, letter(name), unit[name], motion[name], "Velocities")
     for k, name in enumerate(motion.mechanism.velocities):
         rate, size = f"{name}'", per_second(unit[name])
-        yield Series(rate, letter(rate), size, motion.a[:, k], "Accelerations")
+        yield Plot(rate, letter(rate), size, motion.a[:, k], "Accelerations")
 
 
-def _energies(motion: Motion, *, shown: bool) -> Iterator[Series]:
+def _energies(motion: Motion, *, shown: bool) -> Iterator[Plot]:
     energy = motion.energy()
     for name, label in ENERGIES.items():
         values = getattr(energy, name)
         plotted = shown and name != "work"
-        yield Series(f"energy {name}", label, "J", values, "Energies", shown=plotted)
+        yield Plot(f"energy {name}", label, "J", values, "Energies", shown=plotted)
 
 
-def _guide_forces(motion: Motion) -> Iterator[Series]:
+def _guide_forces(motion: Motion) -> Iterator[Plot]:
     for name, force in motion.guide_forces().items():
         if np.isfinite(force).all():
-            yield Series(name, name, "N", force, "Reactions")
+            yield Plot(name, name, "N", force, "Reactions")
 
 
-def _reactions(motion: Motion, complete: bool) -> Iterator[Series]:
+def _reactions(motion: Motion, complete: bool) -> Iterator[Plot]:
     if motion.mechanism.velocity_constraints:
         return
     for joint in motion.mechanism.joints[:MOST_JOINTS]:
@@ -81,7 +81,7 @@ def _reactions(motion: Motion, complete: bool) -> Iterator[Series]:
             for vector, sign, unit in ((wrench.force, "R", "N"), (wrench.moment, "M", "N·m")):
                 if complete or np.abs(vector[:, k]).max() > 1e-9:
                     name = f"{joint.name} {sign}{axis}"
-                    yield Series(name, name, unit, vector[:, k], "Reactions")
+                    yield Plot(name, name, unit, vector[:, k], "Reactions")
 
 
 MOST_ARROWS = 120
@@ -90,7 +90,7 @@ MOST_ARROWS = 120
 
 def scene_of(
     motion: Motion,
-    document: Document | None = None,
+    document: SceneText | None = None,
     actions: Sequence[Action] | None = None,
     *,
     complete: bool = False,
@@ -111,7 +111,7 @@ def scene_of(
         traces=tuple(_traces(mechanism, poses, at, complete)),
         joints=marks_of(mechanism),
         series=curves_of(motion, complete=complete),
-        document=Document() if document is None else document,
+        document=SceneText() if document is None else document,
         planar=_planar(poses) and _stays_planar(mechanism, poses[0], at),
         breaks=tuple(_breaks(motion)),
     )

@@ -15,7 +15,7 @@ from mecanique.viewing.scene.inspection import Inspection
 
 @final
 @dataclass(frozen=True)
-class Block:
+class DerivationStep:
     """A step of a derivation.
 
     Args:
@@ -46,7 +46,7 @@ class Derivation:
     """
 
     method: str
-    blocks: tuple[Block, ...]
+    blocks: tuple[DerivationStep, ...]
     latex: str = ""
     listed: bool = False
 
@@ -77,7 +77,7 @@ class VerdictTable:
 
 @final
 @dataclass(frozen=True)
-class Quantity:
+class Knob:
     """A parameter, or an initial value.
 
     Args:
@@ -119,7 +119,7 @@ class LedgerRow:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Ledger:
+class WorkLedger:
     """The principle of virtual work, row by row; each column sums to zero.
 
     Args:
@@ -135,7 +135,7 @@ class Ledger:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Document:
+class SceneText:
     """The texts of a page.
 
     Args:
@@ -164,10 +164,10 @@ class Document:
     symbols: tuple[tuple[str, str], ...] = ()
     derivations: tuple[Derivation, ...] = ()
     verdict: VerdictTable = field(default_factory=VerdictTable)
-    parameters: tuple[Quantity, ...] = ()
-    initial: tuple[Quantity, ...] = ()
+    parameters: tuple[Knob, ...] = ()
+    initial: tuple[Knob, ...] = ()
     freedom: tuple[str, ...] = ()
-    ledger: Ledger = field(default_factory=Ledger)
+    ledger: WorkLedger = field(default_factory=WorkLedger)
     urdf: str = ""
     file_name: str = "mechanism"
     undetermined: tuple[str, ...] = ()
@@ -233,7 +233,7 @@ class Condition:
 
 @final
 @dataclass(frozen=True)
-class Engine:
+class PageProgram:
     """A mechanism's program in JavaScript, and the start of its motion.
 
     The program is the text of functions (t, y, p, out): `rates` of the state and of the work done;
@@ -432,7 +432,7 @@ class JointMark:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Series:
+class Plot:
     """A quantity over time, to be plotted.
 
     Args:
@@ -468,7 +468,7 @@ class Break:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Frame:
+class SceneFrame:
     """A scene at one instant.
 
     Args:
@@ -525,12 +525,12 @@ class Scene:
     lines: tuple[Line, ...] = ()
     traces: tuple[Trace, ...] = ()
     joints: tuple[JointMark, ...] = ()
-    series: tuple[Series, ...] = ()
-    document: Document = field(default_factory=Document)
+    series: tuple[Plot, ...] = ()
+    document: SceneText = field(default_factory=SceneText)
     planar: bool = False
     ground: float | None = None
     bounds: Floats | None = None
-    engine: Engine | None = None
+    engine: PageProgram | None = None
     inspection: Inspection | None = None
     breaks: tuple[Break, ...] = ()
 
@@ -580,10 +580,10 @@ class Scene:
             if body not in groups["body"]:
                 raise InputError(f"{name!r} sits on {body!r}, which is no body of the scene")
 
-    def frame(self, k: int) -> Frame:
+    def frame(self, k: int) -> SceneFrame:
         """Return the scene at its k-th instant."""
         ledger = [row.values[k] for row in self.document.ledger.rows]
-        return Frame(
+        return SceneFrame(
             t=float(self.t[k]),
             positions=self.positions[k],
             quaternions=self.quaternions[k],

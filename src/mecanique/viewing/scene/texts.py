@@ -22,13 +22,13 @@ from mecanique.urdf.write import write_urdf
 from mecanique.verification.verdict import Verdict
 from mecanique.viewing.scene.drawn import group_work
 from mecanique.viewing.scene.scene import (
-    Block,
     Derivation,
-    Document,
-    Ledger,
+    DerivationStep,
+    Knob,
     LedgerRow,
-    Quantity,
+    SceneText,
     VerdictTable,
+    WorkLedger,
 )
 from mecanique.wording import say_count
 
@@ -44,7 +44,7 @@ def document_of(
     equations: Sequence[Equations],
     verdict: Verdict | None,
     actions: Sequence[Action],
-) -> Document:
+) -> SceneText:
     """Return the texts of a motion's page."""
     mechanism: Mechanism = motion.mechanism
     # other methods have reactions among their symbols, which the equations of motion have not
@@ -53,7 +53,7 @@ def document_of(
     about = mechanism.about.splitlines()
     known = entry(mechanism.name) if is_known(mechanism.name) else None
     method = f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}"
-    return Document(
+    return SceneText(
         subtitle=known.title if known else method,
         about=symbolic[0].introduction if symbolic else " ".join(about),
         source=known.source if known else "",
@@ -105,7 +105,7 @@ def derivation_of(equations: Equations) -> Derivation:
         formulas = part.formulas or ("",)
         for k, formula in enumerate(formulas):
             heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
-            blocks.append(Block(heading, formula, final=last, lead=lead))
+            blocks.append(DerivationStep(heading, formula, final=last, lead=lead))
     return Derivation(equations.document.title, tuple(blocks), equations.latex())
 
 
@@ -126,13 +126,13 @@ def _named_results(equations: Equations) -> Derivation:
     try:
         written = write_recursion(equations)
     except MecaniqueError:
-        block = Block("Equations of motion", equations.text(), final=True)
+        block = DerivationStep("Equations of motion", equations.text(), final=True)
         return Derivation(equations.title, (block,))
     blocks = []
     for place, (heading, said, formulas) in enumerate(written.sections()):
         for k, formula in enumerate(formulas):
             head, lead = (heading, said) if k == 0 else ("", "")
-            blocks.append(Block(head, formula, final=place > 0, lead=lead))
+            blocks.append(DerivationStep(head, formula, final=place > 0, lead=lead))
     return Derivation(equations.title, tuple(blocks), written.latex(), listed=True)
 
 
@@ -147,13 +147,13 @@ def table_of(verdict: Verdict) -> VerdictTable:
     return VerdictTable(verdict.agrees, verdict.summary, columns, tuple(rows), notes)
 
 
-def _parameters(mechanism: Mechanism) -> Iterator[Quantity]:
+def _parameters(mechanism: Mechanism) -> Iterator[Knob]:
     for parameter in mechanism.parameters:
         value = parameter.value
         # a slider from nothing to three times the value keeps masses and lengths sound
         low, high = sorted((0.05 * value, 3 * value)) if value else (0.0, 0.0)
         unit = "" if parameter.unit == "1" else parameter.unit
-        yield Quantity(
+        yield Knob(
             name=parameter.symbol,
             symbol=letter(parameter.symbol),
             value=value,
@@ -164,7 +164,7 @@ def _parameters(mechanism: Mechanism) -> Iterator[Quantity]:
         )
 
 
-def quantities_of_inputs(mechanism: Mechanism) -> tuple[Quantity, ...]:
+def quantities_of_inputs(mechanism: Mechanism) -> tuple[Knob, ...]:
     """Return the inputs that are constant, with the values they have."""
     quantities = []
     for signal in mechanism.inputs:
@@ -173,7 +173,7 @@ def quantities_of_inputs(mechanism: Mechanism) -> tuple[Quantity, ...]:
             unit = "" if signal.unit == "1" else signal.unit
             symbol = letter(signal.symbol)
             quantities.append(
-                Quantity(
+                Knob(
                     name=signal.symbol,
                     symbol=symbol,
                     value=signal.signal,
@@ -186,7 +186,7 @@ def quantities_of_inputs(mechanism: Mechanism) -> tuple[Quantity, ...]:
     return tuple(quantities)
 
 
-def _initial(motion: Motion) -> Iterator[Quantity]:
+def _initial(motion: Motion) -> Iterator[Knob]:
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
     free = [f"{name}'" in mechanism.velocities for name in mechanism.coordinates]
@@ -194,7 +194,7 @@ def _initial(motion: Motion) -> Iterator[Quantity]:
         reach = math.pi if unit[name] == "rad" else max(1.0, 2 * abs(float(value)))
         if is_free:
             low, high = min(-reach, float(value)), max(reach, float(value))
-            yield Quantity(
+            yield Knob(
                 name=name,
                 symbol=letter(name),
                 value=float(value),
@@ -205,7 +205,7 @@ def _initial(motion: Motion) -> Iterator[Quantity]:
             )
     for name, value in zip(mechanism.velocities, motion.v[0], strict=True):
         reach = max(10.0, 2 * abs(float(value)))
-        yield Quantity(
+        yield Knob(
             name=name,
             symbol=letter(name),
             value=float(value),
@@ -262,13 +262,13 @@ def _urdf(mechanism: Mechanism) -> str:
         return f"<!-- this mechanism cannot be written as URDF: {error} -->\n"
 
 
-def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
+def ledger_of(motion: Motion, actions: Sequence[Action]) -> WorkLedger:
     """Return each force's virtual work; a force that acts on several bodies has one row."""
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
     groups = group_work(mechanism, actions)
     if not groups or len(groups) * mechanism.nv > MOST_LEDGER_ENTRIES:
-        return Ledger()
+        return WorkLedger()
     jacobians = {
         body.name: motion.reference.jacobian(body.name, motion.q, motion.t)
         for body in mechanism.bodies
@@ -289,7 +289,7 @@ def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
         row.values[np.abs(row.values) < 1e-12 * largest] = 0.0
     force_units = {"rad/s": "N·m", "m/s": "N"}
     generalized = tuple(force_units.get(unit[name], "") for name in mechanism.velocities)
-    return Ledger(
+    return WorkLedger(
         tuple(letter(name.removesuffix("'")) for name in mechanism.velocities),
         generalized,
         tuple(rows),

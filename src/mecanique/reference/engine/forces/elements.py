@@ -33,7 +33,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.sites import Action, Site, Triple
-from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.tolerances import DEPENDENT, EXPLAINED, LOOSE, PARALLEL, WHOLE
 
 _ZERO: Triple = (0.0, 0.0, 0.0)
@@ -84,7 +84,7 @@ class Elements:
     """
 
     def __init__(
-        self, mechanism: Mechanism, engine: Engine, chart: Chart, sites: dict[str, Site]
+        self, mechanism: Mechanism, engine: EngineModel, chart: Chart, sites: dict[str, Site]
     ) -> None:
         self._mechanism = mechanism
         self._engine, self._chart = engine, chart

@@ -18,7 +18,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
 from mecanique.reference.engine.forces.laws import law_of
 from mecanique.reference.engine.forces.sites import Action, Axes, External, Site, Triple
-from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.load import EngineModel
 
 _ZERO: Triple = (0.0, 0.0, 0.0)
 
@@ -98,7 +98,7 @@ class Loads:
         index: index of each joint coordinate in the values that are passed to the methods.
     """
 
-    def __init__(self, mechanism: Mechanism, engine: Engine, index: dict[str, int]) -> None:
+    def __init__(self, mechanism: Mechanism, engine: EngineModel, index: dict[str, int]) -> None:
         self._values = tuple(mechanism.values.values())
         poses, twists = engine.data.oMi, engine.data.v
         self._axes = [
@@ -151,7 +151,7 @@ class Loads:
         self,
         force: AnyForce,
         mechanism: Mechanism,
-        engine: Engine,
+        engine: EngineModel,
         index: dict[str, int],
         scalars: list[Scalar],
     ) -> None:
@@ -289,12 +289,12 @@ class Loads:
             size = -stiffness * (values[at] - rest) - damping * u.item(row)
             yield row, size if drive is None else size + numbers[drive]
 
-    def _seat(self, engine: Engine, body: str, point: Triple = _ZERO) -> Site:
+    def _seat(self, engine: EngineModel, body: str, point: Triple = _ZERO) -> Site:
         holder = engine.holders[body]
         x, y, z = holder.placement.act(np.array(point)).tolist()
         return Site(body, self._axes[holder.joint], (x, y, z))
 
-    def _line(self, mechanism: Mechanism, engine: Engine, force: LineLoad) -> _Line:
+    def _line(self, mechanism: Mechanism, engine: EngineModel, force: LineLoad) -> _Line:
         a, b = (self._seat(engine, end.body, _numbers(mechanism, end.point)) for end in force.ends)
         law = law_of(force)
         constants = _numbers(mechanism, (law.stiffness, law.rest, law.damping))

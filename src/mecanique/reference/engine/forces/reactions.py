@@ -17,7 +17,7 @@ from mecanique.arrays import Array
 from mecanique.model.joints import Fixed
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.forces.sites import Action
-from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.engine.package import engine_package
 
 
@@ -25,7 +25,7 @@ from mecanique.reference.engine.package import engine_package
 class Reactions:
     """Reads the reactions of every joint from the engine's data."""
 
-    def __init__(self, mechanism: Mechanism, engine: Engine) -> None:
+    def __init__(self, mechanism: Mechanism, engine: EngineModel) -> None:
         self._engine = engine
         self._joints = [
             (
