@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import inspect
 import pickle
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 import mecanique as mq
 
 MQ: Any = mq  # wrong arguments are the subject here
 PENDULUM = mq.textbook.load("simple_pendulum")
+MECHANISM: Any = PENDULUM
 WRONG: dict[str, Any] = {"x": "'x', of type str", "3": "3, of type int", "None": "None"}
 DOORS: dict[str, tuple[Callable[[Any], Any], str]] = {
     "derive": (mq.derive, "a Mechanism for 'mechanism'"),
@@ -93,3 +96,71 @@ def test_what_a_users_function_raises_stays_as_it_is() -> None:
 def test_public_functions_can_be_pickled() -> None:
     assert pickle.loads(pickle.dumps(mq.derive)) is mq.derive
     assert mq.derive.__name__ == "derive"
+
+
+EQUATIONS: Any = mq.derive(PENDULUM)
+MOTION: Any = mq.simulate(PENDULUM, q=[0.3], duration=0.1)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: EQUATIONS.solved(keep=3),
+            "expected a text or several, each a text for 'keep', got 3, of type int",
+        ),
+        (
+            lambda: EQUATIONS.text(steps=np.zeros((2, 3))),
+            "expected True or False for 'steps', got array([[0., 0., 0.],",
+        ),
+        (
+            lambda: MOTION.audit(accuracy="x"),
+            "expected a number for 'accuracy', got 'x', of type str",
+        ),
+        (lambda: MOTION.pose("rod", 10**400), "expected times [s], got 1000"),
+        (
+            lambda: MQ.Reference(PENDULUM).quick_energies(1.5, MOTION.v, MOTION.t),
+            "expected an array for 'q', got 1.5, of type float",
+        ),
+        (
+            lambda: MECHANISM.matrix(3),
+            "expected a Placement for 'placement', got 3, of type int",
+        ),
+        (
+            lambda: MQ.verify(PENDULUM, tolerance=10**400),
+            "expected a number or None for 'tolerance', got an integer of 401 digits",
+        ),
+        (
+            lambda: MQ.equilibria(PENDULUM, seed=-1.5),
+            "expected a whole number for 'seed', got -1.5, of type float",
+        ),
+        (
+            lambda: MQ.inspect(PENDULUM, "x.html"),
+            "expected several, each a Finding or None for 'findings', got 'x.html', of type str",
+        ),
+        (lambda: PENDULUM.explain_limit("q"), "unknown limited coordinate 'q'; known: "),
+        (lambda: MQ.asin(3.0), "asin has no real value at 3"),
+        (lambda: MQ.exp(1e300), "exp exceeds the largest number at 1e+300"),
+        (
+            lambda: MQ.simulate(PENDULUM, q=[0.3], duration=1.0, samples=10**9),
+            "expected at most 1e+08 samples, got more",
+        ),
+        (
+            lambda: MQ.linearize(PENDULUM).motion(periods=1e308),
+            "expected fewer than 1e+08 samples, got ",
+        ),
+    ],
+)
+def test_methods_and_what_they_return_refuse_in_words(
+    call: Callable[[], Any], message: str
+) -> None:
+    with pytest.raises(mq.InputError) as caught:
+        call()
+    assert str(caught.value).startswith(message)
+
+
+def test_methods_of_classes_stay_methods() -> None:
+    assert mq.Loop.ball.__self__ is mq.Loop  # type: ignore[attr-defined]
+    assert mq.Reference.of(PENDULUM).mechanism == PENDULUM
+    assert inspect.signature(EQUATIONS.solved).parameters["keep"]
+    assert pickle.loads(pickle.dumps(EQUATIONS.text))() == EQUATIONS.text()

@@ -7,8 +7,10 @@ does not support argument 0 of type Mul which has no callable sin method": use `
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
+from mecanique.errors import InputError
 from mecanique.model.expression.scalars import Scalar, plain
 
 
@@ -205,11 +207,20 @@ def sign(x: Scalar) -> Any:
     return _apply("sign", x)
 
 
+def _list(numbers: Sequence[float]) -> str:
+    return ", ".join(f"{number:g}" for number in numbers)
+
+
 def _apply(name: str, *arguments: Scalar) -> Any:
     """Apply a function: to floats at once, to whole numbers and letters as an expression."""
     exact = [x if type(x) is int else plain(x) for x in arguments]
     if all(isinstance(x, float) for x in exact) and hasattr(math, name):
-        return getattr(math, name)(*exact)
+        try:
+            return getattr(math, name)(*exact)
+        except ValueError:
+            raise InputError(f"{name} has no real value at {_list(exact)}") from None
+        except OverflowError:
+            raise InputError(f"{name} exceeds the largest number at {_list(exact)}") from None
     import sympy
 
     return getattr(sympy, name)(*exact)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mecanique.errors import InputError
+from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import coordinate, symbols_in
 from mecanique.model.mechanism.description import Description
 from mecanique.model.values import Given, numbers_of
@@ -51,7 +51,12 @@ class StateSpace(Description):
         Args:
             name: of a limited coordinate.
             what: what happened to it, after a comma.
+
+        Raises:
+            UnknownNameError: if there is no such coordinate, or it is not limited.
         """
+        if name not in self.limits:
+            raise UnknownNameError("limited coordinate", name, self.limits)
         stated = ", ".join(map(str, self.coordinates.intervals[name]))
         numbers = ", ".join(f"{bound:g}" for bound in self.limits[name])
         interval = f"({stated})" if stated == numbers else f"({stated}) = ({numbers})"

@@ -376,11 +376,11 @@ def mode_motion(
     duration = finite(periods, "the number of periods") * period
     if not duration > 0:
         raise InputError(f"expected a positive number of periods, got {periods!r}")
+    times = sample_times(0.0, duration, fps, None)  # refuses too many
     nodes = np.linspace(0.0, duration, max(5, int(np.ceil(duration / period * NODES)) + 1))
     mechanism, rates = linearization.mechanism, Rates.of(linearization.mechanism)
     q, v, a = _closed_solution(linearization, mode, size, nodes)
     curve = Curve(t=nodes, q=q, v=v, a=a, breaks=np.array([0]), rates=rates)
-    times = sample_times(0.0, duration, fps, None)
     q, v, _ = _closed_solution(linearization, mode, size, times)
     frequency = abs(root.imag) / (2 * np.pi)
     text = f"mode {mode + 1} of the linear equations, {frequency:.6g} Hz, amplitude {size:.4g}"

@@ -165,8 +165,8 @@ class Curve:
         """Return times as numbers; those beyond an end by rounding are moved to it."""
         try:
             times = np.asarray(t, dtype=float)
-        except (TypeError, ValueError):
-            raise InputError(f"expected times [s], got {t!r}") from None
+        except (TypeError, ValueError, OverflowError):
+            raise InputError(f"expected times [s], got {t!r:.60}") from None
         begin, end = float(self.t[0]), float(self.t[-1])
         slack = 1e-12 * max(abs(begin), abs(end), end - begin)
         if times.ndim > 1 or not ((times >= begin - slack) & (times <= end + slack)).all():

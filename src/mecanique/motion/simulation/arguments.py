@@ -46,6 +46,10 @@ def span_and_tolerances(
     return t0, t0 + duration, rtol, atol
 
 
+MOST_SAMPLES = 1e8
+"""Of a motion; ten coordinates of as many take 8 GB each of positions and velocities."""
+
+
 def sample_times(
     t0: float, end: float, fps: float, samples: int | Sequence[float] | np.ndarray | None
 ) -> np.ndarray:
@@ -55,9 +59,10 @@ def sample_times(
         if not fps > 0:
             raise InputError(f"expected a positive number of samples per second fps, got {fps:g}")
         count = (end - t0) * fps
-        if count > 1e8:
+        if count > MOST_SAMPLES:
             raise InputError(
-                f"expected fewer than 1e8 samples, got {count:.3g}; choose a smaller fps"
+                f"expected fewer than {MOST_SAMPLES:g} samples, got {count:.3g}; choose a smaller "
+                "fps"
             )
         whole = int(np.ceil(count - 1e-6))
         times: np.ndarray = t0 + np.arange(whole + 1) / fps
@@ -66,10 +71,12 @@ def sample_times(
     if isinstance(samples, (int, np.integer)) and not isinstance(samples, bool):
         if samples < 2:
             raise InputError(f"expected at least 2 samples, got {samples}")
+        if samples > MOST_SAMPLES:
+            raise InputError(f"expected at most {MOST_SAMPLES:g} samples, got more")
         return np.array([t0, end]) if samples == 2 else np.linspace(t0, end, int(samples))
     try:
         times = np.array(samples, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"expected a number of samples or their times, got {samples!r}") from None
     if (
         times.ndim != 1
