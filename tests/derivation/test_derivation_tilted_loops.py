@@ -136,3 +136,21 @@ def test_a_tilted_hinge_has_no_equations_made_of_rounding() -> None:
     """R Rᵀ of a tilt is off by 2e-16, which is no constraint: no moment about x or y is left."""
     names = [tie.name for tie in mq.derive(linkage("hinge")).derivation.ties]
     assert names == ["C_x", "C_y", "C_z"]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_tilted_loops_are_reduced_to_one_equation(seed: int) -> None:
+    """In a tilted plane three components of a gap are two equations."""
+    mechanism = random_case(seed)
+    assert mq.reduce_loops(mechanism, "phi").compare(samples=40) < 1e-9
+
+
+def test_loops_that_leave_more_free_are_refused() -> None:
+    far = mq.Revolute("F", "crank", "flap", axis=(0, -1, 0), coordinate="flap")
+    tilted = linkage("hinge")
+    flap = mq.Body("flap", mq.rod(1.0, 0.3))
+    mechanism = mq.Mechanism(
+        "linkage", (*tilted.bodies, flap), (*tilted.joints, far), loops=tilted.loops
+    )
+    with pytest.raises(mq.DerivationError, match="one of its 4 velocities free, got 2 equations"):
+        mq.reduce_loops(mechanism, "phi")

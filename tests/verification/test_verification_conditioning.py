@@ -16,7 +16,7 @@ from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.verification.compare import ask, judge
-from mecanique.verification.derivations import derive_quickly
+from mecanique.verification.derivations import derive_all, derive_quickly
 from mecanique.verification.difference import scale
 from mecanique.verification.rounding import ENTRY, UNIT, entry_rounding, rounding
 from mecanique.verification.rows import evaluate, rows_of
@@ -204,3 +204,70 @@ def test_an_error_of_a_millionth_in_any_mass_is_found_there() -> None:
 def inertial(mechanism: mq.Mechanism, states: States) -> dict[str, Any]:
     fast = Recursion(mechanism)
     return {"mass matrix": fast.mass_matrix(states), "bias": fast.bias(states)}
+
+
+def tilted_wheel(near_flat: bool) -> tuple[mq.Mechanism, States]:
+    """Return a crowned wheel on a tilted plane, and a state in which it lies almost flat."""
+    plane = mq.Placement((-0.5, -0.8, 0.3), (-2.09, 2.12, 2.4))
+    wheel = mq.Rolling("c", "wheel", 2.05, crown=0.62, plane=plane)
+    body = mq.Body("wheel", mq.box(1.3, (1.1, 0.4, 0.9)).at((0.2, 0.5, -0.3)))
+    free = mq.Floating("free", "ground", "wheel")
+    mechanism = mq.Mechanism("wheel", (mq.Body("ground"), body), (free,), contacts=(wheel,))
+    reference = Reference(mechanism)
+    assert reference.closed is not None
+    for seed in range(400):
+        states = random_states(mechanism, 1, seed)
+        reference.closed.closures.scale(states.q[0], states.v[0], 0.0)
+        margin = float(reference.closed.closures.contacts.margins.min())
+        if (margin < 0.025) == near_flat:
+            return mechanism, states
+    raise AssertionError("no such state")
+
+
+def test_noise_of_a_closed_form_is_no_disagreement() -> None:
+    """Thousands of terms cancel beside a wheel that lies almost flat: the form trembles."""
+    mechanism, states = tilted_wheel(near_flat=True)
+    answers = ask(derive_all(mechanism), Reference(mechanism), mechanism, states)
+    verdict = judge(mechanism, answers, states, 0)
+    assert verdict.agrees
+    (row,) = (
+        row
+        for row in verdict.rows
+        if row.quantity == "acceleration" and row.sources[0] == "closed form"
+    )
+    assert row.worst > row.tolerance
+    assert row.worst < row.rounding < 1e-4
+    assert not judge(mechanism, replace(answers, again=None), states, 0).agrees
+
+
+@pytest.mark.parametrize("near_flat", [True, False])
+def test_noise_excuses_no_wrong_number(near_flat: bool) -> None:
+    mechanism, states = tilted_wheel(near_flat)
+    answers = ask(derive_all(mechanism), Reference(mechanism), mechanism, states)
+    for form in answers.forms.values():
+        form["acceleration"] *= 1 + ERROR
+    verdict = judge(mechanism, answers, states, 0)
+    wrong = {row.sources[0] for row in verdict.rows if not row.agrees}
+    assert wrong == set(answers.forms)
+
+
+def test_loops_far_from_the_origin_close_to_the_rounding_of_their_place() -> None:
+    """A linkage of centimeters 1.5 km away: gaps of 3e-13 m are what rounding makes of 1500 m."""
+    lengths = (0.0127, 0.0118, 0.0128, 0.0108)
+    around, last, end = (0, -1, 0), "base", mq.Placement()
+    bodies = [mq.Body("ground"), mq.Body("base")]
+    base = mq.Placement((-967.48, 820.02, 816.02), (0.177, 0.029, 2.108))
+    joints: list[mq.Joint] = [mq.Fixed("mount", "ground", "base", origin=base)]
+    for k, length in enumerate(lengths[:3]):
+        bodies.append(mq.Body(f"b{k}", mq.rod(1.0 + k, length, (1, 0, 0))))
+        joints.append(mq.Revolute(f"j{k}", last, f"b{k}", axis=around, origin=end))
+        last, end = f"b{k}", mq.Placement((length, 0, 0))
+    bodies.append(mq.Body("rocker", mq.rod(1.0, lengths[3], (1, 0, 0))))
+    far = mq.Placement((0.0108, 0, 0))
+    joints.append(mq.Revolute("rock", "base", "rocker", axis=around, origin=far))
+    tip = (lengths[2], 0, 0)
+    loop = mq.Loop.hinge("C", "b2", tip, "rocker", (lengths[3], 0, 0), around)
+    mechanism = mq.Mechanism("far", tuple(bodies), tuple(joints), loops=(loop,))
+    for seed in range(6):
+        verdict = mq.verify(mechanism, samples=4, seed=seed)
+        assert verdict.agrees, [row for row in verdict.rows if not row.agrees]

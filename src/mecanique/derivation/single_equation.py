@@ -19,6 +19,7 @@ from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Equation, Expression, Text
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.evaluation import Evaluation, relative_rest
+from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
@@ -31,10 +32,11 @@ from mecanique.derivation.symbolic.derivation import (
 )
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.multipliers import loop_stages, solve_multipliers
-from mecanique.derivation.tolerances import CLOSED_WELL, FIRM
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.tolerances import CLOSED_WELL, FIRM, RANK
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.mechanism_units import units
+from mecanique.model.mechanism_units import characteristic_length, units
 from mecanique.model.random_positions import draw_positions
 
 _FOLLOW = (
@@ -99,37 +101,66 @@ class Single:
         coefficients: K of each other coordinate, then L, in the order of their definitions.
         parts: the terms of the equation, which sum to zero, in terms of all coordinates, the
             velocity and acceleration of the kept one, and the coefficients.
+        ties: the independent equations of the loops.
     """
 
     derivation: Derivation
     coordinate: str
     coefficients: tuple[Coefficient, ...]
     parts: tuple[Series, ...]
+    ties: tuple[Tie, ...]
 
 
 def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> Single:
     """Derive the single equation of a mechanism with loops and one degree of freedom."""
-    algebra, ties = lagrange.algebra, lagrange.ties
+    algebra = lagrange.algebra
     mechanism = algebra.mechanism
     kept = coordinate or mechanism.coordinates[0]
     if kept not in mechanism.coordinates:
         raise UnknownNameError("coordinate", kept, tuple(mechanism.coordinates))
-    still = all(not (tie.of_velocities or tie.of_contact) for tie in ties)
+    still = all(not (tie.of_velocities or tie.of_contact) for tie in lagrange.ties)
+    letters = (letter for tie in lagrange.ties for letter in tie.demand.generators())
+    if still and any(letter.kind in (Kind.TIME, Kind.INPUT) for letter in letters):
+        raise DerivationError(f"mechanism {mechanism.name!r}: its loops depend on time")
+    ties = independent_ties(algebra, lagrange.ties) if still and lagrange.ties else ()
     if not ties or not still or len(ties) != len(algebra.velocities) - 1:
         raise DerivationError(
             f"mechanism {mechanism.name!r}: expected loops that leave one of its "
             f"{len(algebra.velocities)} velocities free, got {len(ties)} equations of loops"
         )
-    if any(g.kind in (Kind.TIME, Kind.INPUT) for tie in ties for g in tie.demand.generators()):
-        raise DerivationError(f"mechanism {mechanism.name!r}: its loops depend on time")
-    return _Reducing(lagrange, kept).single()
+    return _Reducing(lagrange, kept, ties).single()
+
+
+def independent_ties(algebra: Algebra, ties: Sequence[Tie]) -> tuple[Tie, ...]:
+    """Return the ties that no others follow from in any position, open ones included.
+
+    In a tilted plane a gap has three components, of which two are independent.
+    """
+    mechanism, ring = algebra.mechanism, algebra.ring
+    names, random = mechanism.coordinates.names, np.random.default_rng(0)
+    slopes = []
+    for q in draw_positions(mechanism, _POSITIONS, random, characteristic_length(mechanism)):
+        values = {**mechanism.values, **dict(zip(names, q.tolist(), strict=True))}
+        evaluate = Evaluation(ring, values)
+        slopes.append([[float(evaluate(entry)) for entry in tie.slopes(ring)] for tie in ties])
+    rows = np.concatenate(slopes, axis=1)
+    rest, chosen = rows, list[int]()
+    for _ in ties:
+        sizes = np.linalg.norm(rest, axis=1)
+        longest = int(np.argmax(sizes))
+        if sizes[longest] <= RANK * np.linalg.norm(rows[longest]):
+            break
+        chosen.append(longest)
+        along = rest[longest] / sizes[longest]
+        rest = rest - np.outer(rest @ along, along)
+    return tuple(ties[k] for k in sorted(chosen))
 
 
 class _Reducing:
     """The loops of a mechanism, differentiated by the coordinate that is kept."""
 
-    def __init__(self, lagrange: Lagrange, kept: str) -> None:
-        self.lagrange, self.kept = lagrange, kept
+    def __init__(self, lagrange: Lagrange, kept: str, ties: tuple[Tie, ...]) -> None:
+        self.lagrange, self.kept, self.ties = lagrange, kept, ties
         self.algebra = lagrange.algebra
         self.ring = ring = self.algebra.ring
         self.others = [name for name in self.algebra.mechanism.coordinates if name != kept]
@@ -175,7 +206,7 @@ class _Reducing:
     def single(self) -> Single:
         """Return the equation."""
         ring, algebra, kept = self.ring, self.algebra, self.kept
-        first = [self.along(tie.demand) for tie in self.lagrange.ties]
+        first = [self.along(_angle_of(tie.demand)) for tie in self.ties]
         second = [self.along(demand) for demand in first]
         K, L = self.solve(first, self.K), self.solve(second, self.L)
         one = ring.number(1)
@@ -194,7 +225,8 @@ class _Reducing:
         C = tidy(along_displacement(ratios, grows) + square)
         rest = ring.sum([part * v**p for (p,), part in powers.items()])
         parts = (J * a, C * v**2, rest, -forces)
-        return Single(self._derivation(full, K, L, J, C, rest, forces), kept, (*K, *L), parts)
+        derivation = self._derivation(full, K, L, J, C, rest, forces)
+        return Single(derivation, kept, (*K, *L), parts, self.ties)
 
     def _put(self, series: Series) -> Series:
         """Replace the velocities of the other coordinates by K θ'."""
@@ -287,10 +319,27 @@ class _Reducing:
         )
 
 
+_POSITIONS = 3
+"""Random positions at which equations of loops must depend on each other to be redundant."""
+
 _AFTER_LENGTHS = 4
 """Position of the coefficients in a product: m l² K."""
 
 _ENERGIES = ("Positions and velocities", "Kinetic energy", "Potential energy")
+
+
+def _angle_of(demand: Series) -> Series:
+    """Return the angle whose sine, times a number, is to vanish; any other demand as it is.
+
+    Where the loop is closed the cosine is 1 or −1, so that the rates of both vanish together.
+    """
+    if len(demand) != 1:
+        return demand
+    ((trig, monomial, _),) = demand.terms()
+    if not trig & 1 or monomial:
+        return demand
+    ring = demand.ring
+    return ring.sum([k * ring.angles[j].argument for j, k in exponents(trig >> 1)])
 
 
 def _name(letter: Series) -> str:
@@ -405,7 +454,7 @@ class SingleEquation:
 
     def _close(self, q: np.ndarray, rate: float) -> dict[str, Any] | None:
         """Close the loops near q; return all values there, None if singular or not closed."""
-        ties, ring = self.found.derivation.ties, self.found.derivation.algebra.ring
+        ties, ring = self.found.ties, self.found.derivation.algebra.ring
         names = self.mechanism.coordinates
         others = [k for k, name in enumerate(names) if name != self.coordinate]
         values: dict[str, Any] = {}
@@ -413,7 +462,11 @@ class SingleEquation:
             values = {**self.mechanism.values, **dict(zip(names, q.tolist(), strict=True))}
             evaluate = Evaluation(ring, values)
             gaps = np.array([evaluate(tie.demand) for tie in ties])
-            J = np.array([[*map(evaluate, tie.slopes(ring))] for tie in ties])[:, others]
+            slopes = np.array([[*map(evaluate, tie.slopes(ring))] for tie in ties])
+            sizes = np.linalg.norm(slopes, axis=1)  # a gap in them is one of the coordinates
+            if not sizes.all():
+                return None
+            J, gaps = slopes[:, others] / sizes[:, None], gaps / sizes
             if np.linalg.svd(J, compute_uv=False)[-1] < FIRM:
                 return None
             if np.abs(gaps).max() < CLOSED_WELL:
