@@ -118,3 +118,87 @@ def test_a_subscript_may_have_one_of_its_own() -> None:
     letters = Letters({"lambda_P3_x": "other"}, {})
     (found,) = read(r"\lambda_{P_{3},x}", letters)
     assert found.sides[0].name == "lambda_P3_x"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "m l^2 q''[t] + m g l Sin[q[t]] == 0",
+        "l Derivative[2][q][t] + g Sin[q[t]] == 0",
+        "{l D[q[t], {t, 2}] + g Sin[q[t]] == 0}",
+        "m*l**2*q.diff(t, 2) + m*g*l*np.sin(q) = 0",
+        r"\Rightarrow \mathbf{\ddot q} + \frac{g}{l} \sin q = 0",
+        r"\frac{\partial^2 q}{\partial t^2} + \frac gl \sin q = 0",
+        "∂²q/∂t² + g/l sin q = 0",
+        "q'' tan q cot q + g/l sin q = 0",
+        r"\ddot q \sec q \cos q + \frac{g}{l \csc q} = 0",
+        "l q'' + g sen q = 0",
+        "q̈ + (g∕l)·sin q ＝ 0",
+        "q“ + g⁄l sin q = 0",
+        "-m g l sin q = m l^2 q''",
+    ],
+)
+def test_notations_of_programs_and_phones_are_read(text: str) -> None:
+    verdict = mq.check(mq.textbook.load("simple_pendulum"), text)
+    assert verdict.right, str(verdict)
+
+
+@pytest.mark.parametrize(
+    ("text", "notes"),
+    [
+        ("1.0 q'' + 1,5 g/l sin q = 0", None),
+        ("q'' + 1,000 g/l sin q = 0", None),
+        ("q'' + 1,5 g/l sin q = 0", ("1,5 is read as 1.5",)),
+        (
+            "The equation of motion is q'' = -3 g/(2 l) sin(q).",
+            ("set aside: 'The equation of motion is'",),
+        ),
+        ("Por lo tanto: l q'' = -1.5 g sen q", ("set aside: 'Por lo tanto'",)),
+        (
+            "q'' + omega0^2 sin q = 0 with omega0^2 = 3 g/(2 l)",
+            ("set aside: 'with'", "taken as a definition: 'omega0^2 = 3 g/(2 l)'"),
+        ),
+        ("J = m l^2/3\nJ q'' + m g l/2 sin q = 0", ("taken as a definition: 'J = m l^2/3'",)),
+    ],
+)
+def test_what_is_not_plain_is_told_or_asked(text: str, notes: tuple[str, ...] | None) -> None:
+    rod = mq.textbook.load("rigid_bar_pendulum")
+    if notes is None:
+        with pytest.raises(mq.FormulaError, match="may be one number or two"):
+            mq.check(rod, text)
+        return
+    verdict = mq.check(rod, text)
+    assert verdict.right, str(verdict)
+    assert verdict.notes == notes
+    assert verdict.to_dict()["notes"] == list(notes)
+    assert f"note: {notes[0]}" in str(verdict)
+
+
+def test_both_signs_are_two_answers() -> None:
+    hoop = mq.textbook.load("bead_on_hoop")
+    both = mq.check(hoop, r"theta = 0; theta = pi; theta = \pm\arccos(g/(R W^2))", "equilibrium")
+    assert both.right
+    one = mq.check(hoop, "theta = 0; theta = pi; theta = acos(g/(R W^2))", "equilibrium")
+    assert one.outcome == "incomplete"
+
+
+def test_binets_equation_is_read() -> None:
+    kepler = mq.textbook.load("kepler_orbit")
+    for text in (
+        "d^2 u/dphi^2 + u = mu/C^2",
+        r"\frac{d^2 u}{d\varphi^2} + u = \frac{\mu}{C^2}",
+        "d²u/dφ² + u = mu/C^2",
+    ):
+        verdict = mq.check(kepler, text, let=["u = 1/r", "C = r^2 phi'"])
+        assert verdict.outcome == "incomplete", str(verdict)
+        assert verdict.independent == 1
+    wrong = mq.check(kepler, "d^2 u/dphi^2 - u = mu/C^2", let=["u = 1/r", "C = r^2 phi'"])
+    assert wrong.outcome == "wrong"
+
+
+def test_every_letter_that_derive_prints_is_known() -> None:
+    crane = mq.textbook.load("crane")
+    text = """(M + m) x'' + m l cos(theta) theta'' - m l sin(theta) theta'^2
+      - 2 m w cos(theta) theta' = F
+    cos(theta) x'' + l theta'' - 2 w theta' + g sin(theta) = 0"""
+    assert mq.check(crane, text).right

@@ -188,3 +188,20 @@ def test_a_flawed_file_is_verified_unless_strict() -> None:
     assert [flaw["code"] for flaw in verdict["flaws"]] == ["M203"]
     strict = call("verify", "bad.urdf", "--strict")
     assert (strict.exit_code, "triangle inequality" in strict.stderr) == (2, True)
+
+
+def test_check_takes_a_formula_that_begins_with_minus() -> None:
+    found = call("check", "simple_pendulum", "-m g l sin q = m l^2 q''")
+    assert found.exit_code == 0, found.output
+    refused = call("check", "simple_pendulum", "--lettres")
+    assert refused.exit_code == 2
+    assert "No such option" in refused.output
+    assert "expected a formula, or --letters" in call("check", "simple_pendulum").output
+
+
+def test_check_lists_the_letters_of_a_question() -> None:
+    found = call("check", "simple_pendulum", "--letters", "--ask", "frequency")
+    assert found.exit_code == 0, found.output
+    lines = found.output.splitlines()
+    assert any(line.split()[0] == "omega" and "[1/s]" in line for line in lines)
+    assert any(line.split()[0] == "l" and "[m]" in line for line in lines)

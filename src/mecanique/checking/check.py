@@ -11,7 +11,13 @@ import numpy as np
 
 from mecanique.checking.budget import bound_work
 from mecanique.checking.grammar.letters import Letters
-from mecanique.checking.grammar.reader import Statement, define, read
+from mecanique.checking.grammar.reader import (
+    Reading,
+    Statement,
+    define,
+    define_joint_positions,
+    read_answer,
+)
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.formula import Judged, judge_formula
 from mecanique.checking.judgement.motion import Residual, count_missing, residuals
@@ -74,6 +80,16 @@ def check(
     return _checker(mechanism, seed).check(text, ask, let)
 
 
+def list_letters(
+    mechanism: Mechanism,
+    ask: str = "equation of motion",
+    let: Sequence[str] | Mapping[str, str] = (),
+    seed: int = 0,
+) -> dict[str, str]:
+    """Return the meaning of each letter that an answer to a question may contain."""
+    return _checker(mechanism, seed).list_letters(ask, let)
+
+
 @lru_cache(maxsize=32)
 def _checker(mechanism: Mechanism, seed: int) -> Checker:
     return Checker(mechanism, seed)
@@ -105,26 +121,51 @@ class Checker:
             with bound_work():
                 if quantity is None:
                     letters = self._letters(let, self.truth.further_letters)
-                    return self._motion(read(text, letters), text, letters)
-                own = {*self.mechanism.values, *self.mechanism.coordinates}
-                own |= {*self.mechanism.velocities}
-                letters = self._letters(let, [name for name in quantity.letters if name not in own])
-                return self._formula(read(text, letters), quantity, ask, text)
+                    reading = read_answer(text, letters)
+                    return self._motion(reading, text)
+                letters = self._letters(let, self._letters_asked(quantity.letters))
+                reading = read_answer(text, letters)
+                return self._formula(reading, quantity, ask, text)
         except FormulaError as error:
             if error.text or not text.strip():
                 raise
             raise FormulaError(str(error), text) from None
+
+    def list_letters(
+        self, ask: str = "equation of motion", let: Sequence[str] | Mapping[str, str] = ()
+    ) -> dict[str, str]:
+        """Return the meaning of each letter that an answer to a question may contain."""
+        if ask in _MOTION:
+            letters = self._letters(let, self.truth.further_letters)
+            asked: Sequence[str] = ()
+            units = self.search.units.of
+        else:
+            quantity = self._ask(ask)
+            asked = quantity.letters
+            units = {**self.search.units.of, **quantity.dimensions}
+            letters = self._letters(let, self._letters_asked(asked))
+        meanings = {p.symbol: p.meaning for p in self.mechanism.parameters}
+        listed = {}
+        for name, kind in letters.kinds.items():
+            said = meanings.get(name) or ("what is asked for" if name in asked else kind)
+            dimension = units.get(name)
+            unit = f" [{say_unit(dimension)}]" if dimension is not None else ""
+            listed[name] = f"{said}{unit}"
+        return listed
+
+    def _letters_asked(self, names: Sequence[str]) -> list[str]:
+        """Return the letters of a quantity that are not the mechanism's own."""
+        own = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
+        return [name for name in names if name not in own]
 
     def _ask(self, question: str) -> Quantity:
         if question not in self._asked:
             self._asked[question] = ask_for(self.truth, question)
         return self._asked[question]
 
-    def _formula(
-        self, statements: Sequence[Statement], quantity: Quantity, ask: str, text: str
-    ) -> Check:
+    def _formula(self, reading: Reading, quantity: Quantity, ask: str, text: str) -> Check:
         """Return the verdict on formulas of a quantity."""
-        judged = judge_formula(statements, self.truth, quantity, text)
+        judged = judge_formula(reading.statements, self.truth, quantity, text)
         several = len(judged) > 1
         lines = []
         for number, formula in enumerate(judged, 1):
@@ -167,6 +208,7 @@ class Checker:
             exact=exact,
             forms=tuple(dict.fromkeys(forms)),
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
+            notes=reading.notes,
         )
 
     def _is_proven(self, judged: Judged, quantity: Quantity) -> bool:
@@ -197,7 +239,7 @@ class Checker:
             raise InputError(f"expected a list of definitions, got the text {let!r}")
         if isinstance(let, Mapping):
             let = [f"{name} = {formula}" for name, formula in let.items()]
-        letters = Letters.of(self.mechanism, further)
+        letters = define_joint_positions(Letters.of(self.mechanism, further), self.mechanism)
         for definition in let:
             name, formula, letters = define(definition, letters)
             self._refuse_other_unit(name, formula, definition)
@@ -217,8 +259,8 @@ class Checker:
                 definition,
             )
 
-    def _motion(self, statements: Sequence[Statement], text: str, letters: Letters) -> Check:
-        truth = self.truth
+    def _motion(self, reading: Reading, text: str) -> Check:
+        truth, statements, letters = self.truth, reading.statements, reading.letters
         equations = residuals(statements, truth, truth.sample, text)
         numbers = self._with_numbers(equations, statements, text)
         forms = []
@@ -262,6 +304,7 @@ class Checker:
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
             at=_state(max(wrong, key=lambda residual: residual.worst)) if wrong else None,
             independent=nv - missing,
+            notes=reading.notes,
         )
 
     def _is_motion_proven(self, residual: Residual) -> bool:

@@ -95,6 +95,8 @@ class Check:
         causes: possible causes of a wrong answer, the likeliest first.
         at: the state with the largest difference, by letter.
         independent: of equations of motion, how many right ones are independent of each other.
+        notes: how the text was read where that is not plain: words set aside, letters that it
+            defines, decimal commas.
 
     Example:
         >>> answer = mq.check(mq.textbook.load("simple_pendulum"), "q'' - g/l sin q = 0")
@@ -115,6 +117,7 @@ class Check:
     causes: tuple[Cause, ...] = ()
     at: Mapping[str, float] | None = None
     independent: int = 0
+    notes: tuple[str, ...] = ()
 
     @property
     def right(self) -> bool:
@@ -151,6 +154,7 @@ class Check:
             "lines": [line.to_dict() for line in self.lines],
             "at": dict(self.at) if self.at else None,
             "independent": self.independent,
+            "notes": list(self.notes),
         }
 
     @property
@@ -170,6 +174,7 @@ class Check:
             if several:
                 out.append(f"  {number}. {line.outcome}: {line.text}")
         out += [f"  form: {form}" for form in self.forms]
+        out += [f"  note: {note}" for note in self.notes]
         out += self._list_causes()
         if self.at:
             state = ", ".join(f"{name} = {value:.4g}" for name, value in self.at.items())

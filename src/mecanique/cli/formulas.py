@@ -9,18 +9,22 @@ import click
 from click.exceptions import Exit
 
 import mecanique as mq
+from mecanique.checking.check import list_letters
 from mecanique.cli import options
 from mecanique.cli.options import Reading, reads_files
 from mecanique.cli.printing import progress, say, working, write_text
 from mecanique.cli.words import choose, report_errors
 
 
-@click.command(epilog="Example: mecanique check rigid_bar_pendulum \"q'' + 3 g/(2 l) sin q = 0\"")
+@click.command(
+    epilog="Example: mecanique check rigid_bar_pendulum \"q'' + 3 g/(2 l) sin q = 0\"",
+    # a formula may begin with minus
+    context_settings={"ignore_unknown_options": True},
+)
 @options.system
 @click.argument(
     "formulas",
     nargs=-1,
-    required=True,
     metavar="FORMULA…",
     help="Equations in plain text, LaTeX, SymPy's text or MathML; a file with one equation "
     "per line; or - for standard input.",
@@ -36,6 +40,7 @@ from mecanique.cli.words import choose, report_errors
 @click.option(
     "--let", multiple=True, metavar="LETTER=FORMULA", help='Define a letter: --let "J = m l^2/3"'
 )
+@click.option("--letters", is_flag=True, help="List the letters that the question knows.")
 @options.parameters
 @options.seed
 @options.as_json
@@ -46,6 +51,7 @@ def check(
     formulas: tuple[str, ...],
     ask: str,
     let: tuple[str, ...],
+    letters: bool,
     parameters: tuple[str, ...],
     seed: int,
     as_json: bool,
@@ -56,7 +62,16 @@ def check(
 
     The exit code is 1 unless it is right.
     """
+    for word in formulas:
+        if word.startswith("--"):
+            raise click.NoSuchOption(word)
     mechanism = choose(system, parameters, reading).mechanism
+    if letters:
+        for name, meaning in list_letters(mechanism, ask, let).items():
+            say(f"{name:12} {meaning}")
+        return
+    if not formulas:
+        raise click.UsageError("expected a formula, or --letters")
     text = "\n".join(map(_read, formulas))
     verdict = mq.check(mechanism, text, ask, let, seed)
     say(verdict.to_json() if as_json else str(verdict))

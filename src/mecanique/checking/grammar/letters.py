@@ -27,10 +27,16 @@ SPELLINGS = {
     "ln": "log",
     "Abs": "abs",
     "tg": "tan",
-    "Sin": "sin",
-    "Cos": "cos",
-    "Tan": "tan",
-    "Sqrt": "sqrt",
+    "sen": "sin",
+    "senh": "sinh",
+    "arcsen": "asin",
+    "ctg": "cot",
+    "cotg": "cot",
+    "cotan": "cot",
+    "cosec": "csc",
+    "arctg": "atan",
+    **{f"Arc{name.title()}": f"a{name}" for name in ("sin", "cos", "tan")},
+    **{name.title(): name for name in FUNCTIONS if name != "atan2"},
 }
 """Other names of functions."""
 

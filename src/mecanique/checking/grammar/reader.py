@@ -18,9 +18,10 @@ from lark.visitors import Transformer_NonRecursive
 from mecanique.checking.grammar import tree
 from mecanique.checking.grammar.letters import Letters, key_of
 from mecanique.checking.grammar.mathml import is_mathml, text_of
-from mecanique.checking.grammar.scanner import Token, scan
+from mecanique.checking.grammar.scanner import Scanner, Token
 from mecanique.checking.grammar.tree import FUNCTIONS, Node
 from mecanique.errors import FormulaError
+from mecanique.model.mechanism import Mechanism
 
 _MOST_POWERS = 4
 _MOST_EXPONENT = 64
@@ -194,6 +195,12 @@ class _Builder(Transformer_NonRecursive[Any, Any]):
             )
         if token == "pow":
             return self._power(*arguments)
+        if token == "cot":
+            cosine, sine = (tree.call(name, *arguments) for name in ("cos", "sin"))
+            return tree.divide(cosine, sine)
+        if token in ("sec", "csc"):
+            below = tree.call("cos" if token == "sec" else "sin", *arguments)
+            return tree.divide(tree.number(1), below)
         return tree.call(str(token), *arguments)
 
     def sympy(self, parts: list[Any]) -> Node:
@@ -300,22 +307,89 @@ class Statement:
         return len(self.sides) > 1
 
 
+@final
+@dataclass(frozen=True)
+class Reading:
+    """What a text says."""
+
+    statements: tuple[Statement, ...]
+    letters: Letters  # with those that the text itself defines
+    notes: tuple[str, ...] = ()  # what was set aside, defined, or read in one of several ways
+
+
+_MOST_DEFINITIONS = 12
+
+
 def read(text: str, letters: Letters) -> tuple[Statement, ...]:
     """Read a text of formulas, without executing any of it.
 
     Raises:
         FormulaError: if it cannot be read; the message shows where and suggests a remedy.
     """
+    return read_answer(text, letters).statements
+
+
+def read_answer(text: str, letters: Letters) -> Reading:
+    """Read a text of formulas, in which lines may define further letters.
+
+    Raises:
+        FormulaError: if it cannot be read; the message shows where and suggests a remedy.
+    """
     if is_mathml(text):
         text = text_of(text)
-    tokens = scan(text, letters)
-    if not tokens:
+    defined: dict[str, str] = {}
+    while True:
+        scanner = Scanner(text, letters)
+        lines = scanner.scan()
+        kept = [line for line in lines if _defined_by(line)[0] not in defined]
+        if not scanner.unknown:
+            break
+        definitions = [line for line in kept if _defined_by(line)[0] in scanner.unknown]
+        ready = [line for line in definitions if not _names(line[1:]) & scanner.unknown.keys()]
+        if not ready or len(defined) >= _MOST_DEFINITIONS or len(kept) == 1:
+            raise scanner.explain_unknown()
+        name, order = _defined_by(ready[0])
+        start = [token.kind for token in ready[0]].index("EQUALS") + 1
+        (sides,) = _parse(ready[0][start:], scanner.letters, text)
+        formula = sides[0].put_at(0)
+        if order == 2:
+            formula = tree.call("sqrt", formula)
+        letters = _define(name, formula, letters)
+        defined[name] = " ".join(text[ready[0][0].start : ready[0][-1].end].split())
+    if not kept:
         raise FormulaError("expected a formula, got an empty text")
+    tokens: list[Token] = []
+    for k, line in enumerate(kept):
+        tokens += [Token("NEXT", "\n", line[0].start, line[0].start)] if k else []
+        tokens += line
+    notes = [*scanner.notes, *(f"taken as a definition: '{said}'" for said in defined.values())]
+    statements = _statements(_parse(tokens, scanner.letters, text), text)
+    return Reading(tuple(statements), scanner.letters, tuple(notes))
+
+
+def _parse(tokens: list[Token], letters: Letters, text: str) -> list[list[Node]]:
+    """Return the sides of each statement."""
     try:
         parsed: Any = _parser().parse(tokens)
     except UnexpectedInput as error:
         raise _explain(error, tokens, text) from None
-    return tuple(_statements(build_tree(parsed, letters, text), text))
+    return build_tree(parsed, letters, text)
+
+
+def _names(tokens: Sequence[Token]) -> set[str]:
+    return {token.value for token in tokens if token.kind == "NAME"}
+
+
+def _defined_by(line: Sequence[Token]) -> tuple[str, int]:
+    """Return the letter that a line such as J = … or omega^2 = … defines, and its power."""
+    kinds = [token.kind for token in line[:4]]
+    if kinds.count("EQUALS") != 1 or [token.kind for token in line].count("EQUALS") != 1:
+        return "", 0
+    if kinds[:2] == ["NAME", "EQUALS"]:
+        return line[0].value, 1
+    if kinds == ["NAME", "POWER", "NUMBER", "EQUALS"] and line[2].value == "2":
+        return line[0].value, 2
+    return "", 0
 
 
 def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
@@ -340,6 +414,22 @@ def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
         raise FormulaError(
             f"{name!r} is a letter of the system already; its value is a parameter's (-p {name}=…)"
         )
+    return name, formula, _define(name, formula, letters)
+
+
+def define_joint_positions(letters: Letters, mechanism: Mechanism) -> Letters:
+    """Return the letters with those of joints whose positions are formulas, as l = l0 − w t."""
+    for name, formula in mechanism.coordinates.driven.items():
+        if letters.find(name) is None:
+            try:
+                letters = define(f"{name} = {formula}", letters)[2]
+            except FormulaError:
+                continue  # a formula that is not written in letters alone
+    return letters
+
+
+def _define(name: str, formula: Node, letters: Letters) -> Letters:
+    """Return the letters with one more, and with its rates where they are known."""
     rates: dict[str, Node] = {}
     moving = letters.rate_nodes
     try:
@@ -348,7 +438,7 @@ def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
         rates[f"{name}''"] = tree.rate(first, moving)
     except FormulaError:
         pass
-    return name, formula, letters.define(name, formula, rates)
+    return letters.define(name, formula, rates)
 
 
 def _statements(sides: list[list[Node]], text: str) -> Iterator[Statement]:

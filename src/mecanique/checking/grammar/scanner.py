@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from itertools import accumulate
 from typing import final
 
 from mecanique.checking.budget import spend
+from mecanique.checking.grammar import tree
 from mecanique.checking.grammar.letters import SPELLINGS, Letters
 from mecanique.checking.grammar.tree import FUNCTIONS
 from mecanique.errors import FormulaError
@@ -27,6 +29,25 @@ _SIGNS = {
     "⁄": "/",
     "′": "'",
     "’": "'",
+    "‘": "'",
+    "ʹ": "'",
+    "´": "'",
+    "ʺ": "''",
+    "˝": "''",
+    "“": "''",
+    "„": "''",
+    "‑": "-",
+    "‐": "-",
+    "—": "-",
+    "－": "-",
+    "＋": "+",
+    "＝": "=",
+    "（": "(",
+    "）": ")",
+    "•": "*",
+    "ꞏ": "*",
+    "µ": "mu",
+    "𝑑": "d",
     "″": "''",
     "”": "''",
     '"': "''",
@@ -38,6 +59,13 @@ _SIGNS = {
     "ϕ": "phi",
     "ε": "epsilon",
     "∂": "∂",
+    "º": "°",
+    "⋯": " ",
+    "⇒": "\n",
+    "⟹": "\n",
+    "⇔": "\n",
+    "→": "\n",
+    "∴": "\n",
     "½": "(1/2)",
     "⅓": "(1/3)",
     "⅔": "(2/3)",
@@ -58,11 +86,9 @@ _LOWERED = dict(zip("₀₁₂₃₄₅₆₇₈₉", "0123456789", strict=True)
 _DOTS = {"\u0307": "'", "\u0308": "''", "\u20db": "'''"}
 
 _NUMBERED = re.compile(r"^[^\S\n]*\(?(\d{1,2})\)[^\S\n]+(?=\S)", re.MULTILINE)
-_BOX = re.compile(r"\\(?:boxed|fbox|ensuremath)\s*\{")
-_FONT = re.compile(
-    r"\\(?:mathrm|mathit|mathbf|mathsf|text|textrm|operatorname\*?|boldsymbol|bm)\s*"
-    r"\{\s*(?P<word>(?:[A-Za-z0-9]|\\?_)+)\s*\}"
-)
+_FONTS = r"math(?:rm|it|bf|sf|bb|cal|ord)|text(?:rm|bf|it)?|operatorname\*?|boldsymbol|bm|vec"
+_BOX = re.compile(rf"\\(?:boxed|fbox|ensuremath|{_FONTS})\s*\{{")
+_FONT = re.compile(rf"\\(?:{_FONTS})\s*\{{\s*(?P<word>(?:[A-Za-z0-9]|\\?_)+)\s*\}}")
 
 
 def normalize(text: str) -> tuple[str, list[int]]:
@@ -96,7 +122,8 @@ def normalize(text: str) -> tuple[str, list[int]]:
             for sign in unicodedata.normalize("NFD", original):
                 put(_DOTS.get(sign, sign), place)
     signs, places = _drop_spaces(signs, places)
-    return _drop_fonts(_drop_numbers(_open_boxes("".join(signs))), places)
+    plain, places = _drop_fonts(_drop_numbers("".join(signs)), places)
+    return _open_boxes(plain), places
 
 
 def _drop_spaces(signs: list[str], places: list[int]) -> tuple[list[str], list[int]]:
@@ -159,6 +186,46 @@ def _drop_fonts(plain: str, places: list[int]) -> tuple[str, list[int]]:
     return "".join(signs), where
 
 
+_REWRITES = (
+    # modules of Python
+    (re.compile(r"(?<![\w.])(?:np|numpy|math|cmath|sp|sym|sympy|jnp)\.(?=[A-Za-z])"), ""),
+    # Mathematica: Derivative[2][q][t], D[q[t], {t, 2}]
+    (re.compile(r"\bDerivative\[1\]\[(\w+)\](?:\[t\])?"), r"\1'"),
+    (re.compile(r"\bDerivative\[2\]\[(\w+)\](?:\[t\])?"), r"\1''"),
+    (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*t\s*\]"), r"\1'"),
+    (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*\{\s*t\s*,\s*2\s*\}\s*\]"), r"\1''"),
+    (re.compile(r"=>|->"), "\n"),
+)
+_PARTIAL = re.compile(r"(?:\\partial(?![A-Za-z])|∂)")
+_PARTIAL_BY = re.compile(
+    r"(?:\\partial(?![A-Za-z])|∂)\s*\{?\s*\\?([A-Za-z]+)\s*(?:\^\s*\{?\d\}?)?\s*(?:\}|\)|\s|$)"
+)
+
+
+def rewrite(plain: str, places: list[int]) -> tuple[str, list[int]]:
+    """Return a text with spellings of other programs in ours, and the position of each sign."""
+    if re.fullmatch(r"\s*\{.*==.*\}\s*", plain, re.DOTALL):
+        plain = plain.replace("{", " ", 1)
+        plain = " ".join(plain.rsplit("}", 1))
+    rewrites: tuple[tuple[re.Pattern[str], str], ...] = _REWRITES
+    by = [found[1] for found in _PARTIAL_BY.finditer(plain)]
+    if "t" in by:
+        # of a function of time alone, ∂/∂t is d/dt
+        rewrites = (*rewrites, (_PARTIAL, "d "))
+    for pattern, spelling in rewrites:
+        signs: list[str] = []
+        where: list[int] = []
+        end = 0
+        for found in pattern.finditer(plain):
+            some = found.expand(spelling)
+            signs.append(plain[end : found.start()] + some)
+            where += places[end : found.start()] + [places[found.start()]] * len(some)
+            end = found.end()
+        if end:
+            plain, places = "".join([*signs, plain[end:]]), where + places[end:]
+    return plain, places
+
+
 LETTER = r"\\?[^\W\d_]+(?:_?\{?[^\W_]*\}?)?"
 """A letter with its subscript, in text or LaTeX, as a regular expression."""
 
@@ -168,10 +235,56 @@ MOST_BRACKETS = 40
 MOST_IN_WORD = 200
 """Longest word, also of letters written without spaces."""
 
+_BINARY = tuple("+-*/^=")
+_PLAIN_WORD = re.compile(r"(?<![\\\w'])[^\W\d_]+(?![\w_])[:,.]?")
+_WORDS = re.compile(r"(?<![\\\w'])[^\W\d_]+(?![\w_])(?:[ :,.'-]+(?:[^\W\d_]+(?![\w_])[:,.]?))*")
+_SHORTEST_WORD = 3
+_STOPS = re.compile(
+    r"is|of|the|to|we|by|so|it|in|as|at|are|with|for|where|and|get|"
+    r"und|ist|die|der|das|mit|aus|von|wir|also|la|el|lo|le|los|las|de|"
+    r"del|en|es|por|que|con|donc|on|soit|ou|est|pour"
+)
+"""Short words of sentences."""
+
+_NO_PROSE = re.compile(
+    r"and|Eq|Matrix|Rational|Derivative|diff|dot|"
+    r"alpha|beta|gamma|delta|epsilon|zeta|eta|theta|iota|kappa|lambda|"
+    r"lamda|mu|nu|xi|omicron|pi|rho|sigma|tau|upsilon|phi|chi|psi|omega|"
+    r"Alpha|Beta|Gamma|Delta|Theta|Lambda|Xi|Pi|Sigma|Phi|Psi|Omega"
+)
+UNITS = {
+    "rad/s": ("1/s", "1"),
+    "1/s": ("1/s", "1"),
+    "s^-1": ("1/s", "1"),
+    "Hz": ("1/s", "1"),
+    "rad/s^2": ("1/s²", "1"),
+    "rpm": ("1/s", "0.10471975511965977"),
+    "s": ("s", "1"),
+    "sec": ("s", "1"),
+    "ms": ("s", "0.001"),
+    "rad": ("rad", "1"),
+    "deg": ("rad", "0.017453292519943295"),
+    "°": ("rad", "0.017453292519943295"),
+    "m": ("m", "1"),
+    "cm": ("m", "0.01"),
+    "mm": ("m", "0.001"),
+    "km": ("m", "1000"),
+    "m/s": ("m/s", "1"),
+    "m/s^2": ("m/s²", "1"),
+    "kg": ("kg", "1"),
+    "N": ("N", "1"),
+    "kN": ("N", "1000"),
+    "N/m": ("N/m", "1"),
+    "Nm": ("N·m", "1"),
+    "J": ("N·m", "1"),
+    "W": ("N·m/s", "1"),
+}
+"""The unit in SI of each unit that may follow a number, and the factor to it."""
+
 _LONG = re.compile(rf"(?<!\d)[^\W\d]\w{{{MOST_IN_WORD}}}")
 _PRIMES = re.compile(r"\s?'+|\^\{?(?:\s*\\prime)+\s*\}?")
 _OF_TIME = re.compile(
-    r"\s*(?P<brace>\{)?\s*(?:\\left)?\s*\(\s*t\s*(?:\\right)?\s*\)(?(brace)\s*\})"
+    r"\s*(?P<brace>\{)?\s*(?:(?:\\left)?\s*\(\s*t\s*(?:\\right)?\s*\)|\[\s*t\s*\])(?(brace)\s*\})"
 )
 
 OPEN, CLOSE = {"LPAR", "LSQB", "LBRACE"}, {"RPAR", "RSQB", "RBRACE"}
@@ -195,7 +308,7 @@ SINGLE = {
 }
 """The kind of each sign that is a token by itself."""
 
-OPERATORS = {"PLUS", "MINUS", "TIMES", "OVER", "POWER", "EQUALS"}
+OPERATORS = {"PLUS", "MINUS", "TIMES", "OVER", "POWER", "EQUALS", "PLUSMINUS"}
 """Kinds of tokens that a line cannot end with."""
 
 
@@ -220,13 +333,60 @@ class Tokens:
         self.unknown: dict[str, int] = {}
         self.tables = 0
         self.depth = 0
+        self.notes: list[str] = []
         self._text = text
-        self.plain, self._places = normalize(text)
+        plain, places = normalize(text)
+        self.plain, self._places = rewrite(plain, places)
         if long := _LONG.search(self.plain):
             raise self.explain(
                 f"a word of more than {MOST_IN_WORD} signs; write spaces between the letters",
                 long.start(),
             )
+        self._set_prose_aside()
+
+    def _set_prose_aside(self) -> None:
+        """Replace words around formulas by spaces, or by a line end between two of them."""
+        steps = ((sign == "{") - (sign == "}") for sign in self.plain)
+        depths = list(accumulate(steps))
+        for found in reversed(list(_WORDS.finditer(self.plain))):
+            words = list(_PLAIN_WORD.finditer(self.plain, *found.span()))
+            prose = [word for word in words if not depths[word.start()] and self._is_prose(word)]
+            if not prose:
+                continue
+            first, last = prose[0].start(), prose[-1].end()
+            before, after = self.plain[:first].rstrip(" "), self.plain[last:].lstrip(" :,.")
+            joined = before[-1:] not in ("", "\n", *",;.:)}$") and before[-1:] in _BINARY
+            joined |= after[:1] in (*_BINARY, "(", "[", "_", "^", "'") and after[:1] not in (
+                "-",
+                "",
+            )
+            if joined and not _STOPS.fullmatch(prose[-1][0].lower()):
+                continue
+            while last < len(self.plain) and self.plain[last] in " :,.":
+                last += 1
+            said = " ".join(self.quote(first, last).strip(" :,").split())
+            self.notes.insert(0, f"set aside: '{said}'")
+            blank = " " * (last - first)
+            if before and before[-1] != "\n" and after:
+                blank = "\n" + blank[1:]
+            self.plain = self.plain[:first] + blank + self.plain[last:]
+
+    def _is_prose(self, word: re.Match[str]) -> bool:
+        """Return whether a word belongs to a sentence, not to a formula."""
+        said = word[0].rstrip(":,.")
+        if _STOPS.fullmatch(said.lower()):
+            return self.letters.find(said) is None and self._split(said, 0) is None
+        if len(said) < _SHORTEST_WORD or _NO_PROSE.fullmatch(said):
+            return False
+        if self.plain[word.end() : word.end() + 1] in ("(", "[", "{", "_", "^", "'"):
+            return False
+        if self.letters.find(said) is not None or SPELLINGS.get(said, said) in FUNCTIONS:
+            return False
+        return self._split(said, 0) is None and self._find_rate(said) is None
+
+    def quote(self, start: int, end: int) -> str:
+        """Return what was written at some positions."""
+        return self._text[self._places[start] : self.place_after(end)]
 
     def put_sign(self, sign: str, at: int) -> int:
         """Add a sign that is a token by itself; return the position after it."""
@@ -327,6 +487,25 @@ class Tokens:
         """Add a letter's time derivative; return the position after it."""
         return self.put_word(clean(word) + "'" * order, found.start(), found.end())
 
+    def put_derivative_by(self, found: re.Match[str]) -> int:
+        """Add d²u/dφ², by another coordinate than the time; return the position after it, or 0.
+
+        By the chain rule du/dφ = u'/φ', and once more for the second derivative.
+        """
+        word, by = (self.letters.find(clean(found[name] or "")) for name in ("word", "by"))
+        rates = self.letters.rates
+        if word not in rates or by not in rates or not (word and by):
+            return 0
+        order = int(found["order"] or 1)
+        if order != int(found["again"] or 1):
+            return 0
+        slope, turning = self.letters.node(word), self.letters.node(rates[by])
+        for _ in range(order):
+            slope = tree.divide(tree.rate(slope, self.letters.rate_nodes), turning)
+        name = f"d{order}_{word}_{by}"
+        self.letters = self.letters.define(name, slope.put_at(self._places[found.start()]), {})
+        return self.put("NAME", name, found.start(), found.end())
+
     def explain_unknown(self) -> FormulaError:
         """Return an error that names the unknown letters."""
         names = list(self.unknown)
@@ -372,6 +551,14 @@ _FRACTION = re.compile(
     rf"\\[dt]?frac\s*\{{\s*{_D}\s*(?:\^\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{LETTER})?\s*"
     rf"(?:\(\s*t\s*\)\s*)?\}}\s*\{{\s*{_D}\s*\\?,?\s*t\s*(?:\^\s*\{{?\s*[23]\s*\}}?)?\s*\}}"
 )
+_ARROWS = re.compile(
+    r"Rightarrow|Leftrightarrow|implies|iff|to|rightarrow|longrightarrow|"
+    r"therefore|Longrightarrow|qed|square"
+)
+_BY = re.compile(
+    rf"(?:\\[dt]?frac\s*\{{\s*)?{_D}\s*(?:\^?\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{LETTER})\s*"
+    rf"(?:/|\}}\s*\{{)\s*{_D}\s*(?P<by>{LETTER}?)\s*(?:\^\s*\{{?\s*(?P<again>[23])\s*\}}?)?\s*\}}?"
+)
 _DOT = re.compile(
     r"\\(?P<dots>d{1,3})ot\s*"
     r"(?:\{\s*(?P<inner>[^{}]{0,80}(?:\{[^{}]{0,80}\}[^{}]{0,80})?)\}|(?P<word>\\[A-Za-z]+|[A-Za-z]))"
@@ -409,6 +596,8 @@ class Latex:
             return self._tokens.put(kind, ";", at, skip.end())
         if match := _FRACTION.match(text, at):
             return self._fraction_of_time(match)
+        if (match := _BY.match(text, at)) and (end := self._tokens.put_derivative_by(match)):
+            return end
         if match := _DOT.match(text, at):
             return self._read_dots(match)
         if match := _ENVIRONMENT.match(text, at):
@@ -432,6 +621,12 @@ class Latex:
         name, at, end = match[0][1:], match.start(), match.end()
         if name in ("cdot", "times", "ast"):
             return self._tokens.put("TIMES", "*", at, end)
+        if name in ("pm", "mp"):
+            return self._tokens.put("PLUSMINUS", "+" if name == "pm" else "-", at, end)
+        if _ARROWS.fullmatch(name):
+            return self._tokens.put("NEWLINE", "\n", at, end)
+        if name in ("neq", "ne", "le", "leq", "ge", "geq", "lt", "gt"):
+            raise self._tokens.explain("write an equation with =", at)
         if name == "over":
             raise self._tokens.explain("write \\frac{…}{…} for \\over", at)
         if name == "div":
@@ -537,8 +732,8 @@ class Latex:
         return match.end()
 
 
-def join_lines(tokens: list[Token]) -> list[Token]:
-    """Drop line ends within an equation; all others, and ; and , separate equations."""
+def join_lines(tokens: list[Token]) -> list[list[Token]]:
+    """Return the lines; a line end within an equation, and no ; or , at depth 0, is dropped."""
     lines: list[list[Token]] = [[]]
     depth = 0
     for token in tokens:
@@ -557,12 +752,7 @@ def join_lines(tokens: list[Token]) -> list[Token]:
             joined[-1] += line
         else:
             joined.append(list(line))
-    out: list[Token] = []
-    for k, line in enumerate(joined):
-        if k:
-            out.append(Token("NEXT", "\n", line[0].start, line[0].start))
-        out += line
-    return out
+    return joined
 
 
 def _continues(before: list[Token], line: list[Token], indented: bool) -> bool:
@@ -670,6 +860,12 @@ _LEIBNIZ = re.compile(
 _D_BY_DT = re.compile(r"d\s*/\s*d\s*t(?!\w)")
 _DOT_OF = re.compile(rf"(?P<dots>d{{1,2}})ot\(\s*{_INNER}\s*\)")
 _END_OF_SENTENCE = re.compile(r"[.…]+(?=\s*(?:$|\n|\$|\\(?:end|\]|\)|\\|q?quad|label|tag)))")
+_UNIT = re.compile(
+    r"[^\S\n]*(?:\\[,;: ][^\S\n]*)?(?P<unit>rad\s*/\s*s(?:\s*\^\s*\{?2\}?)?|1/s"
+    r"|s\s*\^\s*\{?-1\}?|Hz|rpm|sec|s|ms|rad|deg|°|cm|mm|km|m/s\s*\^\s*\{?2\}?"
+    r"|m/s|m|kg|kN|N\s*/\s*m|N\s*m|Nm|N|J|W)(?=\s*(?:$|[\n,;.)=$]))"
+)
+_DECIMAL_COMMA = re.compile(r"(?<![\d.,])(?P<whole>\d+),(?P<part>\d+)(?![\d,]|\.\d)")
 _REMEDIES = {
     "|": "write abs(…) for a magnitude",
     "<": "write an equation with =",
@@ -682,35 +878,50 @@ _REMEDIES = {
 }
 
 
-def scan(text: str, letters: Letters) -> list[Token]:
-    """Cut a text into tokens."""
-    if len(text) > MOST_CHARACTERS:
-        raise FormulaError(
-            f"expected at most {MOST_CHARACTERS:,} characters in a formula, got {len(text):,}"
-        )
-    return Scanner(text, letters).scan()
-
-
 @final
 class Scanner:
     """Reads one text."""
 
     def __init__(self, text: str, letters: Letters) -> None:
+        if len(text) > MOST_CHARACTERS:
+            raise FormulaError(
+                f"expected at most {MOST_CHARACTERS:,} characters in a formula, got {len(text):,}"
+            )
         self._text = text
         self._tokens = Tokens(text, letters)
         self._latex = Latex(self._tokens, self._next)
 
-    def scan(self) -> list[Token]:
-        """Cut the text into tokens, with brackets around every argument."""
+    @property
+    def letters(self) -> Letters:
+        """The letters, with those that the text itself defines on the way."""
+        return self._tokens.letters
+
+    @property
+    def notes(self) -> list[str]:
+        """What was set aside or read in one of several ways."""
+        return self._tokens.notes
+
+    @property
+    def unknown(self) -> dict[str, int]:
+        """The words that are no letters, with their positions."""
+        return self._tokens.unknown
+
+    def explain_unknown(self) -> FormulaError:
+        """Return an error that names the unknown letters."""
+        return self._tokens.explain_unknown()
+
+    def scan(self) -> list[list[Token]]:
+        """Cut the text into lines of tokens, with brackets around every argument."""
         at = 0
         while at < len(self._tokens.plain):
             at = self._next(at)
             if len(self._tokens.found) > MOST_TOKENS:
                 raise self._tokens.explain(f"the formula has more than {MOST_TOKENS:,} signs", at)
-        if self._tokens.unknown:
-            raise self._tokens.explain_unknown()
-        lines = join_lines(self._tokens.found)
-        return list(close_arguments(lines, self._tokens.letters, self._text))
+        lines: list[list[Token]] = []
+        for line in join_lines(self._tokens.found):
+            closed = list(close_arguments(line, self._tokens.letters, self._text))
+            lines += _write_signs_out(closed)
+        return lines
 
     def _next(self, at: int) -> int:
         """Read the next piece at a position; return the position after it."""
@@ -724,8 +935,15 @@ class Scanner:
             return self._latex.read_command(at)
         if sign == "&":
             return self._tokens.put("COMMA", ",", at, at + 1) if self._tokens.tables else at + 1
+        if (match := _DECIMAL_COMMA.match(text, at)) and not self._tokens.depth:
+            return self._decimal_comma(match)
         if match := _NUMBER.match(text, at):
-            return self._tokens.put("NUMBER", match[0], at, match.end())
+            return self._number(match[0], at, match.end())
+        if sign in "±∓":
+            kind = "+" if sign == "±" else "-"
+            return self._tokens.put("PLUSMINUS", kind, at, at + 1)
+        if text.startswith("&&", at):
+            return self._tokens.put("NEWLINE", "\n", at, at + 2)
         if sign.isalpha():
             return self._word(at)
         if sign == "." and text[at + 1 : at + 2] in ("*", "/", "^"):
@@ -746,6 +964,38 @@ class Scanner:
         remedy = _REMEDIES.get(sign, "expected letters, numbers and + - * / ^ ( ) =")
         raise self._tokens.explain(f"{sign!r} has no meaning here; {remedy}", at)
 
+    def _decimal_comma(self, match: re.Match[str]) -> int:
+        """Read 1,5 as a decimal number, and say so; ask where it may be two numbers."""
+        text, written = self._tokens.plain, match[0]
+        follows = text[match.end() :].lstrip(" ")[:1]
+        if match["part"] == "000" or follows == "=" or re.search(r"\d\.\d", text):
+            raise self._tokens.explain(
+                f"{written!r} may be one number or two; write {match['whole']}.{match['part']}, "
+                "or a space after the comma",
+                match.start(),
+            )
+        number = f"{match['whole']}.{match['part']}"
+        self._tokens.notes.append(f"{written} is read as {number}")
+        return self._number(number, match.start(), match.end())
+
+    def _number(self, written: str, start: int, end: int) -> int:
+        """Read a number and the unit behind it, if there is one."""
+        tokens = self._tokens
+        tokens.put("NUMBER", written, start, end)
+        found = _UNIT.match(tokens.plain, end)
+        if found is None:
+            return end
+        unit = re.sub(r"[\s{}]", "", found["unit"])
+        letters = re.findall(r"[A-Za-z]+", unit)
+        if any(tokens.letters.find(word) is not None for word in letters):
+            return end
+        symbol, factor = UNITS[unit]
+        tokens.put("TIMES", "*", *found.span())
+        if factor != "1":
+            tokens.put("NUMBER", factor, *found.span())
+            tokens.put("TIMES", "*", *found.span())
+        return tokens.put("NAME", f"[{symbol}]", *found.span())
+
     def _word(self, at: int) -> int:
         text = self._tokens.plain
         if match := _DERIVATIVE.match(text, at):
@@ -754,6 +1004,8 @@ class Scanner:
             return self._tokens.put("RATE", "d/dt", at, match.end())
         if (match := _LEIBNIZ.match(text, at)) and self._tokens.is_moving(match["word"]):
             return self._tokens.put_derivative(match["word"], int(match["order"] or 1), match)
+        if (match := _BY.match(text, at)) and (end := self._tokens.put_derivative_by(match)):
+            return end
         if (match := _DOT_OF.match(text, at)) and self._tokens.is_moving(match["word"]):
             return self._tokens.put_derivative(match["word"], len(match["dots"]), match)
         match = _WORD.match(text, at)
@@ -779,6 +1031,22 @@ class Scanner:
             "NAME", name, before.start, self._tokens.place_after(match.end())
         )
         return match.end()
+
+
+def _write_signs_out(line: list[Token]) -> list[list[Token]]:
+    """Return a line with ± as two lines, one with each sign."""
+    if all(token.kind != "PLUSMINUS" for token in line):
+        return [line]
+    lines = []
+    for upper in ("+", "-"):
+        signs = []
+        for token in line:
+            if token.kind == "PLUSMINUS":
+                kind = "PLUS" if token.value == upper else "MINUS"
+                token = replace(token, kind=kind, value="+" if kind == "PLUS" else "-")
+            signs.append(token)
+        lines.append(signs)
+    return lines
 
 
 def _order(by: str) -> int:

@@ -144,7 +144,8 @@ def _value(node: Node, below: list[Array], letters: Mapping[str, Array]) -> Any:
         case "number":
             return np.float64(node.value)
         case "letter":
-            return letters[node.name]
+            # a unit in brackets is one of SI, in which all values are
+            return np.float64(1.0) if node.name.startswith("[") else letters[node.name]
         case "sum":
             return sum(below[1:], below[0])
         case "product":

@@ -49,6 +49,8 @@ class Units:
             case "number":
                 return PURE if node.value.denominator <= _SIMPLE else None
             case "letter":
+                if node.name.startswith("["):
+                    return read_unit(node.name[1:-1])
                 return self.of.get(node.name)
             case "negative":
                 return self.find(node.parts[0], text)
