@@ -142,7 +142,8 @@ def independent_ties(algebra: Algebra, ties: Sequence[Tie]) -> tuple[Tie, ...]:
     for q in draw_positions(mechanism, _POSITIONS, random, characteristic_length(mechanism)):
         values = {**mechanism.values, **dict(zip(names, q.tolist(), strict=True))}
         evaluate = Evaluation(ring, values)
-        slopes.append([[float(evaluate(entry)) for entry in tie.slopes(ring)] for tie in ties])
+        entries = (entry for tie in ties for entry in tie.slopes(ring))
+        slopes.append(np.array([*map(evaluate, entries)], dtype=float).reshape(len(ties), -1))
     rows = np.concatenate(slopes, axis=1)
     rest, chosen = rows, list[int]()
     for _ in ties:
