@@ -9,7 +9,6 @@ import click
 from click.exceptions import Exit
 
 import mecanique as mq
-from mecanique.checking.check import list_letters
 from mecanique.cli import options
 from mecanique.cli.options import Reading, reads_files
 from mecanique.cli.printing import progress, say, working, write_text
@@ -67,6 +66,8 @@ def check(
             raise click.NoSuchOption(word)
     mechanism = choose(system, parameters, reading).mechanism
     if letters:
+        from mecanique.checking.check import list_letters
+
         for name, meaning in list_letters(mechanism, ask, let).items():
             say(f"{name:12} {meaning}")
         return
