@@ -25,6 +25,8 @@ ORDER: dict[str, list[str]] = {
         "textbook",
         "program",
         "threads urdf derivation",
+        "sources",
+        "solids",
         "mjcf",
         "formats",
         "reference",

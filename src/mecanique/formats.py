@@ -29,9 +29,10 @@ def read(
     """Return the mechanism that a file describes: URDF or xacro, or MJCF, MuJoCo's own format.
 
     The format follows from the content. Of MJCF are read: settings of the compiler, classes of
-    defaults, files included, bodies with any joints, frames, inertias as written or from geoms
-    (except meshes), springs, dampers and rotors in joints, gravity compensation, and the
-    constraints `connect`, `weld` and `joint`. Coordinates are MuJoCo's, quaternions with w last;
+    defaults, files included, bodies with any joints, frames, replicates, inertias as written or
+    from geoms and meshes by each of MuJoCo's rules, springs, dampers and rotors in joints, along
+    tendons and of actuators, gravity compensation, and the constraints `connect`, `weld`, `joint`
+    and `tendon`. Coordinates are MuJoCo's, quaternions with w last;
     velocities of a free body are in its own axes. A body's frame stands at the anchor of its last
     joint. What the dynamics do without is listed in `mechanism.about`.
 

@@ -1,8 +1,8 @@
 """MJCF, MuJoCo's own format -> mechanism.
 
-What the dynamics of a tree with springs, dampers and closures need is read as MuJoCo means it
-(MuJoCo documentation, "XML Reference" and "Modeling"); tests compare mass matrix, bias and passive
-forces with MuJoCo's. What they do without (contacts, actuators, sensors) is listed in
+What the dynamics of a tree with springs, dampers, tendons, rotors and closures need is read as
+MuJoCo means it (MuJoCo documentation, "XML Reference" and "Modeling"); tests compare mass matrix,
+bias and passive forces with MuJoCo's. What they do without (contacts, drives, sensors) is listed in
 `Mechanism.about`; what would change them and is not read is refused by name.
 """
 
@@ -10,37 +10,57 @@ from __future__ import annotations
 
 import math
 import os
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
-from mecanique.model.bodies import Body
-from mecanique.model.bodies.shape import Shape
-from mecanique.model.bodies.tensor import entries_of, tensor_of
-from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere, Visual
+from mecanique.model.bodies.tensor import tensor_of
+from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Sphere, Visual
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import Scalar, coordinate, symbols_in
+from mecanique.model.expression import Scalar, coordinate, symbols_in, velocity
 from mecanique.model.force_base import AnyForce
-from mecanique.model.forces import Force, JointDamper, JointSpring
-from mecanique.model.joint_base import Limits
+from mecanique.model.forces import (
+    Damper,
+    Force,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+)
+from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement, rpy_of
-from mecanique.urdf.findings import Report
+from mecanique.solids import (
+    SIZES,
+    Corners,
+    Rule,
+    faces_of,
+    mesh_of,
+    read_solid,
+    shell_of,
+    solid_of,
+)
+from mecanique.sources import (
+    GROUND,
+    MOST_ELEMENTS,
+    Mass,
+    Source,
+    no_mass,
+    placement_at,
+    sum_masses,
+    turn_about,
+    turn_from_z,
+    turn_of,
+    unit_vector,
+)
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
-from mecanique.urdf.parse import MOST_BYTES, parse
-
-_GROUND = "world"
-_MOST_FILES = 100
-_MOST_ELEMENTS = 100_000
 
 _SECTIONS = {
     "actuator": "actuators",
@@ -74,14 +94,22 @@ _READ = {
     "freejoint": "name align | group user",
     "geom": "name class type size pos fromto mass density shellinertia group rgba mesh quat "
     "axisangle xyaxes zaxis euler | contype conaffinity condim priority friction solmix solref "
-    "solimp margin gap material hfield user fluidshape fluidcoef fitscale",
+    "solimp margin gap material hfield user fluidshape fluidcoef fitscale surfacevel",
     "frame": "name childclass pos quat axisangle xyaxes zaxis euler",
+    "replicate": "count offset euler sep childclass",
+    "mesh": "name class file vertex face scale refpos refquat inertia maxhullvert | content_type "
+    "normal texcoord smoothnormal material octree_maxdepth needsdf",
+    "tendon": "name class stiffness damping armature springlength | group limited range "
+    "solreflimit solimplimit solreffriction solimpfriction frictionloss margin width material rgba "
+    "user actuatorfrclimited actuatorfrcrange",
+    "equality.tendon": "name class active tendon1 tendon2 polycoef | solref solimp",
     "connect": "name class active body1 body2 anchor site1 site2 | solref solimp",
     "weld": "name class active body1 body2 anchor relpose site1 site2 | torquescale solref solimp",
     "equality.joint": "name class active joint1 joint2 polycoef | solref solimp",
     "compiler": "angle eulerseq autolimits inertiafromgeom inertiagrouprange boundmass "
-    "boundinertia balanceinertia settotalmass coordinate alignfree | meshdir texturedir assetdir "
-    "fusestatic discardvisual strippath usethread convexhull fitaabb exactmeshinertia saveinertial",
+    "boundinertia balanceinertia settotalmass coordinate alignfree meshdir assetdir fitaabb "
+    "strippath | texturedir fusestatic discardvisual usethread convexhull exactmeshinertia "
+    "saveinertial conflict",
     "option": "gravity density viscosity | timestep impratio wind magnetic integrator cone "
     "jacobian solver iterations tolerance ls_iterations ls_tolerance noslip_iterations "
     "noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations mpr_tolerance sdf_iterations "
@@ -123,21 +151,10 @@ class _Settings:
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
     springs: bool = True
     dampers: bool = True
+    fits_box: bool = False
+    folder: str = ""
+    strips: bool = False
     equalities: bool = True
-
-
-@final
-@dataclass
-class _Mass:
-    """Mass, center and inertia about it, in one frame."""
-
-    mass: float
-    center: Array
-    inertia: Array
-
-    def move(self, pose: Array) -> _Mass:
-        turn = pose[:3, :3]
-        return _Mass(self.mass, turn @ self.center + pose[:3, 3], turn @ self.inertia @ turn.T)
 
 
 @final
@@ -146,7 +163,7 @@ class _Link:
     """A body of the tree, in the frame of its last joint's anchor."""
 
     name: str
-    mass: _Mass
+    mass: Mass
     visuals: list[Visual]
     shift: Array
     home: Array
@@ -154,11 +171,52 @@ class _Link:
 
 
 @final
-class _Reader:
+@dataclass
+class _Mesh:
+    """A mesh of the assets, in the frame that its geoms are placed by."""
+
+    mass: Mass
+    visual: Mesh | None
+
+
+@final
+@dataclass
+class _Tendon:
+    """A tendon along joints: length Σ cₖ qₖ."""
+
+    factors: dict[str, float]
+
+    def at(self, values: Mapping[str, float]) -> float:
+        return sum(factor * values[joint] for joint, factor in self.factors.items())
+
+    def length(self, joints: Mapping[str, Scalar]) -> Scalar:
+        total: Scalar = 0.0
+        for joint, factor in self.factors.items():
+            total = total + factor * joints[joint]
+        return total
+
+
+_DRIVES = [
+    "general",
+    "motor",
+    "position",
+    "velocity",
+    "intvelocity",
+    "damper",
+    "cylinder",
+    "muscle",
+    "adhesion",
+    "dcmotor",
+]
+"""Actuators, whose classes of defaults are one."""
+
+
+@final
+class _Reader(Source):
     """One file with those it includes."""
 
     def __init__(self, file: Path | None) -> None:
-        self._file = file
+        super().__init__(file, "MJCF")
         self._settings = _Settings()
         self._classes: dict[str, dict[str, dict[str, str]]] = {"main": {}}
         self._links: list[_Link] = []
@@ -166,56 +224,42 @@ class _Reader:
         self._forces: list[AnyForce] = []
         self._sites: dict[str, tuple[str, Array]] = {}
         self._references: dict[str, float] = {}
-        self._bodies, self._names = Names([_GROUND]), Names()
+        self._rests: dict[str, float] = {}
+        self._meshes: dict[str, tuple[Element, dict[str, str]]] = {}
+        self._solids: dict[str, _Mesh] = {}
+        self._tendons: dict[str, _Tendon] = {}
+        self._bodies, self._names = Names([GROUND]), Names()
         self._rubbing: list[str] = []
-        self._omitted: Counter[str] = Counter()
-        self._files = self._elements = 0
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
-        root = self._parse(self._file if self._file is not None else str(source))
+        root = self.parse(self.file if self.file is not None else str(source))
         if root.tag != "mujoco":
-            raise self._refuse(
-                root, f"expected <mujoco> as the outermost element, not <{root.tag}>"
-            )
+            raise self.refuse(root, f"expected <mujoco> as the outermost element, not <{root.tag}>")
         root = self._include(root)
         for child in root.children:
             if child.tag not in _SECTIONS:
-                raise self._refuse(child, f"<{child.tag}> is not read")
+                raise self.refuse(child, f"<{child.tag}> is not read")
             if (section := _SECTIONS[child.tag]) and child.children:
-                self._omitted[section] += len(child.children)
+                self.omitted[section] += len(child.children)
         for child in root.all("compiler"):
             self._compile(child)
         for child in root.all("option"):
             self._set_options(child)
         for child in root.all("default"):
             if child.attributes.get("class", "main") != "main":
-                raise self._refuse(child, "expected 'main' for the outermost class of defaults")
+                raise self.refuse(child, "expected 'main' for the outermost class of defaults")
             self._define(child, "main", {})
-        self._links.append(_Link(_GROUND, _empty(), [], np.eye(4), np.eye(4)))
+        self._links.append(_Link(GROUND, no_mass(), [], np.eye(4), np.eye(4)))
+        for asset in root.all("asset"):
+            self._note_meshes(asset)
         for world in root.all("worldbody"):
-            self._fill(world, self._links[0], "main", np.eye(4))
-        self._refuse_drives(root)
+            expanded = self._replicate(world, "")[0]
+            self._fill(expanded, self._links[0], "main", np.eye(4))
+        self._pull_tendons(root)
+        self._add_drives(root)
         return self._mechanism(root)
 
     # files
-
-    def _parse(self, source: Path | str) -> Element:
-        self._files += 1
-        report = Report(None if isinstance(source, str) else str(source))
-        data: bytes | str = source if isinstance(source, str) else b""
-        if isinstance(source, Path):
-            try:
-                if not source.is_file():
-                    raise FileNotFoundError(2, "there is no such file")
-                with source.open("rb") as stream:
-                    data = stream.read(MOST_BYTES + 1)
-            except OSError as error:
-                raise InputError(f"{source}: {error.strerror or error}") from None
-        root = parse(data, report)
-        report.refuse(strict=False)
-        if root is None:
-            raise InputError(f"expected MJCF, got {str(source)[:60]!r}")
-        return root
 
     def _include(self, element: Element) -> Element:
         """Return an element with the contents of included files in their places."""
@@ -225,20 +269,11 @@ class _Reader:
                 children.append(self._include(child))
                 continue
             name = child.attributes.get("file", "")
-            path = (self._file.parent if self._file else Path()) / name
-            if self._file is None or not name or Path(name).is_absolute():
-                raise self._refuse(child, f"expected a file beside this one, got {name!r}")
-            if self._files > _MOST_FILES:
-                raise self._refuse(child, f"more than {_MOST_FILES} files are included")
-            included = _note_file(self._parse(path), str(path))
-            children += self._include(included).children
+            path = (self.file.parent if self.file else Path()) / name
+            if self.file is None or not name or Path(name).is_absolute():
+                raise self.refuse(child, f"expected a file beside this one, got {name!r}")
+            children += self._include(self.parse_inclusion(child, path)).children
         return replace(element, children=tuple(children))
-
-    def _refuse(self, element: Element, message: str) -> InputError:
-        place = element.file or (str(self._file) if self._file else "")
-        return InputError(
-            f"{place}:{element.line}: {message}" if place else f"line {element.line}: {message}"
-        )
 
     # settings and defaults
 
@@ -248,24 +283,27 @@ class _Reader:
         s.sequence = texts.get("eulerseq", s.sequence)
         s.autolimits = texts.get("autolimits", str(s.autolimits).lower()) == "true"
         s.from_geoms = texts.get("inertiafromgeom", s.from_geoms)
-        low, high = self._numbers(element, texts, "inertiagrouprange", s.groups, 2)
+        low, high = self.numbers(element, texts, "inertiagrouprange", s.groups, 2)
         s.groups = (low, high)
-        s.least_mass = self._number(element, texts, "boundmass", s.least_mass)
-        s.least_inertia = self._number(element, texts, "boundinertia", s.least_inertia)
+        s.least_mass = self.number(element, texts, "boundmass", s.least_mass)
+        s.least_inertia = self.number(element, texts, "boundinertia", s.least_inertia)
         s.balance = texts.get("balanceinertia", str(s.balance).lower()) == "true"
-        s.total = self._number(element, texts, "settotalmass", s.total)
+        s.total = self.number(element, texts, "settotalmass", s.total)
+        s.fits_box = texts.get("fitaabb", str(s.fits_box).lower()) == "true"
+        s.strips = texts.get("strippath", str(s.strips).lower()) == "true"
+        s.folder = texts.get("meshdir", texts.get("assetdir", s.folder))
         if (
             texts.get("coordinate", "local") != "local"
             or texts.get("alignfree", "false") != "false"
         ):
-            raise self._refuse(element, "coordinate and alignfree of <compiler> are not read")
+            raise self.refuse(element, "coordinate and alignfree of <compiler> are not read")
 
     def _set_options(self, element: Element) -> None:
         texts, s = self._attributes(element, "option", {}), self._settings
-        s.gravity = self._numbers(element, texts, "gravity", s.gravity, 3)
+        s.gravity = self.numbers(element, texts, "gravity", s.gravity, 3)
         for name in ("density", "viscosity"):
-            if self._number(element, texts, name, 0.0):
-                raise self._refuse(element, f"forces of a medium ({name} of <option>) are not read")
+            if self.number(element, texts, name, 0.0):
+                raise self.refuse(element, f"forces of a medium ({name} of <option>) are not read")
         for flag in element.all("flag"):
             off = {name for name, text in flag.attributes.items() if text == "disable"}
             if "gravity" in off:
@@ -284,20 +322,18 @@ class _Reader:
         for child in element.all("default"):
             inner = child.attributes.get("class", "")
             if not inner:
-                raise self._refuse(child, "a class of defaults inside another needs a name")
+                raise self.refuse(child, "a class of defaults inside another needs a name")
             self._define(child, inner, table)
 
     def _attributes(
         self, element: Element, kind: str, defaults: Mapping[str, str]
     ) -> dict[str, str]:
         """Return an element's attributes over its defaults; refuse what is not read."""
-        self._elements += 1
-        if self._elements > _MOST_ELEMENTS:
-            raise self._refuse(element, f"more than {_MOST_ELEMENTS:,} elements")
+        self.count(element)
         known = _READ[kind].replace("|", " ").split()
         for name in element.attributes:
             if name not in known:
-                raise self._refuse(element, f"{name}=… of <{element.tag}> is not read")
+                raise self.refuse(element, f"{name}=… of <{element.tag}> is not read")
         merged = {name: text for name, text in defaults.items() if name in known}
         if element.attributes.keys() & set(_ORIENTATIONS):
             merged = {name: text for name, text in merged.items() if name not in _ORIENTATIONS}
@@ -312,45 +348,15 @@ class _Reader:
     def _resolve(self, element: Element, kind: str, inherited: str) -> dict[str, str]:
         name = element.attributes.get("class", inherited)
         if name not in self._classes:
-            raise self._refuse(element, f"there is no class of defaults {name!r}")
+            raise self.refuse(element, f"there is no class of defaults {name!r}")
         return self._attributes(element, kind, self._classes[name].get(element.tag, {}))
 
     # numbers
 
-    def _numbers(
-        self,
-        element: Element,
-        texts: Mapping[str, str],
-        name: str,
-        default: Sequence[float] | Array,
-        count: int,
-        *,
-        least: int | None = None,
-    ) -> Array:
-        """Return an attribute's numbers; what may be left out at its end is that of the default."""
-        if name not in texts:
-            return np.array(default, dtype=float)
-        try:
-            values = [float(word) for word in texts[name].split()]
-        except ValueError:
-            values = []
-        if not (count if least is None else least) <= len(values) <= count or not all(
-            map(math.isfinite, values)
-        ):
-            shown = texts[name][:60]
-            expected = f"expected {count} finite {'number' if count == 1 else 'numbers'}"
-            raise self._refuse(element, f"{expected} for {name} of <{element.tag}>, got {shown!r}")
-        return np.array([*values, *list(default)[len(values) :]], dtype=float)
-
-    def _number(
-        self, element: Element, texts: Mapping[str, str], name: str, default: float
-    ) -> float:
-        return float(self._numbers(element, texts, name, (default,), 1)[0])
-
     def _pose(self, element: Element, texts: Mapping[str, str]) -> Array:
         pose = np.eye(4)
         pose[:3, :3] = self._turn(element, texts)
-        pose[:3, 3] = self._numbers(element, texts, "pos", (0, 0, 0), 3)
+        pose[:3, 3] = self.numbers(element, texts, "pos", (0, 0, 0), 3)
         return pose
 
     def _turn(self, element: Element, texts: Mapping[str, str]) -> Array:
@@ -358,31 +364,67 @@ class _Reader:
         unit = math.radians(1) if self._settings.degrees else 1.0
         given = [name for name in _ORIENTATIONS if name in texts]
         if len(given) > 1:
-            raise self._refuse(element, f"expected one orientation, got {' and '.join(given)}")
+            raise self.refuse(element, f"expected one orientation, got {' and '.join(given)}")
         match given:
             case ["quat"]:
-                return _rotation(self._numbers(element, texts, "quat", (1, 0, 0, 0), 4))
+                return turn_of(self.numbers(element, texts, "quat", (1, 0, 0, 0), 4))
             case ["axisangle"]:
-                x, y, z, angle = self._numbers(element, texts, "axisangle", (0,) * 4, 4)
-                return _about((x, y, z), angle * unit)
+                x, y, z, angle = self.numbers(element, texts, "axisangle", (0,) * 4, 4)
+                return turn_about((x, y, z), angle * unit)
             case ["xyaxes"]:
-                axes = self._numbers(element, texts, "xyaxes", (0,) * 6, 6)
-                x_axis = _unit(axes[:3])
-                y_axis = _unit(axes[3:] - (axes[3:] @ x_axis) * x_axis)
+                axes = self.numbers(element, texts, "xyaxes", (0,) * 6, 6)
+                x_axis = unit_vector(axes[:3])
+                y_axis = unit_vector(axes[3:] - (axes[3:] @ x_axis) * x_axis)
                 return np.column_stack([x_axis, y_axis, np.cross(x_axis, y_axis)])
             case ["zaxis"]:
-                return _from_z(self._numbers(element, texts, "zaxis", (0, 0, 1), 3))
+                return turn_from_z(self.numbers(element, texts, "zaxis", (0, 0, 1), 3))
             case ["euler"]:
-                angles = self._numbers(element, texts, "euler", (0, 0, 0), 3) * unit
+                angles = self.numbers(element, texts, "euler", (0, 0, 0), 3) * unit
                 turn = np.eye(3)
                 for letter, angle in zip(self._settings.sequence, angles, strict=True):
-                    step = _about(np.eye(3)["xyz".index(letter.lower())], angle)
+                    step = turn_about(np.eye(3)["xyz".index(letter.lower())], angle)
                     # small letters turn about axes that turn along, capitals about fixed ones
                     turn = turn @ step if letter.islower() else step @ turn
                 return turn
         return np.eye(3)
 
     # bodies
+
+    def _replicate(self, element: Element, suffix: str) -> list[Element]:
+        """Return an element whose replicated contents stand there as frames.
+
+        A name inside a copy ends with the number of the copy, the innermost first.
+        """
+        children: list[Element] = []
+        for child in element.children:
+            children += self._replicate(child, "")
+        self.count(element)
+        whole = replace(element, children=tuple(children))
+        if element.tag != "replicate":
+            return [whole]
+        texts = self._attributes(element, "replicate", {})
+        count = self.number(element, texts, "count", 0.0)
+        size = sum(1 for _ in whole.walk())
+        if not (count >= 1 and count == int(count)):
+            raise self.refuse(element, f"expected a count of copies, got {texts.get('count')!r}")
+        if count * size > MOST_ELEMENTS:
+            raise self.refuse(element, f"more than {MOST_ELEMENTS:,} elements")
+        offset = self.numbers(element, texts, "offset", (0, 0, 0), 3)
+        angles = self.numbers(element, texts, "euler", (0, 0, 0), 3)
+        place, frames = np.zeros(3), []
+        digits = len(str(int(count)))
+        for k in range(int(count)):
+            end = f"{texts.get('sep', '')}{k:0{digits}d}"
+            attributes = {
+                "pos": " ".join(map(repr, place.tolist())),
+                "euler": " ".join(map(repr, (k * angles).tolist())),
+            }
+            if "childclass" in texts:
+                attributes["childclass"] = texts["childclass"]
+            named = tuple(_rename(child, end) for child in children)
+            frames.append(replace(element, tag="frame", attributes=attributes, children=named))
+            place = place + self._turn(element, {"euler": attributes["euler"]}) @ offset
+        return frames
 
     def _contents(
         self, element: Element, inherited: str, pose: Array
@@ -405,11 +447,11 @@ class _Reader:
             inherited: its class of defaults.
             shift: pose of the body's frame in the link's.
         """
-        parts: list[_Mass] = []
-        given: _Mass | None = None
+        parts: list[Mass] = []
+        given: Mass | None = None
         inside: list[tuple[Element, str, Array]] = []
         rule = self._settings.from_geoms
-        by_geoms = link.name != _GROUND and (
+        by_geoms = link.name != GROUND and (
             rule == "true" or (rule == "auto" and element.child("inertial") is None)
         )
         for child, name, frame in self._contents(element, inherited, shift):
@@ -431,13 +473,13 @@ class _Reader:
                 case "joint" | "freejoint":
                     pass  # of the link itself
                 case "camera" | "light":
-                    self._omitted["cameras and lights"] += 1
+                    self.omitted["cameras and lights"] += 1
                 case _:
-                    raise self._refuse(child, f"<{child.tag}> is not read")
-        if link.name != _GROUND:
+                    raise self.refuse(child, f"<{child.tag}> is not read")
+        if link.name != GROUND:
             if by_geoms:
-                given = _sum(parts)
-            link.mass = self._limit(given or _empty())
+                given = sum_masses(parts)
+            link.mass = self._limit(given or no_mass())
         for child, name, frame in inside:
             self._body(child, link, name, frame)
 
@@ -445,7 +487,7 @@ class _Reader:
         texts = self._attributes(element, "body", {})
         name = self._bodies.free(texts.get("name") or "body")
         if texts.get("mocap") == "true":
-            self._omitted["motions of mocap bodies"] += 1
+            self.omitted["motions of mocap bodies"] += 1
         inherited = texts.get("childclass", inherited)
         pose = frame @ self._pose(element, texts)
         home = parent.home @ pose
@@ -462,13 +504,13 @@ class _Reader:
             moved = name if last else self._bodies.free(f"{name}_{k + 1}")
             shift = self._joint(child, kind, place, carrier, moved, origin @ shift)
             if not last:
-                self._links.append(_Link(moved, _empty(), [], shift, home))
+                self._links.append(_Link(moved, no_mass(), [], shift, home))
             carrier, origin = moved, np.eye(4)
         if not held:
             weld = self._names.free(f"{name}_weld")
-            self._joints.append(Fixed(weld, parent.name, name, origin=_placement(pose)))
-        link = _Link(name, _empty(), [], shift, home @ np.linalg.inv(shift))
-        link.lift = self._number(element, texts, "gravcomp", 0.0)
+            self._joints.append(Fixed(weld, parent.name, name, origin=placement_at(pose)))
+        link = _Link(name, no_mass(), [], shift, home @ np.linalg.inv(shift))
+        link.lift = self.number(element, texts, "gravcomp", 0.0)
         self._links.append(link)
         self._fill(element, link, inherited, shift)
 
@@ -490,48 +532,48 @@ class _Reader:
         form = "free" if kind == "freejoint" else texts.get("type", "hinge")
         name = self._names.free(texts.get("name") or f"{child}_{form}")
         if texts.get("align", "auto") == "true":
-            raise self._refuse(element, "align=… of a free joint is not read")
+            raise self.refuse(element, "align=… of a free joint is not read")
         values = {
-            what: self._number(element, texts, what, 0.0)
+            what: self.number(element, texts, what, 0.0)
             for what in ("stiffness", "damping", "armature", "frictionloss")
         }
-        if any(self._numbers(element, texts, "springdamper", (0, 0), 2)):
-            raise self._refuse(element, "springdamper=… of <joint> is not read")
+        if any(self.numbers(element, texts, "springdamper", (0, 0), 2)):
+            raise self.refuse(element, "springdamper=… of <joint> is not read")
         if values["frictionloss"]:
             self._rubbing.append(name)
         if form in ("free", "ball"):
             for what in ("stiffness", "damping", "armature"):
                 if values[what]:
-                    raise self._refuse(element, f"{what} of a {form} joint is not read")
+                    raise self.refuse(element, f"{what} of a {form} joint is not read")
             if form == "free":
-                if parent != _GROUND:
-                    raise self._refuse(element, "a free joint expects a body of the world")
+                if parent != GROUND:
+                    raise self.refuse(element, "a free joint expects a body of the world")
                 self._joints.append(Floating(name, parent, child))
                 return np.eye(4)
         at = np.eye(4)
-        at[:3, 3] = (frame @ [*self._numbers(element, texts, "pos", (0, 0, 0), 3), 1.0])[:3]
+        at[:3, 3] = (frame @ [*self.numbers(element, texts, "pos", (0, 0, 0), 3), 1.0])[:3]
         if form == "ball":
-            self._joints.append(Spherical(name, parent, child, origin=_placement(pose @ at)))
+            self._joints.append(Spherical(name, parent, child, origin=placement_at(pose @ at)))
             return np.asarray(np.linalg.inv(at))
         if form not in ("hinge", "slide"):
-            raise self._refuse(
+            raise self.refuse(
                 element, f"expected a joint of type hinge, slide, ball or free, got {form!r}"
             )
-        axis = _unit(frame[:3, :3] @ self._numbers(element, texts, "axis", (0, 0, 1), 3))
+        axis = unit_vector(frame[:3, :3] @ self.numbers(element, texts, "axis", (0, 0, 1), 3))
         unit = math.radians(1) if self._settings.degrees and form == "hinge" else 1.0
-        reference = unit * self._number(element, texts, "ref", 0.0)
-        rest = unit * self._number(element, texts, "springref", 0.0)
+        reference = unit * self.number(element, texts, "ref", 0.0)
+        rest = unit * self.number(element, texts, "springref", 0.0)
         limited = texts.get("limited", "auto")
         limits = None
         if limited == "true" or (
             limited == "auto" and self._settings.autolimits and "range" in texts
         ):
-            low, high = unit * self._numbers(element, texts, "range", (0, 0), 2)
+            low, high = unit * self.numbers(element, texts, "range", (0, 0), 2)
             limits = Limits(float(low), float(high))
         # the text shows the body where the coordinate is its reference
         back = np.eye(4)
         if form == "hinge":
-            back[:3, :3] = _about(axis, -reference)
+            back[:3, :3] = turn_about(axis, -reference)
         else:
             back[:3, 3] = -reference * axis
         make = Revolute if form == "hinge" else Prismatic
@@ -541,13 +583,14 @@ class _Reader:
                 name,
                 parent,
                 child,
-                origin=_placement(pose @ at @ back),
+                origin=placement_at(pose @ at @ back),
                 axis=(x, y, z),
                 limits=limits,
                 armature=values["armature"],
             )
         )
         self._references[name] = reference
+        self._rests[name] = rest
         if values["stiffness"] and self._settings.springs:
             spring = JointSpring(f"{name}_spring", name, values["stiffness"], rest)
             self._forces.append(spring)
@@ -557,66 +600,197 @@ class _Reader:
 
     # masses
 
-    def _inertial(self, element: Element) -> _Mass:
+    def _inertial(self, element: Element) -> Mass:
         texts = self._attributes(element, "inertial", {})
         for name in ("pos", "mass"):
             if name not in texts:
-                raise self._refuse(element, f"<inertial> has no {name}=…")
-        mass = self._number(element, texts, "mass", 0.0)
+                raise self.refuse(element, f"<inertial> has no {name}=…")
+        mass = self.number(element, texts, "mass", 0.0)
         pose = self._pose(element, texts)
         if "fullinertia" in texts:
-            inertia = tensor_of(self._numbers(element, texts, "fullinertia", (0,) * 6, 6).tolist())
+            entries = self.numbers(element, texts, "fullinertia", (0,) * 6, 6).tolist()
+            inertia = tensor_of(entries)
         else:
-            inertia = np.diag(self._numbers(element, texts, "diaginertia", (0, 0, 0), 3))
-        return _Mass(mass, np.zeros(3), inertia).move(pose)
+            inertia = np.diag(self.numbers(element, texts, "diaginertia", (0, 0, 0), 3))
+        return Mass(mass, np.zeros(3), inertia).move(pose)
 
     def _geom(
         self, element: Element, texts: Mapping[str, str], frame: Array, link: _Link, counts: bool
-    ) -> _Mass | None:
+    ) -> Mass | None:
         """Note how a geom looks, and return its mass if it counts."""
         form = texts.get("type", "mesh" if "mesh" in texts else "sphere")
-        if self._number(element, texts, "contype", 1) or self._number(
+        if self.number(element, texts, "contype", 1) or self.number(
             element, texts, "conaffinity", 1
         ):
-            self._omitted["contacts of geoms"] += 1
+            self.omitted["contacts of geoms"] += 1
         low, high = self._settings.groups
-        counts = counts and low <= self._number(element, texts, "group", 0) <= high
-        mass = self._number(element, texts, "mass", -1.0) if "mass" in texts else None
-        density = self._number(element, texts, "density", 1000.0)
+        counts = counts and low <= self.number(element, texts, "group", 0) <= high
+        mass = self.number(element, texts, "mass", -1.0) if "mass" in texts else None
+        density = self.number(element, texts, "density", 1000.0)
         if mass == 0 or (mass is None and density == 0):
             counts = False
-        if form not in _SIZES:
+        shell = texts.get("shellinertia") == "true"
+        if "mesh" in texts and form in {*SIZES, "mesh"}:
+            return self._mesh_geom(element, texts, form, frame, link, counts)
+        if form not in SIZES:
             if counts and form != "plane":
-                raise self._refuse(element, f"the inertia of a geom of type {form!r} is not read")
+                raise self.refuse(element, f"the inertia of a geom of type {form!r} is not read")
             return None
-        if counts and texts.get("shellinertia") == "true":
-            raise self._refuse(element, "shellinertia of a geom is not read")
-        size = self._numbers(element, texts, "size", (0, 0, 0), 3, least=1)
+        size = self.numbers(element, texts, "size", (0, 0, 0), 3, least=1)
         pose = self._pose(element, texts)
         if "fromto" in texts:
-            ends = self._numbers(element, texts, "fromto", (0,) * 6, 6)
+            ends = self.numbers(element, texts, "fromto", (0,) * 6, 6)
             arm = ends[:3] - ends[3:]
             length = float(np.linalg.norm(arm)) / 2
             size = np.array(
-                [size[0], length, 0.0] if _SIZES[form] == 2 else [size[0], size[0], length]
+                [size[0], length, 0.0] if SIZES[form] == 2 else [size[0], size[0], length]
             )
             pose = np.eye(4)
-            pose[:3, :3], pose[:3, 3] = _from_z(arm), (ends[:3] + ends[3:]) / 2
-        if not all(size[: _SIZES[form]] > 0):
-            raise self._refuse(element, f"expected {_SIZES[form]} positive sizes of a {form}")
+            pose[:3, :3], pose[:3, 3] = turn_from_z(arm), (ends[:3] + ends[3:]) / 2
+        if not all(size[: SIZES[form]] > 0):
+            raise self.refuse(element, f"expected {SIZES[form]} positive sizes of a {form}")
         place = frame @ pose
-        rgba = tuple(self._numbers(element, texts, "rgba", (0.5, 0.5, 0.5, 1), 4).tolist())
+        rgba = tuple(self.numbers(element, texts, "rgba", (0.5, 0.5, 0.5, 1), 4).tolist())
         for geometry, offset in _draw(form, size):
             at = np.eye(4)
             at[2, 3] = offset
-            link.visuals.append(Visual(geometry, _placement(place @ at), rgba))
+            link.visuals.append(Visual(geometry, placement_at(place @ at), rgba))
         if not counts:
             return None
-        volume, radii = _solid(form, size)
+        volume, radii = shell_of(form, size) if shell else solid_of(form, size)
         total = density * volume if mass is None else mass
-        return _Mass(total, np.zeros(3), np.diag(total * radii)).move(place)
+        return Mass(total, np.zeros(3), np.diag(total * radii)).move(place)
 
-    def _limit(self, mass: _Mass) -> _Mass:
+    def _mesh_geom(
+        self,
+        element: Element,
+        texts: Mapping[str, str],
+        form: str,
+        frame: Array,
+        link: _Link,
+        counts: bool,
+    ) -> Mass | None:
+        """Note how the geom of a mesh looks, and return its mass if it counts."""
+        place = frame @ self._pose(element, texts)
+        if not counts:
+            known = self._meshes.get(texts["mesh"])
+            if form == "mesh" and known is not None and (shown := self._show(*known)) is not None:
+                link.visuals.append(Visual(shown, placement_at(place)))
+            return None
+        if form == "mesh" and texts.get("shellinertia") == "true":
+            raise self.refuse(element, "a mesh says whether it is a shell among the assets")
+        mesh = self._measure(element, texts["mesh"])
+        if mesh.visual is not None:
+            link.visuals.append(Visual(mesh.visual, placement_at(place)))
+        solid = mesh.mass
+        if form == "mesh":
+            volume, moments = solid.mass, solid.inertia / solid.mass
+        else:
+            volume, moments = self._fit(element, texts, form, solid)
+        total = self.number(element, texts, "density", 1000.0) * volume
+        total = self.number(element, texts, "mass", total)
+        return Mass(total, solid.center, total * moments).move(place)
+
+    def _fit(
+        self, element: Element, texts: Mapping[str, str], form: str, solid: Mass
+    ) -> tuple[float, Array]:
+        """Volume and inertia by mass of a geom that takes the place of a mesh."""
+        if self._settings.fits_box:
+            raise self.refuse(element, "a geom fitted to the box around a mesh is not read")
+        moments, axes = np.linalg.eigh(solid.inertia / solid.mass)
+        moments, axes = moments[::-1], axes[:, ::-1]  # as MuJoCo orders them
+        a, b, c = np.sqrt(6 * np.maximum(moments.sum() - 2 * moments, 0)) / 2
+        sizes = {
+            "sphere": ((a + b + c) / 3, 0.0, 0.0),
+            "capsule": ((a + b) / 2, max(0.0, c - (a + b) / 4), 0.0),
+            "cylinder": ((a + b) / 2, c, 0.0),
+        }
+        size = np.array(sizes.get(form, (a, b, c)))
+        size *= self.number(element, texts, "fitscale", 1.0)
+        shell = texts.get("shellinertia") == "true"
+        volume, radii = shell_of(form, size) if shell else solid_of(form, size)
+        return volume, axes @ np.diag(radii) @ axes.T
+
+    # meshes
+
+    def _note_meshes(self, asset: Element) -> None:
+        for child in asset.children:
+            if child.tag == "model":
+                raise self.refuse(child, "<model> among the assets is not read")
+            if child.tag != "mesh":
+                continue
+            kind = child.attributes.get("class", "main")
+            texts = {**self._classes.get(kind, {}).get("mesh", {}), **child.attributes}
+            name = texts.get("name") or Path(texts.get("file", "")).stem
+            self._meshes[name] = child, texts
+
+    def _file_of(self, texts: Mapping[str, str]) -> Path:
+        name = Path(texts["file"].replace("\\", "/"))
+        name = Path(name.name) if self._settings.strips else name
+        return (self.file.parent if self.file else Path()) / self._settings.folder / name
+
+    def _show(self, element: Element, texts: Mapping[str, str]) -> Mesh | None:
+        """What a page shows of a mesh, if it is a file that stands as it is."""
+        if "file" not in texts or {"refpos", "refquat"} & texts.keys():
+            return None
+        path = self._file_of(texts)
+        x, y, z = self.numbers(element, texts, "scale", (1, 1, 1), 3).tolist()
+        known = path.suffix.lower() in (".stl", ".obj") and path.is_file()
+        return Mesh(texts["file"], path, (x, y, z)) if known else None
+
+    def _measure(self, geom: Element, name: str) -> _Mesh:
+        """Return a mesh of the assets with its volume and inertia."""
+        if name in self._solids:
+            return self._solids[name]
+        if name not in self._meshes:
+            raise self.refuse(geom, f"there is no mesh {name!r} among the assets")
+        element, texts = self._meshes[name]
+        self._attributes(element, "mesh", {})
+        rule = texts.get("inertia", "legacy")
+        rules: dict[str, Rule] = {
+            "legacy": "legacy",
+            "exact": "exact",
+            "convex": "convex",
+            "shell": "shell",
+        }
+        if rule not in rules:
+            raise self.refuse(element, f"inertia={rule!r} of <mesh> is not read")
+        drawn = "file" in texts or "face" in texts
+        if "maxhullvert" in texts and (rule == "convex" or not drawn):
+            raise self.refuse(element, "the inertia of a hull with maxhullvert=… is not read")
+        for child in element.children:
+            raise self.refuse(child, f"<{child.tag}> in <mesh> is not read")
+        try:
+            corners = self._corners(element, texts)
+            corners = corners - self.numbers(element, texts, "refpos", (0, 0, 0), 3)
+            corners = corners @ turn_of(self.numbers(element, texts, "refquat", (1, 0, 0, 0), 4))
+            scale = self.numbers(element, texts, "scale", (1, 1, 1), 3)
+            corners = corners * scale
+            if np.prod(scale) < 0:
+                corners = corners[:, ::-1]
+            mesh = _Mesh(mesh_of(corners, rules[rule]), self._show(element, texts))
+        except InputError as error:
+            place = self.refuse(element, "")
+            if str(error).startswith(str(place)):
+                raise
+            raise self.refuse(element, f"mesh {name!r}: {error}") from None
+        self._solids[name] = mesh
+        return mesh
+
+    def _corners(self, element: Element, texts: Mapping[str, str]) -> Corners:
+        if "file" in texts:
+            return read_solid(self._file_of(texts))
+        lists = {}
+        for name in ("vertex", "face"):
+            wanted = f"expected triples of numbers for {name} of <mesh>"
+            values = self.split(element, texts.get(name, ""), wanted)
+            if len(values) % 3:
+                raise self.refuse(element, f"{wanted}, got {len(values)} numbers")
+            lists[name] = np.array(values).reshape(-1, 3)
+        points = lists["vertex"].astype(np.float32).astype(float)
+        return faces_of(points, lists["face"].astype(np.int64))
+
+    def _limit(self, mass: Mass) -> Mass:
         """Raise a mass and its principal moments to the least that <compiler> allows."""
         s = self._settings
         total = max(mass.mass, s.least_mass)
@@ -626,26 +800,126 @@ class _Reader:
         moments = np.maximum(moments, s.least_inertia)
         if s.balance and moments[0] + moments[1] < moments[2]:
             moments = np.full(3, moments.mean())
-        return _Mass(total, mass.center, axes @ np.diag(moments) @ axes.T)
+        return Mass(total, mass.center, axes @ np.diag(moments) @ axes.T)
 
     # what is left
 
-    def _refuse_drives(self, root: Element) -> None:
-        """Refuse tendons and actuators that enter the mass matrix or the passive forces."""
-        for section, names in (
-            ("tendon", ("stiffness", "damping", "armature")),
-            ("actuator", ("armature",)),
-        ):
-            for element in (child for part in root.all(section) for child in part.children):
-                kind = element.attributes.get("class", "main")
-                table = self._classes.get(kind, {})
-                general = "tendon" if section == "tendon" else element.tag
-                texts = {**table.get(general, {}), **element.attributes}
-                for name in names:
-                    if any(word.strip("0.") for word in texts.get(name, "0").split()):
-                        raise self._refuse(element, f"{name} of <{element.tag}> is not read")
-                if element.tag == "plugin" or "plugin" in texts:
-                    raise self._refuse(element, "plugins are not read")
+    def _class_of(self, element: Element, tags: Sequence[str]) -> dict[str, str]:
+        """Return the defaults of an element whose class may write them for several tags."""
+        table = self._classes.get(element.attributes.get("class", "main"), {})
+        defaults: dict[str, str] = {}
+        for tag in tags:
+            defaults.update(table.get(tag, {}))
+        return defaults
+
+    def _pull_tendons(self, root: Element) -> None:
+        """Read the tendons, and the springs and dampers along them."""
+        s, names = self._settings, Names()
+        for element in (child for part in root.all("tendon") for child in part.children):
+            texts = self._attributes(element, "tendon", self._class_of(element, ["tendon"]))
+            name = names.free(texts.get("name") or "tendon")
+            if self.number(element, texts, "armature", 0.0):
+                raise self.refuse(element, f"armature of <{element.tag}> is not read")
+            stiffness = self.number(element, texts, "stiffness", 0.0) * s.springs
+            damping = self.number(element, texts, "damping", 0.0) * s.dampers
+            ends = self.numbers(element, texts, "springlength", (-1, -1), 2, least=1)
+            if len(texts.get("springlength", "").split()) == 1:
+                ends[1] = ends[0]
+            if stiffness and ends[0] != ends[1]:
+                raise self.refuse(element, "a spring that is slack between two lengths is not read")
+            if element.tag == "fixed":
+                tendon = self._tendons[name] = self._joints_of(element)
+                rest = tendon.at(self._rests) if ends[0] < 0 else float(ends[0])
+                self._pull(name, tendon, stiffness, rest, damping)
+            elif stiffness or damping:
+                self._stretch(element, name, stiffness, ends[0], damping)
+
+    def _joints_of(self, element: Element) -> _Tendon:
+        factors: dict[str, float] = {}
+        for child in element.all("joint"):
+            joint = child.attributes.get("joint", "")
+            if joint not in self._references:
+                raise self.refuse(child, f"{joint!r} is no hinge or slide")
+            factor = self.number(child, child.attributes, "coef", 0.0)
+            factors[joint] = factors.get(joint, 0.0) + factor
+        return _Tendon(factors)
+
+    def _pull(
+        self, name: str, tendon: _Tendon, stiffness: float, rest: float, damping: float
+    ) -> None:
+        """Add the forces of a spring and a damper along joints."""
+        if len(tendon.factors) == 1:
+            ((joint, factor),) = tendon.factors.items()
+            square = factor**2
+            if square * stiffness:
+                spring = JointSpring(f"{name}_spring", joint, square * stiffness, rest / factor)
+                self._forces.append(spring)
+            if square * damping:
+                self._forces.append(JointDamper(f"{name}_damper", joint, square * damping))
+            return
+        if not stiffness and not damping:
+            return
+        length = tendon.length({joint: coordinate(joint) for joint in tendon.factors})
+        rate = tendon.length({joint: velocity(joint) for joint in tendon.factors})
+        pull = stiffness * (rest - length) - damping * rate
+        for joint, factor in tendon.factors.items():
+            if factor:
+                self._forces.append(JointForce(f"{name}_on_{joint}", joint, factor * pull))
+        self.omitted["tendon springs in the energy"] += bool(stiffness)
+
+    def _stretch(
+        self, element: Element, name: str, stiffness: float, rest: float, damping: float
+    ) -> None:
+        """Add a spring and a damper between the two sites of a straight tendon."""
+        sites = [self._sites.get(child.attributes.get("site", "")) for child in element.all("site")]
+        if len(element.children) != 2 or len(sites) != 2:
+            what = "stiffness" if stiffness else "damping"
+            message = f"{what} of a <{element.tag}> tendon that is not straight is not read"
+            raise self.refuse(element, message)
+        start, end = sites
+        if start is None or end is None:
+            raise self.refuse(element, f"<{element.tag}> names a site that is not there")
+        (a, at_a), (b, at_b) = start, end
+        if rest < 0:
+            if any(self._rests[joint] != self._references[joint] for joint in self._rests):
+                raise self.refuse(element, "a tendon at rest where springs are is not read")
+            home = {link.name: link.home for link in self._links}
+            arm = (home[a] @ at_a)[:3, 3] - (home[b] @ at_b)[:3, 3]
+            rest = float(np.linalg.norm(arm))
+        ends = (a, tuple(at_a[:3, 3].tolist()), b, tuple(at_b[:3, 3].tolist()))
+        if stiffness:
+            self._forces.append(Spring(f"{name}_spring", *ends, stiffness, rest))
+        if damping:
+            self._forces.append(Damper(f"{name}_damper", *ends, damping))
+
+    def _add_drives(self, root: Element) -> None:
+        """Add the rotor inertia and the damping of actuators at the joints they drive."""
+        joints = {joint.name: k for k, joint in enumerate(self._joints)}
+        for element in (child for part in root.all("actuator") for child in part.children):
+            texts = {**self._class_of(element, _DRIVES), **element.attributes}
+            if element.tag == "plugin" or "plugin" in texts:
+                raise self.refuse(element, "plugins are not read")
+            values = {}
+            for what in ("armature", "damping"):
+                value = self.number(element, texts, what, 0.0)
+                if value:
+                    values[what] = value
+            if not values:
+                continue
+            name = texts.get("joint", texts.get("jointinparent", ""))
+            joint = self._joints[joints[name]] if name in joints else None
+            if not isinstance(joint, Single):
+                named = " and ".join(values)
+                raise self.refuse(element, f"{named} of <{element.tag}> at no hinge or slide")
+            gears = self.split(element, texts.get("gear", "1"), "expected numbers for gear")
+            gear = gears[0] if gears else 1.0
+            rotor = gear**2 * values.get("armature", 0.0)
+            armature = joint.armature + rotor
+            self._joints[joints[name]] = replace(joint, armature=armature)
+            damping = gear**2 * values.get("damping", 0.0)
+            if damping and self._settings.dampers:
+                drive = Names(force.name for force in self._forces).free(f"{name}_drive_damper")
+                self._forces.append(JointDamper(drive, name, damping))
 
     def _close(self, root: Element) -> tuple[list[Loop], dict[str, Scalar]]:
         """Return the loops and the map of joints that the equality constraints make."""
@@ -659,31 +933,35 @@ class _Reader:
             if {**defaults, **element.attributes}.get("active") == "false" or (
                 not self._settings.equalities
             ):
-                self._omitted["inactive constraints"] += 1
+                self.omitted["inactive constraints"] += 1
                 continue
-            if element.tag not in ("connect", "weld", "joint"):
-                raise self._refuse(element, f"<{element.tag}> among the constraints is not read")
-            key = "equality.joint" if element.tag == "joint" else element.tag
+            if element.tag not in ("connect", "weld", "joint", "tendon"):
+                raise self.refuse(element, f"<{element.tag}> among the constraints is not read")
+            named = element.tag in ("joint", "tendon")
+            key = f"equality.{element.tag}" if named else element.tag
             texts = self._attributes(element, key, defaults)
             name = names.free(texts.get("name") or element.tag)
             if element.tag == "joint":
                 self._follow(element, texts, follows)
                 continue
+            if element.tag == "tendon":
+                self._tie(element, texts, follows)
+                continue
             if "site1" in texts:
                 ends = [self._sites.get(texts.get(site, "")) for site in ("site1", "site2")]
                 if None in ends:
-                    raise self._refuse(element, f"<{element.tag}> names a site that is not there")
+                    raise self.refuse(element, f"<{element.tag}> names a site that is not there")
                 (a, at_a), (b, at_b) = (end for end in ends if end is not None)
             else:
-                a, b = texts.get("body1", _GROUND), texts.get("body2", _GROUND)
+                a, b = texts.get("body1", GROUND), texts.get("body2", GROUND)
                 if a not in links or b not in links:
-                    raise self._refuse(element, f"<{element.tag}> names a body that is not there")
+                    raise self.refuse(element, f"<{element.tag}> names a body that is not there")
                 at_a, at_b = self._meet(element, texts, links[a], links[b])
             if element.tag == "connect":
                 points = (tuple(at_a[:3, 3].tolist()), tuple(at_b[:3, 3].tolist()))
                 loops.append(Loop.ball(name, a, points[0], b, points[1]))
             else:
-                loops.append(Loop.weld(name, a, _placement(at_a), b, _placement(at_b)))
+                loops.append(Loop.weld(name, a, placement_at(at_a), b, placement_at(at_b)))
         return loops, follows
 
     def _meet(
@@ -691,15 +969,15 @@ class _Reader:
     ) -> tuple[Array, Array]:
         """The poses in two links of frames that a constraint keeps together."""
         anchor, relative = np.eye(4), np.eye(4)
-        anchor[:3, 3] = self._numbers(element, texts, "anchor", (0, 0, 0), 3)
+        anchor[:3, 3] = self.numbers(element, texts, "anchor", (0, 0, 0), 3)
         if element.tag == "connect":
             at = a.shift @ anchor
             return at, np.linalg.inv(b.home) @ a.home @ at
-        numbers = self._numbers(element, texts, "relpose", (0, 1, 0, 0, 0, 0, 0), 7)
+        numbers = self.numbers(element, texts, "relpose", (0, 1, 0, 0, 0, 0, 0), 7)
         at = b.shift @ anchor
         if not any(numbers[3:]):  # as the text shows the bodies
             return np.linalg.inv(a.home) @ b.home @ at, at
-        relative[:3, :3], relative[:3, 3] = _rotation(numbers[3:]), numbers[:3]
+        relative[:3, :3], relative[:3, 3] = turn_of(numbers[3:]), numbers[:3]
         return a.shift @ relative, at  # where the anchor of b goes, MuJoCo counts it in
 
     def _follow(
@@ -709,37 +987,65 @@ class _Reader:
         first, second = texts.get("joint1", ""), texts.get("joint2", "")
         for name in (first, *([second] if second else [])):
             if name not in self._references:
-                raise self._refuse(element, f"{name!r} is no hinge or slide")
-        factors = self._numbers(element, texts, "polycoef", (0, 1, 0, 0, 0), 5, least=1).tolist()
+                raise self.refuse(element, f"{name!r} is no hinge or slide")
+        factors = self.numbers(element, texts, "polycoef", (0, 1, 0, 0, 0), 5, least=1).tolist()
         law: Scalar = self._references[first] + factors[0]
         if second:
             x = coordinate(second) - self._references[second]
             law = law + sum(c * x**k for k, c in enumerate(factors) if k and c)
-        if first in follows or any(first in symbols_in(other) for other in follows.values()):
-            raise self._refuse(element, f"joint {first!r} is tied by several constraints")
-        for leader, other in follows.items():
-            if leader == second:
-                law = law.subs({coordinate(leader): other})
-        if first in symbols_in(law):
-            raise self._refuse(element, f"joint {first!r} would follow itself")
-        follows[first] = law
+        self._note_law(element, first, law, follows)
+
+    def _tie(self, element: Element, texts: Mapping[str, str], follows: dict[str, Scalar]) -> None:
+        """Solve L − L₀ = Σ cₖ (M − M₀)ᵏ of two tendons along joints for the first's last joint."""
+        tendons = []
+        for name in [texts.get("tendon1", ""), *([texts["tendon2"]] if "tendon2" in texts else [])]:
+            if name not in self._tendons:
+                raise self.refuse(element, f"{name!r} is no tendon along joints")
+            tendons.append(self._tendons[name])
+        factors = self.numbers(element, texts, "polycoef", (0, 1, 0, 0, 0), 5, least=1).tolist()
+        first = tendons[0]
+        moved = {joint: coordinate(joint) - self._references[joint] for joint in self._references}
+        law: Scalar = factors[0]
+        for second in tendons[1:]:
+            x = second.length(moved)
+            law = law + sum(c * x**k for k, c in enumerate(factors) if k and c)
+        free = [joint for joint, factor in first.factors.items() if factor and joint not in follows]
+        if not free:
+            raise self.refuse(element, "no joint along the tendon is free to follow")
+        joint = free[-1]
+        rest = {name: factor for name, factor in first.factors.items() if name != joint}
+        law = (law - _Tendon(rest).length(moved)) / first.factors[joint] + self._references[joint]
+        self._note_law(element, joint, law, follows)
+
+    def _note_law(
+        self, element: Element, joint: str, law: Scalar, follows: dict[str, Scalar]
+    ) -> None:
+        """Let a joint follow a law of others, of which none may follow it."""
+        if joint in follows or any(joint in symbols_in(other) for other in follows.values()):
+            raise self.refuse(element, f"joint {joint!r} is tied by several constraints")
+        for leader in sorted(symbols_in(law) & follows.keys()):
+            law = law.subs({coordinate(leader): follows[leader]})
+        if joint in symbols_in(law):
+            raise self.refuse(element, f"joint {joint!r} would follow itself")
+        follows[joint] = law
 
     def _mechanism(self, root: Element) -> Mechanism:
         s = self._settings
         total = sum(link.mass.mass for link in self._links)
         scale = s.total / total if s.total > 0 and total > 0 else 1.0
         loops, follows = self._close(root)
+        self._forces = [_in_free_joints(force, follows) for force in self._forces]
         bodies = []
         for link in self._links:
             mass = link.mass
-            x, y, z = mass.center.tolist()
-            entries: Any = entries_of(scale * mass.inertia)
-            shape = Shape(scale * mass.mass, (x, y, z), entries, tuple(link.visuals))
-            bodies.append(Body(link.name, shape))
+            whole = Mass(scale * mass.mass, mass.center, scale * mass.inertia)
+            bodies.append(whole.body(link.name, link.visuals))
             if link.lift:
-                lift = tuple((-link.lift * scale * mass.mass * s.gravity).tolist())
-                self._forces.append(Force(f"{link.name}_gravcomp", link.name, (x, y, z), lift))
-        omitted = [f"{count} {what}" for what, count in sorted(self._omitted.items())]
+                fx, fy, fz = (-link.lift * whole.mass * s.gravity).tolist()
+                x, y, z = mass.center.tolist()
+                lift = Force(f"{link.name}_gravcomp", link.name, (x, y, z), (fx, fy, fz))
+                self._forces.append(lift)
+        omitted = self.list_omissions()
         if self._rubbing:
             omitted.append(f"dry friction of {', '.join(self._rubbing)}")
         return Mechanism(
@@ -750,35 +1056,38 @@ class _Reader:
             loops=tuple(loops),
             coordinates=Coordinates((), tuple(follows.items())),
             gravity=tuple(s.gravity.tolist()),
-            ground=_GROUND,
+            ground=GROUND,
             about=f"Read from MJCF, without {', '.join(omitted)}." if omitted else "",
         )
 
 
-_SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
-"""How many sizes each kind of geom has that has a volume."""
+def _in_free_joints(force: AnyForce, follows: Mapping[str, Scalar]) -> AnyForce:
+    """Return the force along a tendon in coordinates that follow no others."""
+    if not isinstance(force, JointForce) or not follows:
+        return force
+    law = force.force
+    for name in sorted(symbols_in(law)):
+        joint = name.removesuffix("'")
+        if joint not in follows:
+            continue
+        if name == joint:
+            law = law.subs({coordinate(joint): follows[joint]})
+            continue
+        leaders = sorted(symbols_in(follows[joint]))
+        rate: Scalar = 0.0
+        for leader in leaders:
+            rate = rate + follows[joint].diff(coordinate(leader)) * velocity(leader)
+        law = law.subs({velocity(joint): rate})
+    return replace(force, force=law)
 
 
-def _solid(form: str, size: Array) -> tuple[float, Array]:
-    """Volume, and squares of the radii of gyration about the axes."""
-    a, b, c = size
-    match form:
-        case "sphere":
-            return 4 / 3 * math.pi * a**3, np.full(3, 2 / 5 * a**2)
-        case "ellipsoid":
-            squares = np.array([b * b + c * c, a * a + c * c, a * a + b * b])
-            return 4 / 3 * math.pi * a * b * c, squares / 5
-        case "box":
-            squares = np.array([b * b + c * c, a * a + c * c, a * a + b * b])
-            return 8 * a * b * c, squares / 3
-        case "cylinder":
-            across = a * a / 4 + b * b / 3
-            return 2 * math.pi * a * a * b, np.array([across, across, a * a / 2])
-    # a capsule: a cylinder and two halves of a ball, whose centers lie 3/8 r beyond its ends
-    tube, ball = 2 * math.pi * a * a * b, 4 / 3 * math.pi * a**3
-    across = tube * (a * a / 4 + b * b / 3) + ball * (2 / 5 * a * a + b * b + 3 / 4 * a * b)
-    along = tube * a * a / 2 + ball * 2 / 5 * a * a
-    return tube + ball, np.array([across, across, along]) / (tube + ball)
+def _rename(element: Element, suffix: str) -> Element:
+    """Return an element with a suffix to its name and to all names inside."""
+    children = tuple(_rename(child, suffix) for child in element.children)
+    attributes = dict(element.attributes)
+    if "name" in attributes:
+        attributes["name"] += suffix
+    return replace(element, attributes=attributes, children=children)
 
 
 def _draw(form: str, size: Array) -> list[tuple[Geometry, float]]:
@@ -794,58 +1103,3 @@ def _draw(form: str, size: Array) -> list[tuple[Geometry, float]]:
         case "capsule":
             return [(Cylinder(a, 2 * b), 0.0), (Sphere(a), b), (Sphere(a), -b)]
     return []
-
-
-def _empty() -> _Mass:
-    return _Mass(0.0, np.zeros(3), np.zeros((3, 3)))
-
-
-def _sum(parts: Sequence[_Mass]) -> _Mass:
-    total = sum(part.mass for part in parts)
-    if not total > 0:
-        return _empty()
-    center = sum((part.mass * part.center for part in parts), np.zeros(3)) / total
-    inertia = np.zeros((3, 3))
-    for part in parts:
-        arm = part.center - center
-        inertia += part.inertia + part.mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
-    return _Mass(total, center, inertia)
-
-
-def _placement(pose: Array) -> Placement:
-    x, y, z = pose[:3, 3].tolist()
-    return Placement((x, y, z), rpy_of(pose[:3, :3]))
-
-
-def _unit(vector: Array | Sequence[float]) -> Array:
-    length = float(np.linalg.norm(vector))
-    if not length > 1e-14:
-        raise InputError(f"expected a direction with a length, got {list(vector)}")
-    return np.asarray(vector, dtype=float) / length
-
-
-def _about(axis: Array | Sequence[float], angle: float) -> Array:
-    """Rodrigues' formula: R = 1 + sin α K + (1 − cos α) K²."""
-    x, y, z = _unit(axis)
-    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.asarray(np.eye(3) + math.sin(angle) * k + (1 - math.cos(angle)) * k @ k)
-
-
-def _rotation(quaternion: Array) -> Array:
-    """The rotation matrix of a quaternion (w, x, y, z) of any length but zero."""
-    w, x, y, z = _unit(quaternion)
-    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.asarray(np.eye(3) + 2 * w * k + 2 * k @ k)
-
-
-def _from_z(direction: Array) -> Array:
-    """The smallest turn that takes z to a direction."""
-    axis = np.cross([0.0, 0.0, 1.0], direction)
-    if not np.linalg.norm(axis) > 1e-10 * np.linalg.norm(direction):
-        return np.eye(3) if direction[2] > 0 else np.diag([1.0, -1.0, -1.0])
-    return _about(axis, math.atan2(float(np.linalg.norm(axis)), float(direction[2])))
-
-
-def _note_file(element: Element, file: str) -> Element:
-    children = tuple(_note_file(child, file) for child in element.children)
-    return replace(element, children=children, file=file)

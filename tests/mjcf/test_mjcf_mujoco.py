@@ -116,6 +116,104 @@ TEXTS = {
     ),
 }
 
+TETRAHEDRON = 'vertex="0 0 0  1 0 0.1  0 0.7 0  0.1 0.2 0.9"'
+FACES = 'face="0 2 1  0 1 3  0 3 2  1 2 3"'
+"""With `TETRAHEDRON` a closed surface, counterclockwise from outside."""
+DENTED = (
+    'vertex="-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  0 0 0.2  -1 -1 1  1 -1 1  1 1 1  -1 1 1" '
+    'face="0 2 1  0 3 2  0 1 6  0 6 5  1 2 7  1 7 6  2 3 8  2 8 7  3 0 5  3 5 8  '
+    '5 6 4  6 7 4  7 8 4  8 5 4"'
+)
+"""A box of which the top is pulled in, so that the rules differ."""
+
+
+def mesh(attributes: str, geom: str = "", compiler: str = "") -> str:
+    before = f'{compiler}<asset><mesh name="m" {attributes}/></asset>'
+    place = 'pos="0.1 0.2 0.3" euler="10 20 30"'
+    return body(f'{HINGE}<geom type="mesh" mesh="m" {place} {geom}/>{SECOND}', before)
+
+
+def drawn(form: str, geom: str) -> str:
+    return body(f'{HINGE}<geom type="{form}" shellinertia="true" {geom}/>')
+
+
+def tendon(tags: str, after: str = "", joint: str = "") -> str:
+    inside = f'<site name="w" pos="0.3 0 1"/>{TIP.format(HINGE + GEOM + SITED)}{joint}'
+    return f"<mujoco><worldbody>{inside}</worldbody><tendon>{tags}</tendon>{after}</mujoco>"
+
+
+SITED = SECOND.replace("/></body>", '/><site name="t" pos="0.1 0 0.2"/></body>')
+ALONG = '<joint joint="h" coef="0.5"/><joint joint="s" coef="-2"/>'
+STRAIGHT = '<site site="w"/><site site="t"/>'
+
+TEXTS |= {
+    "mesh": mesh(f"{TETRAHEDRON} {FACES}"),
+    "mesh of points": mesh(TETRAHEDRON),
+    "mesh with mass": mesh(f"{TETRAHEDRON} {FACES}", 'mass="3"'),
+    "mesh with density": mesh(f"{TETRAHEDRON} {FACES}", 'density="70"'),
+    "mesh scaled": mesh(f'{TETRAHEDRON} {FACES} scale="0.5 1 2"'),
+    "mesh mirrored": mesh(f'{TETRAHEDRON} {FACES} scale="-1 1 2" inertia="exact"'),
+    "mesh moved": mesh(f'{TETRAHEDRON} {FACES} refpos="1 2 3" refquat="1 1 0 2"'),
+    "mesh legacy": mesh(DENTED),
+    "mesh exact": mesh(f'{DENTED} inertia="exact"'),
+    "mesh convex": mesh(f'{DENTED} inertia="convex"'),
+    "mesh shell": mesh(f'{DENTED} inertia="shell"'),
+    "mesh by class": mesh(
+        DENTED, compiler='<default><mesh inertia="exact" scale="1 1 0.5"/></default>'
+    ),
+    "box for a mesh": mesh(f"{TETRAHEDRON} {FACES}").replace('type="mesh"', 'type="box"'),
+    "ball for a mesh": mesh(DENTED).replace('type="mesh"', 'type="sphere" fitscale="1.2"'),
+    "capsule for a mesh": mesh(f"{TETRAHEDRON} {FACES}").replace('type="mesh"', 'type="capsule"'),
+    "cylinder for a mesh": mesh(f"{TETRAHEDRON} {FACES}").replace('type="mesh"', 'type="cylinder"'),
+    "ellipsoid for a mesh": mesh(f"{TETRAHEDRON} {FACES}").replace(
+        'type="mesh"', 'type="ellipsoid"'
+    ),
+    "hollow ball": drawn("sphere", 'size="0.2" pos="0.1 0 0"'),
+    "hollow box": drawn("box", 'size="0.1 0.2 0.4" pos="0.1 0 0"'),
+    "hollow cylinder": drawn("cylinder", 'size="0.1 0.4" pos="0.1 0 0"'),
+    "hollow capsule": drawn("capsule", 'size="0.1 0.4" mass="2"'),
+    "hollow ellipsoid": drawn("ellipsoid", 'size="0.1 0.2 0.4" density="20"'),
+    "replicate": world(
+        f'<replicate count="3" offset="0.1 0.2 0" euler="0 10 20"><body name="b" pos="1 0 0">'
+        f"{HINGE}{GEOM}{SECOND}</body></replicate>"
+    ),
+    "replicate twice": world(
+        '<replicate count="2" offset="0 0 1"><replicate count="2" euler="0 0 90"><body pos="1 0 0">'
+        f"{HINGE}{GEOM}</body></replicate></replicate>"
+    ),
+    "replicated geoms": body(
+        f'{HINGE}<replicate count="11" offset="0.1 0 0" sep="-"><geom name="g" size="0.1"/>'
+        "</replicate>"
+    ),
+    "spring along joints": tendon(f'<fixed name="f" stiffness="3">{ALONG}</fixed>'),
+    "spring of a length": tendon(f'<fixed stiffness="3" springlength="0.4">{ALONG}</fixed>'),
+    "damper along joints": tendon(f'<fixed damping="2">{ALONG}</fixed>'),
+    "spring along a joint": tendon(
+        '<fixed stiffness="3" damping="0.1" springlength="0.4"><joint joint="h" coef="-2"/></fixed>'
+    ),
+    "spring between sites": tendon(f'<spatial stiffness="30" damping="2">{STRAIGHT}</spatial>'),
+    "spring of free length": tendon(
+        f'<spatial stiffness="30" springlength="0.3">{STRAIGHT}</spatial>'
+    ),
+    "spring by class": tendon(f'<fixed class="k">{ALONG}</fixed>').replace(
+        "<worldbody>",
+        '<default><default class="k"><tendon stiffness="4"/></default></default><worldbody>',
+    ),
+    "no springs along joints": tendon(f'<fixed stiffness="3">{ALONG}</fixed>').replace(
+        "<worldbody>", '<option><flag spring="disable"/></option><worldbody>'
+    ),
+    "rotor of a drive": tendon(
+        "", '<actuator><motor joint="h" armature="0.1" gear="3"/></actuator>'
+    ),
+    "damping of a drive": tendon(
+        "", '<actuator><position joint="s" damping="0.5" gear="2"/></actuator>'
+    ),
+    "two drives by class": tendon(
+        "",
+        '<actuator><motor joint="h"/><motor joint="h" gear="2"/></actuator>',
+    ).replace("<worldbody>", '<default><general armature="0.2"/></default><worldbody>'),
+}
+
 
 def norm(text: str, q: Any, v: Any) -> tuple[Any, Any, Any]:
     """MuJoCo's mass matrix, bias and passive forces in this package's velocities."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -11,6 +12,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.mjcf import read_mjcf
+from mecanique.model.bodies.tensor import tensor_of
 
 ARM = """<body name="{0}" pos="{1}"><joint name="{0}_joint" axis="0 1 0" pos="0 0 0.1"/>
 <geom type="capsule" size="0.02" fromto="0 0 0 0 0 -0.5"/>{2}</body>"""
@@ -134,12 +136,11 @@ BODY = '<body><joint axis="0 1 0"/>{}</body>'
         ("<sdf/>", "line 1: expected <mujoco> as the outermost element, not <sdf>"),
         ("<mujoco><deformable/></mujoco>", "<deformable> is not read"),
         (model("<composite/>"), "<composite> is not read"),
-        (model('<replicate count="2"/>'), "<replicate> is not read"),
-        (
-            model(BODY.format('<geom type="mesh" mesh="a"/>')),
-            "the inertia of a geom of type 'mesh'",
-        ),
-        (model(BODY.format('<geom size="1" shellinertia="true"/>')), "shellinertia of a geom"),
+        (model('<replicate count="0"/>'), "expected a count of copies, got '0'"),
+        (model('<replicate count="1e6"><body/></replicate>'), "more than 100,000 elements"),
+        (model(BODY.format('<geom mesh="a"/>')), "there is no mesh 'a' among the assets"),
+        (model(BODY.format('<geom type="sdf" mesh="a"/>')), "the inertia of a geom of type 'sdf'"),
+        (model(BODY.format('<geom size="1" adhesion="1"/>')), "adhesion=… of <geom> is not read"),
         (model(BODY.format('<geom size="-1"/>')), "expected 1 positive sizes of a sphere"),
         (model(BODY.format('<geom size="x"/>')), "expected 3 finite numbers for size of <geom>"),
         (model(BODY.format('<geom size="1" magic="1"/>')), "magic=… of <geom> is not read"),
@@ -156,10 +157,14 @@ BODY = '<body><joint axis="0 1 0"/>{}</body>'
         (model("", '<compiler alignfree="true"/>'), "coordinate and alignfree of <compiler>"),
         (model("", '<default class="a"/>'), "expected 'main' for the outermost class"),
         (model("", "<default><default/></default>"), "inside another needs a name"),
-        (model("", '<tendon><fixed stiffness="2"/></tendon>'), "stiffness of <fixed> is not read"),
-        (model("", '<actuator><motor armature="0.1"/></actuator>'), "armature of <motor>"),
+        (model("", '<tendon><fixed armature="2"/></tendon>'), "armature of <fixed> is not read"),
+        (model("", '<tendon><fixed stiffness="2" springlength="0 1"/></tendon>'), "slack between"),
+        (model("", '<tendon><spatial damping="2"/></tendon>'), "damping of a <spatial> tendon"),
+        (model("", '<tendon><fixed><joint joint="a"/></fixed></tendon>'), "'a' is no hinge or"),
+        (model("", '<actuator><motor armature="0.1"/></actuator>'), "armature of <motor> at no"),
         (model("", "<actuator><plugin/></actuator>"), "plugins are not read"),
-        (model("", '<equality><tendon tendon1="a"/></equality>'), "<tendon> among the constraints"),
+        (model("", '<equality><tendon tendon1="a"/></equality>'), "'a' is no tendon along joints"),
+        (model("", '<equality><flex flex="a"/></equality>'), "<flex> among the constraints"),
         (model("", '<equality><joint joint1="a"/></equality>'), "'a' is no hinge or slide"),
         (model("", '<equality><weld body1="a"/></equality>'), "names a body that is not there"),
         (model("", '<equality><weld site1="a"/></equality>'), "names a site that is not there"),
@@ -177,3 +182,99 @@ def test_joints_that_follow_in_circles_are_refused() -> None:
     )
     with pytest.raises(mq.InputError, match="is tied by several constraints"):
         read_mjcf(model(TWO, f"<equality>{circle}</equality>"))
+
+
+def test_a_tendon_ties_two_joints() -> None:
+    text = model(
+        TWO,
+        '<tendon><fixed name="t"><joint joint="a_joint" coef="0.5"/><joint joint="b_joint" '
+        'coef="-2"/></fixed></tendon><equality><tendon tendon1="t" polycoef="0.3"/></equality>',
+    )
+    mechanism = read_mjcf(text)
+    assert mechanism.nv == 1
+    theirs = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(theirs)
+    x = 0.7
+    law = mechanism.coordinates.driven["b_joint"]
+    data.qpos[:] = x, float(law.subs({"a_joint": x}))
+    mujoco.mj_forward(theirs, data)
+    assert data.qpos[1] == pytest.approx((0.3 - 0.5 * x) / -2, rel=1e-15)
+    assert abs(data.efc_pos[0]) < 1e-15
+
+
+def test_the_spring_of_a_tendon_pulls_in_coordinates_that_are_free() -> None:
+    text = model(
+        TWO,
+        '<tendon><fixed stiffness="2" damping="3"><joint joint="a_joint" coef="1"/>'
+        '<joint joint="b_joint" coef="1"/></fixed></tendon><equality><joint joint1="b_joint" '
+        'joint2="a_joint" polycoef="0 2"/></equality>',
+    )
+    mechanism = read_mjcf(text)
+    bare = mq.Reference(replace(mechanism, forces=()))
+    tau = bare.inverse_dynamics([0.3], [0.2], [0]) - mq.Reference(mechanism).inverse_dynamics(
+        [0.3], [0.2], [0]
+    )
+    # length q + 2 q = 3 q, so both constants count 9 times
+    assert tau == pytest.approx([-9 * (2 * 0.3 + 3 * 0.2)], rel=1e-12)
+
+
+@pytest.mark.parametrize("form", ["stl", "obj", "msh"])
+def test_meshes_of_files_weigh_what_mujocos_weigh(form: str, tmp_path: Path) -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0.1], [0, 0.7, 0], [0.1, 0.2, 0.9]], dtype="<f4")
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], dtype="<i4")
+    data = b""
+    if form == "stl":
+        head = bytes(80) + len(faces).to_bytes(4, "little")
+        facets = [bytes(12) + points[face].tobytes() + bytes(2) for face in faces]
+        data = head + b"".join(facets)
+    elif form == "obj":
+        lines = [f"v {x} {y} {z}" for x, y, z in points.tolist()]
+        lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces.tolist()]
+        data = "\n".join([*lines, "o second", "f 1 2 3"]).encode()
+    else:
+        head = np.array([4, 0, 0, 4], dtype="<i4").tobytes()
+        data = head + points.tobytes() + faces.tobytes()
+    (tmp_path / "assets").mkdir()
+    (tmp_path / "assets" / f"part.{form}").write_bytes(data)
+    text = (
+        '<mujoco><compiler meshdir="assets"/><asset>'
+        f'<mesh file="part.{form}" scale="2 1 1"/></asset>'
+        '<worldbody><body><joint axis="0 1 0"/><geom type="mesh" mesh="part"/></body></worldbody>'
+        "</mujoco>"
+    )
+    file = tmp_path / "robot.xml"
+    file.write_text(text, encoding="utf-8")
+    body = read_mjcf(file).bodies[1]
+    theirs = mujoco.MjModel.from_xml_path(str(file))
+    assert body.mass == pytest.approx(theirs.body_mass[1], rel=1e-12)
+    assert body.center == pytest.approx(theirs.body_ipos[1].tolist(), rel=1e-12)
+    moments = np.linalg.eigvalsh(tensor_of([float(entry) for entry in body.inertia]))
+    assert sorted(moments) == pytest.approx(sorted(theirs.body_inertia[1]), rel=1e-9)
+
+
+MESH = '<mujoco><asset><mesh name="a" {}/></asset><worldbody>{}</worldbody></mujoco>'
+PART = BODY.format('<geom type="mesh" mesh="a"/>')
+CORNERS = "0 0 0  1 0 0  0 1 0  0 0 1"
+
+
+@pytest.mark.parametrize(
+    ("attributes", "said"),
+    [
+        ('file="none.stl"', "mesh 'a': mesh file none.stl: there is no such file"),
+        ('file="robot.dae"', "expected STL, OBJ or MSH, got '.dae'"),
+        ('vertex="0 0 0 1 0 0"', "a mesh expects four points or more"),
+        (f'vertex="{CORNERS} 1"', "expected triples of numbers for vertex of <mesh>, got 13"),
+        (f'vertex="{CORNERS}" face="0 1 7"', "a face of the mesh names a point that is not there"),
+        (f'vertex="{CORNERS}" face="0 1 2"', "the volume of the mesh is too small"),
+        (f'vertex="{CORNERS}" inertia="soft"', "inertia='soft' of <mesh> is not read"),
+        (f'vertex="{CORNERS}" maxhullvert="8"', "the inertia of a hull with maxhullvert=…"),
+        (f'vertex="{CORNERS}" builtin="cone"', "builtin=… of <mesh> is not read"),
+        (
+            f'vertex="{CORNERS}" inertia="exact" face="0 1 2 0 1 3 0 3 2 1 2 3"',
+            "faces of the mesh have inconsistent orientations",
+        ),
+    ],
+)
+def test_meshes_that_are_not_read_are_refused_by_name(attributes: str, said: str) -> None:
+    with pytest.raises(mq.InputError, match=re.escape(said)):
+        read_mjcf(MESH.format(attributes, PART))

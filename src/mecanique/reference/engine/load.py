@@ -207,7 +207,9 @@ def _check_inertias(pin: Any, mechanism: Mechanism, model: Any, holders: dict[st
             model.inertias[index],
             sum((holders[name].inertia for name in names), pin.Inertia.Zero()),
         )
-        first = wanted.mass * np.linalg.norm(wanted.lever)
+        parts = [holders[name].inertia for name in names]
+        # of the parts, because their first moments may cancel down to rounding
+        first = sum(part.mass * float(np.linalg.norm(part.lever)) for part in parts)
         scale = np.abs(wanted.inertia).max() + first * np.linalg.norm(wanted.lever)
         whole = (
             abs(read.mass - wanted.mass) <= 1e-9 * wanted.mass

@@ -1,0 +1,286 @@
+"""Volumes and inertias of MuJoCo's solids and shells, and of meshes by each of its rules."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mecanique.arrays import Array
+from mecanique.errors import InputError
+from mecanique.sources import Mass
+from mecanique.urdf.meshes import MOST_BYTES, MOST_TRIANGLES, read_stl
+
+Rule: TypeAlias = Literal["legacy", "exact", "convex", "shell"]
+Corners: TypeAlias = Array
+"""Triangles by their corners, shape (m, 3, 3)."""
+
+SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
+"""How many sizes each kind of geom has that has a volume."""
+
+_SMALL = 1e-15
+"""What MuJoCo takes for no volume and no area."""
+
+_STRAIGHT = 1e-14
+"""How far the cosine of a turn is from one that MuJoCo leaves out."""
+
+_SKIN = 1e-6
+"""How far MuJoCo blows up an ellipsoid to find its shell's inertia [m]."""
+
+
+def solid_of(form: str, size: Array) -> tuple[float, Array]:
+    """Volume, and squares of the radii of gyration about the axes."""
+    a, b, c = size
+    match form:
+        case "sphere":
+            return 4 / 3 * math.pi * a**3, np.full(3, 2 / 5 * a**2)
+        case "ellipsoid":
+            return 4 / 3 * math.pi * a * b * c, _across(size**2) / 5
+        case "box":
+            return 8 * a * b * c, _across(size**2) / 3
+        case "cylinder":
+            across = a * a / 4 + b * b / 3
+            return 2 * math.pi * a * a * b, np.array([across, across, a * a / 2])
+    # a capsule: a cylinder and two halves of a ball, whose centers lie 3/8 r beyond its ends
+    tube, ball = 2 * math.pi * a * a * b, 4 / 3 * math.pi * a**3
+    across = tube * (a * a / 4 + b * b / 3) + ball * (2 / 5 * a * a + b * b + 3 / 4 * a * b)
+    along = tube * a * a / 2 + ball * 2 / 5 * a * a
+    return tube + ball, np.array([across, across, along]) / (tube + ball)
+
+
+def shell_of(form: str, size: Array) -> tuple[float, Array]:
+    """Area, and squares of the radii of gyration, of a geom with `shellinertia`."""
+    a, b, c = size
+    match form:
+        case "sphere":
+            return 4 * math.pi * a * a, np.full(3, 2 / 3 * a * a)
+        case "ellipsoid":
+            return _ellipsoid_shell(size)
+        case "box":
+            faces = 4 * np.array([b * c, a * c, a * b])  # across x, y, z; there are two of each
+            squares = 2 * size**2 * (faces + (faces.sum() - faces) / 3)
+            area = 2 * float(faces.sum())
+            return area, _across(squares) / area
+        case "cylinder":
+            tube, disk = 4 * math.pi * a * b, math.pi * a * a
+            across = tube * (a * a / 2 + b * b / 3) + 2 * disk * (a * a / 4 + b * b)
+            along = tube * a * a + disk * a * a
+            area = tube + 2 * disk
+            return area, np.array([across, across, along]) / area
+    # a capsule: the centers of its hollow caps lie r/2 beyond its ends
+    tube, ball = 4 * math.pi * a * b, 4 * math.pi * a * a
+    caps = 2 / 3 * a * a + (b + a / 2) ** 2 - a * a / 4
+    across = tube * (a * a / 2 + b * b / 3) + ball * caps
+    along = tube * a * a + ball * 2 / 3 * a * a
+    return tube + ball, np.array([across, across, along]) / (tube + ball)
+
+
+def _across(squares: Array) -> Array:
+    """Moments about the axes from second moments along them."""
+    return np.asarray(squares.sum() - squares)
+
+
+def _ellipsoid_shell(size: Array) -> tuple[float, Array]:
+    a, b, c = size
+    p = 1.6075  # K. Thomsen's formula for the area
+    mean = ((a * b) ** p + (b * c) ** p + (c * a) ** p) / 3
+    blown = size + _SKIN
+    inner, outer = float(np.prod(size)), float(np.prod(blown))
+    moments = outer * _across(blown**2) - inner * _across(size**2)
+    return 4 * math.pi * mean ** (1 / p), moments / (outer - inner) / 5
+
+
+def mesh_of(corners: Corners, rule: Rule) -> Mass:
+    """Return a mesh of unit density by one of MuJoCo's rules; of a shell, of unit density an area.
+
+    `legacy` counts every pyramid over a face as positive, its apex first in the center of the
+    faces, then in the center of mass that follows: not the true volume of a body with hollows.
+
+    Raises:
+        InputError: if it has no volume, or its faces do not agree on what is outside.
+    """
+    if rule == "convex":
+        corners = _hull(corners.reshape(-1, 3))
+    if rule == "exact":
+        _check_orientation(corners)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1) / 2
+    centers = corners.mean(axis=1)
+    if areas.sum() < _SMALL:
+        raise InputError("the surface of the mesh is too small")
+    apex = areas @ centers / areas.sum()
+    if rule == "shell":
+        weights, middle = areas, apex
+    else:
+        weights = _pyramids(corners, apex, rule)
+        if weights.sum() < _SMALL:
+            raise InputError("the volume of the mesh is too small, or its triangles face inwards")
+        middle = weights @ (0.75 * centers + 0.25 * apex) / weights.sum()
+        weights = _pyramids(corners, middle, rule)
+    arms = corners - middle
+    sums = arms.sum(axis=1)
+    share = 12 if rule == "shell" else 20
+    squares = np.einsum("m,mi,mj->ij", weights, sums, sums)
+    squares += np.einsum("m,mci,mcj->ij", weights, arms, arms)
+    squares /= share
+    inertia = np.trace(squares) * np.eye(3) - squares
+    return Mass(float(weights.sum()), middle, as_principal(inertia))
+
+
+def as_principal(inertia: Array) -> Array:
+    """Return a tensor as MuJoCo keeps it: by principal moments, their axes found to about 1e-7 rad.
+
+    Its Jacobi iteration ends before a turn whose cosine is one but for 1e-14, as measured.
+    """
+    axes = np.eye(3)
+    for _ in range(500):
+        turned = axes.T @ inertia @ axes
+        pairs = ((1, 2), (0, 2), (0, 1))
+        r, c = max(pairs, key=lambda pair: abs(turned[pair]))
+        if not turned[r, c]:
+            break
+        tau = (turned[c, c] - turned[r, r]) / (2 * turned[r, c])
+        tangent = math.copysign(1.0, tau) / (abs(tau) + math.sqrt(1 + tau * tau))
+        cosine = 1 / math.sqrt(1 + tangent * tangent)
+        if cosine > 1 - _STRAIGHT:
+            break
+        step = np.eye(3)
+        step[r, r] = step[c, c] = cosine
+        step[r, c], step[c, r] = tangent * cosine, -tangent * cosine
+        axes = axes @ step
+    moments = np.diagonal(axes.T @ inertia @ axes)
+    return np.asarray(axes @ np.diag(moments) @ axes.T)
+
+
+def _pyramids(corners: Corners, apex: Array, rule: Rule) -> Array:
+    """Volumes of the pyramids from an apex over the faces."""
+    a, b, c = np.moveaxis(corners - apex, 1, 0)
+    volumes = np.einsum("mi,mi->m", a, np.cross(b, c)) / 6
+    return np.abs(volumes) if rule == "legacy" else np.asarray(volumes)
+
+
+def _hull(points: Array) -> Corners:
+    """The convex hull's triangles, counterclockwise from outside."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError) as error:
+        reason = str(error).split("\n", 1)[0]
+        raise InputError(f"the mesh has no convex hull ({reason})") from None
+    corners = points[hull.simplices]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inwards = np.einsum("mi,mi->m", normals, hull.equations[:, :3]) < 0
+    corners[inwards] = corners[inwards][:, ::-1]
+    return np.asarray(corners)
+
+
+def _check_orientation(corners: Corners) -> None:
+    """Refuse a mesh of which two faces run along an edge in one direction."""
+    _, numbers = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    faces = numbers.reshape(-1, 3)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    # MuJoCo does not look at the edges of the smallest faces
+    faces = faces[np.linalg.norm(normals, axis=1) / 2 > math.sqrt(_SMALL)]
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    if len(np.unique(edges, axis=0)) < len(edges):
+        raise InputError("faces of the mesh have inconsistent orientations")
+
+
+def faces_of(points: Array, faces: NDArray[np.int64]) -> Corners:
+    """Return triangles by their corners; without faces, those of the convex hull."""
+    if len(points) < 4:
+        raise InputError("a mesh expects four points or more")
+    if not len(faces):
+        return _hull(points)
+    if faces.min() < 0 or faces.max() >= len(points):
+        raise InputError("a face of the mesh names a point that is not there")
+    return np.asarray(points[faces])
+
+
+def read_solid(path: Path) -> Corners:
+    """Return the triangles of a mesh file as MuJoCo reads it: in single precision.
+
+    Raises:
+        InputError: if there is no such file, or it is not read.
+    """
+    readers: dict[str, Callable[[bytes], Corners]] = {
+        ".stl": lambda data: read_stl(data)[0].corners,
+        ".obj": _read_first_object,
+        ".msh": _read_msh,
+    }
+    reader = readers.get(path.suffix.lower())
+    try:
+        if reader is None:
+            raise InputError(f"expected STL, OBJ or MSH, got {path.suffix!r}")
+        if not path.is_file():
+            raise InputError("there is no such file")
+        with path.open("rb") as stream:
+            data = stream.read(MOST_BYTES + 1)
+        if len(data) > MOST_BYTES:
+            raise InputError(f"expected at most {MOST_BYTES:,} bytes")
+        corners = reader(data).astype(np.float32).astype(float)
+        if not np.isfinite(corners).all():
+            raise InputError("expected finite numbers, got some that are not")
+    except OSError as error:
+        raise InputError(f"mesh file {path}: {error.strerror or error}") from None
+    except InputError as error:
+        raise InputError(f"mesh file {path}: {error}") from None
+    return corners
+
+
+def _read_first_object(data: bytes) -> Corners:
+    """Return the first object or group of an OBJ file that has faces: MuJoCo reads no further."""
+    points: list[list[float]] = []
+    faces: list[list[int]] = []
+    complete = False
+    for line in data.decode("utf-8", "replace").splitlines():
+        word, *rest = line.split() or [""]
+        complete = complete or (word in ("o", "g") and bool(faces))
+        try:
+            if word == "v":
+                points.append([float(text) for text in rest[:3]])
+            elif word == "f" and not complete:
+                numbers = [int(corner.partition("/")[0]) for corner in rest]
+                faces.append([k - 1 if k > 0 else len(points) + k for k in numbers])
+        except ValueError:
+            raise InputError(f"expected numbers, got {line.strip()[:60]!r}") from None
+        if len(faces) > MOST_TRIANGLES:
+            raise InputError(f"expected at most {MOST_TRIANGLES:,} faces")
+    if any(len(point) != 3 for point in points):
+        raise InputError("expected points of three numbers")
+    places = np.array(points, dtype=np.float32).astype(float).reshape(-1, 3)
+    triangles: list[list[int]] = []
+    for face in faces:
+        triangles += _cut(face, places)
+    return faces_of(places, np.array(triangles, dtype=np.int64).reshape(-1, 3))
+
+
+def _cut(face: list[int], places: Array) -> list[list[int]]:
+    """Cut a quadrangle along its shorter diagonal, as MuJoCo's reader does."""
+    if len(face) == 3:
+        return [face]
+    if len(face) != 4 or not all(0 <= k < len(places) for k in face):
+        raise InputError(f"expected faces of three or four points, got one of {len(face)}")
+    a, b, c, d = face
+    first = np.linalg.norm(places[c] - places[a])
+    second = np.linalg.norm(places[d] - places[b])
+    return [[a, b, c], [a, c, d]] if first < second else [[a, b, d], [b, c, d]]
+
+
+def _read_msh(data: bytes) -> Corners:
+    """MuJoCo's own binary format: four counts, then points, normals, texture, faces."""
+    head = np.frombuffer(data[:16], "<i4")
+    if len(head) < 4 or (head < 0).any():
+        raise InputError("the MSH file breaks off, or its sizes are wrong")
+    points, normals, texture, faces = (int(count) for count in head)
+    start = 16 + 12 * points + 12 * normals + 8 * texture
+    if len(data) != start + 12 * faces:
+        raise InputError("the MSH file breaks off, or its sizes are wrong")
+    places = np.frombuffer(data, "<f4", 3 * points, 16).reshape(-1, 3).astype(float)
+    triples = np.frombuffer(data, "<i4", 3 * faces, start).reshape(-1, 3)
+    return faces_of(places, triples.astype(np.int64))

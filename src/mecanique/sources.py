@@ -1,0 +1,205 @@
+"""What readers of descriptions in XML share: files, refusals by line, numbers, poses, masses.
+
+`mecanique.mjcf` and `mecanique.sdf` build on it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.errors import InputError
+from mecanique.model.bodies import Body
+from mecanique.model.bodies.shape import Shape
+from mecanique.model.bodies.tensor import entries_of
+from mecanique.model.bodies.visuals import Visual
+from mecanique.model.placement import Placement, rpy_of
+from mecanique.urdf.findings import Report
+from mecanique.urdf.markup import Element
+from mecanique.urdf.parse import MOST_BYTES, parse
+
+GROUND = "world"
+MOST_FILES = 100
+MOST_ELEMENTS = 100_000
+
+
+@final
+@dataclass
+class Mass:
+    """Mass, center and inertia about it, in one frame."""
+
+    mass: float
+    center: Array
+    inertia: Array
+
+    def move(self, pose: Array) -> Mass:
+        """Return it in the frame in which its own has this pose."""
+        turn = pose[:3, :3]
+        return Mass(self.mass, turn @ self.center + pose[:3, 3], turn @ self.inertia @ turn.T)
+
+    def body(self, name: str, visuals: Sequence[Visual] = ()) -> Body:
+        """Return a body with this mass."""
+        x, y, z = self.center.tolist()
+        entries: Any = entries_of(self.inertia)
+        return Body(name, Shape(self.mass, (x, y, z), entries, tuple(visuals)))
+
+
+def no_mass() -> Mass:
+    """Return the mass of nothing."""
+    return Mass(0.0, np.zeros(3), np.zeros((3, 3)))
+
+
+def sum_masses(parts: Sequence[Mass]) -> Mass:
+    """Return several masses as one, by Steiner's theorem."""
+    total = sum(part.mass for part in parts)
+    if not total > 0:
+        return no_mass()
+    center = sum((part.mass * part.center for part in parts), np.zeros(3)) / total
+    inertia = np.zeros((3, 3))
+    for part in parts:
+        arm = part.center - center
+        inertia += part.inertia + part.mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
+    return Mass(total, center, inertia)
+
+
+class Source:
+    """One file with those it includes, or a text."""
+
+    def __init__(self, file: Path | None, format_name: str) -> None:
+        self.file = file
+        self.omitted: Counter[str] = Counter()
+        self._format = format_name
+        self._files = self._elements = 0
+
+    def parse(self, source: Path | str) -> Element:
+        """Return the outermost element of a file or a text."""
+        self._files += 1
+        report = Report(None if isinstance(source, str) else str(source))
+        data: bytes | str = source if isinstance(source, str) else b""
+        if isinstance(source, Path):
+            try:
+                if not source.is_file():
+                    raise FileNotFoundError(2, "there is no such file")
+                with source.open("rb") as stream:
+                    data = stream.read(MOST_BYTES + 1)
+            except OSError as error:
+                raise InputError(f"{source}: {error.strerror or error}") from None
+        root = parse(data, report)
+        report.refuse(strict=False)
+        if root is None:
+            raise InputError(f"expected {self._format}, got {str(source)[:60]!r}")
+        return root
+
+    def parse_inclusion(self, element: Element, path: Path) -> Element:
+        """Return the outermost element of an included file, which knows the name of its file."""
+        if self._files > MOST_FILES:
+            raise self.refuse(element, f"more than {MOST_FILES} files are included")
+        return _note_file(self.parse(path), str(path))
+
+    def refuse(self, element: Element, message: str) -> InputError:
+        """Return an error that names the file and the line of an element."""
+        place = element.file or (str(self.file) if self.file else "")
+        return InputError(
+            f"{place}:{element.line}: {message}" if place else f"line {element.line}: {message}"
+        )
+
+    def count(self, element: Element) -> None:
+        """Count an element that is read, and refuse one too many."""
+        self._elements += 1
+        if self._elements > MOST_ELEMENTS:
+            raise self.refuse(element, f"more than {MOST_ELEMENTS:,} elements")
+
+    def numbers(
+        self,
+        element: Element,
+        texts: Mapping[str, str],
+        name: str,
+        default: Sequence[float] | Array,
+        count: int,
+        *,
+        least: int | None = None,
+    ) -> Array:
+        """Return an attribute's numbers; what may be left out at its end is that of the default."""
+        if name not in texts:
+            return np.array(default, dtype=float)
+        expected = f"expected {count} finite {'number' if count == 1 else 'numbers'}"
+        wanted = f"{expected} for {name} of <{element.tag}>"
+        values = self.split(element, texts[name], wanted)
+        if not (count if least is None else least) <= len(values) <= count:
+            raise self.refuse(element, f"{wanted}, got {texts[name][:60]!r}")
+        return np.array([*values, *list(default)[len(values) :]], dtype=float)
+
+    def split(self, element: Element, text: str, wanted: str) -> list[float]:
+        """Return the finite numbers of a text; the refusal of others begins with what is wanted."""
+        try:
+            values = [float(word) for word in text.split()]
+        except ValueError:
+            values = [math.nan]
+        if not all(map(math.isfinite, values)):
+            raise self.refuse(element, f"{wanted}, got {text[:60]!r}")
+        return values
+
+    def number(
+        self, element: Element, texts: Mapping[str, str], name: str, default: float
+    ) -> float:
+        """Return an attribute's number."""
+        return float(self.numbers(element, texts, name, (default,), 1)[0])
+
+    def list_omissions(self) -> list[str]:
+        """Say how much of what was left out."""
+        return [f"{count} {what}" for what, count in sorted(self.omitted.items())]
+
+
+def placement_at(pose: Array) -> Placement:
+    """Return the placement of a pose, shape (4, 4)."""
+    x, y, z = pose[:3, 3].tolist()
+    return Placement((x, y, z), rpy_of(pose[:3, :3]))
+
+
+def shift_by(vector: Array | Sequence[float]) -> Array:
+    """Return the pose of a frame that is moved and not turned, shape (4, 4)."""
+    pose = np.eye(4)
+    pose[:3, 3] = vector
+    return pose
+
+
+def unit_vector(vector: Array | Sequence[float]) -> Array:
+    """Return a direction as a vector of length one."""
+    length = float(np.linalg.norm(vector))
+    if not length > 1e-14:
+        raise InputError(f"expected a direction with a length, got {list(vector)}")
+    return np.asarray(vector, dtype=float) / length
+
+
+def turn_about(axis: Array | Sequence[float], angle: float) -> Array:
+    """Rodrigues' formula: R = 1 + sin α K + (1 − cos α) K²."""
+    x, y, z = unit_vector(axis)
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + math.sin(angle) * k + (1 - math.cos(angle)) * k @ k)
+
+
+def turn_of(quaternion: Array) -> Array:
+    """The rotation matrix of a quaternion (w, x, y, z) of any length but zero."""
+    w, x, y, z = unit_vector(quaternion)
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + 2 * w * k + 2 * k @ k)
+
+
+def turn_from_z(direction: Array) -> Array:
+    """The smallest turn that takes z to a direction."""
+    axis = np.cross([0.0, 0.0, 1.0], direction)
+    if not np.linalg.norm(axis) > 1e-10 * np.linalg.norm(direction):
+        return np.eye(3) if direction[2] > 0 else np.diag([1.0, -1.0, -1.0])
+    return turn_about(axis, math.atan2(float(np.linalg.norm(axis)), float(direction[2])))
+
+
+def _note_file(element: Element, file: str) -> Element:
+    children = tuple(_note_file(child, file) for child in element.children)
+    return replace(element, children=children, file=file)
