@@ -16,6 +16,11 @@ def say_count(count: int, noun: str, plural: str = "") -> str:
     return f"{count} {noun if count == 1 else plural or f'{noun}s'}"
 
 
+def enumerate_words(words: Sequence[str]) -> str:
+    """Join words into an enumeration, the last after "and"."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
 def write_table(caption: str, rows: Sequence[Sequence[str]]) -> str:
     """Return a table in HTML, for notebooks.
 

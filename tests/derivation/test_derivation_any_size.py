@@ -22,7 +22,10 @@ from mecanique.verification.states import random_states
 from mecanique.viewing.scene.texts import document_of
 
 ROLLING = ("ball_in_a_bowl", "ball_on_a_turntable", "rattleback", "snakeboard", "whipple_bicycle")
-"""Systems that roll and have no closed form of a length that helps a reader."""
+"""Systems that roll."""
+
+CLOSED = ("ball_on_a_turntable", "snakeboard")
+"""Those of them that have a closed form as well."""
 
 
 def read_back(written: Written, values: dict[str, Any]) -> np.ndarray:
@@ -123,7 +126,8 @@ def held(written: Written, equations: mq.Equations, states: States, off: float =
 @pytest.mark.parametrize("name", ROLLING)
 def test_what_rolls_reads_back_by_every_method(name: str, method: str) -> None:
     equations = derive_system(name, method)
-    assert not equations.symbolic
+    closed = name in CLOSED and (name, method) != ("snakeboard", "virtual_work")
+    assert equations.symbolic == closed
     written = write_recursion(equations)
     assert_names_are_defined(written)
     mechanism, states = equations.mechanism, states_of(name)
@@ -148,12 +152,12 @@ def test_what_is_not_in_closed_form_points_to_its_list() -> None:
 
 
 def test_the_page_lists_symbols_and_results_of_what_rolls() -> None:
-    equations = derive(textbook.load("snakeboard"))
-    motion = mq.simulate(textbook.load("snakeboard"), duration=0.1)
+    equations = derive(textbook.load("rattleback"))
+    motion = mq.simulate(textbook.load("rattleback"), duration=0.05)
     document = document_of(motion, [equations], None, [])
     meant = [sentence for _, sentence in document.symbols]
-    assert "force of ground on front in front_wheels, across the edge [N]" in meant
-    assert "wheels leave one" in document.about
+    assert "normal force of ground on stone in below, along the normal [N]" in meant
+    assert "half of an ellipsoid" in document.about
     blocks = document.derivations[0].blocks
     assert [block.heading for block in blocks if block.heading] == [
         "Recursion",

@@ -50,6 +50,8 @@ SIGNS = {
     "planetary_gear": 146,
     "rack_and_pinion": 15,
     "rigid_bar_pendulum": 10,
+    "ball_on_a_turntable": 391,  # friction turns with the table, the ball by its quaternion
+    "snakeboard": 89,
     "rolling_coin": 192,  # the forces λ stand with their bare levers
     "rolling_disk": 37,  # the forces λ stand with their bare levers
     "rotating_plate": 14,

@@ -31,7 +31,7 @@ PRINTED = {
     "spherical_pendulum": (
         "m l^2 theta'' - p_phi^2 cos(theta)/(m l^2 sin(theta)^3) + m g l sin(theta) = 0"
     ),
-    "kepler_orbit": "m r'' - p_phi^2/(m r^3) = -m mu/r^2",
+    "kepler_orbit": "m r'' - p_phi^2/(m r^3) + m mu/r^2 = 0",
     "heavy_top": (
         "3 m (r^2 + 4 h^2) theta''/20 + 20 (p_phi - p_psi cos(theta)) (p_psi - p_phi cos(theta))"
         "/(3 m (r^2 + 4 h^2) sin(theta)^3) - 3 m g h sin(theta)/4 = 0"

@@ -8,8 +8,7 @@ from typing import final
 
 from mecanique.derivation.printing.equations import expression, root
 from mecanique.derivation.printing.writers import Expression
-from mecanique.derivation.scalars.series import Kind, Series
-from mecanique.derivation.symbolic.cutting import enumerate_words
+from mecanique.derivation.scalars.series import FOLLOWER, Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Tie
 from mecanique.derivation.term_units import UNIT_AT_END
 from mecanique.derivation.tolerances import ALIGNED
@@ -20,6 +19,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.homogeneity import dimensions_of
 from mecanique.model.mechanism_units import units
 from mecanique.model.units import Dimension, divide, read_unit, say_unit
+from mecanique.wording import enumerate_words
 
 _PARTS = ("x component", "y component", "z component", "scalar part")
 
@@ -33,6 +33,10 @@ _FOUND = {
     "r": ("position of the center of mass", "m"),
     "v": ("velocity of the center of mass", "m/s"),
     "a": ("acceleration of the center of mass", "m/s²"),
+    "m": ("mass", "kg"),
+    "c": ("center of mass in its own frame", "m"),
+    "I": ("moments of inertia about the center of mass", "kg·m²"),
+    "H": ("angular momentum", "kg·m²/s"),
     "omega": ("angular velocity", "rad/s"),
     "F": ("force", "N"),
     "C": ("couple", "N·m"),
@@ -99,7 +103,7 @@ def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ..
     entries += signals
     for index, atom in ring.atoms.items():
         name = ring.generators[index].name
-        if atom.named and used.get(name) is Kind.ATOM:
+        if atom.named and atom.function != FOLLOWER and used.get(name) is Kind.ATOM:
             sentence = derivation.lengths.get(name, "root")
             entries.append(Meaning((name,), sentence, root(atom.argument)))
     for name, sentence in derivation.unknowns.items():
@@ -176,8 +180,13 @@ def _explain_followers(derivation: Derivation) -> Iterator[Meaning]:
     algebra = derivation.algebra
     mechanism = algebra.mechanism
     own = {name: sentence for joint in mechanism.joints for name, sentence in _explain_joint(joint)}
+    named = {
+        algebra.ring.generators[index].name: atom.argument
+        for index, atom in algebra.ring.atoms.items()
+        if atom.function == FOLLOWER
+    }
     for name in mechanism.coordinates.driven:
-        value = algebra.lift(algebra.values[name])
+        value = named.get(name) or algebra.lift(algebra.values[name])
         yield Meaning((name,), own.get(name, "joint coordinate"), expression(value))
 
 

@@ -245,6 +245,29 @@ def half_square(factor: Series, base: Series) -> Expression:
     return Expression((whole,), _in_decimals(factor))
 
 
+def half_squares(squares: Sequence[tuple[Series, Series]]) -> Expression:
+    """Return Σ ½ I w², the squares with the same factor I together, none expanded."""
+    alike: dict[Series, list[Series]] = {}
+    for factor, base in squares:
+        alike.setdefault(factor, []).append(base)
+    terms = []
+    for factor, bases in alike.items():
+        inner = add([multiply((add(expression(base).terms), 2)) for base in bases])
+        terms.append(multiply(number(Fraction(1, 2)), to_formula(factor), (inner, 1)))
+    return Expression(tuple(terms), any(map(_in_decimals, alike)))
+
+
+def write_weighted(parts: Sequence[tuple[Series, Series]]) -> Expression:
+    """Return Σ c w with each sum w in brackets."""
+    terms = list[Product]()
+    for factor, base in parts:
+        if len(base) == 1:
+            terms += expression(tidy(factor * base)).terms
+        else:
+            terms.append(multiply(to_formula(factor), (add(expression(base).terms), 1)))
+    return Expression(tuple(terms), any(_in_decimals(factor) for factor, _ in parts))
+
+
 def join(parts: Iterable[Expression]) -> Expression:
     """Return the sum of expressions, each left as it is."""
     found = list(parts)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
-from mecanique.derivation.scalars.polynomials import Polynomial, exponent, power
+from mecanique.derivation.scalars.polynomials import Polynomial, exponent, exponents, power
 from mecanique.derivation.scalars.series import Kind, Series, canonical
 from mecanique.derivation.tolerances import ROUNDING
 
@@ -17,7 +17,7 @@ def tidy(series: Series) -> Series:
     often as possible: q²/ρ² + 1 = (q² + ρ²)/ρ², and (m₁² + m₁ m₂)/(m₁ + m₂)² = m₁/(m₁ + m₂).
     """
     ring = series.ring
-    for index, degree in reversed(ring.roots):
+    for index, degree, argument in reversed(ring.roots):
         lowest = min((exponent(monomial, index) for _, monomial, _ in series.terms()), default=0)
         if lowest >= 0:
             continue
@@ -28,9 +28,7 @@ def tidy(series: Series) -> Series:
             steps * degree
         ):  # one by one: ρ² alone would turn into s before it multiplies the series
             cleared = cleared * root
-        while (
-            steps and (quotient := divide_exactly(cleared, ring.atoms[index].argument)) is not None
-        ):
+        while steps and (quotient := divide_exactly(cleared, argument)) is not None:
             cleared, steps = quotient, steps - 1
         other = cleared * root ** (-steps * degree)
         series = other if len(other) <= len(series) else series
@@ -44,7 +42,7 @@ def without_rounding(series: Series, summed: Iterable[Series]) -> Series:
     """
 
     def has_root(monomial: int) -> bool:
-        return any(exponent(monomial, index) for index, _ in series.ring.roots)
+        return any(exponent(monomial, index) for index, *_ in series.ring.roots)
 
     # the root of a sum of floats is that of an integer as large as their denominators, so that
     # coefficients beside it are no measure of others, nor others of them
@@ -139,6 +137,30 @@ def divide_by_wave(series: Series, index: int, parity: int) -> Series | None:
         term = canonical(ring, {trig: rest.parts[key]}, rest.denominator, rest.reach) / size
         quotient, rest = quotient + term, rest - term * wave
     return quotient
+
+
+def integrate(series: Series, name: str) -> Series | None:
+    """Return an integral by a coordinate, term by term; None if a term is beyond powers and waves.
+
+    The series contains no roots or adjoined functions.
+    """
+    ring = series.ring
+    q = ring[name]
+    index = ring.index(q)
+    terms = []
+    for trig, monomial, c in series.terms():
+        term = canonical(ring, {trig: {monomial: 1}}, 1, series.reach) * c
+        e = exponent(monomial, index)
+        turns = [ring.angles[j].argument.diff(name) * k for j, k in exponents(trig >> 1)]
+        slope = ring.sum(turns)
+        if not slope and e != -1:
+            terms.append(term * q / (e + 1))
+        elif slope.is_unit and not e and not slope.diff(name):
+            # (sin φ)' = φ' cos φ, so that an integral of sin φ is −(sin φ)'/φ'²
+            terms.append(-term.diff(name) / (slope * slope))
+        else:
+            return None
+    return ring.sum(terms)
 
 
 def _divide_long(

@@ -74,6 +74,12 @@ class Ring(Basis):
             )
         return moved, rates
 
+    def bind(self, *names: str) -> None:
+        """Keep the squares of coordinates at the sum 1, by that of the last."""
+        *rest, last = (self[name] for name in names)
+        square = self.sum([self.number(1), *(-(x * x) for x in rest)])
+        self.roots.append((self.index(last), 2, square))
+
     def velocity(self, name: str) -> Series:
         """Return the velocity of a coordinate."""
         return self.rates[self._index_of(name, Kind.COORDINATE)]
@@ -213,7 +219,7 @@ class Ring(Basis):
             self._atom_indices[key] = index
             self.atoms[index] = Atom(function, argument, slope(atom), value, name is not None)
             if function in ("sqrt", "1"):
-                self.roots.append((index, 2 if function == "sqrt" else 1))
+                self.roots.append((index, 2 if function == "sqrt" else 1, argument))
         return self[self.generators[self._atom_indices[key]].name]
 
     def inverse(self, series: Series) -> Series:

@@ -74,6 +74,10 @@ class Angle(Generic[E]):
     unit: Fraction  # the rational multiple
 
 
+FOLLOWER = "follower"
+"""The function, the identity, of an atom that stands for a joint's angle under its name."""
+
+
 @final
 @dataclass(frozen=True)
 class Atom(Generic[E]):
@@ -97,7 +101,8 @@ class Basis(ABC):
         self.angles: list[Angle[Series]] = []
         self.atoms: dict[int, Atom[Series]] = {}
         self.rates: dict[int, Series] = {}
-        self.roots: list[tuple[int, int]] = []
+        self.roots: list[tuple[int, int, Series]] = []
+        """Generators of which a power, 1 or 2, is a series of others: index, power and series."""
         self.places: dict[str, int] = {}
         """Position of each parameter within a printed product, by name; the first is 0."""
         self.written: dict[Any, Any] = {}
@@ -206,7 +211,7 @@ class Series:
         """Return whether it is zero, after clearing roots from denominators if necessary."""
         series = self
         # the latest atoms are cleared first, as arguments contain only earlier ones
-        for index, degree in reversed(self.ring.roots):
+        for index, degree, _ in reversed(self.ring.roots):
             lowest = min((exponent(m, index) for p in series.parts.values() for m in p), default=0)
             if lowest < 0:
                 cleared = shift(series.parts, power(index, degree * -(lowest // degree)))
@@ -396,8 +401,7 @@ def canonical(ring: Basis, parts: Parts, denominator: int, reach: int) -> Series
 def _reduce(series: Series) -> Series:
     """Replace ρ² by s wherever ρ = √s was adjoined, and adjoined divisors by their sums."""
     ring = series.ring
-    for index, degree in reversed(ring.roots):
-        argument = ring.atoms[index].argument
+    for index, degree, argument in reversed(ring.roots):
         # negative powers of a unit can be taken out, too
         lowered = lower_powers(series.parts, index, degree, below_zero=argument.is_unit)
         if lowered.keys() - {0}:
@@ -411,4 +415,4 @@ def _reduce(series: Series) -> Series:
 
 def _share_roots(first: Series, second: Series) -> bool:
     ours, theirs = set(first._powers()), set(second._powers())
-    return any(index in ours and index in theirs for index, _ in first.ring.roots)
+    return any(index in ours and index in theirs for index, *_ in first.ring.roots)

@@ -495,6 +495,10 @@ class FreeBodies:
                 found = found - rate.axis * rate.rotor
         return found
 
+    def angular_momentum(self, cut: Cut) -> Vector:
+        """Return the angular momentum about the fixed point, or else the center of mass."""
+        return total([cut.angular_momentum, cross(_lead_back(cut), cut.momentum)])
+
     def turning(self, cut: Cut) -> Vector:
         """Return the rate of angular momentum about the fixed point, or else the center of mass."""
         return total([cut.turning, cross(_lead_back(cut), cut.push)])

@@ -214,6 +214,8 @@ class Cut:
     center_velocity: Vector  # [m/s]
     spin: Vector  # angular velocity [rad/s]
     push: Vector  # rate of the linear momentum [N]
+    momentum: Vector  # linear momentum [kg·m/s]
+    angular_momentum: Vector  # about the origin of its frame, ∫ y × x' dm [kg·m²/s]
     turning: Vector  # moment of m a about the origin of its frame, ∫ y × x'' dm [N·m]
     weight: Vector  # [N]
     weight_moment: Vector  # about the origin of its frame [N·m]
@@ -322,7 +324,8 @@ class Cuts:
         momentum = lift(ring, [combination(row, S) for row in Kd])
         velocity = kinematics.velocity(body)
         acceleration = kinematics.change(velocity, carrier)
-        tumbling = kinematics.change(self._spin_momentum(K, Kd, J), carrier)
+        spinning = self._spin_momentum(K, Kd, J)
+        tumbling = kinematics.change(spinning, carrier)
         described = algebra.mechanism.body(body)
         mass = algebra.lift(J[3][3])
         point = [algebra.series(c) for c in described.center] if mass else [*zero(ring)]
@@ -338,6 +341,8 @@ class Cuts:
             center_velocity=lift(ring, [combination(row, [*point, 1]) for row in Kd]).tidy(),
             spin=kinematics.spin(body),
             push=kinematics.change(momentum, carrier).tidy(),
+            momentum=momentum.tidy(),
+            angular_momentum=total([spinning, cross(first, velocity)]).tidy(),
             turning=total([tumbling, cross(first, acceleration)]).tidy(),
             weight=fall * mass,
             weight_moment=cross(first, fall),
@@ -439,14 +444,20 @@ def state_moment_balance(cut: Cut) -> str:
     """Return the sentence that introduces the balance of moments of a body."""
     what = "Moments balance"
     if cut.mass:
-        what = "The rate of the angular momentum equals the resultant moment"
+        what = "The rate of the angular momentum H equals the resultant moment"
+    moved = ""
     if cut.fixed:
         point = f"{cut.joint.name}, a fixed point"
+        if cut.mass and any(cut.center):
+            moved = (
+                " About it the moments of inertia are larger by m d² than about the center of "
+                "mass, in the distance d (Steiner)."
+            )
     elif cut.mass:
         point = "its center of mass"
     else:
         point = f"{cut.joint.name}; without mass any point serves"
-    return f"{what}, both about {point}."
+    return f"{what}, both about {point}.{moved}"
 
 
 def explain_guides(guides: Sequence[Guide]) -> str:
@@ -478,8 +489,3 @@ def describe_reaction(cut: Cut, d: Direction, *, guided: bool) -> str:
 def _say_whose(cut: Cut, label: str) -> str:
     """Say whose axes x, y and z are, where the sentence about the axes does not."""
     return f" of {cut.axes.whose}" if label in ("x", "y", "z") else ""
-
-
-def enumerate_words(words: Sequence[str]) -> str:
-    """Join words into an enumeration, the last after "and"."""
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

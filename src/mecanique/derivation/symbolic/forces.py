@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
 from mecanique.derivation.laws import Elastic, Law, laws_of
-from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.cancel import integrate, tidy
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Assumption
@@ -145,6 +145,7 @@ class Work:
     length: Series | None = None
     # stiffness k and elongation x of a spring with the energy ½ k x²
     square: tuple[Series, Series] | None = None
+    stated: bool = True  # whether its energy is that of its law, not found from a load
 
 
 def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
@@ -174,6 +175,31 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
             length=along.length,
             square=square,
         )
+
+
+def find_potential(algebra: Algebra, load: Work) -> Work:
+    """Return a load as a potential if algebra shows that it has one, else as it is.
+
+    Q = −∂V/∂q is integrated coordinate by coordinate; V is right if its derivatives are −Q.
+    """
+    ring, names = algebra.ring, [*algebra.mechanism.coordinates]
+    if load.kind != "work" or [f"{name}'" for name in names] != [*algebra.velocities]:
+        return load
+    fixed = (Kind.COORDINATE, Kind.PARAMETER, Kind.CONSTANT)
+    used = {g.kind for force in load.forces for g in force.generators()}
+    if not used <= {*fixed} or Kind.COORDINATE not in used:
+        return load
+    V = ring.number(0)
+    for name, force in zip(names, load.forces, strict=True):
+        share = integrate(tidy(force + V.diff(name)), name)
+        if share is None:
+            return load
+        V = tidy(V - share)
+    falls = zip(ring.along(V), load.forces, strict=True)
+    # a load that nothing moves against does no work, and needs no potential
+    if not V or not all((fall + force).vanishes() for fall, force in falls):
+        return load
+    return replace(load, kind="potential", scalar=V, stated=False)
 
 
 def _find_square(law: Law, along: Span | Travel) -> tuple[Series, Series] | None:

@@ -6,7 +6,8 @@ joint that leads to it from the ground; in the axes of that body no quaternion a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, final
 
@@ -27,7 +28,10 @@ from mecanique.derivation.tree.poses import (
     times_point,
 )
 from mecanique.errors import DerivationError
+from mecanique.model.bodies import Body
+from mecanique.model.bodies.shapes import HOMOGENEOUS
 from mecanique.model.expression import Scalar
+from mecanique.wording import enumerate_words
 
 ORIGIN = (0, 0, 0)
 """The origin of a body's frame."""
@@ -38,7 +42,7 @@ class Kinematics:
     """The poses and velocities of all bodies as series.
 
     Raises:
-        DerivationError: if the parent of a quaternion joint can move.
+        DerivationError: if the parent of a quaternion joint can turn.
     """
 
     def __init__(self, algebra: Algebra) -> None:
@@ -55,11 +59,9 @@ class Kinematics:
             here = product(origin(link.origin, values, arithmetic), local(link, values, arithmetic))
             pose = product(parent, here)
             if link.kind in ("ball", "free"):
-                if carrier >= 0 or any(
-                    isinstance(entry, Series) and _moves(entry) for row in parent for entry in row
-                ):
+                if carrier >= 0 or any(_moves(entry) for row in parent for entry in row[:3]):
                     raise DerivationError(
-                        f"joint {link.joint!r} turns by a quaternion on a body that moves; such "
+                        f"joint {link.joint!r} turns by a quaternion on a body that turns; such "
                         "equations are computed, not written out: describe the joint by three "
                         "hinges to read them"
                     )
@@ -148,6 +150,12 @@ class Kinematics:
         """Return the axes of a link in those of its carrier, three rows of three scalars."""
         return [row[:3] for row in self._pose(place)]
 
+    def turn_before(self, place: int) -> Matrix:
+        """Return the axes of a link before its own joint turns it, in those of its carrier."""
+        link = self.tree[place]
+        fixed = origin(link.origin, self.algebra.values, self.algebra.arithmetic)
+        return [row[:3] for row in product(self._pose(link.parent), fixed)]
+
     def moments(self, body: str) -> Matrix:
         """Return the mass moments of a body about its origin, four rows of four scalars."""
         algebra = self.algebra
@@ -172,12 +180,18 @@ class Kinematics:
     def _twist(self, carrier: int) -> Matrix:
         """Return the twist (ω̂, v) of a carrier in its own axes."""
         *linear, x, y, z = (self.algebra.values[name] for name in self.tree[carrier].velocities)
+        *axes, carried = zip(*self._frames[carrier], strict=True)
+        if not linear and any(map(_moves, carried)):
+            rates = [*map(_ddt, carried)]
+            linear = [combination(axis, rates) for axis in axes]
         u, v, w = linear or (0, 0, 0)
         return [[0, -z, y, u], [z, 0, -x, v], [-y, x, 0, w]]
 
 
-def _moves(series: Series) -> bool:
-    return any(g.kind in (Kind.COORDINATE, Kind.TIME, Kind.INPUT) for g in series.generators())
+def _moves(entry: Any) -> bool:
+    if not isinstance(entry, Series):
+        return False
+    return any(g.kind in (Kind.COORDINATE, Kind.TIME, Kind.INPUT) for g in entry.generators())
 
 
 def _ddt(entry: Any) -> Any:
@@ -186,6 +200,82 @@ def _ddt(entry: Any) -> Any:
 
 def _sum(a: Any, b: Any) -> Any:
     return combination((1, 1), (a, b))
+
+
+def inertia_stages(kinematics: Kinematics) -> list[Stage]:
+    """Return the step that lists masses, centers of mass and moments of inertia about them."""
+    algebra, results, turning = kinematics.algebra, list[Result](), list[Body]()
+    for name in kinematics.bodies:
+        body = algebra.mechanism.body(name)
+        mass = algebra.series(body.mass)
+        if mass:
+            results.append(Result(Left(f"m_{name}"), mass))
+        for axis, part in zip("xyz", body.center, strict=True):
+            if mass and (place := tidy(algebra.series(part))):
+                results.append(Result(Left(f"c_{name}_{axis}"), place))
+        moments = [*_list_moments(kinematics, name)]
+        results += moments
+        if moments:
+            turning.append(body)
+    if not results or sum(len(result.right) for result in results) > _MOST_LISTED:
+        return []
+    told = " ".join(_say_forms(turning))
+    what = "its mass m, the position c of its center of mass in its own frame"
+    if told:
+        what += ", and the moments of inertia I about that center, along the axes it turns about"
+    title = "Masses and moments of inertia" if told else "Masses"
+    return [Stage(title, f"Of each body: {what}. {told}".rstrip(), (*results,))]
+
+
+def _list_moments(kinematics: Kinematics, name: str) -> Iterator[Result]:
+    """Yield the moments of inertia of a body about the axes of its frame that it turns about."""
+    algebra = kinematics.algebra
+    turn = kinematics.turn(kinematics.place[name])
+    spin = kinematics.spin(name)
+    about = [combination(column, spin) for column in zip(*turn, strict=True)]
+    turns = [bool(tidy(algebra.lift(rate))) for rate in about]
+    entries = algebra.mechanism.body(name).inertia
+    for (i, k), entry in zip(_ENTRIES, entries, strict=True):
+        moment = tidy(algebra.series(entry))
+        if turns[i] and turns[k] and moment:
+            yield Result(Left(f"I_{name}_{'xyz'[i]}{'xyz'[k]}"), moment)
+
+
+_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""Rows and columns of ixx, iyy, izz, ixy, ixz, iyz."""
+
+
+def _say_forms(bodies: Sequence[Body]) -> Iterator[str]:
+    """Say where moments of inertia come from: the table, a sum over parts, or the description."""
+    alike: dict[str, list[str]] = {}
+    for body in bodies:
+        parts = [shape.form for shape in body.shapes if {shape.mass, *shape.inertia} != {0.0}]
+        if len(parts) > 1:
+            counted = Counter(form or "part with given moments" for form in parts)
+            made = enumerate_words([_count_forms(form, n) for form, n in counted.items()])
+            yield (
+                f"{body.name} is made of {made}: its moments are the sums over these parts, each "
+                "with m d² for the distance d of its center from the common one (Steiner)."
+            )
+        else:
+            alike.setdefault("".join(parts), []).append(body.name)
+    for form, names in alike.items():
+        who = enumerate_words(names)
+        if form in HOMOGENEOUS:
+            be = "is" if len(names) == 1 else "are"
+            yield f"{who} {be} {_count_forms(form, len(names), '')}: {HOMOGENEOUS[form]}."
+        else:
+            yield f"The moments of {who} are given."
+
+
+def _count_forms(form: str, count: int, number: str = "{} ") -> str:
+    """Return a form with its number in the table, e.g. "a thin disk (H4)", "2 particles"."""
+    row = f" (H{[*HOMOGENEOUS].index(form) + 1})" if form in HOMOGENEOUS else ""
+    if count == 1:
+        return f"a {form}{row}"
+    head, joint, rest = form.partition(" with")
+    plural = f"{head}{'es' if head.endswith('x') else 's'}{joint}{rest}"
+    return f"{number.format(count)}{plural}{row}"
 
 
 _MOST_LISTED = 600

@@ -7,12 +7,19 @@ v × ∂T/∂v (H. Lamb, Hydrodynamics, 1932, art. 124, eqs. 2).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property, partial
 from math import prod
-from typing import final
+from typing import TypeAlias, final
 
-from mecanique.derivation.printing.equations import expression, half_square, join, shorter
+from mecanique.derivation.printing.equations import (
+    expression,
+    half_square,
+    half_squares,
+    join,
+    shorter,
+    write_weighted,
+)
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.polynomials import exponents
@@ -27,8 +34,13 @@ from mecanique.derivation.symbolic.derivation import (
     Tie,
     mass_and_bias,
 )
-from mecanique.derivation.symbolic.forces import Work, length_names, works_of
-from mecanique.derivation.symbolic.kinematics import Kinematics, geometry_stages, quaternion_stages
+from mecanique.derivation.symbolic.forces import Work, find_potential, length_names, works_of
+from mecanique.derivation.symbolic.kinematics import (
+    Kinematics,
+    geometry_stages,
+    inertia_stages,
+    quaternion_stages,
+)
 from mecanique.derivation.symbolic.multipliers import (
     loop_stages,
     multiplier_stages,
@@ -39,6 +51,23 @@ from mecanique.derivation.symbolic.vectors import Vector, cross
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.wording import enumerate_words
+
+Squares: TypeAlias = "tuple[tuple[Series, Series], ...]"
+"""Moments of inertia I about fixed axes' common point, and rates w, with T = Σ ½ I w²."""
+
+
+def _write_squares(T: Series, squares: Squares) -> Expression:
+    """Write a kinetic energy by the squares of angular velocities, where that is shorter."""
+    plain = expression(T)
+    return shorter(half_squares(squares), plain) if squares else plain
+
+
+def _collect(squares: Mapping[str, Squares]) -> Squares:
+    """Return the squares of all bodies, none if a body has none."""
+    if not all(squares.values()):
+        return ()
+    return tuple(pair for pairs in squares.values() for pair in pairs)
 
 
 def energy_stages(
@@ -48,9 +77,20 @@ def energy_stages(
     works: Sequence[Work],
     V: Series,
     heavy: bool,
+    squares: Mapping[str, Squares] | None = None,
 ) -> list[Stage]:
     """Return the steps that find the kinetic and the potential energy."""
-    parts = [Result(Left(f"T_{name}"), series) for name, series in kinetic if series]
+    squares = squares or {}
+    parts = []
+    for name, series in kinetic:
+        if series:
+            parts.append(
+                Result(
+                    Left(f"T_{name}"),
+                    series,
+                    partial(_write_squares, series, squares.get(name, ())),
+                )
+            )
     parts = parts if len(parts) > 1 else []
     found = [
         Stage(
@@ -58,7 +98,7 @@ def energy_stages(
             "The kinetic energy of a body is half its mass times the square of the velocity of its "
             "center of mass, plus half its moments of inertia times the squares of its angular "
             "velocity; the sum over all bodies is T.",
-            (*parts, Result(Left("T"), T)),
+            (*parts, Result(Left("T"), T, partial(_write_squares, T, _collect(squares)))),
         )
     ]
     stored = _list_energies(gravity, works)
@@ -70,9 +110,17 @@ def energy_stages(
         )
     elif heavy:
         sentences.append("The weights do no work in this motion.")
-    if len(stored) > bool(gravity):
+    potentials = [work for work in works if work.kind == "potential"]
+    if any(work.stated for work in potentials):
         sentences.append(
             "Each spring stores half its stiffness times the square of its elongation."
+        )
+    loads = [work.name for work in potentials if not work.stated]
+    if loads:
+        depend = "depends" if len(loads) == 1 else "depend"
+        sentences.append(
+            f"{enumerate_words(loads)} {depend} on the position alone, and the work along any path "
+            "on its ends alone: the generalized forces are the derivatives of -V."
         )
     if stored:
         several = stored if len(stored) > 1 else []
@@ -106,6 +154,13 @@ def _store(name: str, work: Work) -> Result:
     return Result(Left(f"V_{name}"), work.scalar, shown)
 
 
+def _write_momentum(p: Series, velocity: str, squares: Squares) -> Expression:
+    """Write the momentum Σ I w ∂w/∂q' with its angular velocities as they are, if shorter."""
+    plain = expression(p)
+    parts = [(tidy(factor * slope), w) for factor, w in squares if (slope := w.diff(velocity))]
+    return shorter(write_weighted(parts), plain) if parts else plain
+
+
 def energy_integral(
     T: Series,
     gravity: Series,
@@ -113,6 +168,7 @@ def energy_integral(
     D: Series,
     works: Sequence[Work],
     ties: Sequence[Tie],
+    squares: Squares = (),
 ) -> list[Stage]:
     """Return the step that states the conserved energy, if L does not depend on time.
 
@@ -126,13 +182,15 @@ def energy_integral(
     driven = any(tie.of_velocities and _find_orders(tie.demand) != {1} for tie in ties)
     if D or driven or kinds & given or any(work.kind == "work" for work in works):
         return []
-    idle = "Nothing depends on time, no force but weights and springs does work" + (
+    sources = ["weights", "springs"]
+    sources += [work.name for work in works if work.kind == "potential" and not work.stated]
+    idle = f"Nothing depends on time, no force but {enumerate_words(sources)} does work" + (
         ", and the constraints do none" if ties else ""
     )
     potential = partial(_write_potential, gravity, works, V)
     if _find_orders(T) <= {2}:
         sentence = f"{idle}: the total energy is constant along any motion."
-        energy = Result(Left("E"), T + V, lambda: join((expression(T), potential())))
+        energy = Result(Left("E"), T + V, lambda: join((_write_squares(T, squares), potential())))
         return [Stage("Energy integral", sentence, (energy,))]
     degrees, zero = _split_by_degree(T), T.ring.number(0)
     square, rest = degrees.get(2, zero), degrees.get(0, zero)
@@ -196,6 +254,7 @@ def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stag
 
 def coordinate_stages(
     velocities: Sequence[str],
+    squares: Squares,
     operated: Sequence[Euler],
     turning: Sequence[Series],
     falls: Sequence[Series],
@@ -224,8 +283,9 @@ def coordinate_stages(
                 f" As neither T nor V depends on {q}, and no other force acts along it, its "
                 f"momentum p, ∂T/∂{v}, is conserved."
             )
+        momentum = Left("p", q, component=True)
         lines = [
-            (Left("p", q, component=True), E.momentum, conserved),
+            (momentum, E.momentum, conserved),
             (Left("T", v), E.momentum, not conserved),
             (Left("T", v, total=True), E.rate, True),
             (Left("T", v, turning=True), terms, bool(terms)),
@@ -233,7 +293,13 @@ def coordinate_stages(
             (Left("V", q), fall, bool(fall) or not quasi),
             (Left("D", v), loss, bool(loss)),
         ]
-        results = tuple(Result(left, right) for left, right, shown in lines if shown)
+        results = tuple(
+            Result(left, right, partial(_write_momentum, right, v, squares))
+            if left is momentum
+            else Result(left, right)
+            for left, right, shown in lines
+            if shown
+        )
         found.append(Stage(f"Operator for {q}", sentence, results))
     return found
 
@@ -258,9 +324,8 @@ class Lagrange:
         self.ties = (*loop_ties(self.kinematics), *rolling)
         for tie in rolling:
             _ = tie.second  # raises unless Φ'' has a closed form, too
-        self.works = [
-            work for force in mechanism.forces for work in works_of(self.kinematics, force)
-        ]
+        works = [work for force in mechanism.forces for work in works_of(self.kinematics, force)]
+        self.works = [find_potential(algebra, work) for work in works]
         self.kinetic = [*self._bodies(), *self._rotors()]
         self.T = tidy(algebra.ring.sum([series for _, series in self.kinetic]))
         self.gravity = tidy(algebra.ring.sum(self._weights()))
@@ -288,6 +353,7 @@ class Lagrange:
             Q=tuple(by_velocity(load, names) for load in loads),
             stages=(
                 *quaternion_stages(algebra),
+                *inertia_stages(self.kinematics),
                 *geometry_stages(self.kinematics),
                 *energy_stages(
                     self.kinetic,
@@ -296,19 +362,29 @@ class Lagrange:
                     self.works,
                     self.V,
                     heavy=any(algebra.mechanism.gravity),
+                    squares=self._squares,
                 ),
                 *work_stages(algebra, self.works, self.D),
                 *loop_stages(self.ties),
                 *redundancy_stages(algebra.mechanism),
                 *coordinate_stages(
                     names,
+                    _collect(self._squares),
                     operated,
                     turning,
                     ring.along(self.V),
                     ring.partials(self.D),
                     self.find_free(),
                 ),
-                *energy_integral(self.T, self.gravity, self.V, self.D, self.works, self.ties),
+                *energy_integral(
+                    self.T,
+                    self.gravity,
+                    self.V,
+                    self.D,
+                    self.works,
+                    self.ties,
+                    _collect(self._squares),
+                ),
                 *multiplier_stages(
                     algebra, M, [a - b for a, b in zip(h, loads, strict=True)], self.ties
                 ),
@@ -343,6 +419,41 @@ class Lagrange:
                     "many to be read"
                 )
             yield body, energy
+
+    @cached_property
+    def _squares(self) -> dict[str, Squares]:
+        """The kinetic energy of each body or rotor as squares, empty if it has no such form."""
+        found = {}
+        for name, T in self.kinetic:
+            squares = self._list_squares(name) if name in self.kinematics.place else ()
+            whole = self.algebra.ring.sum([factor * w * w / 2 for factor, w in squares])
+            if T:
+                found[name] = squares if (T - whole).vanishes() else ()
+        return found
+
+    def _list_squares(self, body: str) -> Squares:
+        """Return the principal moments about a body's fixed origin, and its spin along them.
+
+        Those of a body of revolution are along the axes that it spins in.
+        """
+        kinematics, lift = self.kinematics, self.algebra.lift
+        place = kinematics.place[body]
+        if place < 0 or kinematics.carrier(body) >= 0 or any(kinematics.velocity(body)):
+            return ()
+        J = kinematics.moments(body)
+        trace = self.algebra.ring.sum([lift(J[k][k]) for k in range(3)])
+        moments = [tidy(trace - lift(J[k][k])) for k in range(3)]
+        spin = kinematics.spin(body)
+        frames = [kinematics.turn(place)]
+        link = kinematics.tree[place]
+        across = [m for m, a in zip(moments, link.axis, strict=True) if not a]
+        if link.kind == "turn" and len(across) == 2 and across[0] == across[1]:
+            frames.append(kinematics.turn_before(place))
+        ways = []
+        for axes in frames:
+            rates = [tidy(lift(combination(axis, spin))) for axis in zip(*axes, strict=True)]
+            ways.append([(m, w) for m, w in zip(moments, rates, strict=True) if m and w])
+        return tuple(min(ways, key=lambda way: sum(len(w) for _, w in way)))
 
     def _rotors(self) -> Iterator[tuple[str, Series]]:
         """Yield the joint's name and the kinetic energy ½ I r'² of each rotor."""

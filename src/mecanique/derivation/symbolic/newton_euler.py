@@ -18,14 +18,13 @@ from mecanique.derivation.symbolic.balances import (
 )
 from mecanique.derivation.symbolic.cutting import (
     Cut,
-    enumerate_words,
     explain_guides,
     state_moment_balance,
     state_momentum_balance,
 )
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
 from mecanique.derivation.symbolic.forces import length_names
-from mecanique.derivation.symbolic.kinematics import quaternion_stages
+from mecanique.derivation.symbolic.kinematics import inertia_stages, quaternion_stages
 from mecanique.derivation.symbolic.multipliers import (
     loop_stages,
     multiplier_stages,
@@ -38,6 +37,7 @@ from mecanique.derivation.symbolic.vectors import (
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
+from mecanique.wording import enumerate_words
 
 
 @final
@@ -80,6 +80,7 @@ class NewtonEuler:
             Q=Q,
             stages=(
                 *quaternion_stages(algebra),
+                *inertia_stages(self.cuts.kinematics),
                 *loop_stages(loops, of_forces=True),
                 *(stage for cut in self.cuts.bodies for stage in self._balance(cut)),
                 *self._eliminate(),
@@ -102,11 +103,19 @@ class NewtonEuler:
         acting = f"Cut free, {cut.body} is acted on by {enumerate_words(self._list_acting(cut))}."
         sentence = f"{acting} {cut.axes.sentence} {state_momentum_balance(cut, bool(moving))}"
         yield Stage(f"Free body {cut.body}: forces", sentence, (*moving, *forces))
+        stored = along(cut.axes.turns, self.balances.angular_momentum(cut))
+        momenta = [
+            Result(Left(f"H_{cut.body}_{label}"), part)
+            for label, part in zip(cut.axes.labels, stored, strict=True)
+            if part
+        ]
         left = along(cut.axes.turns, self.balances.turning(cut))
         right = self.balances.moments_along(cut)
         moments = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
         if moments:
-            yield Stage(f"Free body {cut.body}: moments", state_moment_balance(cut), tuple(moments))
+            yield Stage(
+                f"Free body {cut.body}: moments", state_moment_balance(cut), (*momenta, *moments)
+            )
 
     def _list_acting(self, cut: Cut) -> list[str]:
         """List in words the forces that act on a body."""

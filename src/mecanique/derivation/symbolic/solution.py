@@ -30,7 +30,6 @@ from mecanique.derivation.scalars.cancel import (
 from mecanique.derivation.scalars.evaluation import Substitution
 from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
-from mecanique.derivation.symbolic.cutting import enumerate_words
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
     Left,
@@ -47,6 +46,7 @@ from mecanique.derivation.symbolic.multipliers import (
 )
 from mecanique.derivation.symbolic.symbols import coordinate_of
 from mecanique.errors import DerivationError
+from mecanique.wording import enumerate_words
 
 _INTEGRALS = ("Energy integral", "Jacobi's integral")
 
@@ -491,7 +491,10 @@ def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
             said.append(
                 f"The constraints leave {enumerate_words([*map(coordinate_of, solved.kept)])} free."
             )
-            if not single:
+            explicit = bool(solved.accelerations) and not any(
+                value.divided for value in solved.accelerations.values()
+            )
+            if not (single or explicit):
                 said.append("Without the forces of the constraints these equations remain.")
                 lines += solved.equations
         if solved.accelerations:

@@ -10,7 +10,8 @@ from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.evaluation import evaluate as value_of
 from mecanique.derivation.scalars.functions import function_without_arcs
 from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import FOLLOWER, Series
+from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import (
     Arithmetic,
     combination,
@@ -45,6 +46,7 @@ class Algebra:
         self.arithmetic = Arithmetic(function_without_arcs, self.number)
         self.velocities = mechanism.velocities
         self.accelerations = tuple(f"{name}'" for name in self.velocities)
+        self._swings: dict[Series, Series] = {}
         values: dict[str, Any] = {}
         quasi = {joint.coordinates[0]: joint for joint in mechanism.joints if joint.quaternion}
         for name in mechanism.coordinates:
@@ -64,6 +66,23 @@ class Algebra:
         values["t"] = ring.time
         self.values: dict[str, Any] = joint_values(mechanism, values, self.arithmetic)
         """Each parameter, input, generalized or joint coordinate, velocity and t, by name."""
+        self._name_angles()
+
+    def _name_angles(self) -> None:
+        """Name joint angles that swing, such as B cos(W t), so that they have sine and cosine."""
+        for link in links(self.mechanism):
+            name = link.coordinates[0] if link.kind == "turn" else ""
+            angle = self.values.get(name)
+            if not isinstance(angle, Series) or angle.parts.keys() <= {0}:
+                continue
+            for atom, named in self._swings.items():
+                if angle in (atom, -atom):
+                    self.values[name] = named if angle == atom else -named
+                    break
+            else:
+                self._swings[angle] = self.values[name] = self.ring.adjoin(
+                    FOLLOWER, angle, lambda _: self.ring.number(1), lambda u: u, name
+                )
 
     def number(self, constant: Any) -> Series:
         """Return a constant as a series, exact if it is recognized as a root or a fraction."""
@@ -124,6 +143,7 @@ class Algebra:
         """Adjoin a quaternion joint's coordinates and velocities, with p' = ½ p ⊗ ω."""
         ring = self.ring
         moved, velocities = ring.quasi_coordinates(joint.coordinates, joint.velocities)
+        ring.bind(*joint.coordinates[-4:])
         rates = [part / 2 for part in quaternion_product(moved[-4:], velocities[-3:])]
         if joint.linear_velocities:
             turn = quaternion_rotation(*moved[-4:])

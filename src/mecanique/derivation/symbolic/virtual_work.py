@@ -19,7 +19,7 @@ from mecanique.derivation.printing.equations import distribute
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.balances import FreeBodies
-from mecanique.derivation.symbolic.cutting import Cut, Cuts, enumerate_words
+from mecanique.derivation.symbolic.cutting import Cut, Cuts
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
     Left,
@@ -29,7 +29,7 @@ from mecanique.derivation.symbolic.derivation import (
     mass_and_bias,
 )
 from mecanique.derivation.symbolic.forces import length_names
-from mecanique.derivation.symbolic.kinematics import quaternion_stages
+from mecanique.derivation.symbolic.kinematics import inertia_stages, quaternion_stages
 from mecanique.derivation.symbolic.multipliers import (
     independent_displacements,
     loop_stages,
@@ -43,6 +43,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.bodies.shape import Shape
 from mecanique.model.bodies.visuals import Cylinder
 from mecanique.model.mechanism import Mechanism
+from mecanique.wording import enumerate_words
 
 _NAMES = ("s", "xi", "sigma", "eta")
 
@@ -378,6 +379,7 @@ class VirtualWork:
             Q=tuple(by_velocity(load, algebra.velocities) for load in loads),
             stages=(
                 *quaternion_stages(algebra),
+                *inertia_stages(self.cuts.kinematics),
                 *stages,
                 *self._reactions(),
                 self._sum(whole, free=not ties),

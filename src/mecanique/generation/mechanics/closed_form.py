@@ -12,7 +12,7 @@ from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.vectors import Rows
 from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import FOLLOWER, Kind, Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.tolerances import ROUNDING
 from mecanique.errors import DerivationError
@@ -126,9 +126,8 @@ class Lowering:
             elif index in self._ring.atoms:
                 atom = self._ring.atoms[index]
                 inner = self(atom.argument)
-                self._generators[index] = (
-                    inner if atom.function == "1" else self._tape.call(atom.function, inner)
-                )
+                itself = atom.function in ("1", FOLLOWER)
+                self._generators[index] = inner if itself else self._tape.call(atom.function, inner)
             elif generator.kind is Kind.CONSTANT and generator.name in _CONSTANTS:
                 self._generators[index] = _CONSTANTS[generator.name]
             else:

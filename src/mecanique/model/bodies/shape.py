@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias, final
 
 from mecanique.errors import InputError
@@ -25,6 +25,7 @@ class Shape:
         center: shape (3,), center of mass [m].
         inertia: ixx, iyy, izz, ixy, ixz, iyz about the center of mass, in body axes [kg·m²].
         visuals: what is drawn.
+        form: what it is if it is homogeneous, e.g. "slender rod"; else empty.
 
     Example:
         >>> flywheel = mq.Shape(3.0, inertia=(0.02, 0.02, 0.04, 0, 0, 0))
@@ -36,6 +37,7 @@ class Shape:
     center: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, 0.0)
     inertia: Inertia = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     visuals: tuple[Visual, ...] = ()
+    form: str = field(default="", compare=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", plain(self.mass))

@@ -19,6 +19,19 @@ from mecanique.model.placement import Placement, vector
 _BLUE: Rgba = (0.0, 0.447, 0.698, 1.0)
 _ORANGE: Rgba = (0.902, 0.624, 0.0, 1.0)
 
+HOMOGENEOUS = {
+    "slender rod": "m l²/12 across it",
+    "solid box": "m (b² + c²)/12 about the edge a",
+    "thin plate": "m b²/12 about the edge a, m (a² + b²)/12 about the normal",
+    "thin disk": "m r²/4 about a diameter, m r²/2 about the axis",
+    "thin ring": "m r²/2 about a diameter, m r² about the axis",
+    "solid cylinder": "m (3 r² + l²)/12 across the axis, m r²/2 about it",
+    "solid ball": "2 m r²/5",
+    "thin shell": "2 m r²/3",
+    "solid cone": "3 m (4 r² + h²)/80 across the axis, 3 m r²/10 about it",
+}
+"""Moments of inertia about the center of mass by form; the table of docs/conventions.md, H1 on."""
+
 
 def massless(*visuals: Visual) -> Shape:
     """Return a shape without mass, only drawn.
@@ -51,7 +64,8 @@ def particle(mass: Scalar, at: Vector = (0.0, 0.0, 0.0), radius: Scalar = 0.05) 
         >>> mq.particle(2.0, at=(0, 0, -1)).center
         (0.0, 0.0, -1.0)
     """
-    return Shape(mass, visuals=(Visual(Sphere(radius), rgba=_ORANGE),)).at(at)
+    drawing = Visual(Sphere(radius), rgba=_ORANGE)
+    return Shape(mass, visuals=(drawing,), form="particle").at(at)
 
 
 def cloud(masses: Sequence[Scalar], points: Sequence[Vector], radius: Scalar = 0.03) -> Shape:
@@ -122,7 +136,7 @@ def rod(
     )
     pitch, yaw = math.atan2(math.hypot(d[0], d[1]), d[2]), math.atan2(d[1], d[0])
     drawing = Visual(Cylinder(radius, length), Placement(middle, (0.0, pitch, yaw)), _BLUE)
-    return Shape(mass, middle, inertia, (drawing,))
+    return Shape(mass, middle, inertia, (drawing,), "slender rod")
 
 
 def bar(
@@ -151,6 +165,7 @@ def bar(
         mass=0.0,
         center=(0.0, 0.0, 0.0),
         inertia=(0.0,) * 6,
+        form="",
     )
 
 
@@ -178,7 +193,8 @@ def box(mass: Scalar, size: Vector) -> Shape:
         0.0,
         0.0,
     )
-    return Shape(mass, inertia=inertia, visuals=(Visual(Box((a, b, c)), rgba=_BLUE),))
+    drawing = Visual(Box((a, b, c)), rgba=_BLUE)
+    return Shape(mass, inertia=inertia, visuals=(drawing,), form="solid box")
 
 
 def plate(mass: Scalar, size: Sequence[Scalar], thickness: Scalar = 0.02) -> Shape:
@@ -203,7 +219,8 @@ def plate(mass: Scalar, size: Sequence[Scalar], thickness: Scalar = 0.02) -> Sha
     a, b, thickness = extents((a, b, thickness), "plate")
     mass = plain(mass)
     inertia = (mass * b**2 / 12, mass * a**2 / 12, mass * (a**2 + b**2) / 12, 0.0, 0.0, 0.0)
-    return Shape(mass, inertia=inertia, visuals=(Visual(Box((a, b, thickness)), rgba=_BLUE),))
+    drawing = Visual(Box((a, b, thickness)), rgba=_BLUE)
+    return Shape(mass, inertia=inertia, visuals=(drawing,), form="thin plate")
 
 
 def disk(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
@@ -223,7 +240,8 @@ def disk(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
     """
     mass, radius = plain(mass), extent(radius, "radius")
     inertia = (mass * radius**2 / 4, mass * radius**2 / 4, mass * radius**2 / 2, 0.0, 0.0, 0.0)
-    return Shape(mass, inertia=inertia, visuals=(Visual(Cylinder(radius, thickness), rgba=_BLUE),))
+    drawing = Visual(Cylinder(radius, thickness), rgba=_BLUE)
+    return Shape(mass, inertia=inertia, visuals=(drawing,), form="thin disk")
 
 
 def ring(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
@@ -247,6 +265,7 @@ def ring(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
         mass,
         inertia=inertia,
         visuals=(Visual(Cylinder(radius, thickness), rgba=(*_BLUE[:3], 0.5)),),
+        form="thin ring",
     )
 
 
@@ -269,7 +288,8 @@ def cylinder(mass: Scalar, radius: Scalar, length: Scalar) -> Shape:
     radius, length = extent(radius, "radius"), extent(length, "length")
     across = mass * (3 * radius**2 + length**2) / 12
     inertia = (across, across, mass * radius**2 / 2, 0.0, 0.0, 0.0)
-    return Shape(mass, inertia=inertia, visuals=(Visual(Cylinder(radius, length), rgba=_BLUE),))
+    drawing = Visual(Cylinder(radius, length), rgba=_BLUE)
+    return Shape(mass, inertia=inertia, visuals=(drawing,), form="solid cylinder")
 
 
 def ball(mass: Scalar, radius: Scalar) -> Shape:
@@ -288,9 +308,8 @@ def ball(mass: Scalar, radius: Scalar) -> Shape:
     """
     mass, radius = plain(mass), extent(radius, "radius")
     i = 2 * mass * radius**2 / 5
-    return Shape(
-        mass, inertia=(i, i, i, 0.0, 0.0, 0.0), visuals=(Visual(Sphere(radius), rgba=_ORANGE),)
-    )
+    drawing = Visual(Sphere(radius), rgba=_ORANGE)
+    return Shape(mass, inertia=(i, i, i, 0.0, 0.0, 0.0), visuals=(drawing,), form="solid ball")
 
 
 def shell(mass: Scalar, radius: Scalar) -> Shape:
@@ -313,6 +332,7 @@ def shell(mass: Scalar, radius: Scalar) -> Shape:
         mass,
         inertia=(i, i, i, 0.0, 0.0, 0.0),
         visuals=(Visual(Sphere(radius), rgba=(*_ORANGE[:3], 0.5)),),
+        form="thin shell",
     )
 
 
@@ -337,7 +357,7 @@ def cone(mass: Scalar, radius: Scalar, height: Scalar) -> Shape:
     inertia = (across, across, 3 * mass * radius**2 / 10, 0.0, 0.0, 0.0)
     base = Visual(Cylinder(radius, height / 8), Placement((0.0, 0.0, 15 * height / 16)), _BLUE)
     axis = Visual(Cylinder(radius / 8, height), Placement((0.0, 0.0, height / 2)), _BLUE)
-    return Shape(mass, (0.0, 0.0, 3 * height / 4), inertia, (base, axis))
+    return Shape(mass, (0.0, 0.0, 3 * height / 4), inertia, (base, axis), "solid cone")
 
 
 def _unit(direction: Vector) -> tuple[float, float, float]:

@@ -1,0 +1,128 @@
+"""Moments of inertia are derived from the table, and loads that have a potential are recognized."""
+
+import pytest
+from systems import derive_system
+
+import mecanique as mq
+from mecanique.model.bodies.shapes import HOMOGENEOUS
+from mecanique.model.force_base import Point
+
+
+def step(equations: mq.Equations, title: str) -> tuple[str, list[str]]:
+    """Explanation and lines of the step of a derivation with a title."""
+    (found,) = [stage for stage in equations.steps if stage.title == title]
+    text = equations.text(steps=True).partition(f". {title}\n")[2].partition("\n\n")[0]
+    lines = [line.strip() for line in text.splitlines() if line.startswith("     ")]
+    return found.explanation, lines
+
+
+@pytest.mark.parametrize("method", ["lagrange", "newton_euler", "virtual_work"])
+def test_a_derivation_begins_with_masses_and_moments_of_inertia(method: str) -> None:
+    said, lines = step(derive_system("heavy_top", method), "Masses and moments of inertia")
+    assert "top is a solid cone (H9): 3 m (4 r² + h²)/80 across the axis" in said
+    assert lines == [
+        "m_top = m",
+        "c_top_z = 3 h/4",
+        "I_top_xx = 3 m (4 r^2 + h^2)/80",
+        "I_top_yy = 3 m (4 r^2 + h^2)/80",
+        "I_top_zz = 3 m r^2/10",
+    ]
+
+
+def test_parts_add_up_by_steiners_theorem() -> None:
+    said, lines = step(derive_system("dumbbell"), "Masses and moments of inertia")
+    assert "rod is made of 2 particles: its moments are the sums over these parts" in said
+    assert "I_rod_xx = m1 m2 l^2/(m1 + m2)" in lines
+    said, _ = step(derive_system("rolling_coin"), "Masses and moments of inertia")
+    assert "coin is a thin disk (H4)" in said
+
+
+def test_particles_have_masses_alone() -> None:
+    said, lines = step(derive_system("kepler_orbit"), "Masses")
+    assert "moments" not in said
+    assert lines == ["m_planet = m"]
+
+
+def test_the_angular_momentum_stands_before_its_rate() -> None:
+    said, lines = step(derive_system("double_pendulum", "newton_euler"), "Free body rod1: moments")
+    assert "larger by m d² than about the center of mass, in the distance d (Steiner)" in said
+    assert lines[0] == "H_rod1_y = m1 l1^2 q1'/3"
+    assert lines[1].startswith("m1 l1^2 q1''/3 = ")
+
+
+def test_the_table_is_that_of_the_conventions(pytestconfig: pytest.Config) -> None:
+    text = (pytestconfig.rootpath / "docs" / "conventions.md").read_text(encoding="utf-8")
+    for number, (form, moments) in enumerate(HOMOGENEOUS.items(), 1):
+        assert f"| H{number} | {form} | {moments} |" in text
+
+
+def test_attraction_has_a_potential() -> None:
+    equations = derive_system("kepler_orbit")
+    said, lines = step(equations, "Potential energy")
+    assert "attraction depends on the position alone" in said
+    assert lines == ["V = -m mu/r"]
+    assert step(equations, "Energy integral")[1] == ["E = m r^2 phi'^2/2 + m r'^2/2 - m mu/r"]
+
+
+def on_slides(force: Point) -> mq.Equations:
+    """A particle on two slides with a force on it."""
+    m = mq.Parameter("m", 1.0, "kg")
+    bodies = (mq.Body("ground"), mq.Body("along"), mq.Body("mass", mq.particle(m)))
+    joints = (
+        mq.Prismatic("x", "ground", "along", axis=(1, 0, 0)),
+        mq.Prismatic("y", "along", "mass", axis=(0, 1, 0)),
+    )
+    load = mq.Force("load", "mass", (0, 0, 0), force)
+    field = mq.Mechanism(
+        "field", bodies, joints, forces=(load,), parameters=(m, K, L, T), gravity=(0, 0, 0)
+    )
+    return mq.derive(field)
+
+
+X, Y, K = mq.coordinate("x"), mq.coordinate("y"), mq.Parameter("k", 2.0, "N/m³")
+L, T = mq.Parameter("l", 1.0, "m"), mq.Parameter("tau", 1.0, "s")
+
+
+@pytest.mark.parametrize(
+    ("force", "potential"),
+    [
+        ((-K * X**3, 0, 0), "V = k x^4/4"),
+        ((-K * X * Y**2, -K * X**2 * Y, 0), "V = k x^2 y^2/2"),
+        ((-K * L**3 * mq.sin(X / L), 0, 0), "V = -k l^4 cos(x/l)"),
+    ],
+)
+def test_a_load_without_a_curl_has_a_potential(force: Point, potential: str) -> None:
+    assert step(on_slides(force), "Potential energy")[1] == [potential]
+
+
+@pytest.mark.parametrize(
+    "force", [(-K * Y**3, K * X**3, 0), (-K * T * X**2 * mq.velocity("x"), 0, 0)]
+)
+def test_a_load_with_a_curl_has_none(force: Point) -> None:
+    equations = on_slides(force)
+    assert step(equations, "Potential energy")[1] == ["V = 0"]
+    assert not [stage for stage in equations.steps if stage.title == "Energy integral"]
+
+
+def test_kinetic_energies_are_in_the_books_form() -> None:
+    """Goldstein, eqs. 5.50-5.54; the pendulum of Foucault by its angular velocities."""
+    _, (T,) = step(derive_system("heavy_top"), "Kinetic energy")
+    assert T == (
+        "T = 3 m (r^2 + 4 h^2) (theta'^2 + sin(theta)^2 phi'^2)/40"
+        " + 3 m r^2 (psi' + cos(theta) phi')^2/20"
+    )
+    _, lines = step(derive_system("heavy_top"), "Operator for psi")
+    assert lines[0] == "p_psi = 3 m r^2 (psi' + cos(theta) phi')/10"
+    _, lines = step(derive_system("heavy_top"), "Operator for phi")
+    assert lines[0] == (
+        "p_phi = 3 m (r^2 + 4 h^2) sin(theta)^2 phi'/20"
+        " + 3 m r^2 (psi' + cos(theta) phi') cos(theta)/10"
+    )
+    _, lines = step(derive_system("gyroscope"), "Kinetic energy")
+    assert lines[2] == (
+        "T_rotor = m r^2 (theta'^2 + sin(theta)^2 phi'^2)/8 + m r^2 (psi' + cos(theta) phi')^2/4"
+    )
+    _, (T,) = step(derive_system("foucault_pendulum"), "Kinetic energy")
+    assert T == (
+        "T = m l^2 ((cos(beta) alpha' - W sin(beta) cos(alpha))^2 + (beta' + W sin(alpha))^2)/2"
+    )
