@@ -257,7 +257,7 @@ def half_squares(squares: Sequence[tuple[Series, Series]]) -> Expression:
     return Expression(tuple(terms), any(map(_in_decimals, alike)))
 
 
-def write_weighted(parts: Sequence[tuple[Series, Series]]) -> Expression:
+def add_weighted(parts: Sequence[tuple[Series, Series]]) -> Expression:
     """Return Σ c w with each sum w in brackets."""
     terms = list[Product]()
     for factor, base in parts:

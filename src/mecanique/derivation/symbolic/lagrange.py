@@ -13,12 +13,12 @@ from math import prod
 from typing import TypeAlias, final
 
 from mecanique.derivation.printing.equations import (
+    add_weighted,
     expression,
     half_square,
     half_squares,
     join,
     shorter,
-    write_weighted,
 )
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
@@ -158,7 +158,7 @@ def _write_momentum(p: Series, velocity: str, squares: Squares) -> Expression:
     """Write the momentum Σ I w ∂w/∂q' with its angular velocities as they are, if shorter."""
     plain = expression(p)
     parts = [(tidy(factor * slope), w) for factor, w in squares if (slope := w.diff(velocity))]
-    return shorter(write_weighted(parts), plain) if parts else plain
+    return shorter(add_weighted(parts), plain) if parts else plain
 
 
 def energy_integral(
