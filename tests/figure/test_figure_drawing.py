@@ -121,7 +121,7 @@ def test_the_arc_of_an_angle_spans_that_angle() -> None:
         assert angle - 0.25 < end < angle
 
 
-def test_the_arrow_of_a_distance_is_as_long_as_it() -> None:
+def test_the_arrow_of_a_distance_is_as_long_as_it_and_shows_the_positive_sense() -> None:
     given = seen("two_blocks", {"q1": 0.4, "q2": -0.3})
     marks = [
         m for m in coordinates(given) if isinstance(m, Stroke) and m.style.startswith("coordinate")
@@ -132,9 +132,37 @@ def test_the_arrow_of_a_distance_is_as_long_as_it() -> None:
         for m in marks
         if m.style == "coordinate" and abs(np.ptp(m.points[:, 0])) < 1e-9
     ]
-    assert [tip[0] - foot[0] for tip, foot in zip(tips, feet, strict=True)] == pytest.approx(
-        [0.4 * given.camera.scale, -0.3 * given.camera.scale], rel=1e-12
+    long, short = (tip[0] - foot[0] for tip, foot in zip(tips, feet, strict=True))
+    assert long == pytest.approx(0.4 * given.camera.scale, rel=1e-12)
+    assert 0 < short < 0.3 * given.camera.scale
+
+
+@pytest.mark.parametrize("q", [0.6, -0.6])
+def test_the_arrow_of_an_angle_shows_the_positive_sense(q: float) -> None:
+    given = seen("simple_pendulum", {"q": q})
+    (head,) = (
+        m.points
+        for m in coordinates(given)
+        if isinstance(m, Stroke) and m.style == "coordinate-tip"
     )
+    # on paper x points to the right, and the pendulum hangs below its pin: q turns it to the right
+    assert head[0][0] > head[1:].mean(axis=0)[0]
+
+
+def test_a_mechanism_of_the_catalogue_is_drawn_where_its_motion_starts() -> None:
+    drawn = mq.textbook.load("kepler_orbit")
+    assert posture(drawn)[drawn.coordinates.names.index("r")] == 1.0
+    words = [m for m in figure(seen("kepler_orbit")) if isinstance(m, Words)]
+    assert {"r", "φ"} <= {word.parts[0][0] for word in words}
+
+
+def test_an_incline_shows_its_angle_and_ends_near_what_stands_on_it() -> None:
+    given = seen("rolling_disk")
+    words = {m.parts[0][0] for m in figure(given) if isinstance(m, Words)}
+    assert {"α", "R", "m", "x"} <= words
+    (slope,) = (solid for solid in given.solids if solid.body == "ground")
+    long = float(np.linalg.norm(slope.ends[1] - slope.ends[0]))
+    assert 2.0 < long < 4.0  # 6 m in the description, 1.8 m between the disk and x = 0
 
 
 def test_signs_reach_from_end_to_end() -> None:

@@ -51,6 +51,7 @@ class _Angle:
 
     name: str
     body: int
+    value: float
     before: Floats
     turn: Floats
 
@@ -115,7 +116,7 @@ def _read(setting: Setting, k: int, name: str) -> _Angle | _Distance | None:
     turn = setting.poses[body, :3, :3] @ before[body, :3, :3].T
     size = math.acos(min(max((float(np.trace(turn)) - 1) / 2, -1.0), 1.0))
     if size > 1e-9 and abs(math.cos(size) - math.cos(value)) < 1e-6:
-        return _Angle(name, body, before, turn) if abs(setting.q[k]) > 1e-9 else None
+        return _Angle(name, body, value, before, turn) if abs(setting.q[k]) > 1e-9 else None
     moved = _displace(setting, before, body, value)
     return None if moved is None else _Distance(name, body, value, *moved)
 
@@ -150,7 +151,8 @@ def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
     yield Stroke(camera.at(np.array([middle, middle + 1.35 * start])), "axis")
     if not camera.flat:
         yield Stroke(camera.at(np.array([middle, middle + 1.2 * around[-1]])), "axis")
-    yield from arc(points, "coordinate")
+    # the arrow shows the positive sense, whichever way the body has turned
+    yield from arc(points if angle.value > 0 else points[::-1], "coordinate")
     center, half = camera.at(middle), points[len(points) // 2]
     away = half - center if math.hypot(*(half - center)) > 6 else np.array([0.0, -1.0])
     yield label(half, angle.name, away, 5.0, "coordinate-letter")
@@ -253,7 +255,8 @@ def _draw_distance(setting: Setting, distance: _Distance) -> Iterator[Mark]:
     side = _free_side(setting, owner, along)
     clearance = CLEARANCE_ABOVE if side[1] < -0.7 else CLEARANCE
     shift = max(setting.reach(owner, side) - float(a @ side), 0.0) + clearance
-    small = distance.length * camera.scale < SMALL
+    # the arrow shows the positive sense: where the body stands on the other side, nothing else
+    small = distance.length * camera.scale < SMALL or distance.value < 0
     flat = len(setting.paper(owner)) > 1 and float(np.ptp(setting.paper(owner) @ side)) < FLAT
     if small and flat:
         # in front of the plate it points at

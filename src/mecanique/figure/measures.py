@@ -8,11 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from mecanique.figure.paper.arrows import arrow, dimension
-from mecanique.figure.paper.marks import Mark, Point, Words, across, label, rich, unit
-from mecanique.figure.setting import Setting
+from mecanique.figure.paper.marks import Mark, Point, Stroke, Words, across, label, rich, unit
+from mecanique.figure.setting import Setting, is_zero
 from mecanique.figure.solids import Solid, radius_of
 from mecanique.model.bodies import Body
-from mecanique.model.bodies.visuals import Cylinder
+from mecanique.model.bodies.visuals import Box, Cylinder
 from mecanique.model.joints import Prismatic
 
 MEASURED_LENGTH, MEASURED_RADIUS = 40.0, 18.0
@@ -20,6 +20,9 @@ MEASURED_LENGTH, MEASURED_RADIUS = 40.0, 18.0
 
 DIMENSION_OFFSET = 18.0
 """Distance from a rod to its dimension line [pt]."""
+
+SLOPE_RADIUS = 60.0
+"""Radius of the arc that shows an incline's angle [pt]."""
 
 RADIUS_ANGLE = -0.7
 """Angle at which a disk's radius is drawn, on paper, y downwards [rad]."""
@@ -75,6 +78,33 @@ def _radius(setting: Setting, disk: Solid, name: str) -> Iterator[Mark]:
     rim = center + radius * np.array([math.cos(RADIUS_ANGLE), math.sin(RADIUS_ANGLE)])
     yield from arrow(center, rim, "thin")
     yield label((center + rim) / 2, name, np.array([-0.6, -0.8]), 4.0)
+
+
+def slopes(setting: Setting) -> Iterator[Mark]:
+    """Yield the angles of inclines on the ground, from the horizontal to the plate."""
+    mechanism, camera = setting.mechanism, setting.camera
+    plates = [solid for solid in setting.solids if solid.body == mechanism.ground]
+    visuals = [
+        visual
+        for shape in mechanism.body(mechanism.ground).shapes
+        for visual in shape.visuals
+        if isinstance(visual.geometry, Box)
+    ]
+    if not camera.flat or len(visuals) != len(plates):
+        return
+    for visual, plate in zip(visuals, plates, strict=True):
+        names = [setting.name(angle) for angle in visual.placement.rpy if not is_zero(angle)]
+        a, b = camera.at(plate.ends)
+        low, high = (a, b) if a[1] > b[1] else (b, a)
+        if len(names) != 1 or not names[0] or abs(high[1] - low[1]) < 1.0:
+            continue
+        inward = np.array([math.copysign(1.0, high[0] - low[0]), 0.0])
+        slope = math.atan2(low[1] - high[1], abs(high[0] - low[0]))
+        turn = np.linspace(0.0, slope, 25)[:, None]
+        points = low + SLOPE_RADIUS * (np.cos(turn) * inward - np.sin(turn) * np.array([0.0, 1.0]))
+        yield Stroke(np.array([low, low + 1.3 * SLOPE_RADIUS * inward]), "axis")
+        yield Stroke(points, "thin")
+        yield label(points[12], names[0], points[12] - low, 5.0)
 
 
 def _outward(setting: Setting, a: Point, b: Point) -> float:

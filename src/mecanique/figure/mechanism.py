@@ -10,7 +10,7 @@ import numpy as np
 from mecanique.figure.connections import connections
 from mecanique.figure.coordinates import coordinates
 from mecanique.figure.loads import given_motions, loads
-from mecanique.figure.measures import lengths, masses
+from mecanique.figure.measures import lengths, masses, slopes
 from mecanique.figure.paper.arrows import arrow
 from mecanique.figure.paper.lettering import clear_letters
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, bounds, label, unit
@@ -45,7 +45,8 @@ def figure(setting: Setting) -> tuple[Mark, ...]:
         *nuts(setting),
     ]
     if lettered:
-        marks += [*lengths(setting), *coordinates(setting), *given_motions(setting)]
+        marks += [*lengths(setting), *slopes(setting)]
+        marks += [*coordinates(setting), *given_motions(setting)]
         marks += [*masses(setting)]
     marks = [*clear_letters([*marks, *loads(setting)])]
     if marks:
@@ -69,7 +70,7 @@ def solid_marks(setting: Setting, body: str | None = None) -> Iterator[Mark]:
 def _links(setting: Setting) -> Iterator[Mark]:
     """Lines along bodies without solids, from joint to joint, and along extended slides."""
     mechanism, camera = setting.mechanism, setting.camera
-    shown = {each.body for each in setting.solids} | {mechanism.ground}
+    shown = {solid.body for solid in setting.solids} | {mechanism.ground}
     lines = [force for force in mechanism.forces if isinstance(force, LineLoad)]
     sprung = {body for line in lines for body in line.bodies}
     for joint in mechanism.joints:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -15,6 +14,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.figure.camera import Camera, Floats, side_of
 from mecanique.figure.paper.marks import Point
 from mecanique.figure.solids import Solid, solids
+from mecanique.model.bodies.visuals import Box
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import LineLoad
 from mecanique.model.forces import Spring
@@ -25,6 +25,12 @@ from mecanique.reference import Reference
 
 WIDTH, HEIGHT = 400.0, 300.0
 """The largest extent of a figure's solids [pt]."""
+
+PLATE_MARGIN = 0.3
+"""A plate of the ground reaches this share of the figure beyond what stands on it."""
+
+FLATNESS = 0.1
+"""A box of the ground thinner than this share of its length is a plate."""
 
 STEPS = np.linspace(0.0, 1.0, 13)
 """Places along a solid that are tried for a letter."""
@@ -131,7 +137,7 @@ def setting(
 ) -> Setting:
     """Return a mechanism at one instant, in the view and at the scale that suit it best."""
     poses = np.asarray(reference.poses(q, t))
-    drawn = tuple(solids(mechanism, poses))
+    drawn = tuple(_trim_plates(mechanism, poses, tuple(solids(mechanism, poses))))
     axes = side_of(mechanism, poses)
     ground = [body.name for body in mechanism.bodies].index(mechanism.ground)
     spots = [np.delete(poses, ground, axis=0)[:, :3, 3], *(solid.corners for solid in drawn)]
@@ -159,6 +165,45 @@ def setting(
         camera=Camera(axes, scale),
         solids=drawn,
     )
+
+
+def _trim_plates(mechanism: Mechanism, poses: Floats, drawn: tuple[Solid, ...]) -> Iterator[Solid]:
+    """Yield the solids, with plates of the ground cut off where nothing stands on them."""
+    ground = mechanism.ground
+    spots = [solid.corners for solid in drawn if solid.body != ground]
+    origins = np.concatenate([*spots, poses[:, :3, 3]])
+    reach = PLATE_MARGIN * float(np.ptp(origins, axis=0).max())
+    for solid in drawn:
+        if solid.body != ground or not isinstance(solid.geometry, Box):
+            yield solid
+            continue
+        center, axes = solid.pose[:3, 3], solid.pose[:3, :3]
+        half = np.array(mechanism.evaluate_all(solid.geometry.size)) / 2
+        if half.min() > FLATNESS * half.max():
+            yield solid
+            continue
+        places = (origins - center) @ axes
+        low = np.maximum(-half, np.minimum(places.min(axis=0) - reach, half))
+        high = np.minimum(half, np.maximum(places.max(axis=0) + reach, -half))
+        # across the plate it keeps its thickness
+        thin = int(np.argmin(half))
+        low[thin], high[thin] = -half[thin], half[thin]
+        if (high <= low).any():
+            yield solid
+            continue
+        corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+        middle = (low + high) / 2
+        far = int(np.argmax(high - low))
+        arm = (high - low)[far] / 2 * axes[:, far]
+        pose = solid.pose.copy()
+        pose[:3, 3] = center + axes @ middle
+        yield replace(
+            solid,
+            ends=np.array([pose[:3, 3] - arm, pose[:3, 3] + arm]),
+            size=float(np.linalg.norm(high - low)) / 2,
+            corners=center + (low + corners * (high - low)) @ axes.T,
+            pose=pose,
+        )
 
 
 def _ends(mechanism: Mechanism, poses: Floats, link: LineLoad) -> Floats:
@@ -192,10 +237,10 @@ _HALVINGS = 3
 
 def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> NDArray[np.float64]:
     """Return a position in which the figure shows what each coordinate is, shape (nq,)."""
+    start = _usual_start(mechanism) if start is None else start
     if mechanism.constrained:
         from mecanique.reference import assemble
 
-        start = _usual_start(mechanism) if start is None else start
         given = dict(start)
         for _ in range(_HALVINGS):
             with suppress(MecaniqueError):
@@ -205,7 +250,7 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
             given = {name: value / 2 for name, value in given.items()}
         with suppress(MecaniqueError):
             return np.asarray(assemble(mechanism, dict(start)), dtype=np.float64)
-    q = mechanism.position(dict(start or {}))
+    q = mechanism.position(dict(start))
     if mechanism.origin is not None and len(q) > MOST_TURNED:
         return q
     inside = {name for j in mechanism.joints if j.quaternion for name in j.coordinates}
@@ -214,7 +259,7 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
     for k, name in enumerate(mechanism.coordinates):
         if name not in inside and unit_of[name] == "rad":
             if not SLIGHT <= abs(q[k]) <= GREAT:
-                q[k] = math.copysign(ANGLES[count % len(ANGLES)], q[k])
+                q[k] = ANGLES[count % len(ANGLES)]
             count += 1
     return q
 
