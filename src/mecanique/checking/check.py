@@ -19,7 +19,7 @@ from mecanique.checking.grammar.reader import (
     read_answer,
 )
 from mecanique.checking.grammar.tree import Node
-from mecanique.checking.judgement.formula import Judged, judge_formula
+from mecanique.checking.judgement.formula import Judged, find_rounding, judge_formula
 from mecanique.checking.judgement.motion import Residual, count_missing, residuals
 from mecanique.checking.judgement.proof import Proof
 from mecanique.checking.judgement.quantities import Quantity, ask_for
@@ -36,7 +36,7 @@ from mecanique.model.units import say_unit
 _STRETCHED = 1e-6
 """Largest relative difference at states near zero and far out, where more is lost to rounding."""
 
-_MOTION = ("equation of motion", "equations of motion")
+_MOTION = ("equation of motion", "equations of motion", "state space")
 
 
 def check(
@@ -57,9 +57,12 @@ def check(
         text: plain text, LaTeX, SymPy's text or MathML; one equation a line.
         ask: the quantity in question: "equation of motion", "kinetic energy", "potential energy",
             "Lagrangian", "energy", "mass matrix", "momentum of q", "conserved quantity",
-            "frequency", "equilibrium" (all of them; a position begins where a coordinate is given
+            "frequency", "undamped frequency" or "damped frequency" (about zero, or "frequency at
+            q = pi"), "equilibrium" (all of them; a position begins where a coordinate is given
             again), "equilibrium of rod" (the balance of a free body, in the letters of its
-            reactions) or "reaction".
+            reactions), "equilibrium force" (that holds it at rest anywhere), "steady motion"
+            (rates of uniform turning), "reaction", "state space", "Hamiltonian", "Hamilton's
+            equations" (momenta p or p1, p2 …, or ptheta) or "transfer function of x from F".
         let: definitions of further letters, e.g. "J = m l^2/3", or a mapping from letter to
             formula.
         seed: of the random states.
@@ -102,7 +105,7 @@ class Checker:
     def __init__(self, mechanism: Mechanism, seed: int = 0) -> None:
         self.mechanism = mechanism
         self.truth = Truth(mechanism, seed)
-        self._asked: dict[str, Quantity] = {}
+        self._asked: dict[tuple[str, frozenset[str] | None], Quantity] = {}
         self._proofs: dict[str, Proof] = {}
         self._factors = Factors(self.truth)
         self.search = Search(self.truth, Letters.of(mechanism))
@@ -123,9 +126,10 @@ class Checker:
                     letters = self._letters(let, self.truth.further_letters)
                     reading = read_answer(text, letters)
                     return self._motion(reading, text)
-                letters = self._letters(let, self._letters_asked(quantity.letters))
+                letters = self._letters(let, self._find_further(quantity.names))
                 reading = read_answer(text, letters)
-                return self._formula(reading, quantity, ask, text)
+                found = self._formula(reading, quantity, ask, text, self.truth)
+                return self._hold_numbers(found, reading, ask, text)
         except FormulaError as error:
             if error.text or not text.strip():
                 raise
@@ -141,9 +145,9 @@ class Checker:
             units = self.search.units.of
         else:
             quantity = self._ask(ask)
-            asked = quantity.letters
+            asked = quantity.names
             units = {**self.search.units.of, **quantity.dimensions}
-            letters = self._letters(let, self._letters_asked(asked))
+            letters = self._letters(let, self._find_further(asked))
         meanings = {p.symbol: p.meaning for p in self.mechanism.parameters}
         listed = {}
         for name, kind in letters.kinds.items():
@@ -153,19 +157,45 @@ class Checker:
             listed[name] = f"{said}{unit}"
         return listed
 
-    def _letters_asked(self, names: Sequence[str]) -> list[str]:
+    def _find_further(self, names: Sequence[str]) -> list[str]:
         """Return the letters of a quantity that are not the mechanism's own."""
         own = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
         return [name for name in names if name not in own]
 
-    def _ask(self, question: str) -> Quantity:
-        if question not in self._asked:
-            self._asked[question] = ask_for(self.truth, question)
-        return self._asked[question]
+    def _ask(self, question: str, held: frozenset[str] | None = None) -> Quantity:
+        """Return the quantity in question; only the parameters held open vary, if given."""
+        key = question, held
+        if key not in self._asked:
+            truth = self.truth if held is None else self.truth.hold(held)
+            self._asked[key] = ask_for(truth, question)
+        return self._asked[key]
 
-    def _formula(self, reading: Reading, quantity: Quantity, ask: str, text: str) -> Check:
+    def _hold_numbers(self, found: Check, reading: Reading, ask: str, text: str) -> Check:
+        """Return the verdict with numbers in place of parameters, if it is right with these."""
+        written = set[str]()
+        for statement in reading.statements:
+            written = written.union(*(side.letters for side in statement.sides))
+        parameters = {parameter.symbol for parameter in self.mechanism.parameters}
+        if found.outcome != "wrong" or not found.varied or parameters <= written:
+            return found
+        if any(cause.kind in ("emptiness", "units") for cause in found.causes):
+            return found
+        held = frozenset(parameters & written)
+        truth = self.truth.hold(held)
+        again = self._formula(reading, self._ask(ask, held), ask, text, truth)
+        if again.outcome == "wrong":
+            return found
+        forms = dict.fromkeys(("right for these values of the parameters only", *again.forms))
+        outcome: Outcome = again.outcome
+        if outcome == "right":
+            outcome = "right except for form"
+        return replace(again, outcome=outcome, forms=tuple(forms), exact=False)
+
+    def _formula(
+        self, reading: Reading, quantity: Quantity, ask: str, text: str, truth: Truth
+    ) -> Check:
         """Return the verdict on formulas of a quantity."""
-        judged = judge_formula(reading.statements, self.truth, quantity, text)
+        judged = judge_formula(reading.statements, truth, quantity, text)
         several = len(judged) > 1
         lines = []
         for number, formula in enumerate(judged, 1):
@@ -178,11 +208,10 @@ class Checker:
                     formula.residual, place, text, quantity.dimensions, formula.series
                 )
             outcome: Outcome = "right" if formula.holds else "wrong"
-            if formula.holds and formula.forms:
+            shown = (*formula.forms, formula.rounding) if formula.rounding else formula.forms
+            if formula.holds and shown:
                 outcome = "right except for form"
-            lines.append(
-                Line(formula.statement.text, outcome, formula.worst, formula.forms, causes)
-            )
+            lines.append(Line(formula.statement.text, outcome, formula.worst, shown, causes))
         exact = bool(judged) and all(self._is_proven(formula, quantity) for formula in judged)
         forms = [form for line in lines for form in line.forms]
         wrong = any(line.outcome == "wrong" for line in lines)
@@ -195,7 +224,7 @@ class Checker:
         lacking = [name for formula in judged for name in formula.missing]
         if not wrong and lacking:
             whole = "incomplete"
-            forms += [f"{name} is missing" for name in lacking]
+            forms += lacking
         if whole == "right" and forms:
             whole = "right except for form"
         return Check(
@@ -203,12 +232,12 @@ class Checker:
             asked=ask,
             outcome=whole,
             lines=tuple(lines),
-            states=self.truth.sample.count,
-            varied=self.truth.sample.varied,
+            states=truth.sample.count,
+            varied=truth.sample.varied,
             exact=exact,
             forms=tuple(dict.fromkeys(forms)),
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
-            notes=reading.notes,
+            notes=(*reading.notes, *quantity.notes),
         )
 
     def _is_proven(self, judged: Judged, quantity: Quantity) -> bool:
@@ -267,7 +296,12 @@ class Checker:
         if numbers:
             forms, equations = ["right for these values of the parameters only"], numbers
         defined = {name: node for name, node in letters.defined.items() if "'" not in name}
-        explained = self.search.causes(equations, text, defined)
+        explained = [
+            self._explain_rounding(residual, text) or causes
+            for residual, causes in zip(
+                equations, self.search.causes(equations, text, defined), strict=True
+            )
+        ]
         lines, sound, proven = [], [], True
         for number, (residual, causes) in enumerate(zip(equations, explained, strict=True), 1):
             proof = not numbers and self._is_motion_proven(residual)
@@ -306,6 +340,13 @@ class Checker:
             independent=nv - missing,
             notes=reading.notes,
         )
+
+    def _explain_rounding(self, residual: Residual, text: str) -> tuple[Cause, ...]:
+        """Return the rounded number that explains a wrong equation, if there is one."""
+        if residual.holds or self.search.has_unit_fault(residual, text):
+            return ()
+        rounding = find_rounding(residual, text)
+        return (Cause("rounding", rounding),) if rounding else ()
 
     def _is_motion_proven(self, residual: Residual) -> bool:
         """Return whether an equation holds and is proven."""
@@ -359,8 +400,9 @@ def _line(residual: Residual, causes: tuple[Cause, ...], factor: str, *, sound: 
     outcome: Outcome = "wrong"
     if sound:
         outcome = "right except for form" if forms else "right"
-    if causes and causes[0].kind == "linearized":
-        outcome, forms = "right except for form", ["linearized"]
+    if causes and causes[0].kind in ("linearized", "rounding"):
+        form = "linearized" if causes[0].kind == "linearized" else causes[0].text
+        outcome, forms = "right except for form", [form]
     return Line(residual.statement.text, outcome, residual.worst, tuple(forms), causes)
 
 

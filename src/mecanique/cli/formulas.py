@@ -34,7 +34,9 @@ from mecanique.cli.words import choose, report_errors
     metavar="WORDS",
     help="What the formula is meant to be: equation of motion, kinetic energy, potential energy, "
     "Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency, "
-    "equilibrium, equilibrium of BODY (cut free) or reaction.",
+    "undamped frequency, damped frequency (frequency at q = pi), equilibrium, equilibrium of BODY "
+    "(cut free), equilibrium force, steady motion, reaction, state space, Hamiltonian, Hamilton's "
+    "equations or transfer function of x from F.",
 )
 @click.option(
     "--let", multiple=True, metavar="LETTER=FORMULA", help='Define a letter: --let "J = m l^2/3"'

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -341,9 +341,11 @@ def read_answer(text: str, letters: Letters) -> Reading:
     while True:
         scanner = Scanner(text, letters)
         lines = scanner.scan()
+        lines = [_turn_round(line, defined) for line in lines]
         kept = [line for line in lines if _defined_by(line)[0] not in defined]
         if not scanner.unknown:
             break
+        kept = [_turn_round(line, scanner.unknown) for line in kept]
         definitions = [line for line in kept if _defined_by(line)[0] in scanner.unknown]
         ready = [line for line in definitions if not _names(line[1:]) & scanner.unknown.keys()]
         if not ready or len(defined) >= _MOST_DEFINITIONS or len(kept) == 1:
@@ -355,7 +357,9 @@ def read_answer(text: str, letters: Letters) -> Reading:
         if order == 2:
             formula = tree.call("sqrt", formula)
         letters = _define(name, formula, letters)
-        defined[name] = " ".join(text[ready[0][0].start : ready[0][-1].end].split())
+        defined[name] = " ".join(
+            text[min(t.start for t in ready[0]) : max(t.end for t in ready[0])].split()
+        )
     if not kept:
         raise FormulaError("expected a formula, got an empty text")
     tokens: list[Token] = []
@@ -378,6 +382,14 @@ def _parse(tokens: list[Token], letters: Letters, text: str) -> list[list[Node]]
 
 def _names(tokens: Sequence[Token]) -> set[str]:
     return {token.value for token in tokens if token.kind == "NAME"}
+
+
+def _turn_round(line: list[Token], unknown: Collection[str]) -> list[Token]:
+    """Return q' = w, of a state-space form, as the definition of its right side."""
+    kinds = [token.kind for token in line]
+    if kinds == ["NAME", "EQUALS", "NAME"] and line[2].value in unknown:
+        return line if line[0].value in unknown else line[::-1]
+    return line
 
 
 def _defined_by(line: Sequence[Token]) -> tuple[str, int]:

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from itertools import permutations
 from typing import final
 
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.reader import Statement
 from mecanique.checking.grammar.tape import Tape
-from mecanique.checking.grammar.tree import Node, add, letter, negate
+from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import TOLERANCE, Residual
 from mecanique.checking.judgement.quantities import Quantity
 from mecanique.checking.judgement.truth import Sample, Truth
+from mecanique.checking.mistakes.repairs import needed_values
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
-from mecanique.errors import FormulaError
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.errors import FormulaError, InputError
 
 
 @final
@@ -38,11 +43,12 @@ class Judged:
     fault: str = ""  # why it is no answer although it is true, or empty
     covers: frozenset[int] = frozenset()  # which of several values it holds for
     missing: tuple[str, ...] = ()  # what the whole answer lacks, in words
+    rounding: str = ""  # the rounded number that explains a small difference
 
     @property
     def holds(self) -> bool:
         """Whether it is right."""
-        return self.worst <= TOLERANCE and not self.fault
+        return (self.worst <= TOLERANCE or bool(self.rounding)) and not self.fault
 
 
 def judge_formula(
@@ -56,6 +62,8 @@ def judge_formula(
         "equilibrium": _judge_equilibrium,
         "letters": _judge_letters,
         "free body": _judge_free_body,
+        "rates of momenta": _judge_canonical,
+        "steady": _judge_steady,
     }.get(quantity.kind, _judge_value)
     return judge(statements, truth, quantity, text)
 
@@ -66,12 +74,21 @@ def _judge_value(
     sample = truth.sample
     assert quantity.values is not None
     found = []
-    known = dict.fromkeys(quantity.letters, quantity.values)
+    known = {**dict.fromkeys(quantity.letters, quantity.values), **quantity.more}
     for statement in statements:
         one = _residual(statement, truth, sample, known, quantity.letters[0], text)
         worst = one.worst if quantity.again is None else _compare_changes(one, sample, quantity)
         judged = _judge_residual(one, worst, quantity.series)
-        fault = _find_emptiness(one, known, alone=quantity.again is None)
+        asked = {name: known[name] for name in quantity.letters}
+        fault = _find_emptiness(one, asked, alone=quantity.again is None)
+        if not judged.holds and quantity.again is None:
+            judged = replace(judged, rounding=find_rounding(one, text))
+        if judged.holds and quantity.name == "Hamiltonian":
+            rates = sorted(one.root.letters & set(truth.velocities))
+            forms = (f"in {', '.join(rates)}, not in momenta alone",) if rates else ()
+            judged = replace(judged, forms=forms)
+        if not judged.holds and quantity.name == "Lagrangian" and is_equivalent(one, truth):
+            judged = replace(judged, worst=0.0, residual=None, root=None)
         found.append(replace(judged, fault=fault) if judged.holds and fault else judged)
     return found
 
@@ -108,7 +125,7 @@ def _compare_changes(one: Residual, sample: Sample, quantity: Quantity) -> float
     """How far the change between two states is from the truth; a constant is left open."""
     assert quantity.again is not None
     other_values, letters = quantity.again
-    other = {**letters, **dict.fromkeys(quantity.letters, other_values)}
+    other = {**dict.fromkeys(quantity.letters, other_values), **letters}
     moved = one.tape.evaluate(other, sample.count)
     with np.errstate(all="ignore"):
         difference = np.abs(one.values.whole - moved.whole)
@@ -137,6 +154,7 @@ def _residual(
     known: Mapping[str, Array],
     name: str,
     text: str,
+    fixed: Mapping[str, Array] | None = None,
 ) -> Residual:
     """Return left minus right, with the quantity's true value on the left of a mere formula."""
     sides = statement.sides
@@ -146,7 +164,7 @@ def _residual(
         raise FormulaError("expected a formula, got a matrix", text, root.start)
     tape = Tape(root)
     # letters of the mechanism keep their own meaning
-    values = {**known, **sample.values}
+    values = {**known, **sample.values, **(fixed or {})}
     if len(sides) == 1:
         values[name] = known[name]
     sample = replace(sample, values=values)
@@ -298,11 +316,13 @@ def _judge_several(
                 _residual(statement, truth, truth.sample, known, quantity.letters[0], text)
             )
             used.append(known)
-        covers = frozenset(k for k, one in enumerate(tried) if one.worst <= TOLERANCE)
+        rounded = ["" if one.worst <= TOLERANCE else find_rounding(one, text) for one in tried]
+        covers = frozenset(k for k, one in enumerate(tried) if one.worst <= TOLERANCE or rounded[k])
         k = min(range(len(tried)), key=lambda k: tried[k].worst)
         # an equation of several frequencies holds for each of them
         fault = _find_emptiness(tried[k], used[k], alone=len(tried) == 1) if covers else ""
-        found.append(Judged(statement, tried[k], tried[k].worst, fault=fault, covers=covers))
+        judged = Judged(statement, tried[k], tried[k].worst, fault=fault, covers=covers)
+        found.append(replace(judged, rounding=rounded[k]))
     return found
 
 
@@ -317,8 +337,11 @@ def _judge_letters(
         if not statement.is_equation:
             names = ", ".join(quantity.letters)
             raise FormulaError(f"expected an equation for one of {names}", text, statement.start)
-        one = _residual(statement, truth, truth.sample, known, "", text)
+        fixed = {**quantity.more, **known}
+        one = _residual(statement, truth, truth.sample, known, "", text, fixed)
         judged = _judge_residual(one, one.worst, quantity.series)
+        if not judged.holds:
+            judged = replace(judged, rounding=find_rounding(one, text))
         fault = _find_emptiness(one, known, alone=False) if judged.holds else ""
         found.append(replace(judged, fault=fault))
     return found
@@ -375,5 +398,212 @@ def _judge_equilibrium(
             fault = "" if position.worst else position.fault
             found.append(Judged(statement, None, position.worst, fault=fault))
     if missing:
-        found[0] = replace(found[0], missing=tuple(missing))
+        lacking = tuple(f"{position} is missing" for position in missing)
+        found[0] = replace(found[0], missing=lacking)
     return found
+
+
+def _judge_canonical(
+    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+) -> list[Judged]:
+    """Judge Hamilton's equations; all rates of coordinates and momenta must follow from them."""
+    rates = [name for name in quantity.more if name.endswith("'")]
+    unknown = [*truth.velocities, *dict.fromkeys(rates)]
+    accelerations = set(truth.accelerations)
+    found = []
+    for statement in statements:
+        if not statement.is_equation:
+            raise FormulaError("expected an equation for a rate", text, statement.start)
+        one = _residual(statement, truth, truth.sample, quantity.more, "", text)
+        fault = ""
+        if one.worst <= TOLERANCE and one.root.letters & accelerations:
+            fault = "Hamilton's equations contain no accelerations"
+        elif one.worst <= TOLERANCE:
+            slopes = [one.tape.along(one.slopes, name) for name in unknown]
+            if not np.abs(np.stack(slopes)).max() > 0:
+                fault = "it contains no rate"
+        found.append(replace(_judge_residual(one, one.worst, {}), fault=fault))
+    rows = []
+    for judged in found:
+        equation = judged.residual
+        if judged.holds and equation is not None:
+            # the letters of one momentum are one unknown
+            momenta = [
+                _add_slopes(equation, [name for name in rates if name in group])
+                for group in _group_momenta(truth)
+            ]
+            velocities = [_add_slopes(equation, [name]) for name in truth.velocities]
+            rows.append(np.stack([*velocities, *momenta], axis=-1))
+    rank = int(np.linalg.matrix_rank(np.stack(rows, axis=1)[0])) if rows else 0
+    lacking = 2 * len(truth.velocities) - rank
+    if lacking:
+        said = f"{lacking} of {2 * len(truth.velocities)} equations missing"
+        found[0] = replace(found[0], missing=(said,))
+    return found
+
+
+def _add_slopes(one: Residual, names: Sequence[str]) -> Array:
+    """Return the sum of the derivatives by some letters."""
+    total = np.zeros(one.sample.count)
+    for name in names:
+        total = total + one.tape.along(one.slopes, name)
+    return total
+
+
+def _group_momenta(truth: Truth) -> list[set[str]]:
+    names = [velocity.removesuffix("'") for velocity in truth.velocities]
+    groups = [{f"p{name}'", f"p{k + 1}'"} for k, name in enumerate(names)]
+    return [groups[0] | {"p'"}] if len(names) == 1 else groups
+
+
+_WIDEST_RATE = 3.0
+"""Rates are sought up to this many times the largest true one."""
+
+
+def _judge_steady(
+    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+) -> list[Judged]:
+    """Judge the rates of steady motions at given positions: each of them, and no others."""
+    derivation, sample = truth.derivation, truth.sample
+    assert derivation is not None
+    found: list[Judged] = []
+    covered: set[int] = set()
+    several = False
+    for statement in statements:
+        written = set().union(*(side.letters for side in statement.sides))
+        rates = [name for name in quantity.letters if name in written]
+        if not rates or not statement.is_equation:
+            raise FormulaError(
+                f"expected an equation for {' or '.join(quantity.letters)}", text, statement.start
+            )
+        name = rates[0]
+        roots = _find_rates(truth, quantity, name)
+        apart = np.abs(roots[0] - roots[1])
+        several |= bool((apart > 1e-6 * np.nanmax(np.abs(roots))).any())
+        fixed = dict(quantity.more)
+        tried = []
+        for root in roots:
+            tried.append(_residual(statement, truth, sample, {}, "", text, {**fixed, name: root}))
+        holds = [one.worst <= TOLERANCE and bool(one.finite.any()) for one in tried]
+        covered |= {k for k, right in enumerate(holds) if right}
+        best = min(tried, key=lambda one: one.worst)
+        fault = ""
+        if any(holds):
+            reach = _WIDEST_RATE * float(np.nanmax(np.abs(roots)))
+            fault = _find_foreign_rate(best, roots, name, reach)
+        found.append(replace(_judge_residual(best, best.worst, {}), fault=fault))
+    if several and len(covered) == 1:
+        found[0] = replace(found[0], missing=("the other rate at the same position is missing",))
+    return found
+
+
+def _find_rates(truth: Truth, quantity: Quantity, name: str) -> Array:
+    """Return both rates of steady motion in each state, shape (2, n); NaN where there are none."""
+    derivation, sample = truth.derivation, truth.sample
+    assert derivation is not None
+    rows = []
+    for turning in (-1.0, 0.0, 1.0):
+        still = {**sample.values, **quantity.more, name: np.full(sample.count, turning)}
+        evaluated = Evaluation(derivation.algebra.ring, still)
+        forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
+        rows.append([np.broadcast_to(evaluated(force), (sample.count,)) for force in forces])
+    below, rest, above = np.array(rows)
+    felt = [
+        k for k in range(len(rest)) if np.abs(np.stack([below, rest, above])[:, k]).max() > 1e-12
+    ]
+    if len(felt) != 1:
+        raise InputError("the steady motions follow from several conditions; ask for equilibrium")
+    k = felt[0]
+    square, linear = (above[k] + below[k]) / 2 - rest[k], (above[k] - below[k]) / 2
+    with np.errstate(all="ignore"):
+        root = np.sqrt(linear**2 - 4 * square * rest[k])
+        roots = np.stack([-linear - root, -linear + root]) / (2 * square)
+    return np.sort(roots, axis=0)
+
+
+def _find_foreign_rate(one: Residual, roots: Array, name: str, reach: float) -> str:
+    """Return why an equation also holds for other rates, "" if it does not."""
+    count = one.sample.count
+    grid = np.linspace(-reach, reach, 401) * 1.00037
+    table = np.empty((len(grid), count))
+    for k, turning in enumerate(grid):
+        values = {**one.sample.values, name: np.full(count, turning)}
+        table[k] = one.tape.evaluate(values, count).whole
+    with np.errstate(all="ignore"):
+        step, state = np.nonzero(table[:-1] * table[1:] < 0)
+        near = np.abs(roots[:, state] - (grid[step] + grid[step + 1]) / 2)
+    width = grid[1] - grid[0]
+    foreign = ~(near <= 2 * width).any(axis=0)
+    if foreign.any() and not np.isnan(roots[:, state[foreign]]).all():
+        return f"it holds for other values of {name}, too"
+    if (np.abs(table) == 0).all():
+        return f"it holds for any {name}"
+    return ""
+
+
+def is_equivalent(one: Residual, truth: Truth) -> bool:
+    """Return whether two Lagrangians give the same equations, for any motion.
+
+    They may differ by the total time derivative of a function of coordinates and time.
+    """
+    derivation, sample = truth.derivation, truth.sample
+    if derivation is None or len(one.statement.sides) > 2:
+        return False
+    if any(not velocity.endswith("'") for velocity in truth.velocities):
+        return False
+    answer = one.statement.sides[-1]
+    # T − V without the forces that have no potential
+    true = Lagrange(truth.mechanism, derivation.algebra)
+    moving = Letters.of(truth.mechanism).rate_nodes
+    moving |= {name: letter("#zero") for name in truth.accelerations}
+    L = true.T - true.V
+    random = np.random.default_rng(1)
+    accelerations = {
+        name: sample.values[name]
+        + random.normal(size=sample.count) * (1 + np.abs(sample.values[name]))
+        for name in truth.accelerations
+    }
+    values = {**sample.values, **accelerations, "#zero": np.zeros(sample.count)}
+    evaluated = Evaluation(L.ring, values)
+    known = {g.name for g in L.generators()}
+    for velocity in truth.velocities:
+        name = velocity.removesuffix("'")
+        try:
+            momentum = rate(answer, {velocity: number(1)})
+            euler = add(rate(momentum, moving), negate(rate(answer, {name: number(1)})))
+        except FormulaError:
+            return False
+        given = Tape(euler).evaluate(values, sample.count)
+        own = np.broadcast_to(evaluated(L.diff(velocity).ddt()), (sample.count,))
+        if name in known:
+            own = own - evaluated(L.diff(name))
+        with np.errstate(all="ignore"):
+            relative = np.abs(given.whole - own) / (given.size + np.abs(own))
+        if not (relative[np.isfinite(relative)] <= TOLERANCE).all():
+            return False
+    return True
+
+
+_WRITTEN = re.compile(r"\d*[.,](\d+)")
+
+
+def find_rounding(one: Residual, text: str) -> str:
+    """Return the rounded number that explains a difference, and what it is more exactly."""
+    wanted = needed_values(one.tape, one.values, np.zeros(one.sample.count))
+    for node, exact in zip(one.tape.nodes, wanted, strict=True):
+        written = _WRITTEN.fullmatch(text[node.start : node.end])
+        if node.kind != "number" or written is None:
+            continue
+        digits = text[node.start : node.end].strip("0.,").replace(".", "").replace(",", "")
+        usable = one.finite & np.isfinite(exact)
+        if len(digits) < 2 or usable.sum() < min(3, one.sample.count):
+            continue
+        exact = exact[usable]
+        value = float(exact.mean())
+        half = 0.5 * 10.0 ** -len(written[1])
+        near = abs(value - float(node.value)) <= half * (1 + 1e-9)
+        if near and np.ptp(exact) <= 1e-6 * abs(value):
+            simple = Fraction(value).limit_denominator(60)
+            said = str(simple) if abs(float(simple) / value - 1) < 1e-9 else f"{value:.6g}"
+            return f"{text[node.start : node.end]} is rounded: it is {said}"
+    return ""

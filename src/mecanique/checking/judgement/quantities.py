@@ -10,6 +10,9 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.checking.grammar.letters import Letters
+from mecanique.checking.grammar.reader import read
+from mecanique.checking.grammar.tape import Tape
 from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.derivation import derive
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -29,6 +32,8 @@ Kind: TypeAlias = Literal[
     "equilibrium",
     "letters",
     "free body",
+    "rates of momenta",
+    "steady",
 ]
 """The way to compare a formula."""
 
@@ -47,6 +52,8 @@ class Quantity:
         series: its value in the ring of the derivation, by letter; a matrix row by row.
         derivation: the derivation with that ring, if not that of the equations of motion.
         dimensions: dimensions of the letters, where known.
+        more: values of further letters, or of those that a question fixes.
+        notes: what an answer may leave out, or was taken for granted.
     """
 
     name: str
@@ -57,10 +64,18 @@ class Quantity:
     series: Mapping[str, Series] = field(default_factory=dict)
     derivation: Derivation | None = None
     dimensions: Mapping[str, Dimension] = field(default_factory=dict)
+    more: Mapping[str, Array] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The letters that an answer may contain besides the mechanism's own."""
+        return tuple(dict.fromkeys((*self.letters, *self.more)))
 
 
 _ZERO = np.zeros(())
 
+_FREQUENCY = ("omega", "omega0", "omegan", "w", "f", "nu", "T", "T0")
 _LETTERS = {
     "kinetic energy": ("T", "Ek", "Ekin", "KE", "K"),
     "potential energy": ("V", "U", "Ep", "Epot", "PE"),
@@ -69,7 +84,14 @@ _LETTERS = {
     "mass matrix": (),
     "momentum": ("p",),
     "conserved quantity": (*"EHhCcpALJKk", "C1", "C2", "c1", "c2", "Lz", "const"),
-    "frequency": ("omega", "omega0", "omegan", "w", "f", "nu", "T", "T0"),
+    "frequency": _FREQUENCY,
+    "undamped frequency": _FREQUENCY,
+    "damped frequency": (*_FREQUENCY, "omegad", "wd"),
+    "steady motion": (),
+    "Hamiltonian": ("H", "E"),
+    "Hamilton's equations": (),
+    "equilibrium force": (),
+    "transfer function": ("G", "H"),
     "equilibrium": (),
     "reaction": (),
 }
@@ -77,8 +99,11 @@ _LETTERS = {
 _NUMBERED = ("omega", "w", "f", "nu", "T")
 """Letters of frequencies and periods that may be numbered, as omega1."""
 
-_OF = ("momentum", "equilibrium")
+_OF = ("momentum", "equilibrium", "transfer function")
 """Questions that may name a coordinate or a body."""
+
+_AT = ("frequency", "undamped frequency", "damped frequency", "transfer function")
+"""Questions that may name a position."""
 
 QUESTIONS = ("equation of motion", *_LETTERS)
 """The possible questions."""
@@ -86,15 +111,16 @@ QUESTIONS = ("equation of motion", *_LETTERS)
 
 def ask_for(truth: Truth, question: str) -> Quantity:
     """Return the quantity that a question asks for."""
-    name, _, what = question.partition(" of ")
-    if name not in QUESTIONS or (what and name not in _OF):
+    asked, _, position = question.partition(" at ")
+    name, _, what = asked.partition(" of ")
+    if name not in QUESTIONS or (what and name not in _OF) or (position and name not in _AT):
         raise UnknownNameError("question", question, QUESTIONS)
     if truth.derivation is None:
         raise InputError(
             f"the equations of {truth.mechanism.name!r} have no closed form, with which a "
             f"{name} could be compared"
         )
-    return _Asked(truth).find(name, what)
+    return _Asked(truth, position).find(name, what)
 
 
 @final
@@ -105,9 +131,10 @@ class _Asked:
         truth: the mechanism's own equations.
     """
 
-    def __init__(self, truth: Truth) -> None:
+    def __init__(self, truth: Truth, position: str = "") -> None:
         self._truth = truth
         self._sample = truth.sample
+        self._position = locate(truth, position) if position else {}
 
     def find(self, name: str, what: str) -> Quantity:
         find: dict[str, Callable[[str, str], Quantity]] = {
@@ -119,6 +146,13 @@ class _Asked:
             "momentum": self._momentum,
             "conserved quantity": self._constant,
             "frequency": self._frequency,
+            "undamped frequency": self._frequency,
+            "damped frequency": self._frequency,
+            "steady motion": self._steady,
+            "Hamiltonian": self._hamiltonian,
+            "Hamilton's equations": self._canonical,
+            "equilibrium force": self._holding,
+            "transfer function": self._transfer,
             "equilibrium": self._equilibrium,
             "reaction": self._reactions,
         }
@@ -180,10 +214,20 @@ class _Asked:
 
     def _reactions(self, name: str, _: str) -> Quantity:
         derivation = balances(self._truth)
-        found = [self._value(one, self._sample.values) for one in derivation.reactions.values()]
+        reactions, found = {}, []
+        for letter, series in derivation.reactions.items():
+            try:
+                found.append(self._value(series, self._sample.values))
+            except UnknownNameError:
+                continue  # it depends on a force that the equations leave open
+            reactions[letter] = series
+        open_ones = sorted(derivation.reactions.keys() - reactions.keys())
+        notes = (f"undetermined: {', '.join(open_ones)}",) if open_ones else ()
+        multipliers = [letter for letter in self._truth.multipliers if letter not in reactions]
+        found += [self._sample.values[letter] for letter in multipliers]
         values = np.stack(found) if found else np.zeros((0, self._sample.count))
-        letters = tuple(derivation.reactions)
-        return Quantity(name, "letters", letters, values, None, derivation.reactions, derivation)
+        letters = (*reactions, *multipliers)
+        return Quantity(name, "letters", letters, values, None, reactions, derivation, notes=notes)
 
     def _equilibrium(self, name: str, what: str) -> Quantity:
         """Return the mechanism's equilibrium, or the balance of forces on one free body."""
@@ -212,13 +256,18 @@ class _Asked:
         return Quantity(name, "conserved", (*_LETTERS[name], *momenta))
 
     def _frequency(self, name: str, _: str) -> Quantity:
-        M, C, K = linear_matrices(self._truth, self._sample)
-        if np.abs(C).max(initial=0.0) > 1e-12:
-            raise InputError("the mechanism is damped or gyroscopic; expected one that is neither")
-        squares = np.linalg.eigvals(np.linalg.solve(M, K))
-        if (squares.real < -1e-9 * np.abs(squares).max()).any():
-            raise InputError("the position with all coordinates zero is not stable")
-        found = np.sort(np.sqrt(np.maximum(squares.real, 0.0)), axis=1)
+        M, C, K = linear_matrices(self._truth, self._sample, self._position)
+        if name == "frequency" and np.abs(C).max(initial=0.0) > 1e-12:
+            raise InputError(
+                "the mechanism is damped or gyroscopic; ask for the 'undamped frequency' or the "
+                "'damped frequency'"
+            )
+        if name == "undamped frequency":
+            C = (C - C.transpose(0, 2, 1)) / 2
+        found = _oscillate(M, C, K)
+        if np.isfinite(found).all(1).sum() < _FEWEST:
+            where = self._where or "the position with all coordinates zero"
+            raise InputError(f"{where} is not stable, or nothing oscillates there")
         numbered = [
             f"{letter}{k + 1}" for letter in _NUMBERED for k in range(len(self._truth.velocities))
         ]
@@ -226,6 +275,195 @@ class _Asked:
         rate, time = read_unit("1/s"), read_unit("s")
         unit = {letter: time if letter.startswith("T") else rate for letter in letters}
         return Quantity(name, "several", letters, found.T, dimensions=unit)
+
+    @property
+    def _where(self) -> str:
+        return "the position in question" if self._position else ""
+
+    def _momenta(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the canonical momenta by each of their letters."""
+        momenta = {}
+        for k, velocity in enumerate(self._truth.velocities):
+            value = self._value(self._lagrange.T.diff(velocity), values)
+            for letter in self._name_momentum(k):
+                momenta[letter] = value
+        return momenta
+
+    def _name_momentum(self, k: int) -> list[str]:
+        names = [v.removesuffix("'") for v in self._truth.velocities]
+        letters = [f"p{names[k]}", f"p{k + 1}"]
+        return [*letters, "p"] if len(names) == 1 else letters
+
+    def _hamiltonian(self, name: str, _: str) -> Quantity:
+        """Return Σ p q' − L, as a function of positions and momenta."""
+        moved = roll(self._truth, self._sample)
+        momenta = self._momenta(self._sample.values)
+        again = {**moved, **self._momenta(moved)}
+        whole, there = self._legendre(self._sample.values), self._legendre(moved)
+        joules = dict.fromkeys(_LETTERS[name], read_unit("N·m"))
+        dimensions = {**joules, **self._units_of_momenta()}
+        return Quantity(
+            name=name,
+            kind="up to a constant",
+            letters=_LETTERS[name],
+            values=whole,
+            again=(there, again),
+            dimensions=dimensions,
+            more=momenta,
+        )
+
+    def _units_of_momenta(self) -> dict[str, Dimension]:
+        known = units(self._truth.mechanism)
+        found = {}
+        for k, velocity in enumerate(self._truth.velocities):
+            unit = known.get(velocity)
+            for letter in self._name_momentum(k):
+                if unit is not None:
+                    found[letter] = _divide("N·m", unit)
+                    found[f"{letter}'"] = _divide("N·m/s", unit)
+        return found
+
+    def _legendre(self, values: Mapping[str, Array]) -> Array:
+        T, V = self._lagrange.T, self._lagrange.V
+        total: Array = self._value(V - T, values)
+        for velocity in self._truth.velocities:
+            work: Array = self._value(T.diff(velocity), values) * values[velocity]
+            total = total + work
+        return total
+
+    def _canonical(self, name: str, _: str) -> Quantity:
+        """Return the momenta and their rates in true motions."""
+        if any(not velocity.endswith("'") for velocity in self._truth.velocities):
+            raise InputError("the velocities are not the rates of coordinates")
+        momenta = self._momenta(self._sample.values)
+        rates: dict[str, Array] = {}
+        for k, velocity in enumerate(self._truth.velocities):
+            rate = self._value(self._lagrange.T.diff(velocity).ddt(), self._sample.values)
+            rates |= {f"{letter}'": rate for letter in self._name_momentum(k)}
+        return Quantity(
+            name, "rates of momenta", more=momenta | rates, dimensions=self._units_of_momenta()
+        )
+
+    def _holding(self, name: str, _: str) -> Quantity:
+        """Return the inputs that hold the mechanism at rest in any position."""
+        derivation, sample = self._truth.derivation, self._sample
+        assert derivation is not None
+        inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
+        moving = (*self._truth.velocities, *self._truth.accelerations)
+        still = dict.fromkeys(moving, np.zeros(sample.count))
+        at_rest = Evaluation(
+            derivation.algebra.ring, {**sample.values, **still, **dict.fromkeys(inputs, _ZERO)}
+        )
+        shape = (sample.count,)
+        forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
+        right = np.stack([np.broadcast_to(at_rest(force), shape) for force in forces], axis=-1)
+        by = np.zeros((sample.count, len(forces), len(inputs)))
+        for i, force in enumerate(forces):
+            known = {g.name for g in force.generators()}
+            for j, symbol in enumerate(inputs):
+                by[:, i, j] = at_rest(force.diff(symbol)) if symbol in known else 0.0
+        held = -(np.linalg.pinv(by) @ right[..., None])[..., 0]
+        left = right + np.einsum("nij,nj->ni", by, held)
+        if not inputs or np.abs(left).max() > 1e-9 * np.abs(right).max(initial=1e-300):
+            raise InputError(
+                f"no force of {self._truth.mechanism.name!r} holds it at rest in every position"
+            )
+        known_units = units(self._truth.mechanism)
+        dimensions = {s: read_unit(known_units[s]) for s in inputs if known_units.get(s)}
+        return Quantity(name, "letters", tuple(inputs), held.T, dimensions=dimensions, more=still)
+
+    def _transfer(self, name: str, what: str) -> Quantity:
+        """Return the transfer function from a force to a coordinate, at real s."""
+        coordinates = [v.removesuffix("'") for v in self._truth.velocities]
+        inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
+        output, _, symbol = what.partition(" from ")
+        symbol = symbol or (inputs[0] if len(inputs) == 1 else "")
+        if output not in coordinates or symbol not in inputs:
+            raise InputError(
+                "expected e.g. 'transfer function of "
+                f"{coordinates[0]} from {(*inputs, 'F')[0]}', got {what!r}"
+            )
+        derivation, sample = self._truth.derivation, self._sample
+        assert derivation is not None
+        M, C, K = linear_matrices(self._truth, sample, self._position)
+        signals = dict.fromkeys(inputs, np.zeros(sample.count))
+        names = (*self._truth.velocities, *self._truth.mechanism.coordinates)
+        zero = dict.fromkeys(names, np.zeros(sample.count)) | signals | dict(self._position)
+        evaluated = Evaluation(derivation.algebra.ring, {**sample.values, **zero})
+        force = np.zeros((sample.count, len(coordinates)))
+        for i, Q in enumerate(derivation.Q):
+            if symbol in {g.name for g in Q.generators()}:
+                force[:, i] = evaluated(Q.diff(symbol))
+        s = np.random.default_rng(self._truth.seed).uniform(0.5, 5.0, sample.count)
+        whole = M * (s**2)[:, None, None] + C * s[:, None, None] + K
+        answer: Array = np.linalg.solve(whole, force[..., None])[..., 0]
+        return Quantity(
+            name=name,
+            kind="value",
+            letters=_LETTERS[name],
+            values=answer[:, coordinates.index(output)],
+            dimensions={"s": read_unit("1/s")},
+            more={"s": s},
+        )
+
+    def _steady(self, name: str, _: str) -> Quantity:
+        """Ask for the rates at which coordinates that nothing depends on turn uniformly."""
+        derivation = self._truth.derivation
+        assert derivation is not None
+        parts = [*derivation.h, *derivation.Q, *(e for row in derivation.M for e in row)]
+        felt = {g.name for part in parts for g in part.generators()}
+        rates = [v for v in self._truth.velocities if v.removesuffix("'") not in felt]
+        if not rates or self._truth.mechanism.constrained:
+            raise InputError(
+                f"{self._truth.mechanism.name!r} has no coordinate that may turn uniformly while "
+                "the others rest"
+            )
+        others = {v for v in self._truth.velocities if v not in rates}
+        fixed = dict.fromkeys((*others, *self._truth.accelerations), np.zeros(self._sample.count))
+        return Quantity(name, "steady", tuple(rates), more=fixed)
+
+
+_FEWEST = 3
+"""Least number of states in which a position is an equilibrium, and stable."""
+
+
+def locate(truth: Truth, position: str) -> dict[str, Array]:
+    """Return the coordinates at a position such as "q = pi" in the states; NaN where none is."""
+    letters = Letters.of(truth.mechanism)
+    sample = truth.sample
+    values = {**sample.values, **dict.fromkeys(truth.mechanism.coordinates, np.zeros(sample.count))}
+    found = {}
+    for statement in read(position, letters):
+        left, right = statement.sides[0], statement.sides[-1]
+        if left.name not in truth.mechanism.coordinates or not statement.is_equation:
+            raise InputError(f"expected a position such as 'q = pi', got {statement.text!r}")
+        found[left.name] = Tape(right).evaluate(values, sample.count).whole
+        values = {**values, left.name: found[left.name]}
+    return found
+
+
+def _oscillate(M: Array, C: Array, K: Array) -> Array:
+    """Return the angular frequencies of M x'' + C x' + K x = 0, shape (n, nv); NaN where none."""
+    n, nv, _ = M.shape
+    state = np.zeros((n, 2 * nv, 2 * nv))
+    state[:, :nv, nv:] = np.eye(nv)
+    known = np.isfinite(M).all((1, 2)) & np.isfinite(C).all((1, 2)) & np.isfinite(K).all((1, 2))
+    if not np.abs(C[known]).max(initial=0.0) > 1e-12:
+        found = np.full((n, nv), np.nan)
+        squares = np.linalg.eigvals(np.linalg.solve(M[known], K[known]))
+        least = -1e-9 * np.abs(squares).max(axis=1, initial=0.0)[:, None]
+        stable = squares.real >= least
+        with np.errstate(all="ignore"):
+            roots = np.where(stable, np.sqrt(np.maximum(squares.real, 0.0)), np.nan)
+        found[known] = np.where(stable.all(1)[:, None], np.sort(roots, axis=1), np.nan)
+        return found
+    state[known, nv:, :nv] = -np.linalg.solve(M[known], K[known])
+    state[known, nv:, nv:] = -np.linalg.solve(M[known], C[known])
+    state[~known] = 0.0
+    turning = np.sort(np.linalg.eigvals(state).imag, axis=1)[:, nv:]
+    with np.errstate(all="ignore"):
+        oscillates = (turning > 1e-9 * np.abs(state).max((1, 2))[:, None]).all(1) & known
+    return np.where(oscillates[:, None], turning, np.nan)
 
 
 def _divide(unit: str, by: str) -> Dimension:
@@ -242,8 +480,10 @@ def roll(truth: Truth, sample: Sample) -> dict[str, Array]:
     }
 
 
-def linear_matrices(truth: Truth, sample: Sample) -> tuple[Array, Array, Array]:
-    """Return M, C and K of small motions about the position with all coordinates zero."""
+def linear_matrices(
+    truth: Truth, sample: Sample, position: Mapping[str, Array]
+) -> tuple[Array, Array, Array]:
+    """Return M, C and K of small motions about a position; other coordinates are zero there."""
     derivation = truth.derivation
     if derivation is None or truth.mechanism.constrained:
         raise InputError(
@@ -252,8 +492,11 @@ def linear_matrices(truth: Truth, sample: Sample) -> tuple[Array, Array, Array]:
         )
     signals = [signal.symbol for signal in truth.mechanism.inputs]
     names = (*truth.velocities, *truth.mechanism.coordinates, *signals)
-    still = {**sample.values, **dict.fromkeys(names, np.zeros(sample.count))}
+    # what is prescribed by the time does not act on free vibrations
+    zero = dict.fromkeys((*names, "t"), np.zeros(sample.count))
+    still = {**sample.values, **zero, **position}
     evaluated = Evaluation(derivation.algebra.ring, still)
+    where = "the position in question" if position else "the position with all coordinates zero"
     n, nv = sample.count, len(truth.velocities)
     M, C, K = (np.zeros((n, nv, nv)) for _ in range(3))
     with np.errstate(all="ignore"):
@@ -265,11 +508,12 @@ def linear_matrices(truth: Truth, sample: Sample) -> tuple[Array, Array, Array]:
                 C[:, i, j] = evaluated(force.diff(velocity))
             for j, slope in enumerate(_along(force, truth.velocities)):
                 K[:, i, j] = evaluated(slope)
-            if not (np.abs(rest) <= 1e-9 * (1.0 + np.abs(K[:, i]).sum(1))).all():
-                raise InputError("the position with all coordinates zero is not an equilibrium")
-    known = all(np.isfinite(matrix).all() for matrix in (M, C, K))
-    if not known or (np.linalg.matrix_rank(M) < nv).any():
-        raise InputError("the equations have no meaning with all coordinates zero")
+            scale = 1.0 + np.abs(K[:, i]).sum(1)
+            if (np.abs(rest) > 1e-9 * scale).any():
+                raise InputError(f"{where} is not an equilibrium")
+    known = np.logical_and.reduce([np.isfinite(matrix).all((1, 2)) for matrix in (M, C, K)])
+    if known.sum() < (_FEWEST if position else n) or (np.linalg.matrix_rank(M[known]) < nv).any():
+        raise InputError(f"the equations have no meaning at {where}")
     return M, C, K
 
 

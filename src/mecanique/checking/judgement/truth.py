@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, final
@@ -103,6 +104,12 @@ class Truth:
     def sample(self) -> Sample:
         """States, with random parameters if the equations have a closed form."""
         return self.with_numbers(self._variable)
+
+    def hold(self, varied: frozenset[str]) -> Truth:
+        """Return the same with states in which only some parameters vary."""
+        held = copy(self)
+        held.__dict__["sample"] = self.with_numbers(varied)
+        return held
 
     def prepare(self) -> None:
         """Derive the equations and evaluate them in the states, if that is still to be done."""

@@ -1,0 +1,337 @@
+"""Mistakes in energies, matrices, frequencies and conserved quantities, by what they lead to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.checking.budget import spend, stop_clock
+from mecanique.checking.grammar.letters import Letters
+from mecanique.checking.grammar.tape import Tape
+from mecanique.checking.grammar.tree import Node, call, compound, negate, number, raise_to, rate
+from mecanique.checking.judgement.motion import Residual
+from mecanique.checking.judgement.quantities import Quantity, roll
+from mecanique.checking.judgement.truth import Truth
+from mecanique.checking.mistakes.hypotheses import Hypotheses
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.errors import FormulaError, MecaniqueError
+from mecanique.model.mechanism import Mechanism
+
+_ALIKE = 1e-6
+"""A wrong quantity is the one that was written if they differ by less than this part."""
+
+_STEP = 1e-5
+"""A displacement from equilibrium, in radians or meters, at which restoring forces are taken."""
+
+_CONSERVED = 1e-8
+"""A rate below this part of its terms is zero."""
+
+
+@final
+@dataclass(frozen=True)
+class Mistake:
+    """A mistake in a quantity."""
+
+    weight: float
+    kind: str
+    text: str
+    part: str = ""
+
+
+@final
+class QuantityMistakes:
+    """Finds the mistakes that lead to a wrong quantity of one mechanism."""
+
+    def __init__(self, truth: Truth) -> None:
+        self._truth = truth
+        self._energies: dict[str, list[tuple[Mistake, Array, Array]]] = {}
+        self._about: dict[str, Hypotheses] = {}
+
+    def explain(self, one: Residual, quantity: Quantity) -> Iterator[Mistake]:
+        """Yield the mistakes after which a formula would be right."""
+        if self._truth.derivation is None:
+            return
+        name = quantity.name.partition(" of ")[0]
+        if name in ("kinetic energy", "momentum", "Lagrangian", "energy"):
+            yield from self._explain_motion(one, quantity, name)
+        if name in ("potential energy", "Lagrangian", "energy"):
+            yield from self._explain_potential(one, quantity, name)
+        if quantity.kind == "several":
+            yield from self._explain_frequency(one, quantity)
+
+    def explain_matrix(self, given: Array) -> Iterator[Mistake]:
+        """Yield the mistakes that lead to a mass matrix, shape (n, nv, nv)."""
+        for found in self._list("motion").listed:
+            scale = np.abs(given) + np.abs(found.M)
+            if (np.abs(given - found.M) <= _ALIKE * scale).all() and found.row < 0:
+                yield Mistake(found.weight, found.kind, found.sentence)
+
+    def _list(self, where: str) -> Hypotheses:
+        if where not in self._about:
+            with stop_clock():
+                self._about[where] = Hypotheses(self._truth)
+                assert self._about[where].listed is not None
+        return self._about[where]
+
+    def _explain_motion(self, one: Residual, quantity: Quantity, name: str) -> Iterator[Mistake]:
+        sample = self._truth.sample
+        if one.sample.count != sample.count or quantity.values is None:
+            return
+        v = np.stack([sample.values[n] for n in self._truth.velocities], axis=-1)
+        listed = self._list("motion").listed
+        for found in listed:
+            spend()
+            change = found.M - sample.M
+            if found.row >= 0 or not np.abs(change).any():
+                continue
+            more = np.einsum("ni,nij,nj->n", v, change, v) / 2
+            if name == "momentum":
+                k = self._truth.velocities.index(f"{self._momentum_of(quantity)}'")
+                more = np.einsum("nj,nj->n", change[:, k], v)
+            if self._holds(one, quantity, quantity.values + more, None):
+                yield Mistake(found.weight, found.kind, found.sentence)
+
+    def _momentum_of(self, quantity: Quantity) -> str:
+        return quantity.letters[1].removeprefix("p")
+
+    def _holds(
+        self, one: Residual, quantity: Quantity, values: Array, there: Array | None
+    ) -> bool:
+        """Return whether a formula holds for other values of the quantity."""
+        letters = {**one.sample.values, **dict.fromkeys(quantity.letters, values)}
+        # the letters of the mechanism keep their meaning
+        letters |= self._truth.sample.values
+        if not one.statement.is_equation:
+            letters[quantity.letters[0]] = values
+        whole = one.tape.evaluate(letters, one.sample.count)
+        difference, size = whole.whole, whole.size
+        if quantity.again is not None:
+            moved = {**quantity.again[1], **dict.fromkeys(quantity.letters, np.roll(values, 1))}
+            if there is not None:
+                moved |= dict.fromkeys(quantity.letters, there)
+            other = one.tape.evaluate({**letters, **moved}, one.sample.count)
+            difference = difference - other.whole
+            size = np.maximum(size, other.size)
+        with np.errstate(all="ignore"):
+            relative = np.abs(difference) / size
+        known = np.isfinite(relative)
+        return bool(known.any() and (relative[known] <= _ALIKE).all())
+
+    def _explain_potential(
+        self, one: Residual, quantity: Quantity, name: str
+    ) -> Iterator[Mistake]:
+        if quantity.values is None or quantity.again is None:
+            return
+        sign = -1.0 if name == "Lagrangian" else 1.0
+        for mistake, change, there in self._potentials(quantity):
+            spend()
+            values = quantity.values + sign * change
+            if self._holds(one, quantity, values, quantity.again[0] + sign * there):
+                yield mistake
+
+    def _potentials(self, quantity: Quantity) -> list[tuple[Mistake, Array, Array]]:
+        """Return changes of V with their values in the states and in the moved ones."""
+        if "V" not in self._energies:
+            with stop_clock():
+                self._energies["V"] = list(self._list_potentials())
+        return self._energies["V"]
+
+    def _list_potentials(self) -> Iterator[tuple[Mistake, Array, Array]]:
+        mechanism, sample = self._truth.mechanism, self._truth.sample
+        states = (sample.values, roll(self._truth, sample))
+        whole = _potential(mechanism, states, sample.count)
+        parts: list[tuple[str, str, Mechanism, bool]] = []
+        none = replace(mechanism, gravity=(0.0, 0.0, 0.0))
+        parts.append(("gravity", "the potential of gravity", none, False))
+        for body in mechanism.bodies[1:]:
+            gone = body.replace(mass=0.0, inertia=(0.0,) * 6)
+            bodies = tuple(gone if other.name == body.name else other for other in mechanism.bodies)
+            parts.append((body.name, f"the weight of {body.name!r}", replace(mechanism, bodies=bodies), True))
+        for force in mechanism.forces:
+            forces = tuple(other for other in mechanism.forces if other is not force)
+            parts.append(
+                (force.name, f"the energy of {force.name!r}", replace(mechanism, forces=forces), False)
+            )
+        for _, said, less, weighs in parts:
+            try:
+                rest = _potential(less, states, sample.count)
+            except MecaniqueError:
+                continue
+            here, there = (full - left for full, left in zip(whole, rest, strict=True))
+            if not np.abs(here).any():
+                continue
+            twice = f"{said} is counted twice"
+            if weighs:
+                twice += ", or acts at the end instead of the center"
+            yield Mistake(1.0, "missing", f"{said} is missing"), -here, -there
+            yield Mistake(0.9, "potential sign", f"the sign of {said} is wrong"), -2 * here, -2 * there
+            yield Mistake(1.2, "factor", twice), here, there
+            yield Mistake(1.3, "factor", f"{said} is halved"), -here / 2, -there / 2
+
+    def _explain_frequency(self, one: Residual, quantity: Quantity) -> Iterator[Mistake]:
+        assert quantity.values is not None
+        for omega in quantity.values:
+            for weight, text, values in _other_measures(omega, quantity.letters):
+                if self._fits(one, values):
+                    yield Mistake(weight, "measure", text)
+        if len(quantity.values) > 1 or "'" not in self._truth.velocities[0]:
+            return
+        for found, omega in self._frequencies():
+            spend()
+            if self._fits(one, measure(omega, quantity.letters)):
+                yield Mistake(found.weight, found.kind, found.text)
+
+    def _frequencies(self) -> list[tuple[Mistake, Array]]:
+        """Return the frequencies about zero that mistakes lead to, of one degree of freedom."""
+        truth = self._truth
+        name = truth.mechanism.coordinates.names[0]
+        still = truth.rest({name: np.full(truth.sample.count, _STEP)})
+        if still is None:
+            return []
+        with stop_clock():
+            listed = Hypotheses(still).listed
+        found = []
+        for one in listed:
+            if one.kind in ("linearized", "angle"):
+                continue
+            with np.errstate(all="ignore"):
+                omega = np.sqrt(one.rest[:, 0] / (_STEP * one.M[:, 0, 0]))
+            found.append((Mistake(one.weight, one.kind, one.sentence), omega))
+        return found
+
+    def _fits(self, one: Residual, values: Mapping[str, Array]) -> bool:
+        if any(value.shape != (one.sample.count,) for value in values.values()):
+            return False
+        letters = {**one.sample.values, **values}
+        whole = one.tape.evaluate(letters, one.sample.count)
+        with np.errstate(all="ignore"):
+            relative = np.abs(whole.whole) / whole.size
+        known = np.isfinite(relative)
+        return bool(known.any() and (relative[known] <= _ALIKE).all())
+
+    def explain_constant(self, root: Node, text: str) -> Iterator[Mistake]:
+        """Yield mistakes in a conserved quantity: forces, and single changes that mend it."""
+        truth = self._truth
+        moving = Letters.of(truth.mechanism).rate_nodes
+        moved = roll(truth, truth.sample)
+        derivation = truth.derivation
+        assert derivation is not None
+        lagrange = Lagrange(truth.mechanism, derivation.algebra)
+        energy = lagrange.T + lagrange.V
+        here, there = (
+            np.asarray(Evaluation(energy.ring, values)(energy), dtype=float)
+            for values in (truth.sample.values, moved)
+        )
+        tape = Tape(root)
+        first = tape.evaluate(truth.sample.values, truth.sample.count)
+        other = tape.evaluate({**truth.sample.values, **moved}, truth.sample.count)
+        change = (first.whole - other.whole) - (here - there)
+        if (np.abs(change) <= _ALIKE * (first.size + other.size)).all():
+            yield Mistake(
+                0.5,
+                "Jacobi",
+                "it is T + V, which a prescribed motion or a force changes; Jacobi's integral is "
+                "T2 − T0 + V, with the terms of T by their degree in the velocities",
+            )
+        for weight, kind, said, part, changed in _mutate(root, text):
+            spend()
+            try:
+                slope = rate(changed, moving)
+            except FormulaError:
+                continue
+            values = Tape(slope).evaluate(truth.sample.letters, truth.sample.count)
+            constant = (np.abs(values.whole) <= _CONSERVED * values.size).all()
+            if constant and values.size.any():
+                yield Mistake(weight, kind, said, part)
+
+
+def _potential(
+    mechanism: Mechanism, states: Sequence[Mapping[str, Array]], count: int
+) -> list[Array]:
+    V = Lagrange(mechanism).V
+    return [
+        np.broadcast_to(np.asarray(Evaluation(V.ring, values)(V), dtype=float), (count,))
+        for values in states
+    ]
+
+
+def measure(omega: Array, letters: Sequence[str]) -> dict[str, Array]:
+    """Return the values of letters for an angular frequency: itself, 1/s or the period."""
+    with np.errstate(all="ignore"):
+        period = 2 * np.pi / omega
+    known = dict.fromkeys(letters, omega)
+    for name in letters:
+        if name.startswith(("f", "nu")):
+            known[name] = omega / (2 * np.pi)
+        elif name.startswith("T"):
+            known[name] = period
+    return known
+
+
+def _other_measures(
+    omega: Array, letters: Sequence[str]
+) -> Iterator[tuple[float, str, dict[str, Array]]]:
+    right = measure(omega, letters)
+    for factor, said in ((2 * np.pi, "a factor 2 pi is missing or surplus"),):
+        for scale in (factor, 1 / factor):
+            text = f"{said}: omega = 2 pi f = 2 pi/T"
+            yield 0.7, text, {name: value * scale for name, value in right.items()}
+    with np.errstate(all="ignore"):
+        square = measure(omega**2, letters)
+        yield 0.7, "the square root is missing: it is omega^2", square
+        yield 0.8, "it is inverted", {name: 1 / value for name, value in right.items()}
+
+
+def _mutate(root: Node, text: str) -> Iterator[tuple[float, str, str, str, Node]]:
+    """Yield the formula with a single part changed: weight, kind, words, part, formula."""
+    for path, node in _paths(root, ()):
+        part = " ".join(text[node.start : node.end].split())
+        parent = _at(root, path[:-1]) if path else None
+        is_term = parent is not None and parent.kind in ("sum", "negative")
+        changes: list[tuple[float, str, str, Node]] = []
+        if node.kind == "call" and node.name in ("sin", "cos"):
+            other = "cos" if node.name == "sin" else "sin"
+            changes.append(
+                (1.0, "sin for cos", f"'{part}' should be {other}", call(other, *node.parts))
+            )
+            changes.append(
+                (1.1, "power", f"'{part}' should be squared: '{part}^2'", raise_to(node, number(2)))
+            )
+        if node.kind == "letter" and part:
+            changes.append((1.2, "power", f"'{part}' should be {part}^2", raise_to(node, number(2))))
+        if node.kind == "power":
+            base = " ".join(text[node.parts[0].start : node.parts[0].end].split())
+            changes.append((1.3, "power", f"'{part}' should be {base}", node.parts[0]))
+        if is_term:
+            changes.append((0.9, "sign", f"the sign of the term '{part}' is wrong", negate(node)))
+            twice = compound("product", number(2), node)
+            half = compound("quotient", node, number(2))
+            changes.append((1.4, "factor", f"the term '{part}' is half of what it should be", twice))
+            changes.append((1.4, "factor", f"the term '{part}' is twice what it should be", half))
+        for weight, kind, said, changed in changes:
+            yield weight, kind, said, part, _put(root, path, changed)
+
+
+def _paths(node: Node, path: tuple[int, ...]) -> Iterator[tuple[tuple[int, ...], Node]]:
+    yield path, node
+    for k, part in enumerate(node.parts):
+        yield from _paths(part, (*path, k))
+
+
+def _at(root: Node, path: Sequence[int]) -> Node:
+    for k in path:
+        root = root.parts[k]
+    return root
+
+
+def _put(root: Node, path: Sequence[int], changed: Node) -> Node:
+    if not path:
+        return changed
+    k = path[0]
+    parts = (*root.parts[:k], _put(root.parts[k], path[1:], changed), *root.parts[k + 1 :])
+    return replace(root, parts=parts)

@@ -1,0 +1,125 @@
+"""Hamilton's equations, frequencies anywhere, steady motions, numbers with units, held values."""
+
+from __future__ import annotations
+
+import pytest
+
+import mecanique as mq
+
+ANSWERED = (
+    ("simple_pendulum", "Hamiltonian", "H = p^2/(2 m l^2) - m g l cos q", "right", ""),
+    ("simple_pendulum", "Hamiltonian", "m l^2 q'^2/2 - m g l cos q", "right except for form", "q'"),
+    ("simple_pendulum", "Hamiltonian", "p^2/(m l^2) - m g l cos q", "wrong", "twice"),
+    ("simple_pendulum", "Hamilton's equations", "q' = p/(m l^2); p' = -m g l sin q", "right", ""),
+    (
+        *("simple_pendulum", "Hamilton's equations", "q' = p/(m l^2)", "incomplete"),
+        "1 of 2 equations missing",
+    ),
+    (
+        *("simple_pendulum", "Hamilton's equations", "q' = p/(m l^2); q' = p/(m l^2)"),
+        *("incomplete", "1 of 2 equations missing"),
+    ),
+    ("simple_pendulum", "Hamilton's equations", "p' = m l^2 q''", "wrong", "no accelerations"),
+    ("simple_pendulum", "Hamilton's equations", "p = m l^2 q' ; p = p", "wrong", "no rate"),
+    ("simple_pendulum", "state space", "q' = w; w' = -g/l sin q", "right", ""),
+    ("simple_pendulum", "state space", "q' = w; w' = g/l sin q", "wrong", "sign"),
+    (
+        *("simple_pendulum", "Lagrangian"),
+        *("m l^2 q'^2/2 + m g l cos q + m l sqrt(g l) q q'", "right", ""),
+    ),
+    ("simple_pendulum", "Lagrangian", "m l^2 q'^2/2 + m g l cos q + m l^2 q q'^2", "wrong", ""),
+    ("simple_pendulum", "frequency at q = 0", "sqrt(g/l)", "right", ""),
+    (
+        *("bead_on_hoop", "frequency at theta = acos(g/(W^2 R))"),
+        *("sqrt(W^2 - g^2/(W^2 R^2))", "right", ""),
+    ),
+    (
+        *("bead_on_hoop", "frequency at theta = acos(g/(W^2 R))"),
+        *("sqrt(W^2 - g/R)", "wrong", ""),
+    ),
+    ("base_excited_mass", "undamped frequency", "sqrt(k/m)", "right", ""),
+    ("base_excited_mass", "damped frequency", "sqrt(k/m - c^2/(4 m^2))", "right", ""),
+    ("base_excited_mass", "damped frequency", "sqrt(k/m)", "wrong", ""),
+    ("two_link_arm", "equilibrium force", "tau2 = m2 g l2/2 cos(q1 + q2)", "right", ""),
+    ("two_link_arm", "equilibrium force", "tau2 = m2 g l2 cos(q1 + q2)", "wrong", ""),
+    ("spherical_pendulum", "steady motion", "phi'^2 = g/(l cos theta)", "right", ""),
+    ("spherical_pendulum", "steady motion", "cos theta = g/(l phi'^2)", "right", ""),
+    ("spherical_pendulum", "steady motion", "phi' = sqrt(g/(l cos theta))", "incomplete", "other"),
+    ("spherical_pendulum", "steady motion", "phi'^2 = g/l", "wrong", ""),
+    (
+        *("spherical_pendulum", "steady motion"),
+        *("(phi'^2 - g/(l cos theta))(phi' - sqrt(g/l)) = 0", "wrong", "other values"),
+    ),
+    ("rolling_disk", "reaction", "lambda_contact_x = -m g sin(alpha)/3", "right", ""),
+    ("rolling_disk", "reaction", "lambda_contact_x = -m g sin(alpha)", "wrong", ""),
+    ("simple_pendulum", "frequency", "T = 2.006 s", "right except for form", "rounded"),
+    ("simple_pendulum", "frequency", "omega = 3.132 rad/s", "right except for form", "3.13209"),
+    ("simple_pendulum", "frequency", "omega = 3.232 rad/s", "wrong", ""),
+    ("simple_pendulum", "frequency", "f = 3.132 Hz", "wrong", ""),
+    ("simple_pendulum", "frequency", "T = 2.006 rad/s", "wrong", "units"),
+    (
+        *("rigid_bar_pendulum", "equation of motion"),
+        *("0.333 m l^2 q'' + 0.5 m g l sin q = 0", "right except for form", "it is 1/3"),
+    ),
+    (
+        *("rigid_bar_pendulum", "equation of motion"),
+        *("0.34 m l^2 q'' + 0.5 m g l sin q = 0", "wrong", ""),
+    ),
+    (
+        *("rigid_bar_pendulum", "kinetic energy"),
+        *("0.167 m l^2 q'^2", "right except for form", "it is 1/6"),
+    ),
+)
+
+
+@pytest.mark.parametrize(("system", "ask", "text", "outcome", "said"), ANSWERED)
+def test_a_further_question_is_answered(
+    system: str, ask: str, text: str, outcome: str, said: str
+) -> None:
+    verdict = mq.check(mq.textbook.load(system), text, ask)
+    assert verdict.outcome == outcome, str(verdict)
+    assert said in str(verdict)
+
+
+def test_a_transfer_function_is_judged() -> None:
+    blocks = mq.textbook.load("two_blocks")
+    whole = "(m1 s^2 + k1 + k2)/((m1 s^2 + k1 + k2)(m2 s^2 + k2) - k2^2)"
+    assert mq.check(blocks, whole, "transfer function of q2 from F").right
+    part = "1/(m2 s^2 + k2)"
+    assert mq.check(blocks, part, "transfer function of q2 from F").outcome == "wrong"
+    with pytest.raises(mq.InputError, match="transfer function of q1 from F"):
+        mq.check(blocks, part, "transfer function of q7")
+
+
+def test_values_hold_in_every_question() -> None:
+    rod = mq.textbook.load("rigid_bar_pendulum", l=2.0)
+    verdict = mq.check(rod, "T = m 2^2/6 q'^2", "kinetic energy")
+    assert verdict.outcome == "right except for form"
+    assert verdict.forms[0] == "right for these values of the parameters only"
+    assert mq.check(rod, "T = m 3^2/6 q'^2", "kinetic energy").outcome == "wrong"
+
+
+@pytest.mark.parametrize(
+    ("system", "ask", "message"),
+    [
+        ("base_excited_mass", "frequency", "ask for the 'undamped frequency'"),
+        ("simple_pendulum", "frequency at q = pi", "not stable"),
+        ("simple_pendulum", "frequency at q = 1", "not an equilibrium"),
+        ("simple_pendulum", "frequency at m = 1", "expected a position"),
+        ("simple_pendulum", "steady motion", "no coordinate that may turn uniformly"),
+        ("simple_pendulum", "equilibrium force", "holds it at rest in every position"),
+    ],
+)
+def test_a_question_without_an_answer_is_refused(system: str, ask: str, message: str) -> None:
+    with pytest.raises(mq.InputError, match=message):
+        mq.check(mq.textbook.load(system), "q = 0", ask)
+
+
+def test_undetermined_reactions_are_told() -> None:
+    verdict = mq.check(
+        mq.textbook.load("rolling_disk"), "lambda_contact_x = -m g sin(alpha)/3", "reaction"
+    )
+    assert any(note.startswith("undetermined: ") for note in verdict.notes)
+    for system in ("rack_and_pinion", "planetary_gear"):
+        with pytest.raises(mq.FormulaError, match="unknown letter"):
+            mq.check(mq.textbook.load(system), "nothing_here = 0", "reaction")
