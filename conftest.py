@@ -10,7 +10,6 @@ import runpy
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -89,17 +88,3 @@ def take_every(n: int, items: list[pytest.Item]) -> list[pytest.Item]:
                 chosen.append(item)
             seen[item.path] += 1
     return chosen
-
-
-@pytest.fixture(scope="session", autouse=True)
-def keep_the_clock_of_judgements_under_coverage() -> Iterator[None]:
-    """Judgements end after 5 s; to count every line takes up to four times as long."""
-    coverage = sys.modules.get("coverage")
-    if coverage is None or coverage.Coverage.current() is None:
-        yield
-        return
-    from mecanique.checking import budget
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(budget, "SECONDS", 4 * budget.SECONDS)
-        yield

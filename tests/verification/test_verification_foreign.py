@@ -152,3 +152,21 @@ def test_an_fmu_stands_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("mecanique.verification.foreign.fmu.find_spec", lambda _: None)
     with pytest.raises(mq.InputError, match="expected fmpy, which is not installed"):
         mq.verify(pendulum, against=path)
+
+
+@pytest.mark.parametrize(
+    ("does", "message"),
+    [
+        ("exit(0);", "lib.so ended its process, with exit code 0, instead of answering"),
+        ("*(volatile int *)0 = 1;", "lib.so ended its process, with signal 11, instead of"),
+    ],
+)
+def test_a_library_that_ends_its_process_does_not_agree(
+    tmp_path: Path, does: str, message: str
+) -> None:
+    declared = "void crane_acceleration(double t, const double *q, const double *v, double *out)"
+    library = build(tmp_path, f"#include <stdlib.h>\n{declared} {{ {does} }}\n")
+    header = tmp_path / "lib.h"
+    header.write_text(f"{declared};\n", encoding="utf-8")
+    with pytest.raises(mq.InputError, match=message):
+        mq.verify(mq.textbook.load("cart_pole"), samples=2, against=library, header=header)

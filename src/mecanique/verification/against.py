@@ -18,9 +18,10 @@ from mecanique.verification.causes.search import causes_of
 from mecanique.verification.change import Difference
 from mecanique.verification.diff import diff
 from mecanique.verification.difference import QUANTITIES
-from mecanique.verification.foreign.compiled import LIBRARIES, TAKES, load_library
-from mecanique.verification.foreign.fmu import run_fmu
-from mecanique.verification.foreign.functions import Functions, read_samples
+from mecanique.verification.foreign.child import ask_in_child
+from mecanique.verification.foreign.compiled import LIBRARIES, TAKES
+from mecanique.verification.foreign.fmu import ask_fmu
+from mecanique.verification.foreign.functions import Functions, ask_library, read_samples
 from mecanique.verification.reduced import Reduced, blame_substitution
 from mecanique.verification.rounding import rounding
 from mecanique.verification.rows import evaluate, rows_of
@@ -86,11 +87,11 @@ def _ask_file(
     ending = os.path.splitext(path)[1].lower()
     if ending == ".fmu":
         states = random_states(mechanism, samples, seed)
-        return _Source(name, states, run_fmu(path, mechanism, states))
+        return _Source(name, states, ask_fmu(path, mechanism, states))
     if ending in LIBRARIES:
         states = random_states(mechanism, samples, seed)
-        functions = Functions.of(load_library(path, header, mechanism))
-        return _Source(name, states, functions.values(mechanism, states))
+        given = (path, header, mechanism, states)
+        return _Source(name, states, ask_in_child(name, ask_library, *given))
     if _is_urdf(path):
         states = random_states(mechanism, samples, seed)
         return _ask_mechanism(mechanism, _read(path), states)

@@ -15,11 +15,12 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
+from mecanique.verification.foreign.child import ask_in_child
 
 _ENERGIES = ("kinetic energy", "potential energy")
 
 
-def run_fmu(path: str | os.PathLike[str], mechanism: Mechanism, states: States) -> dict[str, Array]:
+def ask_fmu(path: str | os.PathLike[str], mechanism: Mechanism, states: States) -> dict[str, Array]:
     """Return what a model gives at states, by quantity: accelerations, and energies if it has any.
 
     Its states are known by their names: those of the coordinates and velocities, or der(θ) for the
@@ -27,6 +28,14 @@ def run_fmu(path: str | os.PathLike[str], mechanism: Mechanism, states: States) 
     """
     if find_spec("fmpy") is None:
         raise InputError("expected fmpy, which is not installed: pip install 'mecanique[fmpy]'")
+    given = (path, mechanism, states)
+    values: dict[str, Array] = ask_in_child(os.fspath(path), _run_file, *given)
+    return values
+
+
+def _run_file(
+    path: str | os.PathLike[str], mechanism: Mechanism, states: States
+) -> dict[str, Array]:
     import fmpy
 
     try:

@@ -16,7 +16,7 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.foreign.compiled import TAKES, CFunction, address_of
+from mecanique.verification.foreign.compiled import TAKES, CFunction, address_of, load_library
 
 
 @final
@@ -90,6 +90,16 @@ class Functions:
             T, V = call(self.energy, "energy", "qv", (2,)).T
             values |= {"kinetic energy": T, "potential energy": V}
         return values
+
+
+def ask_library(
+    path: str | os.PathLike[str],
+    header: str | os.PathLike[str] | None,
+    mechanism: Mechanism,
+    states: States,
+) -> dict[str, Array]:
+    """Return what the functions of a library give at states, by quantity."""
+    return Functions.of(load_library(path, header, mechanism)).values(mechanism, states)
 
 
 def read_samples(path: str | os.PathLike[str], mechanism: Mechanism) -> tuple[States, Array]:
