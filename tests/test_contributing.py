@@ -36,7 +36,10 @@ ELSEWHERE = {
         "urdf/read.py",
         "mjcf.py",
         "formats.py",
+        "motion/modes/corners.py",
     },
+    # a contact that opens and closes is one that rolls, while it is closed
+    "law of contact": {"model/constraints/switching.py", "motion/modes/rows.py"},
 }
 
 MOST = {"joint": 9, "force": 8, "element that guides": 9, "law of contact": 9}

@@ -50,7 +50,10 @@ ORDER: dict[str, list[str]] = {
         "free_bodies guides mechanism_units states teeth",
         "dynamics random_positions slips",
     ],
-    "model.constraints": ["contacts cords gears loops velocity_constraints", "elements"],
+    "model.constraints": [
+        "contacts cords gears loops velocity_constraints",
+        "elements switching",
+    ],
     "model.guides": ["guide fit", "find"],
     "model.expression": ["scalars", "functions"],
     "model.bodies": ["visuals tensor", "shape", "body shapes"],
@@ -190,12 +193,14 @@ ORDER: dict[str, list[str]] = {
     "motion": [
         "record",
         "compile",
+        "modes",
         "simulation",
         "analysis",
         "output",
         "motion",
         "ensemble inertial linear",
     ],
+    "motion.modes": ["rows", "law", "corners"],
     "motion.simulation": [
         "problem",
         "integrators",

@@ -68,6 +68,7 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
     """
     if method not in METHODS:
         raise UnknownNameError("method", method, METHODS)
+    mechanism.refuse_switching("derivations do")
     chosen = METHODS[method]
     refuse_misfits(mechanism)
     return Equations(

@@ -22,6 +22,7 @@ from mecanique.model.constraints.contacts import Blade, Rolling
 from mecanique.model.constraints.cords import Belt, Cord, Pulley
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import Loop
+from mecanique.model.constraints.switching import Contact, Friction, Stop
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import coordinate, time, velocity
@@ -72,6 +73,7 @@ __all__ = [
     "Blade",
     "Body",
     "Box",
+    "Contact",
     "Coordinates",
     "Cord",
     "Cylinder",
@@ -80,6 +82,7 @@ __all__ = [
     "Floating",
     "FloatingState",
     "Force",
+    "Friction",
     "Gear",
     "Helical",
     "Input",
@@ -104,6 +107,7 @@ __all__ = [
     "Sphere",
     "Spherical",
     "Spring",
+    "Stop",
     "Torque",
     "Universal",
     "VelocityConstraint",

@@ -170,7 +170,10 @@ class PressingContact(ContactBase):
     def rules(self) -> Iterator[Rule]:
         """Yield what its numbers keep to."""
         where, radius, crown = f"contact {self.name!r}", self.radius, self.crown
-        yield Rule(where, ": expected a radius above 0, got {}", (radius,), radius, strict=True)
+        # a ball of radius 0 is a point
+        bound = "at least" if self.axis is None else "above"
+        words = f": expected a radius {bound} 0, got {{}}"
+        yield Rule(where, words, (radius,), radius, strict=self.axis is not None)
         words = ": expected a crown radius from 0, a sharp edge, to the radius {1}, a ball, got {0}"
         for gap in (crown, plain(radius) - plain(crown)):
             yield Rule(where, words, (crown, radius), gap, follows=True)
@@ -209,6 +212,30 @@ class GuidingElement(_Speaking):
     def tensions(self) -> tuple[str, ...]:
         """Names of those of its forces that can only pull."""
         return ()
+
+
+@dataclass(frozen=True)
+class SwitchingElement(_Speaking):
+    """What every element that switches between states says of itself."""
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies it refers to by itself; of an element in a joint, none."""
+        return ()
+
+    @property
+    def varying(self) -> tuple[Scalar, ...]:
+        """Scalars that may depend on the state and time."""
+        return ()
+
+    @property
+    @abstractmethod
+    def constants(self) -> tuple[Scalar, ...]:
+        """Scalars in the parameters alone."""
+
+    def rules(self) -> Iterator[Rule]:
+        """Yield what its numbers keep to."""
+        yield from ()
 
 
 class Stop(NamedTuple):

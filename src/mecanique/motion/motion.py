@@ -17,11 +17,12 @@ from mecanique.model.states import list_left_out
 from mecanique.model.values import Given, whole
 from mecanique.motion.analysis.audit import Audit, audit
 from mecanique.motion.analysis.energies import Energies, energies
+from mecanique.motion.modes.corners import Corners
 from mecanique.motion.output.plot import plot
 from mecanique.motion.output.report import summary
 from mecanique.motion.output.storage import load, save, to_csv, to_frame, to_parquet
 from mecanique.motion.record.curve import Curve, Times
-from mecanique.motion.record.events import Event, break_names
+from mecanique.motion.record.events import Event, ModeSpan, Occurrence, break_names
 from mecanique.motion.record.loops import Beginning, ClosedLoops, begin_on_loops
 from mecanique.motion.record.trajectory import Statistics, Trajectory
 from mecanique.motion.simulation.arguments import (
@@ -31,7 +32,7 @@ from mecanique.motion.simulation.arguments import (
     span_and_tolerances,
 )
 from mecanique.motion.simulation.choice import COMPILED
-from mecanique.motion.simulation.failure import failure, refuse_indefinite
+from mecanique.motion.simulation.failure import failure, refuse_corners, refuse_indefinite
 from mecanique.motion.simulation.integrate import integrate_by_choice
 from mecanique.motion.simulation.integrators.methods import METHODS
 from mecanique.motion.simulation.integrators.refinement import step_accuracy
@@ -75,6 +76,7 @@ class Motion(Trajectory):
         event_names: their names where these alone are known.
         engine: the mechanism's `Reference`, if one was given.
         rank: how many of the loops' constraints are independent, if that is known.
+        modes: which states its elements that switch were in, and when.
 
     Example:
         >>> pendulum = mq.textbook.load("rigid_bar_pendulum")
@@ -269,6 +271,10 @@ def simulate(
     """
     begin = perf_counter()
     refuse_still(mechanism)
+    corners = Corners(mechanism) if mechanism.switching else None
+    if corners is not None:
+        refuse_corners(mechanism, method, reference)
+        mechanism = corners.rows.base
     start = np.concatenate([mechanism.position(q), mechanism.velocity(v)])
     t0, end, rtol, atol = span_and_tolerances(t0, duration, rtol, atol)
     times = sample_times(t0, end, fps, samples)
@@ -286,12 +292,17 @@ def simulate(
         reference = Reference.of(mechanism)
     refuse_indefinite(reference, np.array([t0]), start[None, : mechanism.nq])
     reference, start, remark = _begin(reference, start, q, v, t0)
+    started: list[Occurrence] = []
+    if corners is not None:
+        start, started = corners.begin(t0, start)
+        watched = (*watched, *corners.events)
     rank = None if reference.closed is None else reference.closed.most
     remark += list_left_out(mechanism, q, v, start, rank)
+    loops = ClosedLoops(reference, rtol) if mechanism.constrained else None
     problem = Problem(
         mechanism=mechanism,
         reference=reference,
-        loops=ClosedLoops(reference, rtol) if mechanism.constrained else None,
+        loops=loops if corners is None else corners,
         start=start,
         t0=t0,
         end=end,
@@ -303,6 +314,7 @@ def simulate(
         events=watched,
         ends=ends,
         progress=progress,
+        corners=corners,
     )
 
     choice, integration = integrate_by_choice(problem, method)
@@ -324,6 +336,13 @@ def simulate(
         known = {event.name for event in events}
         breaks = find_breaks(mechanism, reference, path)
         happened += tuple(end for end in breaks if end.name not in known)
+    modes: tuple[ModeSpan, ...] = ()
+    if corners is not None:
+        path = path if isinstance(path, Curve) else path()
+        # an impact at the start is over when the motion begins
+        happened += tuple(replace(event, v=event.after) for event in started)
+        modes = corners.spans(float(path.t[-1]))
+        mechanism, shared = corners.as_loads(path), False
     motion = Motion(
         mechanism,
         t=np.asarray(course.samples.t),
@@ -336,6 +355,7 @@ def simulate(
         watched=tuple(events),
         engine=reference if shared else None,
         rank=rank,
+        modes=modes,
     )
     integration = _cut_short(integration, course, motion)
     if not integration.outcome.complete:

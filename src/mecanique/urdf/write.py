@@ -86,6 +86,7 @@ def write_urdf(
         The text, whether written or not.
 
     Raises:
+        InputError: if the mechanism has elements that switch, which URDF does not express.
         UrdfError: if a number is not finite or the file cannot be written.
         UnknownNameError: if a visual depends on a symbol that is no parameter.
 
@@ -93,6 +94,7 @@ def write_urdf(
         >>> mq.write_urdf(mq.textbook.load('rigid_bar_pendulum')).splitlines()[0]
         '<?xml version="1.0"?>'
     """
+    mechanism.refuse_switching("URDF does")
     links = chains(mechanism, spherical)
     prefixes = {"xmlns:drake": DRAKE_NAMESPACE}
     has_screws = any(isinstance(joint, Helical) for joint in mechanism.joints)

@@ -24,6 +24,7 @@ class Letters:
         open: Collection[str] = (),  # noqa: A002
         most: float = inf,
     ) -> None:
+        mechanism.refuse_switching("generated programs do")
         self.mechanism = mechanism
         self.tape = Tape(most=most)
         self.arithmetic = arithmetic_on(self.tape)

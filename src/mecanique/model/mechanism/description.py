@@ -9,11 +9,12 @@ from typing import TypeVar
 
 import numpy as np
 
-from mecanique.errors import UnknownNameError
+from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.constraints.contacts import Contact
 from mecanique.model.constraints.elements import Element
 from mecanique.model.constraints.loops import Loop
+from mecanique.model.constraints.switching import Switching
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, evaluate
@@ -41,8 +42,25 @@ class Description:
     velocity_constraints: tuple[VelocityConstraint, ...] = ()
     contacts: tuple[Contact, ...] = ()
     elements: tuple[Element, ...] = ()
+    switching: tuple[Switching, ...] = ()
     origin: Origin | None = field(default=None, compare=False, repr=False)
     about: str = field(default="", compare=False)
+
+    def refuse_switching(self, what: str) -> None:
+        """Raise if it has elements that switch, which something does not treat.
+
+        Args:
+            what: does not treat them, in words.
+
+        Raises:
+            InputError: naming the elements.
+        """
+        if self.switching:
+            names = ", ".join(repr(element.name) for element in self.switching)
+            raise InputError(
+                f"mechanism {self.name!r} has elements that switch, {names}, which {what} not "
+                "treat yet; leave them out by dataclasses.replace(mechanism, switching=())"
+            )
 
     @cached_property
     def values(self) -> dict[str, float]:

@@ -135,6 +135,13 @@ def _places(m: Description, dimensions: Dimensions) -> Iterator[_Place]:
             yield from (
                 _Place(f"{where}: {q.words}", q.scalars, q.unit) for q in constraint.quantities
             )
+    turning = {joint.name for joint in m.joints if isinstance(joint, Single) and joint.turns}
+    for element in m.switching:
+        turns = getattr(element, "joint", "") in turning
+        for stated in element.quantities:
+            symbols = stated.unit.split("|")
+            unit = symbols[-1] if turns else symbols[0]
+            yield _Place(f"{element.name!r}: {stated.words}", stated.scalars, unit)
 
 
 def _of_shape(where: str, shape: Shape) -> Iterator[_Place]:

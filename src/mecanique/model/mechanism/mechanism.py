@@ -246,6 +246,7 @@ class Mechanism(StateSpace, Variants):
         elements: cords and other elements that hold bodies on the coordinate map, with their
             forces; a `Loop` among them is one that the map closes. Where the map leaves open what
             gears, racks and cords along slides tie, they add it.
+        switching: dry friction, stops, and contacts that open and close.
         origin: the text it was read from, if it was; equality does not depend on it.
         about: what it is and where it comes from, in lines of text; stands above its equations.
 
@@ -275,6 +276,7 @@ class Mechanism(StateSpace, Variants):
             "velocity_constraints",
             "contacts",
             "elements",
+            "switching",
         ):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "gravity", vector(self.gravity, "gravity"))

@@ -38,6 +38,8 @@ def rules_of(m: Description) -> Iterator[Rule]:
             yield Rule(f"loop {loop.name!r}", words, (loop.length,), loop.length, strict=True)
     for contact in m.contacts:
         yield from contact.rules()
+    for element in m.switching:
+        yield from element.rules()
     for force in m.forces:
         for stated in force.stated:
             words = f": expected a {stated.name} of at least 0, got {{}}"
@@ -55,6 +57,8 @@ def _list_finite(m: Description) -> Iterator[Rule]:
             yield from _finite(f"loop {loop.name!r}: its frame", *frame.xyz, *frame.rpy)
     for contact in m.contacts:
         yield from _finite(f"contact {contact.name!r}: its geometry", *contact.scalars)
+    for element in m.switching:
+        yield from _finite(f"{element.name!r}: what it states", *element.constants)
     for force in m.forces:
         for stated in force.stated:
             if not stated.positive:

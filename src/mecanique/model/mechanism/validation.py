@@ -10,6 +10,7 @@ import numpy as np
 
 from mecanique.errors import MecaniqueError
 from mecanique.model.constraints.gears import Gear, Rack
+from mecanique.model.constraints.switching import Contact
 from mecanique.model.constraints.velocity_constraints import is_integrable
 from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
 from mecanique.model.force_base import JointLoad
@@ -26,6 +27,7 @@ def find_constraint_faults(m: Description) -> Iterator[str]:
     yield from _contacts(m)
     yield from _velocity_constraints(m)
     yield from _elements(m)
+    yield from _switching(m)
 
 
 def _strangers(m: Description, where: str, names: Iterable[str]) -> Iterator[str]:
@@ -54,6 +56,18 @@ def _elements(m: Description) -> Iterator[str]:
         yield from _strangers(m, f"element {element.name!r}", element.bodies)
         if isinstance(element, (Gear, Rack)):
             yield from _meshes(m, element)
+
+
+def _switching(m: Description) -> Iterator[str]:
+    single = {joint.name for joint in m.joints if isinstance(joint, Single)}
+    for element in m.switching:
+        where = f"switching element {element.name!r}"
+        yield from _strangers(m, where, element.bodies)
+        if isinstance(element, Contact):
+            if element.body == element.on:
+                yield f"{where}: body {element.body!r} touches itself"
+        elif element.joint not in single:
+            yield f"{where}: {element.joint!r} is no joint with one coordinate"
 
 
 def _meshes(m: Description, element: Gear | Rack) -> Iterator[str]:
@@ -140,7 +154,7 @@ def _names(m: Description) -> Iterator[str]:
         "loop or contact": [
             closing.name for closing in (*m.loops, *m.contacts, *m.velocity_constraints)
         ],
-        "element": [element.name for element in m.elements],
+        "element": [element.name for element in (*m.elements, *m.switching)],
         "parameter or input": [p.symbol for p in m.parameters] + [i.symbol for i in m.inputs],
         "coordinate": [*m.coordinates.names, *driven],
     }
@@ -219,6 +233,10 @@ def _symbols(m: Description) -> Iterator[str]:
         yield from _unknown(f"contact {contact.name!r}", contact.scalars, constants)
     for element in m.elements:
         yield from _unknown(f"element {element.name!r}", element.scalars, constants)
+    for switch in m.switching:
+        where = f"switching element {switch.name!r}"
+        yield from _unknown(where, switch.constants, constants)
+        yield from _unknown(where, switch.varying, everything)
     yield from _unknown("gravity", m.gravity, constants)
 
 

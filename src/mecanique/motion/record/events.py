@@ -175,6 +175,27 @@ class Occurrence:
         return not np.array_equal(self.v, self.after)
 
 
+@final
+@dataclass(frozen=True)
+class ModeSpan:
+    """A mode and when it held.
+
+    Args:
+        begin: when it began [s].
+        end: when it ended [s].
+        states: the state of each element, by name: "open", "closed", "sticks", "slips +",
+            "slips -", or "slips" in space.
+    """
+
+    begin: float
+    end: float
+    states: dict[str, str]
+
+    def __str__(self) -> str:
+        listed = ", ".join(f"{name} {state}" for name, state in self.states.items())
+        return f"{self.begin:.6g} to {self.end:.6g} s: {listed}"
+
+
 def break_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of the events at which contacts and cords cease to hold, in order."""
     names: list[str] = []

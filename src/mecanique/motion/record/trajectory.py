@@ -14,7 +14,7 @@ from mecanique.errors import UnknownNameError
 from mecanique.model.free_bodies import FloatingState, floating_state
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve, State, Times
-from mecanique.motion.record.events import Event, Occurrence, break_names
+from mecanique.motion.record.events import Event, ModeSpan, Occurrence, break_names
 from mecanique.motion.record.loops import ClosedLoops
 from mecanique.wording import say_count
 
@@ -66,6 +66,7 @@ class Trajectory:
     event_names: tuple[str, ...] | None = field(default=None, repr=False)
     engine: Reference | None = field(default=None, repr=False)
     rank: int | None = field(default=None, repr=False)
+    modes: tuple[ModeSpan, ...] = ()
 
     def __post_init__(self) -> None:
         for array in (self.t, self.q, self.v):

@@ -91,6 +91,10 @@ class Choice:
 def first_choice(problem: Problem, method: str) -> Choice:
     """Return the choice to start with."""
     code, reference = problem.code, problem.reference
+    if problem.corners is not None:
+        chosen = "dop853" if method == "auto" else method
+        reason = "motions with corners" if method == "auto" else ""
+        return Choice(chosen, problem.corners.rhs, reason=reason)
     blind = {"taylor": problem.events, "compiled": problem.asked}.get(method, ())
     if blind:
         names = ", ".join(repr(event.name) for event in blind)

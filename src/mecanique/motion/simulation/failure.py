@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.errors import IntegrationError
+from mecanique.errors import InputError, IntegrationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import explain_defaults
 from mecanique.model.values import Given
 from mecanique.motion.record.trajectory import Trajectory
+from mecanique.motion.simulation.integrators.methods import METHODS
 from mecanique.motion.simulation.problem import Integration, Problem
 from mecanique.reference import Reference
 from mecanique.wording import say_count
@@ -40,6 +41,8 @@ def failure(
         message = f"progress raised {fault!r}{where}"
     elif outcome.kind == "fault":
         message = f"the equations failed{where}: {fault}"
+    elif outcome.kind == "undecided":
+        message = str(fault)
     elif outcome.kind == "not finite":
         message = (
             f"the acceleration at the start is not finite{where}: expected a start where the mass "
@@ -70,6 +73,20 @@ def failure(
     error = IntegrationError(message + kept, time=t, state=y, motion=motion)
     error.__cause__ = cause
     return error
+
+
+def refuse_corners(mechanism: Mechanism, method: str, reference: Reference | None) -> None:
+    """Raise if a motion with elements that switch is asked for as none can be had."""
+    if method not in ("auto", *METHODS):
+        raise InputError(
+            f"method {method!r} passes no corners, which {mechanism.name!r} has by its elements "
+            f"that switch; expected 'auto' or one of {', '.join(METHODS)}"
+        )
+    if reference is not None:
+        raise InputError(
+            "expected no reference for a mechanism with elements that switch: each motion has one "
+            "of its own, with their forces"
+        )
 
 
 def _listing(mechanism: Mechanism, y: np.ndarray) -> str:

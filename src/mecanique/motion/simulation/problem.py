@@ -10,6 +10,7 @@ import numpy as np
 
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.cache import Compiled, compile_once
+from mecanique.motion.modes.corners import Corners
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.events import Event, Occurrence
 from mecanique.motion.record.loops import ClosedLoops
@@ -26,6 +27,7 @@ Kind: TypeAlias = Literal[
     "reconsider",
     "interrupted",
     "stiff",
+    "undecided",
     "too many steps",
     "step too small",
     "no headway",
@@ -44,7 +46,8 @@ class Outcome:
         kind: "end" if it came to its end, "event" if an event ended it, "contact" if impacts
             followed each other without end; "halt" if a stretch ended because its last step needs
             a correction; "reconsider" if another method may pay; "interrupted" by Ctrl-C; "stiff",
-            "too many steps", "step too small" or "no headway" if the method gave up; "not finite"
+            "too many steps", "step too small" or "no headway" if the method gave up; "undecided" if
+            no mode follows, or several; "not finite"
             if the acceleration at the start is not; "progress" or "fault" if `progress`, or the
             equations, raised an exception.
         fault: what was raised.
@@ -71,7 +74,7 @@ class Problem:
 
     mechanism: Mechanism
     reference: Reference
-    loops: ClosedLoops | None
+    loops: ClosedLoops | Corners | None
     start: np.ndarray  # shape (nq + nv,), the state at the start
     t0: float  # time at the start [s]
     end: float  # time at the end [s]
@@ -83,6 +86,7 @@ class Problem:
     events: tuple[Event, ...]
     ends: tuple[Event, ...]  # of these, those at which a coordinate comes to the end of its chart
     progress: Callable[[float], object] | None
+    corners: Corners | None = None  # what switches on the way
 
     @property
     def asked(self) -> tuple[Event, ...]:

@@ -106,6 +106,7 @@ class Tree:
     def __init__(self, mechanism: Mechanism) -> None:
         pin = engine_package()
 
+        mechanism.refuse_switching("the reference does")
         self.mechanism = mechanism
         self.engine = load(mechanism)
         self.chart = Chart(mechanism, self.engine)

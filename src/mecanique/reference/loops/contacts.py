@@ -244,6 +244,8 @@ class _Wheel(NamedTuple):
     def _below(self, a: _Body, n: Array, n_rate: Array) -> tuple[Array, Array]:
         """Return ρ of an ellipsoid with semi-axes d, −R d² Rᵀ n/|d Rᵀ n|, and ρ'."""
         squares = (self.radius * self.stretch) ** 2
+        if not self.radius:
+            return np.zeros(3), np.zeros(3)  # a point
         u, u_rate = n @ a.turn, (n_rate - cross(a.spin, n)) @ a.turn
         h = float(np.sqrt(u @ (squares * u)))
         h_rate = u @ (squares * u_rate) / h

@@ -8,6 +8,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
+from mecanique.errors import MecaniqueError
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence, Quantity
 from mecanique.motion.record.steps import Steps
@@ -79,7 +80,12 @@ class Watcher:
             for event in problem.events
             if event.restitution is not None
         }
+        self._corners = problem.corners
+        self._switches = {
+            event.name for event in (problem.corners.events if problem.corners else ())
+        }
         self._before = self._measure(steps.t[-1], steps.y[-1])  # each quantity at the last step
+        self._lift_margins()
         self._to_record: list[_Crossing] = []
         self._halting: _Crossing | None = None
         self._found: list[Occurrence] = []
@@ -143,6 +149,8 @@ class Watcher:
         ]
         steps.end_at(t, y, self._task.rhs)
         event = self._events[crossing.which]
+        if self._corners is not None and event.name in self._switches:
+            return self._switch(t, y, event.name)
         q, v = y[: self._nq], y[self._nq :]
         after = v
         if event.name in self._impacts:
@@ -159,6 +167,25 @@ class Watcher:
         # zero to rounding, but it bounces back to the side it came from
         self._before[crossing.which] = crossing.sign * TINY
         return None
+
+    def _switch(self, t: float, y: np.ndarray, name: str) -> Outcome | None:
+        """Change the mode at the last step's end."""
+        assert self._corners is not None, "elements switch"
+        try:
+            y, happened = self._corners.switch(t, y, name)
+        except MecaniqueError as error:
+            return Outcome("undecided", error)
+        self._found += happened
+        self._steps.break_here(y, self._task.rhs(t, y))
+        self._before = self._measure(t, y)
+        self._lift_margins()
+        return None
+
+    def _lift_margins(self) -> None:
+        """Take margins that begin at zero, to rounding, for positive: a mode begins sound."""
+        for k, event in enumerate(self._events):
+            if event.name in self._switches:
+                self._before[k] = max(self._before[k], TINY)
 
     def occurrences(self, curve: Curve) -> tuple[Occurrence, ...]:
         """Return the events that took place, in the order of time."""
@@ -219,7 +246,8 @@ class Watcher:
             if not ((rising and event.direction >= 0) or (falling and event.direction <= 0)):
                 continue
             crossing = _Crossing(k, low, high, 1.0 if falling else -1.0)
-            if not event.stop and event.restitution is None:
+            switches = event.name in self._switches
+            if not event.stop and event.restitution is None and not switches:
                 self._to_record.append(crossing)
             elif self._halting is None:
                 self._halting = crossing

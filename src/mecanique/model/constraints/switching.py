@@ -1,0 +1,259 @@
+"""Elements that switch: dry friction, stops, and contacts that open and close.
+
+Each is in one of a few states at a time: open or closed, sticking or slipping one way or the other.
+A choice for all of them is a mode, in which the mechanism is smooth; which mode follows is a
+complementarity problem (Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, 1996).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias, final
+
+from mecanique.errors import InputError
+from mecanique.model.constraint_base import Rule, SwitchingElement, unit
+from mecanique.model.constraints.contacts import Rolling
+from mecanique.model.expression import Scalar, Vector, plain
+from mecanique.model.placement import Placement, vector
+
+Restitution: TypeAlias = Literal["newton", "poisson"]
+"""Whose law an impact obeys: Newton's of velocities or Poisson's of impulses."""
+
+LAWS: tuple[Restitution, ...] = ("newton", "poisson")
+
+SPEED, FORCE, PLACE, STIFFNESS = "m/s|rad/s", "N|N·m", "m|rad", "N/m|N·m/rad"
+"""Units on a slide and about an axis."""
+
+
+@final
+@dataclass(frozen=True)
+class Friction(SwitchingElement):
+    """Dry friction in a joint with one coordinate (Coulomb): it sticks, or slips one way or other.
+
+    While it slips, the force on the child is μ times the load, against the rate of the joint's
+    coordinate; while it sticks, whatever holds it, up to μ₀ times the load. What can stick, sticks.
+    Viscous friction is a damper beside it, Stribeck's a coefficient that depends on the
+    rate.
+
+    Args:
+        name: its name.
+        joint: name of a revolute or prismatic joint.
+        mu: coefficient μ of kinetic friction; an expression in parameters, coordinates and rates.
+        load: the force that presses, or about an axis that force times its radius [N or N·m]; an
+            expression in parameters, coordinates, rates and time.
+        mu_static: coefficient μ₀ of static friction; μ by default.
+        speed: rate of the surface it rubs on, of a belt or a shaft [m/s or rad/s]; an expression in
+            parameters.
+
+    Example:
+        >>> from dataclasses import replace
+        >>> block = mq.textbook.load("spring_mass")
+        >>> dry = replace(block, switching=(mq.Friction("dry", block.joints[0].name, 0.1, 9.81),))
+        >>> dry.switching[0].states
+        ('sticks', 'slips +', 'slips -')
+    """
+
+    joint: str = ""
+    mu: Scalar = field(default=0.0, metadata=unit("1"))
+    load: Scalar = field(default=0.0, metadata=unit(FORCE))
+    mu_static: Scalar | None = field(default=None, metadata=unit("1"))
+    speed: Scalar = field(default=0.0, metadata=unit(SPEED))
+
+    states = ("sticks", "slips +", "slips -")
+
+    def __post_init__(self) -> None:
+        for name in ("mu", "load", "speed"):
+            object.__setattr__(self, name, plain(getattr(self, name)))
+        static = self.mu if self.mu_static is None else plain(self.mu_static)
+        object.__setattr__(self, "mu_static", static)
+
+    @property
+    def varying(self) -> tuple[Scalar, ...]:
+        """Its coefficients and its load."""
+        return (self.mu, self.holding, self.load)
+
+    @property
+    def constants(self) -> tuple[Scalar, ...]:
+        """The speed of what it rubs on."""
+        return (self.speed,)
+
+    @property
+    def holding(self) -> Scalar:
+        """The coefficient of static friction."""
+        return self.mu if self.mu_static is None else self.mu_static
+
+    def rules(self) -> Iterator[Rule]:
+        """Yield what its numbers keep to."""
+        yield from friction_rules(f"friction {self.name!r}", self.mu, self.holding)
+        words = ": expected a load of at least 0, got {}"
+        yield Rule(f"friction {self.name!r}", words, (self.load,), self.load)
+
+
+@final
+@dataclass(frozen=True)
+class Stop(SwitchingElement):
+    """A stop of a joint with one coordinate, rigid with restitution or elastic.
+
+    Args:
+        name: its name.
+        joint: name of a revolute or prismatic joint.
+        at: the joint's coordinate at the stop [rad or m]; an expression in parameters.
+        side: 1 for an upper stop, which keeps the coordinate below it, −1 for a lower one.
+        restitution: e in 0…1, the ratio of the rates after and before an impact.
+        stiffness: of an elastic stop [N·m/rad or N/m]; None for a rigid one.
+
+    Example:
+        >>> wall = mq.Stop("wall", "pin", at=0.5, restitution=0.8)
+        >>> wall.states
+        ('open', 'closed')
+    """
+
+    joint: str = ""
+    at: Scalar = field(default=0.0, metadata=unit(PLACE))
+    side: int = 1
+    restitution: Scalar = 0.0
+    stiffness: Scalar | None = field(default=None, metadata=unit(STIFFNESS))
+
+    states = ("open", "closed")
+
+    def __post_init__(self) -> None:
+        if self.side not in (1, -1):
+            raise InputError(f"stop {self.name!r}: expected side 1 or -1, got {self.side!r}")
+        for name in ("at", "restitution"):
+            object.__setattr__(self, name, plain(getattr(self, name)))
+        if self.stiffness is not None:
+            object.__setattr__(self, "stiffness", plain(self.stiffness))
+
+    @property
+    def constants(self) -> tuple[Scalar, ...]:
+        """All its scalars."""
+        stiffness = () if self.stiffness is None else (self.stiffness,)
+        return (self.at, self.restitution, *stiffness)
+
+    def rules(self) -> Iterator[Rule]:
+        """Yield what its numbers keep to."""
+        yield from restitution_rules(f"stop {self.name!r}", self.restitution)
+        if self.stiffness is not None:
+            words = ": expected a stiffness above 0, got {}"
+            yield Rule(f"stop {self.name!r}", words, (self.stiffness,), self.stiffness, strict=True)
+
+
+@final
+@dataclass(frozen=True)
+class Contact(SwitchingElement):
+    """A contact that opens and closes, of a point, a ball or a wheel with a plane or a sphere.
+
+    The body stays on the side of the plane's normal. A bowl around a point, of radius 0 for the
+    body, is a cord that goes slack.
+
+    Args:
+        name: its name.
+        body: name of the body that has the point, the ball or the wheel.
+        center: shape (3,), the point or the center, in the frame of the body [m].
+        radius: of the ball or the wheel [m]; 0 for a point or a corner.
+        axis: shape (3,), of a wheel in the frame of the body; None for a point or a ball.
+        on: name of the body that has the plane.
+        plane: frame of the plane in that body; its z axis is the normal, on the side of the body.
+        bowl: radius of a sphere in the plane's place, which touches it at its origin [m]: of a bowl
+            that the body is in, or minus that of a dome that it is on; zero for a plane.
+        mu: coefficient μ of kinetic friction.
+        mu_static: coefficient μ₀ of static friction; μ by default.
+        restitution: e in 0…1 of its impacts.
+        law: "newton", by which e is the ratio of normal velocities, or "poisson", that of impulses.
+        in_turn: whether of several contacts that touch those that approach impact one after the
+            other, the fastest first; together, as one complementarity problem, by default.
+
+    Example:
+        >>> floor = mq.Contact("floor", "ball", radius=0.1, mu=0.3, restitution=0.8)
+        >>> floor.states
+        ('open', 'sticks', 'slips')
+    """
+
+    body: str = ""
+    center: Vector = field(default=(0.0, 0.0, 0.0), metadata=unit("m"))
+    radius: Scalar = field(default=0.0, metadata=unit("m"))
+    axis: Vector | None = None
+    on: str = "ground"
+    plane: Placement = field(default=Placement(), metadata=unit("m"))
+    bowl: Scalar = field(default=0.0, metadata=unit("m"))
+    mu: Scalar = field(default=0.0, metadata=unit("1"))
+    mu_static: Scalar | None = field(default=None, metadata=unit("1"))
+    restitution: Scalar = 0.0
+    law: Restitution = "newton"
+    in_turn: bool = False
+
+    def __post_init__(self) -> None:
+        where = f"contact {self.name!r}"
+        if self.law not in LAWS:
+            raise InputError(f"{where}: expected a law 'newton' or 'poisson', got {self.law!r}")
+        for name in ("radius", "bowl", "mu", "restitution"):
+            object.__setattr__(self, name, plain(getattr(self, name)))
+        object.__setattr__(self, "center", vector(self.center, f"center of {where}"))
+        static = self.mu if self.mu_static is None else plain(self.mu_static)
+        object.__setattr__(self, "mu_static", static)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Open, or closed and sticking or slipping."""
+        return ("open", "sticks", "slips") if self.rubs else ("open", "closed")
+
+    @property
+    def rubs(self) -> bool:
+        """Whether it has friction."""
+        return not (isinstance(self.mu, float) and self.mu == 0 and self.holding == 0)
+
+    @property
+    def holding(self) -> Scalar:
+        """The coefficient of static friction."""
+        return self.mu if self.mu_static is None else self.mu_static
+
+    @property
+    def closed(self) -> Rolling:
+        """The contact that holds while this one is closed and sticks."""
+        return Rolling(
+            self.name,
+            self.body,
+            self.radius,
+            self.center,
+            self.axis,
+            on=self.on,
+            plane=self.plane,
+            bowl=self.bowl,
+        )
+
+    @property
+    def constants(self) -> tuple[Scalar, ...]:
+        """All its scalars."""
+        return (*self.closed.scalars, self.mu, self.holding, self.restitution)
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """The two bodies that touch."""
+        return (self.body, self.on)
+
+    def rules(self) -> Iterator[Rule]:
+        """Yield what its numbers keep to."""
+        where = f"contact {self.name!r}"
+        yield from self.closed.rules()
+        yield from friction_rules(where, self.mu, self.holding)
+        yield from restitution_rules(where, self.restitution)
+
+
+Switching: TypeAlias = Friction | Stop | Contact
+"""An element that switches."""
+
+
+def friction_rules(where: str, mu: Scalar, holding: Scalar) -> Iterator[Rule]:
+    """Yield what coefficients of friction keep to."""
+    words = ": expected a coefficient of friction of at least 0, got {}"
+    yield Rule(where, words, (mu,), mu)
+    words = ": expected a static coefficient of at least the kinetic {}, got {}"
+    yield Rule(where, words, (mu, holding), plain(holding) - plain(mu), follows=True)
+
+
+def restitution_rules(where: str, restitution: Scalar) -> Iterator[Rule]:
+    """Yield what a coefficient of restitution keeps to."""
+    words = ": expected a restitution in 0…1, got {}"
+    e = plain(restitution)
+    yield Rule(where, words, (e,), e * (1.0 - e))

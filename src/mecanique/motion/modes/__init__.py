@@ -1,0 +1,1 @@
+"""Mechanics with corners: modes of elements that switch, and which of them follows."""

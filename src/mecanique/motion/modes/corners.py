@@ -1,0 +1,521 @@
+"""The corners of a motion: where elements switch, and the mode between two of them."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import ClassVar, NoReturn, TypeVar, final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.errors import InputError, IntegrationError
+from mecanique.model.constraints.switching import Contact, Friction
+from mecanique.model.forces import Force, JointForce, Torque
+from mecanique.model.joint_base import Single
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import characteristic_length
+from mecanique.model.parameters import Input
+from mecanique.motion.modes.law import (
+    CLOSED,
+    OPEN,
+    STICKS,
+    ElementState,
+    Laws,
+    Mode,
+    Solution,
+    UndecidedError,
+)
+from mecanique.motion.modes.rows import Rows, Terms
+from mecanique.motion.record.curve import Curve
+from mecanique.motion.record.events import Event, ModeSpan, Occurrence
+
+_Answer = TypeVar("_Answer")
+
+TOUCHING = 1e-10
+"""A gap below this many characteristic lengths is closed, where another element switches."""
+
+REST = 1e-13
+"""Bounces that stay below this many characteristic lengths are the tail of a geometric sum."""
+
+STILL = 1e-12
+"""Speeds below this part of those around are rounding."""
+
+DEAD = 1e-13
+"""Margins of forces are passed by this part of the largest force, more than their rounding."""
+
+EVEN = 1e-15
+"""A gap is closed where it is minus this many characteristic lengths: bodies that only touch part
+and meet by rounding."""
+
+LEAST = 1e-30
+"""A margin above zero where nothing presses [N]."""
+
+MOST_AT_ONCE = 50
+"""Switches that may follow each other at one instant."""
+
+MOST_KEPT = 100_000
+"""Times at which forces along a motion are kept."""
+
+_COMPONENTS = (*((f"F{axis}", "N") for axis in "xyz"), *((f"M{axis}", "N·m") for axis in "xyz"))
+"""Letter and unit of each component of a wrench."""
+
+LEFT = 1e-13
+"""A state that is brought back onto the rows held by more than this has drifted."""
+
+
+@final
+@dataclass(frozen=True)
+class Margin:
+    """What an element has left in its state, as the quantity of an event."""
+
+    corners: Corners
+    element: int
+    which: int  # 0 for its gap or normal force, 1 for its friction or slip
+
+    def __call__(self, t: float, q: Array, v: Array) -> float:
+        """Return the margin."""
+        return float(self.corners.margins(t, q, v)[self.element, self.which])
+
+
+@final
+class Corners:
+    """The elements of a mechanism in motion, and the modes they went through.
+
+    Where the mode at a time is asked for, it is that after a switch at this time.
+    """
+
+    share: ClassVar[float] = 0.1
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.rows = Rows(mechanism)
+        self.elements = self.rows.elements
+        self.laws = Laws(self.elements, self.rows.permanent)
+        self.length = characteristic_length(self.rows.base)
+        self._nq = mechanism.nq
+        self._times: list[float] = []
+        self._modes: list[Mode] = []
+        self._last: tuple[bytes, float, Array] | None = None
+        self._at_once = 0
+        self.events = tuple(
+            Event(f"{element.name}: {('gap', 'friction')[which]}", Margin(self, k, which), -1)
+            for k, element in enumerate(self.elements)
+            for which in (0, 1)
+            if (element.normal is not None if which == 0 else element.tangents)
+        )
+
+    # between corners ----------------------------------------------------------------------------
+
+    def mode(self, t: float) -> Mode:
+        """Return the mode at a time [s]."""
+        return self._modes[max(bisect_right(self._times, t) - 1, 0)]
+
+    def rhs(self, t: float, y: Array) -> Array:
+        """Return the rates of a state, shape (nq + nv,)."""
+        q, v = y[: self._nq], y[self._nq :]
+        solution = self._solve(self.rows.at(q, v, t), self.mode(t), t)
+        return np.concatenate([self.rows.rates.first(q, v), solution.a])
+
+    def _solve(self, terms: Terms, mode: Mode, t: float) -> Solution:
+        solution = self.laws.solve(terms, mode)
+        if solution is None:
+            raise UndecidedError(
+                f"the mode {self.describe(mode)} has no accelerations at t = {t:.6g} s", 0
+            )
+        return solution
+
+    def forces(self, t: float, q: Array, v: Array) -> tuple[Terms, Array]:
+        """Return the terms and the force along each row in a state, shape (m,)."""
+        terms = self.rows.at(q, v, t)
+        return terms, self._solve(terms, self.mode(t), t).forces
+
+    def margins(self, t: float, q: Array, v: Array) -> Array:
+        """Return what each element has left, shape (elements, 2)."""
+        key = q.tobytes() + v.tobytes()
+        if self._last is not None and self._last[0] == key and self._last[1] == t:
+            return self._last[2]
+        terms, mode = self.rows.at(q, v, t), self.mode(t)
+        margins = self.laws.margins(terms, mode)
+        pull = DEAD * float(np.abs(terms.load).max(initial=0.0)) + LEAST
+        for k, state in enumerate(mode):
+            if state.name == OPEN:
+                margins[k, 0] += EVEN * self.length
+            elif self.elements[k].stiffness is None:
+                margins[k, 0] += pull
+            if state.name == STICKS:
+                margins[k, 1] += pull
+        self._last = (key, t, margins)
+        return margins
+
+    # on the rows that are held ------------------------------------------------------------------
+
+    def _list_rows(self, mode: Mode) -> tuple[list[int], list[int]]:
+        """Return the rows held in position, and in velocity."""
+        positional = self.rows.positional
+        in_position = [k for k in self.rows.permanent if positional[k]]
+        in_velocity = list(self.rows.permanent)
+        for element, state in zip(self.elements, mode, strict=True):
+            if state.name != OPEN and element.normal is not None and element.stiffness is None:
+                in_position.append(element.normal)
+                in_velocity.append(element.normal)
+            if state.name == STICKS:
+                in_velocity += element.tangents
+        return in_position, in_velocity
+
+    def close(self, t: float, y: Array) -> Array:
+        """Return the state on the rows that are held, next to a state."""
+        return self._project(t, y, self.mode(t))
+
+    def _project(self, t: float, y: Array, mode: Mode) -> Array:
+        in_position, in_velocity = self._list_rows(mode)
+        q, v = self.rows.rates.normalize(y[: self._nq]), y[self._nq :]
+        if not in_velocity:
+            return np.concatenate([q, v])
+        for _ in range(4 if in_position else 0):
+            terms = self.rows.at(q, v, t)
+            gaps = terms.gaps[in_position]
+            if np.abs(gaps).max() <= 1e-16 * self.length:
+                break
+            q = self.rows.rates.displace(q, _least_step(terms, in_position, gaps))
+        terms = self.rows.at(q, v, t)
+        v = v + _least_step(terms, in_velocity, terms.rates[in_velocity])
+        for row in in_velocity:
+            entries = np.flatnonzero(terms.jacobian[row])
+            if len(entries) == 1:
+                column = entries[0]
+                v[column] = -terms.drift[row] / terms.jacobian[row, column]
+        return np.concatenate([q, v])
+
+    def has_left(self, t: float, y: Array) -> bool:
+        """Return whether a state has drifted off the rows that are held."""
+        if not self._list_rows(self.mode(t))[1]:
+            return False
+        gap = np.abs(self.close(t, y) - y)
+        return bool(gap.max() > LEFT * (1.0 + np.abs(y).max()))
+
+    def close_all(self, t: Array, q: Array, v: Array) -> tuple[Array, Array]:
+        """Return the states on the rows held next to some states, shape (n, nq) and (n, nv)."""
+        states = zip(t.tolist(), np.hstack([q, v]), strict=True)
+        closed = np.array([self.close(*state) for state in states])
+        return closed[:, : self._nq], closed[:, self._nq :]
+
+    # at corners ---------------------------------------------------------------------------------
+
+    def begin(self, t: float, y: Array) -> tuple[Array, list[Occurrence]]:
+        """Return the state to start from, after impacts if there are any, and what happens."""
+        q, v = y[: self._nq], y[self._nq :]
+        terms = self.rows.at(q, v, t)
+        for element in self.elements:
+            if element.normal is None or element.stiffness is not None:
+                continue
+            gap = float(terms.gaps[element.normal])
+            if gap < -TOUCHING * self.length:
+                raise InputError(
+                    f"{element.name!r} begins with a gap of {gap:.3g}: its bodies are one within "
+                    "the other; expected a start where they are apart or touch"
+                )
+        touching = [self._is_touching(terms, k) for k in range(len(self.elements))]
+        return self._change(t, y, touching, frozenset(), "")
+
+    def switch(self, t: float, y: Array, event: str) -> tuple[Array, list[Occurrence]]:
+        """Return the state after the margin of an event passed zero, and what happened."""
+        self._at_once = self._at_once + 1 if self._times[-1] == t else 0
+        if self._at_once > MOST_AT_ONCE:
+            raise IntegrationError(
+                f"elements switch without end at t = {t:.9g} s; the last was {event!r}", time=t
+            )
+        margin = next(e.when for e in self.events if e.name == event)
+        assert isinstance(margin, Margin), "events of corners are margins"
+        k, which = margin.element, margin.which
+        mode = self.mode(t)
+        state = mode[k]
+        q, v = y[: self._nq], y[self._nq :]
+        terms = self.rows.at(q, v, t)
+        touching = [self._is_touching(terms, i, mode[i]) for i in range(len(self.elements))]
+        forbidden: frozenset[tuple[int, str]] = frozenset()
+        if which == 0:
+            if state.name == OPEN:
+                touching[k] = True
+            elif self.elements[k].stiffness is None:
+                ending = {STICKS, CLOSED, "slips +", "slips -", "slips"}
+                forbidden = frozenset((k, name) for name in ending)
+            else:
+                touching[k] = False
+        elif state.name == STICKS:
+            forbidden = frozenset({(k, STICKS)})
+        else:
+            y = self._stop_slip(t, y, mode, k)
+        return self._change(t, y, touching, forbidden, self.elements[k].name)
+
+    def _stop_slip(self, t: float, y: Array, mode: Mode, k: int) -> Array:
+        """Return the state in which the slip of an element, zero to rounding, is zero."""
+        states = list(mode)
+        states[k] = ElementState(STICKS)
+        return self._project(t, y, tuple(states))
+
+    def _is_touching(self, terms: Terms, k: int, state: ElementState | None = None) -> bool:
+        normal = self.elements[k].normal
+        if normal is None:
+            return False
+        if self.elements[k].stiffness is not None:
+            return state is not None and state.name != OPEN
+        if state is not None and state.name != OPEN:
+            return True
+        return bool(terms.gaps[normal] <= TOUCHING * self.length)
+
+    def _change(
+        self,
+        t: float,
+        y: Array,
+        touching: list[bool],
+        forbidden: frozenset[tuple[int, str]],
+        name: str,
+    ) -> tuple[Array, list[Occurrence]]:
+        """Resolve impacts, then choose the mode that follows; return the state and events."""
+        q, v = y[: self._nq], y[self._nq :].copy()
+        before = y[self._nq :]
+        terms = self.rows.at(q, v, t)
+        still = self._still(terms, v)
+        occurrences: list[Occurrence] = []
+        approaching = [
+            k
+            for k, element in enumerate(self.elements)
+            if touching[k]
+            and element.stiffness is None
+            and element.normal is not None
+            and terms.rates[element.normal] < -still
+        ]
+        rested: list[tuple[int, float]] = []
+        if approaching:
+            v = v + self._decide(t, y, lambda: self.laws.impact(terms, touching, still))
+            rested = self._rest(q, v, t, touching, approaching, still)
+            v = self._at_rest(q, v, t, [k for k, _ in rested])
+            terms = self.rows.at(q, v, t)
+            names = ", ".join(self.elements[k].name for k in approaching)
+            occurrences.append(Occurrence(f"{names}: impact", t, q, before, v))
+            still = self._still(terms, np.maximum(np.abs(before), np.abs(v)))
+        for k, later in rested:
+            occurrences.append(Occurrence(f"{self.elements[k].name}: rest", t + later, q, v, v))
+        solutions = self._decide(t, y, lambda: self.laws.follow(terms, touching, still, forbidden))
+        mode = self._choose(solutions, t, y)
+        old = self._modes[-1] if self._modes else None
+        y = self._project(t, np.concatenate([q, v]), mode)
+        q, v = y[: self._nq], y[self._nq :]
+        for k, state in enumerate(mode):
+            if old is not None and old[k].name != state.name:
+                said = f"{self.elements[k].name}: {state.name}"
+                occurrences.append(Occurrence(said, t, q, v, v))
+        self._times.append(t)
+        self._modes.append(mode)
+        self._last = None
+        return y, occurrences
+
+    def _still(self, terms: Terms, v: Array) -> float:
+        """Return the speed below which a row's rate is rounding."""
+        size = np.abs(terms.jacobian) @ np.abs(v) + np.abs(terms.drift)
+        return STILL * float(size.max(initial=0.0)) + 1e-300
+
+    def _decide(self, t: float, y: Array, ask: Callable[[], _Answer]) -> _Answer:
+        try:
+            return ask()
+        except UndecidedError as error:
+            raise IntegrationError(f"{error}, at t = {t:.9g} s", time=t, state=y) from error
+
+    def _choose(self, solutions: list[Solution], t: float, y: Array) -> Mode:
+        if len(solutions) == 1:
+            return solutions[0].mode
+        if not solutions:
+            raise IntegrationError(
+                f"no mode follows at t = {t:.9g} s: Coulomb's friction of rigid bodies has no "
+                "solution here (Painlevé); make a body or a contact elastic, or lower the friction",
+                time=t,
+                state=y,
+            )
+        listed = "; ".join(self.describe(solution.mode) for solution in solutions)
+        raise IntegrationError(
+            f"{len(solutions)} modes follow at t = {t:.9g} s: {listed}; which of them does is not "
+            "decided by rigid bodies with Coulomb's friction",
+            time=t,
+            state=y,
+        )
+
+    def describe(self, mode: Mode) -> str:
+        """Return a mode in words."""
+        pairs = zip(self.elements, mode, strict=True)
+        return ", ".join(f"{element.name} {state.name}" for element, state in pairs)
+
+    def _rest(
+        self,
+        q: Array,
+        v: Array,
+        t: float,
+        touching: list[bool],
+        impacting: list[int],
+        still: float,
+    ) -> list[tuple[int, float]]:
+        """Return the contacts whose bounces are over, and the time the rest of them takes [s].
+
+        From a speed u a bounce takes 2 u/g and the next e times that: together 2 u/(g (1 − e)).
+        """
+        terms = self.rows.at(q, v, t)
+        mode = tuple(
+            ElementState(OPEN) if element.normal is not None else state
+            for element, state in zip(self.elements, self._present(), strict=True)
+        )
+        solution = self.laws.solve(terms, mode)
+        if solution is None:
+            return []
+        growth = terms.jacobian @ solution.a + terms.gamma
+        ended: list[tuple[int, float]] = []
+        for k in impacting:
+            element = self.elements[k]
+            normal, e = element.normal, element.restitution
+            assert normal is not None, "it has a gap"
+            speed, fall = float(terms.rates[normal]), -float(growth[normal])
+            if not (0 < e < 1 and speed > still and fall > 0):
+                continue
+            if speed**2 / (2 * fall) <= REST * self.length:
+                ended.append((k, 2 * speed / (fall * (1 - e))))
+        return ended
+
+    def _present(self) -> Mode:
+        if self._modes:
+            return self._modes[-1]
+        states = []
+        for element in self.elements:
+            states.append(ElementState(OPEN if element.normal is not None else STICKS))
+        return tuple(states)
+
+    def _at_rest(self, q: Array, v: Array, t: float, contacts: list[int]) -> Array:
+        """Return the velocities without those along the normals of some contacts."""
+        if not contacts:
+            return v
+        terms = self.rows.at(q, v, t)
+        rows = [row for k in contacts if (row := self.elements[k].normal) is not None]
+        return v + _least_step(terms, rows, terms.rates[rows])
+
+    # afterwards ---------------------------------------------------------------------------------
+
+    def spans(self, end: float) -> tuple[ModeSpan, ...]:
+        """Return the modes in order, until a time [s]; those of no length are left out."""
+        ends = [*self._times[1:], end]
+        spans: list[ModeSpan] = []
+        for begin, stop, mode in zip(self._times, ends, self._modes, strict=True):
+            pairs = zip(self.elements, mode, strict=True)
+            states = {element.name: state.name for element, state in pairs}
+            if spans and spans[-1].states == states:
+                spans[-1] = replace(spans[-1], end=stop)
+            elif stop > begin:
+                spans.append(ModeSpan(begin, stop, states))
+        return tuple(spans)
+
+    def as_loads(self, curve: Curve) -> Mechanism:
+        """Return the mechanism with the forces of its elements along a motion as inputs.
+
+        So all that is known of loads holds of them: reactions, work, momenta.
+        """
+        m = self.rows.base
+        inputs, forces = list(m.inputs), list(m.forces)
+        record = _ForceRecord(self, curve)
+        taken = {*m.values, *m.coordinates, *(signal.symbol for signal in m.inputs), "t"}
+
+        def add(label: str, unit: str, value: Callable[[float], float]) -> Input:
+            symbol = "R_" + "".join(c if c.isalnum() else "_" for c in label)
+            while symbol in taken:
+                symbol += "_"
+            taken.add(symbol)
+            signal = Input(symbol, value, unit, label)
+            inputs.append(signal)
+            return signal
+
+        known = {force.name for force in forces}
+        for element in self.elements:
+            source = element.element
+            name = source.name
+            while name in known:
+                name += "_"
+            known.add(name)
+            if isinstance(source, Contact):
+                for body in (source.body, source.on):
+                    if body == m.ground:
+                        continue
+                    signals = []
+                    for part, (letter, unit) in enumerate(_COMPONENTS):
+                        value = record.component(element.name, body, part)
+                        signals.append(add(f"{name}_{body}_{letter}", unit, value))
+                    fx, fy, fz, mx, my, mz = signals
+                    forces.append(Force(f"{name} on {body}", body, (0, 0, 0), (fx, fy, fz)))
+                    forces.append(Torque(f"{name} on {body}, moment", body, (mx, my, mz)))
+                continue
+            joint = m.joint(source.joint)
+            assert isinstance(joint, Single), "validated"
+            row = element.tangents[0] if isinstance(source, Friction) else element.normal
+            assert row is not None, "a stop has a gap"
+            sign = 1.0 if isinstance(source, Friction) else -float(source.side)
+            unit = "N·m" if joint.turns else "N"
+            signal = add(name, unit, record.along(row, sign))
+            forces.append(JointForce(name, source.joint, signal))
+        return replace(m, inputs=tuple(inputs), forces=tuple(forces))
+
+
+@final
+class _ForceRecord:
+    """The forces of elements along a motion, kept for the times that were asked for."""
+
+    def __init__(self, corners: Corners, curve: Curve) -> None:
+        self._corners = corners
+        self._curve = curve
+        self._known: dict[float, tuple[Array, dict[tuple[str, str], Array]]] = {}
+        self._presses = any(isinstance(e.element, Contact) for e in corners.elements)
+
+    def _at(self, t: float) -> tuple[Array, dict[tuple[str, str], Array]]:
+        """Return the forces along rows, and the wrenches of contacts, at a time."""
+        known = self._known.get(t)
+        if known is None:
+            corners, state = self._corners, self._curve(t)
+            forces = corners.forces(t, state.q, state.v)[1]
+            wrenches = corners.rows.contact_wrenches(state.q, t, forces) if self._presses else {}
+            if len(self._known) >= MOST_KEPT:
+                self._known.clear()
+            known = self._known[t] = forces, wrenches
+        return known
+
+    def along(self, row: int, sign: float) -> Callable[[float], float]:
+        """Return the force along a row as a function of time."""
+        return _Signal(lambda t: sign * float(self._at(t)[0][row]))
+
+    def component(self, contact: str, body: str, part: int) -> Callable[[float], float]:
+        """Return a component of a contact's force on a body, or of its moment."""
+        return _Signal(lambda t: float(self._at(t)[1][contact, body][part]))
+
+
+@final
+@dataclass(frozen=True)
+class _Signal:
+    """A force along a motion, which lives with the motion that it is computed from."""
+
+    value: Callable[[float], float]
+
+    def __call__(self, t: float) -> float:
+        """Return the force."""
+        return self.value(t)
+
+    def __reduce__(self) -> NoReturn:
+        raise InputError(
+            "a motion with elements that switch computes their forces as they are asked for, and "
+            "is not pickled; expected motion.save(path), which keeps its samples"
+        )
+
+
+def _least_step(terms: Terms, rows: list[int], gaps: Array) -> Array:
+    """Return the least change of velocities, by kinetic energy, that takes away rates of rows."""
+    J = terms.jacobian[rows]
+    response = np.linalg.solve(terms.mass, J.T)
+    system = J @ response
+    scale = np.sqrt(np.abs(np.diag(system)))
+    scale[scale == 0] = 1.0
+    inverse = np.linalg.pinv(system / np.outer(scale, scale), rcond=1e-11)
+    step: Array = -response @ ((inverse @ (gaps / scale)) / scale)
+    return step
