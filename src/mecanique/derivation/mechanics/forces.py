@@ -15,17 +15,26 @@ import numpy as np
 
 from mecanique.derivation.laws import Travel, laws_of
 from mecanique.derivation.mechanics.chart import along
-from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.letters import Letters, Values
 from mecanique.derivation.mechanics.recursion import TreeRecursion
-from mecanique.derivation.mechanics.vectors import Rows, Triple, add, apply, dot, scale
-from mecanique.derivation.tree.poses import times_point
+from mecanique.derivation.mechanics.vectors import (
+    STILL,
+    Triple,
+    add,
+    apply,
+    dot,
+    position,
+    scale,
+    times_point,
+)
 from mecanique.errors import DerivationError
-from mecanique.model.force_base import BodyLoad, End, JointLoad, LineLoad
+from mecanique.model.expression import Scalar
+from mecanique.model.force_base import AnyForce, BodyLoad, End, JointLoad, LineLoad
 from mecanique.model.joint_base import Single
 from mecanique.program.sweeps import pull_back
 from mecanique.program.traced import trace, value_of
 
-NOTHING: Triple = [0.0, 0.0, 0.0]
+NOTHING = STILL
 
 
 @final
@@ -39,6 +48,7 @@ class Action:
     origin: Triple
     force: Triple
     moment: Triple  # moment about that point
+    point: Triple = NOTHING  # the point of a load, in the body's axes
 
     def opposite(self, body: str) -> Action:
         """Return the opposite action, on the other body."""
@@ -75,6 +85,8 @@ class Span:
         length = self.x
         if isinstance(length, np.ndarray):
             length = np.where(length > 0, length, np.inf)
+        if isinstance(self.reach, np.ndarray):
+            return self.reach / length
         return [c / length for c in self.reach]
 
     @cached_property
@@ -85,7 +97,7 @@ class Span:
 
     def direct(self, slope: Any | None, size: Any | None) -> Triple:
         """Return (slope · x + size) e."""
-        total: Triple = [0.0, 0.0, 0.0]
+        total = STILL
         if slope is not None:
             total = add(total, scale(slope, self.reach))
         if size is not None:
@@ -97,27 +109,25 @@ class Span:
 class Forces:
     """The forces of a mechanism."""
 
-    def __init__(self, letters: Letters, recursion: TreeRecursion) -> None:
+    def __init__(self, letters: Values, recursion: TreeRecursion) -> None:
         self._letters = letters
         self._recursion = recursion
+
+    @cached_property
+    def _column(self) -> dict[str, int]:
+        """The last joint velocity of each joint, by the joint's name."""
+        letters = self._letters
         columns: dict[str, int] = {}
         for joint in letters.mechanism.tree:
             for name in joint.velocities:
                 columns[name] = len(columns)
-        self._column = {
-            joint.name: columns[joint.velocities[-1]]
-            for joint in letters.mechanism.tree
-            if joint.velocities
-        }
-        self._coordinate = {
-            joint.name: joint.coordinates[-1]
-            for joint in letters.mechanism.tree
-            if joint.coordinates
-        }
+        moving = [joint for joint in letters.mechanism.tree if joint.velocities]
+        return {joint.name: columns[joint.velocities[-1]] for joint in moving}
 
     def project(self) -> list[Any]:
-        """Return the generalized forces, shape (nv,)."""
+        """Return the generalized forces by a sweep of the tape, shape (nv,)."""
         letters, chart = self._letters, self._recursion.chart
+        assert isinstance(letters, Letters)
         tau: list[Any] = [0.0] * len(chart.u)
         moved: list[Any] = []
         weights: list[Any] = []
@@ -130,9 +140,7 @@ class Forces:
                         weights += [-c for c in law.pull(span)]
                 case JointLoad():
                     k = self._column[force.joint]
-                    travel = Travel(chart.r[self._coordinate[force.joint]], chart.u[k])
-                    for law in laws_of(force, self._number):
-                        tau[k] = tau[k] - law.pull(travel)
+                    tau[k] = tau[k] + self._push_joint(force)
                 case BodyLoad():
                     self._load(force, moved, weights)
                 case _:
@@ -141,18 +149,35 @@ class Forces:
         found = on_velocities(letters, moved, weights)
         return [x + y for x, y in zip(chart.project(tau), found, strict=True)]
 
+    def in_joints(self) -> list[Any]:
+        """Return the forces along the joint velocities, collected along the tree, shape (nu,)."""
+        tree = self._recursion
+        loads: dict[int, tuple[Triple, Triple]] = {}
+        pushes: dict[int, Any] = {}
+        for force in self._letters.mechanism.forces:
+            if isinstance(force, JointLoad):
+                k = self._column[force.joint]
+                pushes[k] = pushes.get(k, 0.0) + self._push_joint(force)
+                continue
+            for action in self.of(force):
+                wrench = tree.on_link(action.body, action.point, action.force, action.moment)
+                if wrench.place >= 0:
+                    F, M = loads.get(wrench.place, (STILL, STILL))
+                    loads[wrench.place] = add(F, wrench.force), add(M, wrench.moment)
+        tau: list[Any] = [0.0] * len(tree.chart.u)
+        if loads:
+            tau = tree.collect([loads.get(k, (STILL, STILL)) for k in range(len(tree.links))])
+        for k, push in pushes.items():
+            tau[k] = tau[k] + push
+        return tau
+
     def energy(self) -> Any:
         """Return the springs' energy."""
         total: Any = 0.0
-        chart = self._recursion.chart
         for force in self._letters.mechanism.forces:
             if not force.conservative or isinstance(force, BodyLoad):
                 continue
-            path: Any
-            if isinstance(force, LineLoad):
-                path = self._span(force)
-            else:
-                path = Travel(chart.r[self._coordinate[force.joint]], 0.0)
+            path = self._span(force) if isinstance(force, LineLoad) else self._travel(force)
             for law in laws_of(force, self._number):
                 if law.kind == "potential":
                     total = total + law.scalar(path)
@@ -164,81 +189,107 @@ class Forces:
         Raises:
             DerivationError: if a force is of an unknown kind.
         """
-        actions: list[Action] = []
-        for force in self._letters.mechanism.forces:
-            match force:
-                case LineLoad():
-                    actions += self._pull(force)
-                case JointLoad():
-                    actions += self._twist(force)
-                case BodyLoad():
-                    actions.append(self._push(force))
-                case _:
-                    kind = type(force).__name__
-                    raise DerivationError(f"no program is known for force {force.name!r}, a {kind}")
-        return actions
+        return [action for force in self._letters.mechanism.forces for action in self.of(force)]
+
+    def of(self, force: AnyForce) -> list[Action]:
+        """Return the actions of one force.
+
+        Raises:
+            DerivationError: if it is of an unknown kind.
+        """
+        match force:
+            case LineLoad():
+                return self._pull(force)
+            case JointLoad():
+                return self._twist(force)
+            case BodyLoad():
+                return [self._push(force)]
+        kind = type(force).__name__
+        raise DerivationError(f"no program is known for force {force.name!r}, a {kind}")
 
     def _pull(self, force: LineLoad) -> list[Action]:
         span, (a, b) = self._span(force), force.ends
         pull = add(*(law.pull(span) for law in laws_of(force, self._number)))
-        one = Action(force.name, force.kind, a.body, self._locate(a), pull, NOTHING)
-        return [one, replace(one.opposite(b.body), origin=self._locate(b))]
+        start, end = self._vector(a.point), self._vector(b.point)
+        one = Action(force.name, force.kind, a.body, self._locate(a), pull, NOTHING, start)
+        other = one.opposite(b.body)
+        return [one, replace(other, origin=self._locate(b), point=end)]
 
     def _twist(self, force: JointLoad) -> list[Action]:
-        chart, joint = self._recursion.chart, self._letters.mechanism.joint(force.joint)
-        k = self._column[force.joint]
-        travel = Travel(chart.r[self._coordinate[force.joint]], chart.u[k])
-        size: Any = 0.0
-        for law in laws_of(force, self._number):
-            size = size - law.pull(travel)
+        joint = self._letters.mechanism.joint(force.joint)
         if not isinstance(joint, Single):
             raise DerivationError(f"force {force.name!r} acts in a joint of several coordinates")
         pose = self._recursion.pose(joint.child)
-        along_axis = scale(size, apply(pose, list(joint.axis)))
+        axis = self._recursion.vector(joint.axis)
+        along_axis = scale(self._push_joint(force), apply(pose, axis))
         pair = (NOTHING, along_axis) if joint.turns else (along_axis, NOTHING)
-        at = [row[3] for row in pose]
-        one = Action(force.name, force.kind, joint.child, at, *pair)
+        one = Action(force.name, force.kind, joint.child, position(pose), *pair)
         return [one, one.opposite(joint.parent)]
 
-    def _push(self, force: BodyLoad) -> Action:
-        wrench, turn = force.wrench, self._axes(force)
-        parts = [
-            NOTHING if part is None else apply(turn, list(map(self._number, part)))
-            for part in (wrench.force, wrench.torque)
-        ]
-        pose, place = self._recursion.pose(wrench.body), list(map(self._number, wrench.point))
-        return Action(force.name, force.kind, wrench.body, times_point(pose, place), *parts)
+    def _push_joint(self, force: JointLoad) -> Any:
+        """Return the force or moment on a joint's child, along the joint."""
+        size: Any = 0.0
+        travel = self._travel(force)
+        for law in laws_of(force, self._number):
+            size = size - law.pull(travel)
+        return size
 
-    def _axes(self, force: BodyLoad) -> Rows:
-        """Return the axes in which a load's components are given."""
+    def _travel(self, force: JointLoad) -> Travel:
+        chart, joint = self._recursion.chart, self._letters.mechanism.joint(force.joint)
+        return Travel(chart.r[joint.coordinates[-1]], chart.u[self._column[force.joint]])
+
+    def _push(self, force: BodyLoad) -> Action:
+        wrench, pull, turn = force.wrench, NOTHING, NOTHING
+        if wrench.force is not None:
+            pull = self._in_world(force, wrench.force)
+        if wrench.torque is not None:
+            turn = self._in_world(force, wrench.torque)
+        place = self._vector(wrench.point)
+        at = times_point(self._recursion.pose(wrench.body), place)
+        return Action(force.name, force.kind, wrench.body, at, pull, turn, place)
+
+    def _in_world(self, force: BodyLoad, components: Sequence[Scalar]) -> Triple:
+        """Return a load's components along the axes of the world."""
+        vector = self._vector(components)
         if force.wrench.axes == "world":
-            return [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-        return [row[:3] for row in self._recursion.pose(force.wrench.axes)]
+            return vector
+        return apply(self._recursion.pose(force.wrench.axes), vector)
+
+    def _vector(self, components: Sequence[Scalar]) -> Triple:
+        return self._recursion.vector([self._number(c) for c in components])
 
     def _number(self, scalar: Any) -> Any:
-        return self._letters.arithmetic(scalar, self._recursion.chart.r)
+        return self._letters.number(scalar, self._recursion.chart.r)
 
     def _span(self, force: LineLoad) -> Span:
         a, b = (self._locate(end) for end in force.ends)
-        reach = [y - x for x, y in zip(a, b, strict=True)]
-        return Span(reach, self._root, lambda: along(self._letters, reach))
+        reach = add(b, scale(-1.0, a))
+
+        def parting() -> Triple:
+            if isinstance(self._letters, Letters):
+                return along(self._letters, reach)
+            before, after = (
+                self._recursion.velocity(end.body, self._vector(end.point)) for end in force.ends
+            )
+            return add(after, scale(-1.0, before))
+
+        return Span(reach, self._root, parting)
 
     def _root(self, square: Any) -> Any:
         return self._letters.call("sqrt", square)
 
     def _locate(self, end: End) -> Triple:
         """Return a point of a body in the world."""
-        return times_point(self._recursion.pose(end.body), [self._number(c) for c in end.point])
+        return times_point(self._recursion.pose(end.body), self._vector(end.point))
 
     def _load(self, force: BodyLoad, moved: list[Any], weights: list[Any]) -> None:
         wrench, pose = force.wrench, self._recursion.pose(force.wrench.body)
-        turn = self._axes(force)
         if wrench.force is not None:
-            moved += times_point(pose, [self._number(c) for c in wrench.point])
-            weights += apply(turn, [self._number(c) for c in wrench.force])
+            moved += times_point(pose, self._vector(wrench.point))
+            weights += self._in_world(force, wrench.force)
         if wrench.torque is not None:
             # δW = C·δθ = ½ Σ δe·(C × e) over the body's axes e
-            x, y, z = apply(turn, [self._number(c) for c in wrench.torque])
+            x, y, z = self._in_world(force, wrench.torque)
             for k in range(3):
                 e = [row[k] for row in pose]
                 moved += e

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from functools import cached_property
 from math import inf
-from typing import Any, final
+from typing import Any, Protocol, final
 
 from mecanique.derivation.tree.poses import Arithmetic
 from mecanique.derivation.tree.quaternions import quaternion_rotation
+from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
 from mecanique.program.tape import Tape
 from mecanique.program.traced import trace, value_of
+
+
+class Values(Protocol):
+    """The values of a mechanism's letters, on a tape or as arrays of many states."""
+
+    mechanism: Mechanism
+    arithmetic: Arithmetic
+    values: dict[str, Any]
+
+    def number(self, scalar: Scalar, values: Mapping[str, Any]) -> Any:
+        """Evaluate a scalar of the description."""
+
+    def call(self, function: str, *arguments: Any) -> Any:
+        """Return a function's value, e.g. "sqrt" of one argument."""
 
 
 @final
@@ -81,6 +96,10 @@ class Letters:
             rates_of[name] if name in rates_of else values[f"{name}'"]
             for name in self.mechanism.coordinates
         ]
+
+    def number(self, scalar: Scalar, values: Mapping[str, Any]) -> Any:
+        """Evaluate a scalar of the description."""
+        return self.arithmetic(scalar, values)
 
     def call(self, function: str, *arguments: Any) -> Any:
         """Return a function's value on the tape, e.g. "sqrt" of one argument."""

@@ -10,29 +10,56 @@ Identification and Control of Robots, 2002, sect. 9.5).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, final
+from typing import Any, NamedTuple, TypeAlias, final
+
+import numpy as np
 
 from mecanique.derivation.mechanics.chart import JointMotion, chart_of
 from mecanique.derivation.mechanics.elements import Ground, ground_of
-from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.letters import Letters, Values
 from mecanique.derivation.mechanics.vectors import (
+    STILL,
+    Column,
     Rows,
     Triple,
+    acceleration_field,
     add,
+    add_rows,
     apply,
     apply_transpose,
+    as_array,
+    axial,
+    bundle,
     cross,
     dot,
+    mirror,
+    position,
+    product,
     products,
+    rotation,
     scale,
+    symmetric_products,
+    times_point,
     transpose,
+    turned_pose,
+    turning_energy,
+    turning_momentum,
+    zeros,
 )
 from mecanique.derivation.tolerances import WHOLE
 from mecanique.derivation.tree.links import Link, links, place_of
-from mecanique.derivation.tree.poses import IDENTITY, Matrix, local, moments, origin, product
+from mecanique.derivation.tree.poses import (
+    IDENTITY,
+    Arithmetic,
+    local,
+    moments,
+    origin,
+    turn_by,
+)
+from mecanique.model.mechanism import Mechanism
 from mecanique.program.tape import Value
 from mecanique.program.traced import Traced, value_of
 
@@ -43,7 +70,7 @@ class Seat:
     """A frame fixed in a link of the tree."""
 
     place: int  # index of the moving link, −1 for the ground
-    pose: Matrix  # pose of the frame in that link
+    pose: Rows  # pose of the frame in that link
 
 
 @final
@@ -72,7 +99,11 @@ class Inertia:
     E: Rows
 
     def __add__(self, other: Inertia) -> Inertia:
-        E = [add(*rows) for rows in zip(self.E, other.E, strict=True)]
+        if self is MASSLESS:
+            return other
+        if other is MASSLESS:
+            return self
+        E = add_rows(self.E, other.E)
         return Inertia(self.m + other.m, add(self.h, other.h), E)
 
     def __sub__(self, other: Inertia) -> Inertia:
@@ -85,23 +116,22 @@ class Inertia:
         entries = [self.m, *self.h, *self.E[0], *self.E[1], *self.E[2]]
         return all(isinstance(entry, (int, float)) for entry in entries)
 
-    def seen_from(self, pose: Matrix) -> Inertia:
+    def seen_from(self, pose: Rows) -> Inertia:
         """Refer the inertia to the frame in which the body has a pose: its axes and its origin."""
-        p = [row[3] for row in pose]
-        turned = apply(pose, self.h)
-        RE = [apply(self.E, row[:3]) for row in pose]  # E is symmetric
-        E: Rows = [[0.0] * 3 for _ in range(3)]
-        for i in range(3):
-            for k in range(i + 1):
-                turned_E = dot(RE[i], pose[k][:3])
-                E[i][k] = E[k][i] = (
-                    turned_E + turned[i] * p[k] + p[i] * turned[k] + self.m * p[i] * p[k]
-                )
-        return Inertia(self.m, add(turned, scale(self.m, p)), E)
+        if self is MASSLESS:
+            return self
+        p, R = position(pose), rotation(pose)
+        turned = apply(R, self.h)
+        h = add(turned, scale(self.m, p))
+        # R E Rᵀ + (R h) pᵀ + p h'ᵀ with the new first moments h' = R h + m p
+        E = symmetric_products((products(R, self.E), R), (turned, p), (p, h))
+        return Inertia(self.m, h, E)
 
+
+MASSLESS = Inertia(0.0, STILL, [STILL, STILL, STILL])
+"""The inertia of a link without bodies."""
 
 _AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
-_STILL: Triple = [0.0, 0.0, 0.0]
 
 
 @final
@@ -110,7 +140,7 @@ class Moving:
     """A moving link: its pose in its parent's axes, and its unit motions in its own."""
 
     parent: int
-    pose: Matrix
+    pose: Rows
     angular: dict[int, Triple]
     linear: dict[int, Triple]
     armature: Any
@@ -120,9 +150,22 @@ class Moving:
         """The indices of its joint velocities."""
         return [*self.linear, *self.angular]
 
+    def over(self, force: Triple, moment: Triple) -> Moving:
+        """Return the link as it acts on these vectors, which may be bundles of several."""
+        if getattr(force, "ndim", 0) < 3 and getattr(moment, "ndim", 0) < 3:
+            return self
+        wide = (slice(None), None)
+        return Moving(
+            parent=self.parent,
+            pose=self.pose[:, :, None],
+            angular={k: axis[wide] for k, axis in self.angular.items()},
+            linear={k: axis[wide] for k, axis in self.linear.items()},
+            armature=self.armature,
+        )
+
     def relative(self, rates: Sequence[Any]) -> tuple[Triple, Triple]:
         """Return Σ S u, angular and linear."""
-        w, v = _STILL, _STILL
+        w, v = STILL, STILL
         for k, axis in self.angular.items():
             w = add(w, scale(rates[k], axis))
         for k, axis in self.linear.items():
@@ -137,220 +180,464 @@ class Moving:
     def carry(self, force: Triple, moment: Triple) -> tuple[Triple, Triple]:
         """Refer a force and its moment to the parent's axes and origin."""
         turned = apply(self.pose, force)
-        return turned, add(apply(self.pose, moment), cross([row[3] for row in self.pose], turned))
+        return turned, add(apply(self.pose, moment), cross(position(self.pose), turned))
+
+
+@final
+@dataclass(frozen=True)
+class Skeleton:
+    """What a tree's moving links are in every state; links that are fixed belong to their parents.
+
+    Args:
+        links: the elementary motion of each moving link.
+        parents: index of each one's parent among the moving links, −1 for the ground.
+        stands: pose of each one's frame, in which it moves, in its parent's axes.
+        angular: unit motions of each one, by index of the joint velocity.
+        linear: the same of its slides.
+        armatures: inertia of each one's rotor.
+        inertias: inertia of each one with all that is fixed to it.
+        seats: the frame of each elementary link of the tree, moving or not.
+        bodies: the frame of each body.
+        gravity: acceleration of gravity.
+        paths: how a pose on arrays depends on the joint's motion, by index: its constant part, then
+            the factor of x in a slide, of sine and cosine in a turn.
+    """
+
+    links: list[Link]
+    parents: list[int]
+    stands: list[Rows]
+    angular: list[dict[int, Triple]]
+    linear: list[dict[int, Triple]]
+    armatures: list[Any]
+    inertias: list[Inertia]
+    seats: list[Seat]
+    bodies: dict[str, Seat]
+    gravity: Triple
+    paths: dict[int, list[np.ndarray]]
+
+
+class Numbers(NamedTuple):
+    """The numbers of a tree in some arithmetic: lists of scalars, or arrays of many states.
+
+    Args:
+        origins: pose of each elementary link's frame in its parent's.
+        moments: mass moments ∫ (p, 1)(p, 1)ᵀ dm of each link that has a body.
+        armatures: inertia of each link's rotor.
+        gravity: acceleration of gravity.
+        identity: the pose of the ground.
+        axis: converts a constant vector.
+        turns: rotation of each link's axes in its frame, where that is varied.
+    """
+
+    origins: Sequence[Rows]
+    moments: Mapping[int, Rows]
+    armatures: Sequence[Any]
+    gravity: Triple
+    identity: Rows
+    axis: Callable[[Sequence[float]], Triple]
+    turns: Mapping[int, Rows]
+
+
+def skeleton_of(mechanism: Mechanism, tree: Sequence[Link], numbers: Numbers) -> Skeleton:
+    """Return the moving links of a tree."""
+    ground = Seat(-1, numbers.identity)
+    seats: list[Seat] = []
+    moving: list[int] = []
+    parents: list[int] = []
+    stands: list[Rows] = []
+    for k, (link, place) in enumerate(zip(tree, numbers.origins, strict=True)):
+        before = seats[link.parent] if link.parent >= 0 else ground
+        pose = _placed(before.pose, place, numbers.identity)
+        if link.kind == "fixed":
+            seats.append(Seat(before.place, pose))
+        else:
+            moving.append(k)
+            parents.append(before.place)
+            stands.append(pose)
+            seats.append(Seat(len(moving) - 1, numbers.identity))
+    inertias = [MASSLESS for _ in moving]
+    for k, J in numbers.moments.items():
+        seat = seats[k]
+        if seat.place < 0:
+            continue
+        body = Inertia(J[3][3], position(J[:3]), rotation(J[:3]))
+        # on a tape even the identity serves: E is symmetric up to rounding, then exactly, for which
+        # fewer operations do
+        if seat.pose is not numbers.identity or not isinstance(J, np.ndarray):
+            body = body.seen_from(seat.pose)
+        inertias[seat.place] = inertias[seat.place] + body
+    angular: list[dict[int, Triple]] = []
+    linear: list[dict[int, Triple]] = []
+    column = 0
+    for k in moving:
+        turn = numbers.turns.get(k)
+        for motions, kept in zip(_motions(tree[k], column), (angular, linear), strict=True):
+            axes = {u: numbers.axis(axis) for u, axis in motions.items()}
+            if turn is not None:
+                axes = {u: apply(turn, axis) for u, axis in axes.items()}
+            kept.append(axes)
+        column += len(tree[k].velocities)
+    bodies = {body: seats[k] for body, k in place_of(tuple(tree), mechanism).items() if k >= 0}
+    return Skeleton(
+        links=[tree[k] for k in moving],
+        parents=parents,
+        stands=stands,
+        angular=angular,
+        linear=linear,
+        armatures=[numbers.armatures[k] for k in moving],
+        inertias=inertias,
+        seats=seats,
+        bodies={mechanism.ground: ground, **bodies},
+        gravity=numbers.gravity,
+        paths={
+            place: _path(tree[k], stand, numbers.turns.get(k))
+            for place, (k, stand) in enumerate(zip(moving, stands, strict=True))
+            if isinstance(stand, np.ndarray) and tree[k].kind in ("turn", "slide")
+        },
+    )
+
+
+def _path(link: Link, stand: np.ndarray, turn: np.ndarray | None) -> list[np.ndarray]:
+    """Return the constant part of a link's pose, and its derivatives by x or by sine and cosine.
+
+    The law of a turn is linear in sine and cosine, so three values of it give its coefficients.
+    """
+    floats, name = Arithmetic(), "".join(link.coordinates)
+    if link.kind == "slide":
+        poses = [local(link, {name: x}, floats) for x in (0.0, 1.0)]
+    else:
+        poses = [turn_by(link.axis, *pair, floats) for pair in ((0, 0), (1, 0), (0, 1))]
+    arrays = [as_array(pose, 1) for pose in poses]
+    if turn is not None:
+        arrays = [turned_pose(turn, pose) for pose in arrays]
+    first, *others = (product(stand, pose) for pose in arrays)
+    return [first, *(pose - first for pose in others)]
+
+
+def skeleton_on_tape(letters: Letters) -> Skeleton:
+    """Return the moving links of a tree in scalars of a tape, with as few masses as possible."""
+    mechanism, values, arithmetic = letters.mechanism, letters.values, letters.arithmetic
+    tree = links(mechanism)
+    place = place_of(tree, mechanism)
+    numbers = Numbers(
+        origins=[_clean(origin(link.origin, values, arithmetic)) for link in tree],
+        moments={
+            place[body.name]: moments(body, values, arithmetic)
+            for body in mechanism.bodies
+            if place[body.name] >= 0
+        },
+        armatures=[arithmetic(link.armature, values) for link in tree],
+        gravity=[arithmetic(g, values) for g in mechanism.gravity],
+        identity=IDENTITY,
+        axis=lambda axis: [float(c) for c in axis],
+        turns={},
+    )
+    skeleton = skeleton_of(mechanism, tree, numbers)
+    _regroup(skeleton)
+    return skeleton
+
+
+def _regroup(tree: Skeleton) -> None:
+    """Move inertia that a joint does not displace, e.g. mass on a hinge's axis, to the parent.
+
+    A turn about its axis n does not change a body's m, h·n and n·E n, nor a slide its E; with these
+    moved to the parent, most bodies have no mass of their own and take fewer operations (M. Gautier
+    & W. Khalil, IEEE Trans. Robotics and Automation 6 (1990) 368).
+    """
+    for place in range(len(tree.links) - 1, -1, -1):
+        body, stand, parent = tree.inertias[place], tree.stands[place], tree.parents[place]
+        angular, linear = tree.angular[place], tree.linear[place]
+        if parent < 0 or len(angular) + len(linear) != 1 or not body.is_number:
+            continue
+        if linear:
+            moved = Inertia(0.0, STILL, body.E)
+            stand = [[*row[:3], 0.0] for row in stand]
+        else:
+            (n,) = angular.values()
+            second = dot(n, apply(body.E, n))
+            moved = Inertia(body.m, scale(dot(n, body.h), n), [scale(second * c, n) for c in n])
+        carried = moved.seen_from(stand)
+        if carried.is_number:
+            tree.inertias[place] = body - moved
+            tree.inertias[parent] = tree.inertias[parent] + carried
+
+
+Field: TypeAlias = "tuple[Triple, Rows, Triple, Triple]"
+"""ω, U, α and a of a link."""
 
 
 @final
 class TreeRecursion:
-    """Mass matrix, bias, inverse dynamics and energies of a tree."""
+    """Mass matrix, inverse dynamics and energies of a tree, on a tape or on arrays.
 
-    def __init__(self, letters: Letters) -> None:
+    Args:
+        letters: values of time, coordinates, velocities, parameters and inputs.
+        skeleton: the tree in every state.
+        chart: the motion of its joints.
+    """
+
+    def __init__(self, letters: Values, skeleton: Skeleton, chart: JointMotion) -> None:
         self.letters = letters
-        mechanism, values = letters.mechanism, letters.values
-        tree = links(mechanism)
-        self.chart: JointMotion = chart_of(letters, tree)
-        self.seats: dict[str, Seat] = {mechanism.ground: Seat(-1, IDENTITY)}
-        self.links: list[Moving] = []
-        seats: list[Seat] = []
-        stands: list[Matrix] = []
-        column = 0
-        for link in tree:
-            before = seats[link.parent] if link.parent >= 0 else Seat(-1, IDENTITY)
-            stand = _clean(origin(link.origin, values, letters.arithmetic))
-            pose = _clean(product(before.pose, stand))
-            if link.kind == "fixed":
-                seats.append(Seat(before.place, pose))
-            else:
-                stands.append(pose)
-                pose = product(pose, local(link, self.chart.r, letters.arithmetic))
-                angular, linear = _motions(link, column)
-                column += len(link.velocities)
-                armature = letters.arithmetic(link.armature, values)
-                self.links.append(Moving(before.place, pose, angular, linear, armature))
-                seats.append(Seat(len(self.links) - 1, IDENTITY))
-        self.seats |= {body: seats[k] for body, k in place_of(tree, mechanism).items() if k >= 0}
-        self.inertias = [Inertia(0.0, _STILL, [[0.0] * 3] * 3) for _ in self.links]
-        for body in mechanism.bodies:
-            seat = self.seats[body.name]
-            if seat.place >= 0:
-                J = moments(body, values, letters.arithmetic)
-                first, second = [row[3] for row in J[:3]], [row[:3] for row in J[:3]]
-                own = Inertia(J[3][3], first, second)
-                moved = own.seen_from(seat.pose)
-                self.inertias[seat.place] = self.inertias[seat.place] + moved
-        self._regroup(stands)
-        self.found: dict[str, list[Triple]] = {}
+        self.chart = chart
+        self.skeleton = skeleton
+        self.seats, self.inertias = skeleton.bodies, skeleton.inertias
+        self.gravity = skeleton.gravity
+        self.found: dict[str, Sequence[Triple]] = {}
         """The vectors of each link in the last recursion, by letter: w, alpha, a, then F and N."""
-        self.gravity: Triple = [letters.arithmetic(g, values) for g in mechanism.gravity]
 
-    def _regroup(self, stands: Sequence[Matrix]) -> None:
-        """Move inertia that a joint does not displace, e.g. mass on a hinge's axis, to the parent.
+    @cached_property
+    def links(self) -> list[Moving]:
+        """The moving links, each after its parent."""
+        tree = self.skeleton
+        moving: list[Moving] = []
+        for place, link in enumerate(tree.links):
+            moving.append(
+                Moving(
+                    parent=tree.parents[place],
+                    pose=self._local(link, place),
+                    angular=tree.angular[place],
+                    linear=tree.linear[place],
+                    armature=tree.armatures[place],
+                )
+            )
+        return moving
 
-        A turn about its axis n does not change a body's m, h·n and n·E n, nor a slide its E; with
-        these moved to the parent, most bodies have no mass of their own and take fewer operations
-        (M. Gautier & W. Khalil, IEEE Trans. Robotics and Automation 6 (1990) 368).
-        """
-        for place in range(len(self.links) - 1, -1, -1):
-            link, body = self.links[place], self.inertias[place]
-            if link.parent < 0 or len(link.columns) != 1 or not body.is_number:
-                continue
-            stand = stands[place]
-            if link.linear:
-                moved = Inertia(0.0, _STILL, body.E)
-                stand = [[*row[:3], 0.0] for row in stand]
-            else:
-                (n,) = link.angular.values()
-                second = dot(n, apply(body.E, n))
-                moved = Inertia(body.m, scale(dot(n, body.h), n), [scale(second * c, n) for c in n])
-            carried = moved.seen_from(stand)
-            if carried.is_number:
-                self.inertias[place] = body - moved
-                self.inertias[link.parent] = self.inertias[link.parent] + carried
+    def _local(self, link: Link, place: int) -> Rows:
+        """Return the pose of a link in its parent's axes."""
+        tree, chart = self.skeleton, self.chart
+        paths = tree.paths.get(place)
+        if paths is None:
+            moved: Rows = local(link, chart.r, self.letters.arithmetic)
+            if isinstance(tree.stands[place], np.ndarray):
+                moved = as_array(moved, chart.u.shape[1])
+            return product(tree.stands[place], moved)
+        constant, *slopes = paths
+        x = chart.r[link.coordinates[0]]
+        factors = [x] if link.kind == "slide" else [np.sin(x), np.cos(x)]
+        pose = constant
+        for factor, slope in zip(factors, slopes, strict=True):
+            pose = pose + factor * slope
+        return pose
 
     def inverse_dynamics(self, a: Sequence[Any], outside: Sequence[Wrench] = ()) -> list[Any]:
         """Return M a + bias, minus the generalized forces of external wrenches; a (nv,)."""
-        rates = self.chart.spread(a)
-        return self.chart.project(self._forces(self.chart.u, rates, self.gravity, outside))
+        return self.chart.project(self.joint_forces(self.chart.spread(a), outside))
 
     def bias(self) -> list[Any]:
         """Return Coriolis, centrifugal and rheonomic inertia terms and gravity."""
-        tau = self._forces(self.chart.u, self.chart.gamma, self.gravity)
-        return self.chart.project(tau)
+        return self.chart.project(self.joint_forces(self.chart.gamma))
 
     def gravity_forces(self) -> list[Any]:
         """Return gravity's part of the bias."""
-        still = [0.0] * len(self.chart.u)
-        return self.chart.project(self._forces(still, still, self.gravity))
+        return self.chart.project(self.joint_weights())
 
     def mass_matrix(self) -> Rows:
         """Return M."""
-        size = len(self.chart.u)
-        M: Rows = [[0.0] * size for _ in range(size)]
+        return self.chart.project_matrix(self.joint_mass_matrix())
+
+    def joint_mass_matrix(self) -> Rows:
+        """Return M in the joint velocities, shape (nu, nu)."""
+        M = zeros(len(self.chart.u), self.chart.u)
         beyond = list(self.inertias)
+        # momenta of the velocities beyond each link, and their moments about its origin
+        momenta: list[list[Column]] = [[] for _ in self.links]
         for place in range(len(self.links) - 1, -1, -1):
             link, inertia = self.links[place], beyond[place]
             if link.parent >= 0:
                 beyond[link.parent] = beyond[link.parent] + inertia.seen_from(link.pose)
             for k in link.columns:
-                force, moment = _momentum(inertia, link.angular.get(k), link.linear.get(k))
-                for j, entry in link.project(force, moment).items():
-                    if j <= k:
-                        M[j][k] = M[k][j] = entry
-                at = place
-                while self.links[at].parent >= 0:
-                    force, moment = self.links[at].carry(force, moment)
-                    at = self.links[at].parent
-                    for j, entry in self.links[at].project(force, moment).items():
-                        M[j][k] = M[k][j] = entry
+                column = _momentum(inertia, link.angular.get(k), link.linear.get(k))
+                momenta[place].append((k, *column))
+            for k, force, moment in bundle(momenta[place]):
+                several = link.over(force, moment)
+                for j, entry in several.project(force, moment).items():
+                    M[j][k] = entry
+                if link.parent >= 0:
+                    momenta[link.parent].append((k, *several.carry(force, moment)))
+        mirror(M)
+        for link in self.links:
+            for k in link.columns:
                 M[k][k] = M[k][k] + link.armature
-        return self.chart.project_matrix(M)
+        return M
 
     def energy(self) -> tuple[Any, Any]:
         """Return the kinetic energy, and the potential energy of gravity."""
         T: Any = 0.0
         V: Any = 0.0
-        spins: list[Triple] = []
-        speeds: list[Triple] = []
         falls: list[tuple[Triple, Any]] = []
-        for link, body in zip(self.links, self.inertias, strict=True):
-            p = [row[3] for row in link.pose]
-            spin, speed = (
-                (spins[link.parent], speeds[link.parent]) if link.parent >= 0 else (_STILL, _STILL)
-            )
+        for link, body, (w, v) in zip(self.links, self.inertias, self.velocities, strict=True):
             fall, level = falls[link.parent] if link.parent >= 0 else (self.gravity, 0.0)
-            angular, linear = link.relative(self.chart.u)
-            w = add(apply_transpose(link.pose, spin), angular)
-            v = add(apply_transpose(link.pose, add(speed, cross(spin, p))), linear)
-            here = apply_transpose(link.pose, fall), level + dot(fall, p)
-            spins.append(w)
-            speeds.append(v)
-            falls.append(here)
-            E = body.E
-            second = sum(
-                (w[i] * w[i] * (E[(i + 1) % 3][(i + 1) % 3] + E[(i + 2) % 3][(i + 2) % 3]))
-                for i in range(3)
-            )
-            mixed = w[0] * w[1] * E[0][1] + w[1] * w[2] * E[1][2] + w[0] * w[2] * E[0][2]
-            double = body.m * dot(v, v) + second + 2.0 * dot(v, cross(w, body.h)) - 2.0 * mixed
-            double = double + sum(link.armature * self.chart.u[k] ** 2 for k in link.columns)
-            T = T + 0.5 * double
-            V = V - body.m * here[1] - dot(here[0], body.h)
+            g = apply_transpose(link.pose, fall)
+            level = level + dot(fall, position(link.pose))
+            falls.append((g, level))
+            for k in link.columns:
+                T = T + 0.5 * (link.armature * self.chart.u[k] ** 2)
+            if body is not MASSLESS:
+                sliding = body.m * dot(v, v)
+                T = T + 0.5 * (sliding + turning_energy(w, body.E, dot(v, cross(w, body.h))))
+                V = V - body.m * level - dot(g, body.h)
         return T, V
 
-    def _forces(
-        self,
-        u: Sequence[Any],
-        ud: Sequence[Any],
-        gravity: Triple,
-        outside: Sequence[Wrench] = (),
-    ) -> list[Any]:
-        """Return the joint forces for given joint accelerations and gravity, shape (nu,)."""
-        spins: list[Triple] = []
-        fields: list[tuple[Rows, Triple, Triple]] = []  # U, α and a of each link
+    def momentum(self) -> tuple[Triple, Triple, Triple]:
+        """Return the momenta, linear, angular about the origin and about the center of mass."""
+        linear, angular, first = STILL, STILL, STILL
+        mass: Any = 0.0
+        for pose, body, (w, v) in zip(self.poses, self.inertias, self.velocities, strict=True):
+            if body is MASSLESS:
+                continue
+            p = position(pose)
+            push = add(scale(body.m, v), cross(w, body.h))
+            spin = add(cross(body.h, v), turning_momentum(w, body.E))
+            push = apply(pose, push)
+            linear = add(linear, push)
+            angular = add(angular, apply(pose, spin), cross(p, push))
+            first = add(first, scale(body.m, p), apply(pose, body.h))
+            mass = mass + body.m
+        center = scale(1.0 / mass, first) if first is not STILL else STILL
+        return linear, angular, add(angular, scale(-1.0, cross(center, linear)))
+
+    @cached_property
+    def velocities(self) -> list[tuple[Triple, Triple]]:
+        """ω of each moving link and v of its origin, in its axes."""
+        found: list[tuple[Triple, Triple]] = []
         for link in self.links:
-            p = [row[3] for row in link.pose]
+            spin, speed = found[link.parent] if link.parent >= 0 else (STILL, STILL)
+            angular, linear = link.relative(self.chart.u)
+            carried = add(speed, cross(spin, position(link.pose)))
+            w = add(apply_transpose(link.pose, spin), angular)
+            v = add(apply_transpose(link.pose, carried), linear)
+            found.append((w, v))
+        return found
+
+    def joint_forces(self, ud: Sequence[Any], outside: Sequence[Wrench] = ()) -> list[Any]:
+        """Return the joint forces for given joint accelerations and gravity, shape (nu,)."""
+        return self._forces(self.chart.u, ud, outside)
+
+    def joint_weights(self) -> list[Any]:
+        """Return the joint forces that hold the tree at rest, shape (nu,)."""
+        still = [0.0] * len(self.chart.u)
+        return self._forces(still, still)
+
+    def fields(self, u: Sequence[Any], ud: Sequence[Any]) -> list[Field]:
+        """Return ω, U, α and a of each moving link; gravity accelerates the ground."""
+        found: list[Field] = []
+        for link in self.links:
+            p = position(link.pose)
             if link.parent >= 0:
-                spin = apply_transpose(link.pose, spins[link.parent])
-                U, alpha, a = fields[link.parent]
+                spin, U, alpha, a = found[link.parent]
+                spin = apply_transpose(link.pose, spin)
                 alpha = apply_transpose(link.pose, alpha)
                 a = apply_transpose(link.pose, add(a, apply(U, p)))
             else:
-                spin, alpha = _STILL, _STILL
-                a = apply_transpose(link.pose, [-g for g in gravity])
+                spin, alpha = STILL, STILL
+                a = apply_transpose(link.pose, scale(-1.0, self.gravity))
             angular, linear = link.relative(u)
             turning, sliding = link.relative(ud)
             a = add(a, sliding, scale(2.0, cross(spin, linear)), cross(angular, linear))
             alpha = add(alpha, turning, cross(spin, angular))
             w = add(spin, angular)
-            spins.append(w)
-            fields.append((_field(w, alpha), alpha, a))
+            found.append((w, acceleration_field(w, alpha), alpha, a))
+        return found
+
+    def _forces(
+        self, u: Sequence[Any], ud: Sequence[Any], outside: Sequence[Wrench] = ()
+    ) -> list[Any]:
+        fields = self.fields(u, ud)
         loads: list[tuple[Triple, Triple]] = []
-        for (U, _, a), body in zip(fields, self.inertias, strict=True):
-            UE = products(U, body.E)  # E is symmetric
-            turned = [
-                UE[2][1] - UE[1][2],
-                UE[0][2] - UE[2][0],
-                UE[1][0] - UE[0][1],
-            ]
+        for (_, U, _, a), body in zip(fields, self.inertias, strict=True):
+            if body is MASSLESS:
+                loads.append((STILL, STILL))
+                continue
             F = add(scale(body.m, a), apply(U, body.h))
-            N = add(turned, cross(body.h, a))
+            N = add(axial(U, body.E), cross(body.h, a))
             loads.append((F, N))
         for wrench in outside:
-            F, T = loads[wrench.place]
-            less = scale(-1.0, wrench.force), scale(-1.0, wrench.moment)
-            loads[wrench.place] = add(F, less[0]), add(T, less[1])
-        tau: list[Any] = [0.0] * len(u)
-        self.found = {"w": spins, "alpha": [field[1] for field in fields]}
-        self.found |= {"a": [field[2] for field in fields]}
+            F, N = loads[wrench.place]
+            F = add(F, scale(-1.0, wrench.force))
+            N = add(N, scale(-1.0, wrench.moment))
+            loads[wrench.place] = F, N
+        tau = self.collect(loads)
+        for link in self.links:
+            for k in link.columns:
+                tau[k] = tau[k] + link.armature * ud[k]
+        w, _, alpha, a = zip(*fields, strict=True) if fields else ((), (), (), ())
+        F, N = zip(*loads, strict=True) if loads else ((), ())
+        self.found = {"w": w, "alpha": alpha, "a": a, "F": F, "N": N}
+        return tau
+
+    def collect(self, loads: list[tuple[Triple, Triple]]) -> list[Any]:
+        """Return the joint forces of forces and moments on all links, summed from the tips inward.
+
+        They are in the links' axes, about the links' origins; to each, those beyond are added.
+        """
+        tau: list[Any] = [0.0] * len(self.chart.u)
         for place in range(len(self.links) - 1, -1, -1):
             link = self.links[place]
             force, moment = loads[place]
             for k, entry in link.project(force, moment).items():
-                tau[k] = entry + link.armature * ud[k]
+                tau[k] = entry
             if link.parent >= 0:
                 carried, about = link.carry(force, moment)
-                F, T = loads[link.parent]
-                loads[link.parent] = add(F, carried), add(T, about)
-        self.found |= {"F": [load[0] for load in loads], "N": [load[1] for load in loads]}
+                F, N = loads[link.parent]
+                loads[link.parent] = add(F, carried), add(N, about)
         return tau
 
     @cached_property
-    def poses(self) -> list[Matrix]:
+    def poses(self) -> list[Rows]:
         """The pose of each moving link in the world."""
-        poses: list[Matrix] = []
+        poses: list[Rows] = []
         for link in self.links:
             poses.append(product(poses[link.parent], link.pose) if link.parent >= 0 else link.pose)
         return poses
 
-    def pose(self, body: str) -> Matrix:
+    def pose(self, body: str) -> Rows:
         """Return the pose of a body in the world."""
-        seat = self.seats[body]
+        return self.pose_of(self.seats[body])
+
+    def pose_of(self, seat: Seat) -> Rows:
+        """Return the pose of a frame in the world."""
         return product(self.poses[seat.place], seat.pose) if seat.place >= 0 else seat.pose
+
+    def vector(self, components: Sequence[Any]) -> Triple:
+        """Return three scalars as a vector of the kind with which the tree computes."""
+        if not isinstance(self.chart.u, np.ndarray):
+            return list(components)
+        return np.stack(np.broadcast_arrays(*map(np.atleast_1d, components)))
+
+    def velocity(self, body: str, point: Triple) -> Triple:
+        """Return the velocity of a point of a body, given in the body's axes, in the world."""
+        seat = self.seats[body]
+        if seat.place < 0:
+            return STILL
+        w, v = self.velocities[seat.place]
+        moved = add(v, cross(w, times_point(seat.pose, point)))
+        return apply(self.poses[seat.place], moved)
+
+    def on_link(self, body: str, point: Triple, force: Triple, moment: Triple) -> Wrench:
+        """Refer a force at a point of a body, in its axes, and a moment to the body's link.
+
+        Force and moment are in the world's axes.
+        """
+        seat = self.seats[body]
+        if seat.place < 0:
+            return Wrench(-1, STILL, STILL)
+        pose = self.poses[seat.place]
+        turned = apply_transpose(pose, force)
+        # by the arm in the link: differences of places in the world lose digits far from its origin
+        arm = times_point(seat.pose, point)
+        about = add(apply_transpose(pose, moment), cross(arm, turned))
+        return Wrench(seat.place, turned, about)
 
     @cached_property
     def ground(self) -> Ground:
         """The poses of all bodies."""
         return ground_of(self.pose, self.chart.r, self.letters.arithmetic)
+
+
+def recursion_on_tape(letters: Letters) -> TreeRecursion:
+    """Return the recursion of a mechanism's tree on a tape."""
+    chart = chart_of(letters, links(letters.mechanism))
+    return TreeRecursion(letters, skeleton_on_tape(letters), chart)
 
 
 def _motions(link: Link, first: int) -> tuple[dict[int, Triple], dict[int, Triple]]:
@@ -369,17 +656,6 @@ def _motions(link: Link, first: int) -> tuple[dict[int, Triple], dict[int, Tripl
     )
 
 
-def _field(w: Triple, alpha: Triple) -> Rows:
-    """Return U = α̂ + ω̂ ω̂."""
-    xx, yy, zz = (c * c for c in w)
-    xy, yz, xz = w[0] * w[1], w[1] * w[2], w[0] * w[2]
-    return [
-        [-(yy + zz), xy - alpha[2], xz + alpha[1]],
-        [xy + alpha[2], -(xx + zz), yz - alpha[0]],
-        [xz - alpha[1], yz + alpha[0], -(xx + yy)],
-    ]
-
-
 def _momentum(
     inertia: Inertia, angular: Triple | None, linear: Triple | None
 ) -> tuple[Triple, Triple]:
@@ -387,13 +663,18 @@ def _momentum(
     if linear is not None:
         return scale(inertia.m, linear), cross(inertia.h, linear)
     assert angular is not None
-    E, trace = inertia.E, inertia.E[0][0] + inertia.E[1][1] + inertia.E[2][2]
-    moment = [trace * x - y for x, y in zip(angular, apply(E, angular), strict=True)]
-    return cross(angular, inertia.h), moment
+    return cross(angular, inertia.h), turning_momentum(angular, inertia.E)
 
 
-def _clean(pose: Matrix) -> Matrix:
-    """Remove rounding from a pose whose rotation is by right angles."""
+def _placed(pose: Rows, frame: Rows, identity: Rows) -> Rows:
+    """Return the pose of a frame that is placed in another one."""
+    return frame if pose is identity else _clean(product(pose, frame))
+
+
+def _clean(pose: Rows) -> Rows:
+    """Remove rounding from a pose whose rotation is by right angles, unless it is of arrays."""
+    if isinstance(pose, np.ndarray):
+        return pose
     return [[*map(_whole, row[:3]), row[3]] for row in pose]
 
 
@@ -408,9 +689,10 @@ def _whole(entry: Any) -> Any:
 @final
 @dataclass(frozen=True)
 class _Motion:
-    """A moving link: origin p, ω, v, and α and a without generalized accelerations."""
+    """A moving link: its origin p, ω, v, and α and a without generalized accelerations."""
 
     p: Triple
+    step: Triple  # from its parent's origin to its own
     w: Triple
     v: Triple
     alpha: Triple
@@ -419,7 +701,7 @@ class _Motion:
     columns: dict[int, tuple[Triple, Triple]]
 
 
-_GROUND = _Motion(_STILL, _STILL, _STILL, _STILL, _STILL, {})
+_GROUND = _Motion(STILL, STILL, STILL, STILL, STILL, STILL, {})
 
 
 @final
@@ -431,11 +713,11 @@ class World:
         self._motions: list[_Motion] = []
         chart = recursion.chart
         for link, pose in zip(recursion.links, recursion.poses, strict=True):
-            before, p = self._of(link.parent), [row[3] for row in pose]
-            r = add(p, scale(-1.0, before.p))
+            before, p = self._of(link.parent), position(pose)
+            r = self._step(link)
 
-            def turn(vector: Triple, pose: Matrix = pose) -> Triple:
-                return apply([row[:3] for row in pose], vector)
+            def turn(vector: Triple, pose: Rows = pose) -> Triple:
+                return apply(pose, vector)
 
             (w, l), (spun, slid) = (
                 tuple(map(turn, link.relative(rates))) for rates in (chart.u, chart.gamma)
@@ -444,6 +726,7 @@ class World:
             self._motions.append(
                 _Motion(
                     p,
+                    r,
                     add(before.w, w),
                     add(before.v, swing, l),
                     add(before.alpha, spun, cross(before.w, w)),
@@ -457,8 +740,8 @@ class World:
                     ),
                     {
                         k: (
-                            turn(link.linear.get(k, _STILL)),
-                            turn(link.angular.get(k, _STILL)),
+                            turn(link.linear.get(k, STILL)),
+                            turn(link.angular.get(k, STILL)),
                         )
                         for k in link.columns
                     },
@@ -516,8 +799,8 @@ class World:
 
     def jacobian(self, body: str) -> Rows:
         """Return a body's Jacobian: velocity of its origin, then angular, shape (6, nv)."""
-        place = [row[3] for row in self._recursion.pose(body)]
-        G, nothing = self._recursion.chart.G, [0.0] * len(self._recursion.letters.v)
+        place = position(self._recursion.pose(body))
+        G, nothing = self._recursion.chart.G, [0.0] * self._recursion.letters.mechanism.nv
         rows: Rows = []
         for columns in (self.columns(body, place), self.turns(body)):
             for axis in range(3):
@@ -525,6 +808,11 @@ class World:
                 moved = transpose([G[k] for k in columns])
                 rows.append([dot(entries, each) for each in moved] or nothing)
         return rows
+
+    def _step(self, link: Moving) -> Triple:
+        """Return the vector from the parent's origin; a difference of positions loses digits."""
+        p = position(link.pose)
+        return apply(self._recursion.poses[link.parent], p) if link.parent >= 0 else p
 
     def _of(self, place: int) -> _Motion:
         return self._motions[place] if place >= 0 else _GROUND

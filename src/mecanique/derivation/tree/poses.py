@@ -101,7 +101,7 @@ def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matr
     4-47').
     """
     if link.kind == "turn":
-        return _turn(link.axis, *arithmetic.sine_cosine(values[link.coordinates[0]]), arithmetic)
+        return turn_by(link.axis, *arithmetic.sine_cosine(values[link.coordinates[0]]), arithmetic)
     if link.kind == "slide":
         return _shift([times(arithmetic(c, {}), values[link.coordinates[0]]) for c in link.axis])
     if link.kind in ("ball", "free"):
@@ -168,9 +168,10 @@ def combination(factors: Iterable[Any], terms: Iterable[Any]) -> Any:
     return total
 
 
-def _turn(
+def turn_by(
     axis: tuple[float, float, float], sine: Any, cosine: Any, arithmetic: Arithmetic
 ) -> Matrix:
+    """Return a turn about a unit axis, given its sine and cosine; linear in both."""
     x, y, z = (arithmetic(component, {}) for component in axis)
     n = (x, y, z)
     cross = ((0, -z, y), (z, 0, -x), (-y, x, 0))

@@ -10,7 +10,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.forces import Forces
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import Loops, loops_of
-from mecanique.derivation.mechanics.recursion import TreeRecursion, World
+from mecanique.derivation.mechanics.recursion import World, recursion_on_tape
 from mecanique.derivation.mechanics.vectors import Rows, apply
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.closed_form import ClosedFormProgram
@@ -46,7 +46,7 @@ class Tree:
     """The equations of motion by recursion."""
 
     def __init__(self, letters: Letters) -> None:
-        self.recursion = TreeRecursion(letters)
+        self.recursion = recursion_on_tape(letters)
         self.loads = Forces(letters, self.recursion)
 
     def mass_matrix(self) -> Rows:

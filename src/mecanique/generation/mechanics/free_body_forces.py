@@ -255,7 +255,8 @@ class FreeBodyForces:
         return product(self._pose(body), placed)
 
     def _pose(self, body: str) -> Matrix:
-        return self._recursion.pose(body)
+        pose: Matrix = self._recursion.pose(body)
+        return pose
 
     def _center(self, body: Body) -> Triple:
         return self._point(body.name, [self._number(c) for c in body.center])

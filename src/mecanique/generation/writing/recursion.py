@@ -32,7 +32,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
 from mecanique.program.listing import Notation, list_program
 from mecanique.program.tape import Tape
-from mecanique.program.traced import Traced, trace, value_of, values_of
+from mecanique.program.traced import Traced, trace, values_of
 
 _MEANINGS = {
     "w": "angular velocity of {} [rad/s]",
@@ -54,11 +54,11 @@ def name_results(recursion: TreeRecursion) -> dict[int, str]:
     for letter, vectors in recursion.found.items():
         for body, vector in zip(_bodies(recursion), vectors, strict=True):
             for axis, component in zip("xyz", vector, strict=True):
-                known = isinstance(component, Traced)
-                place = value_of(component) if known else None
-                inner = isinstance(place, int) and recursion.letters.tape.operations[place]
-                if isinstance(place, int) and inner and inner[0] != "input":
-                    names.setdefault(place, f"{letter}_{spell(body)}_{axis}")
+                if not isinstance(component, Traced):
+                    continue
+                kind, _, _ = component.tape.operations[component.place]
+                if kind != "input":
+                    names.setdefault(component.place, f"{letter}_{spell(body)}_{axis}")
     return names
 
 
