@@ -153,23 +153,31 @@ class Forces:
         """Return the forces along the joint velocities, collected along the tree, shape (nu,)."""
         tree = self._recursion
         loads: dict[int, tuple[Triple, Triple]] = {}
+        for action in self.at_points():
+            wrench = tree.on_link(action.body, action.point, action.force, action.moment)
+            if wrench.place >= 0:
+                F, M = loads.get(wrench.place, (STILL, STILL))
+                loads[wrench.place] = add(F, wrench.force), add(M, wrench.moment)
+        tau: list[Any] = [0.0] * len(tree.chart.u)
+        if loads:
+            tau = tree.collect([loads.get(k, (STILL, STILL)) for k in range(len(tree.links))])
+        for k, push in self.pushes_in_joints().items():
+            tau[k] = tau[k] + push
+        return tau
+
+    def pushes_in_joints(self) -> dict[int, Any]:
+        """Return the sum of what springs, dampers and drives do along each joint velocity."""
         pushes: dict[int, Any] = {}
         for force in self._letters.mechanism.forces:
             if isinstance(force, JointLoad):
                 k = self._column[force.joint]
                 pushes[k] = pushes.get(k, 0.0) + self._push_joint(force)
-                continue
-            for action in self.of(force):
-                wrench = tree.on_link(action.body, action.point, action.force, action.moment)
-                if wrench.place >= 0:
-                    F, M = loads.get(wrench.place, (STILL, STILL))
-                    loads[wrench.place] = add(F, wrench.force), add(M, wrench.moment)
-        tau: list[Any] = [0.0] * len(tree.chart.u)
-        if loads:
-            tau = tree.collect([loads.get(k, (STILL, STILL)) for k in range(len(tree.links))])
-        for k, push in pushes.items():
-            tau[k] = tau[k] + push
-        return tau
+        return pushes
+
+    def at_points(self) -> list[Action]:
+        """Return the actions of all forces but those in joints, each at a point of its body."""
+        forces = self._letters.mechanism.forces
+        return [a for force in forces if not isinstance(force, JointLoad) for a in self.of(force)]
 
     def energy(self) -> Any:
         """Return the springs' energy."""

@@ -247,7 +247,7 @@ def skeleton_of(mechanism: Mechanism, tree: Sequence[Link], numbers: Numbers) ->
     stands: list[Rows] = []
     for k, (link, place) in enumerate(zip(tree, numbers.origins, strict=True)):
         before = seats[link.parent] if link.parent >= 0 else ground
-        pose = _placed(before.pose, place, numbers.identity)
+        pose = _place_in(before.pose, place, numbers.identity)
         if link.kind == "fixed":
             seats.append(Seat(before.place, pose))
         else:
@@ -409,7 +409,7 @@ class TreeRecursion:
         if paths is None:
             moved: Rows = local(link, chart.r, self.letters.arithmetic)
             if isinstance(tree.stands[place], np.ndarray):
-                moved = as_array(moved, chart.u.shape[1])
+                moved = as_array(moved, len(chart.u[0]))
             return product(tree.stands[place], moved)
         constant, *slopes = paths
         x = chart.r[link.coordinates[0]]
@@ -594,6 +594,14 @@ class TreeRecursion:
         """Return the pose of a body in the world."""
         return self.pose_of(self.seats[body])
 
+    def parent(self, place: int) -> int:
+        """Return the index of a link's parent, −1 for the ground."""
+        return self.skeleton.parents[place]
+
+    def link_pose(self, place: int) -> Rows:
+        """Return the pose of a link, or of the ground, in the world."""
+        return self.poses[place] if place >= 0 else self.seats[self.letters.mechanism.ground].pose
+
     def pose_of(self, seat: Seat) -> Rows:
         """Return the pose of a frame in the world."""
         return product(self.poses[seat.place], seat.pose) if seat.place >= 0 else seat.pose
@@ -666,7 +674,7 @@ def _momentum(
     return cross(angular, inertia.h), turning_momentum(angular, inertia.E)
 
 
-def _placed(pose: Rows, frame: Rows, identity: Rows) -> Rows:
+def _place_in(pose: Rows, frame: Rows, identity: Rows) -> Rows:
     """Return the pose of a frame that is placed in another one."""
     return frame if pose is identity else _clean(product(pose, frame))
 
@@ -688,7 +696,7 @@ def _whole(entry: Any) -> Any:
 
 @final
 @dataclass(frozen=True)
-class _Motion:
+class Motion:
     """A moving link: its origin p, ω, v, and α and a without generalized accelerations."""
 
     p: Triple
@@ -701,7 +709,7 @@ class _Motion:
     columns: dict[int, tuple[Triple, Triple]]
 
 
-_GROUND = _Motion(STILL, STILL, STILL, STILL, STILL, STILL, {})
+_GROUND = Motion(STILL, STILL, STILL, STILL, STILL, STILL, {})
 
 
 @final
@@ -710,10 +718,10 @@ class World:
 
     def __init__(self, recursion: TreeRecursion) -> None:
         self._recursion = recursion
-        self._motions: list[_Motion] = []
+        self._motions: list[Motion] = []
         chart = recursion.chart
         for link, pose in zip(recursion.links, recursion.poses, strict=True):
-            before, p = self._of(link.parent), position(pose)
+            before, p = self.motion(link.parent), position(pose)
             r = self._step(link)
 
             def turn(vector: Triple, pose: Rows = pose) -> Triple:
@@ -724,7 +732,7 @@ class World:
             )
             swing = cross(before.w, r)
             self._motions.append(
-                _Motion(
+                Motion(
                     p,
                     r,
                     add(before.w, w),
@@ -766,14 +774,18 @@ class World:
                         rates.setdefault(entry.place, value_of(slope))
         return rates
 
+    def motion(self, place: int) -> Motion:
+        """Return the motion of a link, or of the ground."""
+        return self._motions[place] if place >= 0 else _GROUND
+
     def velocity(self, body: str, place: Triple) -> Triple:
         """Return the velocity of a body's point at a place."""
-        motion = self._of(self._recursion.seats[body].place)
+        motion = self.motion(self._recursion.seats[body].place)
         return add(motion.v, cross(motion.w, add(place, scale(-1.0, motion.p))))
 
     def change(self, body: str, place: Triple, rate: Triple) -> Triple:
         """Return the rate of that velocity, while the place moves with a given velocity."""
-        motion = self._of(self._recursion.seats[body].place)
+        motion = self.motion(self._recursion.seats[body].place)
         arm = add(place, scale(-1.0, motion.p))
         aside = add(rate, scale(-1.0, motion.v))
         return add(motion.a, cross(motion.alpha, arm), cross(motion.w, aside))
@@ -813,6 +825,3 @@ class World:
         """Return the vector from the parent's origin; a difference of positions loses digits."""
         p = position(link.pose)
         return apply(self._recursion.poses[link.parent], p) if link.parent >= 0 else p
-
-    def _of(self, place: int) -> _Motion:
-        return self._motions[place] if place >= 0 else _GROUND

@@ -60,8 +60,12 @@ def symmetric_products(*pairs: tuple[Rows, Rows]) -> Rows:
         for A, B in pairs:
             total = total + (A[:, None] * B if A.ndim == B.ndim == 2 else products(A, B))
         return total
-    rows = [[entry for A, _ in pairs for entry in _row(A, i)] for i in range(3)]
-    others = [[entry for _, B in pairs for entry in _row(B, i)] for i in range(3)]
+    rows: Rows = [[], [], []]
+    others: Rows = [[], [], []]
+    for A, B in pairs:
+        for i in range(3):
+            rows[i] += _row(A, i)
+            others[i] += _row(B, i)
     S: Rows = [[0.0] * 3 for _ in range(3)]
     for i, row in enumerate(rows):
         for k in range(i + 1):

@@ -31,8 +31,13 @@ from mecanique.derivation.numeric.elements import (
     size,
     unit_needs,
 )
-from mecanique.derivation.numeric.frames import cross
-from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
+from mecanique.derivation.numeric.free_bodies import (
+    FreeBodies,
+    Snapshot,
+    cross_rows,
+    times,
+    total_momentum,
+)
 from mecanique.derivation.numeric.recursion import solve
 from mecanique.derivation.tolerances import OUTSIDE, RANK_UNSCALED
 from mecanique.errors import DerivationError
@@ -374,7 +379,7 @@ def _rows(k: int, start: int = 0) -> tuple[slice, slice]:
 def _shift(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """Refer a wrench to a new point; `arm` leads from there to the old one, shape (n, 6, k)."""
     force, couple = wrench[:, :3], wrench[:, 3:]
-    moment = couple + cross(arm[:, :, None], force)
+    moment = couple + cross_rows(arm[:, :, None], force)
     return np.concatenate([force, moment], axis=1)
 
 

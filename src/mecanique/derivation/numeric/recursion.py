@@ -127,7 +127,7 @@ class Recursion(BatchDynamics):
         """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
         tree, move = self.at(states)
         tau = _columns(Forces(tree.letters, tree).in_joints(), len(states))
-        efforts = efforts_in_joints(states, move, self._velocities)
+        efforts = efforts_in_joints(states, move, self.velocity_places)
         return move.project(tau if efforts is None else tau + efforts)
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
@@ -182,7 +182,8 @@ class Recursion(BatchDynamics):
         return TreeRecursion(letters, self._skeleton, chart), move
 
     @property
-    def _velocities(self) -> dict[str, int]:
+    def velocity_places(self) -> dict[str, int]:
+        """The index of each joint velocity, by name."""
         names = [name for link in self._tree for name in link.velocities]
         return {name: k for k, name in enumerate(names)}
 
