@@ -163,7 +163,7 @@ ORDER: dict[str, list[str]] = {
         "compare",
         "chapter survey",
     ],
-    "verification.foreign": ["compiled", "fmu functions"],
+    "verification.foreign": ["child compiled", "fmu functions"],
     "verification.causes": [
         "evidence",
         "change",

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rolling_samples import bowl, coin, sleigh, stone, turning_bowl, turntable, wheel
 
+import mecanique as mq
 from mecanique import (
     Mechanism,
     Placement,
@@ -21,7 +22,7 @@ from mecanique import (
 from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.errors import DerivationError, EngineError
 from mecanique.reference.loops.closed import Closed
-from mecanique.verification.derivations import ClosedForm
+from mecanique.verification.derivations import ClosedForm, derive_all
 from mecanique.verification.states import random_states
 
 ALL = [
@@ -141,6 +142,26 @@ def test_a_velocity_constraint_has_a_multiplier_but_no_place_for_its_force() -> 
 def test_a_wheel_off_its_plane_is_refused() -> None:
     with pytest.raises(EngineError, match="a wheel is off its plane"):
         Reference(coin()).acceleration({"z": 0.7})
+
+
+@pytest.mark.parametrize("method", ["lagrange", "newton_euler", "definition"])
+def test_a_crowned_wheel_that_lies_flat_has_no_acceleration(method: str) -> None:
+    """With a load on its hub it ended in "SVD did not converge"."""
+    wheel_free = mq.Mechanism(
+        "flat",
+        (mq.Body("ground"), mq.Body("wheel", mq.disk(1.4, 0.17))),
+        (mq.Floating("free", "ground", "wheel"),),
+        forces=(mq.Force("load", "wheel", (0, 0, 0), (1.0, -2.0, 0.5)),),
+        contacts=(mq.Rolling("c", "wheel", 0.17, axis=(0, 0, 1), crown=0.05),),
+    )
+    equations = derive_all(wheel_free).forms["jets"] if method == "definition" else None
+    if equations is None:
+        equations = mq.derive(wheel_free, method=method)
+    flat = [0.1, 0.2, 0.05, 0, 0, 0, 1]
+    with pytest.raises(mq.DerivationError, match="has no finite acceleration at"):
+        equations.acceleration(flat, [0.1, 0.2, 0, 0.3, 0.1, 0.5])
+    for seed in (5, 7, 8):
+        assert mq.verify(wheel_free, samples=4, seed=seed).agrees
 
 
 def test_a_closed_form_that_holds_nowhere_at_a_state_is_no_number_there() -> None:

@@ -99,9 +99,7 @@ class QuantityMistakes:
     def _momentum_of(self, quantity: Quantity) -> str:
         return quantity.letters[1].removeprefix("p")
 
-    def _holds(
-        self, one: Residual, quantity: Quantity, values: Array, there: Array | None
-    ) -> bool:
+    def _holds(self, one: Residual, quantity: Quantity, values: Array, there: Array | None) -> bool:
         """Return whether a formula holds for other values of the quantity."""
         letters = {**one.sample.values, **dict.fromkeys(quantity.letters, values)}
         # the letters of the mechanism keep their meaning
@@ -122,9 +120,7 @@ class QuantityMistakes:
         known = np.isfinite(relative)
         return bool(known.any() and (relative[known] <= _ALIKE).all())
 
-    def _explain_potential(
-        self, one: Residual, quantity: Quantity, name: str
-    ) -> Iterator[Mistake]:
+    def _explain_potential(self, one: Residual, quantity: Quantity, name: str) -> Iterator[Mistake]:
         if quantity.values is None or quantity.again is None:
             return
         sign = -1.0 if name == "Lagrangian" else 1.0
@@ -151,11 +147,18 @@ class QuantityMistakes:
         for body in mechanism.bodies[1:]:
             gone = body.replace(mass=0.0, inertia=(0.0,) * 6)
             bodies = tuple(gone if other.name == body.name else other for other in mechanism.bodies)
-            parts.append((body.name, f"the weight of {body.name!r}", replace(mechanism, bodies=bodies), True))
+            parts.append(
+                (body.name, f"the weight of {body.name!r}", replace(mechanism, bodies=bodies), True)
+            )
         for force in mechanism.forces:
             forces = tuple(other for other in mechanism.forces if other is not force)
             parts.append(
-                (force.name, f"the energy of {force.name!r}", replace(mechanism, forces=forces), False)
+                (
+                    force.name,
+                    f"the energy of {force.name!r}",
+                    replace(mechanism, forces=forces),
+                    False,
+                )
             )
         for _, said, less, weighs in parts:
             try:
@@ -169,7 +172,11 @@ class QuantityMistakes:
             if weighs:
                 twice += ", or acts at the end instead of the center"
             yield Mistake(1.0, "missing", f"{said} is missing"), -here, -there
-            yield Mistake(0.9, "potential sign", f"the sign of {said} is wrong"), -2 * here, -2 * there
+            yield (
+                Mistake(0.9, "potential sign", f"the sign of {said} is wrong"),
+                -2 * here,
+                -2 * there,
+            )
             yield Mistake(1.2, "factor", twice), here, there
             yield Mistake(1.3, "factor", f"{said} is halved"), -here / 2, -there / 2
 
@@ -303,7 +310,9 @@ def _mutate(root: Node, text: str) -> Iterator[tuple[float, str, str, str, Node]
                 (1.1, "power", f"'{part}' should be squared: '{part}^2'", raise_to(node, number(2)))
             )
         if node.kind == "letter" and part:
-            changes.append((1.2, "power", f"'{part}' should be {part}^2", raise_to(node, number(2))))
+            changes.append(
+                (1.2, "power", f"'{part}' should be {part}^2", raise_to(node, number(2)))
+            )
         if node.kind == "power":
             base = " ".join(text[node.parts[0].start : node.parts[0].end].split())
             changes.append((1.3, "power", f"'{part}' should be {base}", node.parts[0]))
@@ -311,7 +320,9 @@ def _mutate(root: Node, text: str) -> Iterator[tuple[float, str, str, str, Node]
             changes.append((0.9, "sign", f"the sign of the term '{part}' is wrong", negate(node)))
             twice = compound("product", number(2), node)
             half = compound("quotient", node, number(2))
-            changes.append((1.4, "factor", f"the term '{part}' is half of what it should be", twice))
+            changes.append(
+                (1.4, "factor", f"the term '{part}' is half of what it should be", twice)
+            )
             changes.append((1.4, "factor", f"the term '{part}' is twice what it should be", half))
         for weight, kind, said, changed in changes:
             yield weight, kind, said, part, _put(root, path, changed)

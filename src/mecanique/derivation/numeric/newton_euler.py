@@ -259,7 +259,9 @@ class Balances(BatchDynamics):
         at = self._bodies.at(states)
         if self._mechanism.rolls:
             A, known = self._held_system(at, states)
-            inverse, found = np.linalg.pinv(A, rcond=RANK_UNSCALED), np.zeros_like(known)
+            defined = np.isfinite(A).all(axis=(1, 2))  # not where a crowned wheel lies flat
+            inverse = np.linalg.pinv(np.where(defined[:, None, None], A, 0.0), rcond=RANK_UNSCALED)
+            found = np.where(defined[:, None], np.zeros_like(known), np.nan)
             # refined iteratively: forces and accelerations differ much in size
             for _ in range(_REFINED):
                 found += times(inverse, known - times(A, found))
