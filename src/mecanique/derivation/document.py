@@ -17,10 +17,11 @@ from mecanique.derivation.printing.prose import escape as tex
 from mecanique.derivation.printing.prose import find_points, to_latex
 from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import without_common_divisor
-from mecanique.derivation.symbolic.derivation import Derivation, Result
+from mecanique.derivation.symbolic.derivation import REACTIONS, Derivation, Result
 from mecanique.derivation.symbolic.solution import result_of
 
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
+_COLUMNS = '<dl style="display: grid; grid-template-columns: fit-content(40%) 1fr; gap: 0.3em 1em">'
 _DIVIDED = "Each line is divided by the numbers and parameters {}all its terms share."
 _LINEAR = " The last line is the same in matrices: the equations are linear."
 _STILL = "Nothing can move: there is no coordinate, and so no equation of motion."
@@ -165,25 +166,62 @@ class Document:
         lines = [equation.mathml() for equation in self.equations] or [f"<p>{self._nothing}</p>"]
         if not (steps or symbols):
             return "\n".join(lines)
-        writer = MathML()
-        out = [f"<h3>{escape(self._heading)}</h3>"]
-        out += [f"<p>{escape(sentence)}</p>" for sentence in self._about]
-        out.append("<dl>")
-        for meaning in meanings(self.derivation, steps=steps):
-            written = [writer.letter(name, False, "") for name in meaning.names]
-            symbol = ", ".join(_MATH.format("inline", letter) for letter in written)
-            said = escape(meaning.sentence)
-            if meaning.definition is not None:
-                said += f", {_MATH.format('inline', _write_equality(meaning, writer))}"
-            out.append(f"<dt>{symbol}</dt><dd>{said}</dd>")
-        out.append("</dl>")
-        out += [f"<p>{escape(sentence)}</p>" for sentence in self._warn(steps)]
+        out = [*self._open_html(meanings(self.derivation, steps=steps), steps)]
         if not steps:
             return "\n".join([*out, *lines])
         for section in self.sections()[1:]:
             out += [f"<h4>{escape(section.title)}</h4>", f"<p>{escape(section.explanation)}</p>"]
             out += section.formulas
         return "\n".join(out)
+
+    def html(self, steps: bool = False) -> str:
+        """Return the derivation for a notebook: its formulas wrap without a script.
+
+        Reactions stand below the equations that were found from them.
+        """
+        reactions = [stage for stage in self.derivation.stages if stage.title == REACTIONS]
+        letters = {name for name in self.derivation.reactions if reactions}
+        listed = [
+            meaning
+            for meaning in meanings(self.derivation)
+            if steps or letters.intersection(meaning.names)
+        ]
+        if not steps:
+            listed = [*meanings(self.derivation, steps=False), *listed]
+        out = [*self._open_html(listed, steps, _COLUMNS)]
+        if steps:
+            out += [stage._repr_html_() for stage in self.derivation.stages]
+            out += ["<h4>Equations of motion</h4>", f"<p>{escape(self._closing)}</p>"]
+        out += [line._repr_html_() for line in self.equations] or [f"<p>{self._nothing}</p>"]
+        if not steps:
+            out += [stage._repr_html_() for stage in reactions]
+            return "\n".join(out)
+        if self.equations and self.linear is not None:
+            out += ["<p>They are linear:</p>", self.linear.mathml()]
+        out += [f"<p>{escape(sentence)}</p>" for sentence in self._state_assumptions(Text())]
+        said, solved = self.result
+        if solved:
+            out += ["<h4>Result</h4>", f"<p>{escape(said)}</p>"]
+            out += [line._repr_html_() for line in solved]
+        return "\n".join(out)
+
+    def _open_html(
+        self, listed: Sequence[Meaning], steps: bool, symbols: str = "<dl>"
+    ) -> Iterator[str]:
+        """Yield title, description, symbols and warnings as lines of HTML."""
+        writer = MathML()
+        yield f"<h3>{escape(self._heading)}</h3>"
+        yield from (f"<p>{escape(sentence)}</p>" for sentence in self._about)
+        yield symbols
+        for meaning in listed:
+            written = [writer.letter(name, False, "") for name in meaning.names]
+            symbol = ", ".join(_MATH.format("inline", letter) for letter in written)
+            said = escape(meaning.sentence)
+            if meaning.definition is not None:
+                said += f", {_MATH.format('inline', _write_equality(meaning, writer))}"
+            yield f"<dt>{symbol}</dt><dd>{said}</dd>"
+        yield "</dl>"
+        yield from (f"<p>{escape(sentence)}</p>" for sentence in self._warn(steps))
 
     @property
     def introduction(self) -> str:

@@ -271,8 +271,8 @@ class Equations(Dynamics):
         return f"$\\displaystyle {self.latex()}$"
 
     def _repr_html_(self) -> str:
-        """The equations in a notebook, with what each letter means."""
-        return self.mathml(symbols=True)
+        """The equations in a notebook, with what each letter means, and reactions if any."""
+        return self.document.html() if self.symbolic else self.mathml()
 
     def _explain_absence(self) -> str:
         name = self.mechanism.name

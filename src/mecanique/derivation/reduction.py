@@ -425,7 +425,7 @@ class Reduction:
         return self.text(steps=False)
 
     def _repr_html_(self) -> str:
-        return self.mathml(steps=False)
+        return f"{self.document.html(steps=False)}\n<p>{self._said}</p>"
 
     @cached_property
     def _said(self) -> str:

@@ -523,7 +523,7 @@ class SingleEquation:
         return self.text(steps=False)
 
     def _repr_html_(self) -> str:
-        return self.mathml(steps=True)
+        return f"{self.document.html(steps=True)}\n<p>{self._said}</p>"
 
     @cached_property
     def _said(self) -> str:

@@ -98,7 +98,7 @@ class Solved:
         return f"<Solved equations of {name!r}, {independent} independent>"
 
     def _repr_html_(self) -> str:
-        return self.mathml(symbols=True)
+        return self._document.html()
 
     @cached_property
     def _document(self) -> Document:

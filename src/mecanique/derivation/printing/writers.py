@@ -10,6 +10,7 @@ from fractions import Fraction
 from html import escape
 from itertools import pairwise
 from typing import final
+from xml.etree.ElementTree import Element, fromstring, tostring
 
 from mecanique.derivation.printing.formulas import (
     FUNCTIONS,
@@ -459,6 +460,56 @@ def _decimal(value: Fraction) -> str:
     return f"{float(value):.{_DIGITS}g}".replace("e+", "e")
 
 
+_BREAKS = ("+", "−", "=")
+_LINES = (
+    '<div role="math" aria-label="{}" style="margin: 0.7em 0; padding-left: 2em;'
+    ' text-indent: -1.5em; line-height: 2.2; overflow: auto hidden">{}</div>'
+)
+# an inline formula would be set small, and an indentation would pass on to its parts
+_PIECE = '<math displaystyle="true" style="text-indent: 0">{}</math>'
+
+
+def to_lines(row: str, alt: str = "") -> str:
+    """Return presentation MathML as HTML that wraps before +, − and =, without a script.
+
+    No browser breaks a formula by itself. The terms of the outermost sum are formulas of their
+    own here, between which lines break as between words.
+    """
+    terms = _split(fromstring(f"<mrow>{row}</mrow>"))
+    pieces = ["".join(map(_serialize, term)) for term in terms]
+    if len(pieces) > 1 and pieces[-1].endswith("=</mo><mrow><mn>0</mn></mrow>"):
+        zero = pieces.pop()  # a zero alone would be a poor last line
+        pieces[-1] += zero
+    written = "&#x200b;".join(map(_PIECE.format, pieces))
+    return _LINES.format(escape(alt, quote=True), written)
+
+
+def _split(row: Element) -> list[list[Element]]:
+    """Return the terms of an equation, each with the sign before it; brackets stay whole."""
+    pieces: list[list[Element]] = [[]]
+    for part in row:
+        if _is_break(part):
+            # the form that a browser guesses from the place does not hold once lines break
+            part.set("form", "infix" if pieces[-1] else "prefix")
+            if pieces[-1]:
+                pieces.append([])
+        if part.tag == "mrow" and any(map(_is_break, part)):
+            first, *later = _split(part)
+            pieces[-1] += first
+            pieces += later
+        else:
+            pieces[-1].append(part)
+    return pieces
+
+
+def _is_break(part: Element) -> bool:
+    return part.tag == "mo" and part.text in _BREAKS
+
+
+def _serialize(part: Element) -> str:
+    return tostring(part, encoding="unicode")
+
+
 class _Printed(ABC):
     """An object that can be written as text, LaTeX and MathML, and displayed in a notebook."""
 
@@ -489,7 +540,7 @@ class _Printed(ABC):
 
     def _repr_html_(self) -> str:
         """Show it in a notebook, even where no script renders LaTeX."""
-        return self.mathml()
+        return to_lines(self.write(MathML()), self.text())
 
 
 @final

@@ -9,7 +9,14 @@ from html import escape
 from typing import Any, Protocol, TypeAlias, final
 
 from mecanique.derivation.printing.equations import expression
-from mecanique.derivation.printing.writers import Equation, Expression, MathML, Writer
+from mecanique.derivation.printing.writers import (
+    Equation,
+    Expression,
+    MathML,
+    Text,
+    Writer,
+    to_lines,
+)
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.ring import Ring
@@ -46,13 +53,12 @@ class Tie:
         return rate if self.of_velocities else rate.ddt()
 
 
-_MATH = (
-    '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block" style="margin: 0.6em 0">'
-    "{}</math>"
-)
-
 Matrix: TypeAlias = "tuple[tuple[Series, ...], ...]"
 """Rows of series."""
+
+
+REACTIONS = "Reactions"
+"""Title of the step that finds the reactions."""
 
 
 @final
@@ -105,6 +111,10 @@ class Result:
         left = self.left if isinstance(self.left, Left) else expression(self.left)
         return writer.equation(left.write(writer), self.expression().write(writer))
 
+    def _repr_html_(self) -> str:
+        """Show the line in a notebook."""
+        return to_lines(self.write(MathML()), self.write(Text()))
+
 
 @final
 @dataclass(frozen=True)
@@ -117,8 +127,7 @@ class Stage:
 
     def _repr_html_(self) -> str:
         """Show the step in a notebook: title, explanation and formulas in MathML."""
-        writer = MathML()
-        lines = [_MATH.format(result.write(writer)) for result in self.results]
+        lines = [result._repr_html_() for result in self.results]
         head = f"<h4>{escape(self.title)}</h4>\n<p>{escape(self.explanation)}</p>"
         return "\n".join([head, *lines])
 

@@ -22,7 +22,14 @@ from mecanique.derivation.symbolic.cutting import (
     state_moment_balance,
     state_momentum_balance,
 )
-from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
+from mecanique.derivation.symbolic.derivation import (
+    REACTIONS,
+    Derivation,
+    Left,
+    Result,
+    Stage,
+    mass_and_bias,
+)
 from mecanique.derivation.symbolic.forces import length_names
 from mecanique.derivation.symbolic.kinematics import inertia_stages, quaternion_stages
 from mecanique.derivation.symbolic.multipliers import (
@@ -169,7 +176,7 @@ class NewtonEuler:
                 tuple(self.balances.guide_forces),
             )
         if self.balances.closed or self.balances.zeros:
-            yield Stage("Reactions", sentence, tuple(self.balances.closed))
+            yield Stage(REACTIONS, sentence, tuple(self.balances.closed))
         if self.balances.guides:
             yield Stage("Undetermined reactions", explain_guides(self.balances.guides))
         if len(self.balances.rates) == len(self.algebra.velocities) or self.balances.guiding.names:
