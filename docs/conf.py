@@ -10,8 +10,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
+
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
+    from sphinx.writers.html5 import HTML5Translator
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
@@ -24,6 +28,9 @@ exclude_patterns = ["_generated/pages", "paper"]
 html_theme = "furo"
 html_title = "mecanique"
 html_extra_path = ["_generated/pages"]
+html_static_path = ["_static"]
+html_css_files = ["book.css"]
+html_math_renderer = "mathml"
 html_show_sphinx = False
 smartquotes = False  # q'' has primes, not quotation marks
 
@@ -33,8 +40,8 @@ nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_execution_in_temp = True
-# equations are shown as text: pages need no script for mathematics
-nb_mime_priority_overrides = [("html", "text/plain", 0), ("html", "text/latex", None)]
+# formulas are MathML, which browsers draw without a script
+nb_mime_priority_overrides = [("html", "text/latex", None)]
 
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
@@ -45,8 +52,22 @@ napoleon_use_rtype = False
 default_role = "literal"
 
 
-def setup(_: Sphinx) -> None:
+def write_math(writer: HTML5Translator, node: nodes.math) -> None:
+    """Write a formula in a line of text as MathML."""
+    writer.body.append(tex2mathml(node.astext()))
+    raise nodes.SkipNode
+
+
+def write_math_block(writer: HTML5Translator, node: nodes.math_block) -> None:
+    """Write a displayed formula as MathML, in a box that can be scrolled."""
+    formula = tex2mathml(node.astext(), as_block=True)
+    writer.body.append(f'<div class="formula">{formula}</div>')
+    raise nodes.SkipNode
+
+
+def setup(app: Sphinx) -> None:
     """Write what the code already says before anything is read."""
     import generate
 
+    app.add_html_math_renderer("mathml", (write_math, None), (write_math_block, None))
     generate.write_all(HERE / "_generated")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import ast
+import base64
 import inspect
 import os
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from html import escape
 from importlib import import_module
 from itertools import pairwise
 from multiprocessing import get_context
@@ -19,7 +21,7 @@ from mecanique.lazy import find_homes
 from mecanique.urdf.dialect import EXTENSIONS
 from mecanique.urdf.rules import RULES
 from mecanique.verification.facts import check_facts
-from mecanique.viewing.gallery import gallery
+from mecanique.viewing.gallery import Card, gallery
 
 BENCHMARKS = Path(__file__).parents[1] / "tests" / "benchmarks"
 ALIASES = {"AnyForce": "mecanique.model.force_base", "Joint": "mecanique.model.joints"}
@@ -40,18 +42,58 @@ COUNTED = (
 REVISIONS = ("talos_reduced", "talos_full_v2")
 """Two revisions of a humanoid in example-robot-data."""
 API = {
-    "The catalogue": ("mecanique.textbook",),
-    "Describing a mechanism": ("mecanique.model",),
-    "Equations of motion": ("mecanique.derivation", "mecanique.derivation.equations"),
-    "The reference": ("mecanique.reference",),
-    "Verdicts and checks": ("mecanique.verification", "mecanique.checking"),
-    "Motions": ("mecanique.motion",),
-    "Pages, views and figures": ("mecanique.viewing", "mecanique.figure"),
-    "URDF and MJCF": ("mecanique.urdf", "mecanique.formats"),
-    "Code": ("mecanique.generation",),
+    "Describe": ("mecanique.model", "mecanique.textbook", "mecanique.urdf", "mecanique.formats"),
+    "Derive": ("mecanique.derivation",),
+    "Verify": ("mecanique.verification", "mecanique.reference"),
+    "Move": ("mecanique.motion",),
+    "Show": ("mecanique.viewing", "mecanique.figure"),
+    "Check": ("mecanique.checking", "mecanique.urdf.lint"),
+    "Hand out": ("mecanique.generation",),
     "Errors": ("mecanique.errors",),
 }
-"""The chapters of the API reference, each with the rooms its names live in."""
+"""The chapters of the API reference, each with the rooms its names live in; the deepest counts."""
+ELSEWHERE = {
+    "degrees_of_freedom": "Describe",
+    "Freedom": "Describe",
+    "assemble": "Describe",
+    "assembly_branches": "Describe",
+    "write_urdf": "Hand out",
+}
+"""Names that a reader looks for in another chapter than that of their room."""
+FIRST = (
+    "Mechanism",
+    "Body",
+    "Joint",
+    "Parameter",
+    "Coordinates",
+    "Loop",
+    "Revolute",
+    "Prismatic",
+    "Helical",
+    "Universal",
+    "Spherical",
+    "Planar",
+    "Floating",
+    "Fixed",
+    "Equations",
+    "derive",
+    "verify",
+    "Verdict",
+    "simulate",
+    "Motion",
+    "picture",
+    "view",
+    "export",
+    "check",
+    "Check",
+    "generate",
+    "Code",
+    "MecaniqueError",
+)
+"""Names that open their chapters, in this order: what one meets first."""
+MATHEMATICS = {"coordinate", "exp", "log", "sign", "sqrt", "time", "velocity"}
+MATHEMATICS |= {"acos", "asin", "atan", "atan2", "cos", "sin", "tan", "tanh"}
+"""Functions within expressions, which close their chapter."""
 
 
 def write_all(directory: Path) -> None:
@@ -73,6 +115,7 @@ def write_all(directory: Path) -> None:
         verdicts = beside.submit(validation, chosen())
         cards = gallery(directory / "pages" / "gallery", pages or chosen())
         (directory / "validation.md").write_text(verdicts.result(), encoding="utf-8")
+    (directory / "cards.md").write_text(show_cards(cards), encoding="utf-8")
     faults = [f"{card.name}: {card.fault}" for card in cards if card.fault]
     if faults:
         raise RuntimeError("pages of the gallery failed: " + "; ".join(faults))
@@ -81,6 +124,17 @@ def write_all(directory: Path) -> None:
 def chosen() -> list[str]:
     """Return the systems to show: all, unless MECANIQUE_DOCS_SYSTEMS names some."""
     return os.environ.get("MECANIQUE_DOCS_SYSTEMS", "").split() or list(mq.textbook.names())
+
+
+def show_cards(cards: Sequence[Card]) -> str:
+    """Return the pictures of the gallery, each a link to its page."""
+    shown = []
+    for card in cards:
+        link = f'<a href="gallery/{card.name}.html">'
+        data = base64.b64encode(card.picture.encode()).decode()
+        picture = f'<img src="data:image/svg+xml;base64,{data}" alt="">' if data else ""
+        shown.append(f"<li>{link}{picture}<span>{escape(card.title)}</span></a></li>")
+    return "\n".join(["```{raw} html", '<ul class="cards">', *shown, "</ul>", "```", ""])
 
 
 def validation(systems: list[str]) -> str:
@@ -158,21 +212,39 @@ def api_pages() -> Iterator[tuple[str, str]]:
     """
     homes = {name: at for name, at in find_homes(mq.__file__).items() if name in mq.__all__}
     homes["textbook"] = "mecanique.textbook"
-    told: set[str] = set()
-    for title, rooms in API.items():
-        chapter = sorted(
-            (name for name, at in homes.items() if belongs(at, rooms)), key=str.casefold
-        )
-        told.update(chapter)
-        yield title, f"# {title}\n\n" + "\n".join(directive(name) for name in chapter)
-    missing = homes.keys() - told
-    if missing:
-        raise RuntimeError(f"these public names stand in no chapter: {', '.join(sorted(missing))}")
+    chapters: dict[str, list[str]] = {title: [] for title in API}
+    for name, module in homes.items():
+        chapters[chapter_of(name, module)].append(name)
+    for title, members in chapters.items():
+        ordered = sorted(members, key=place_of)
+        yield title, f"# {title}\n\n" + "\n".join(directive(name) for name in ordered)
 
 
-def belongs(module: str, rooms: tuple[str, ...]) -> bool:
-    """Return whether a module is one of the rooms or lies within one."""
-    return any(module == room or module.startswith(f"{room}.") for room in rooms)
+def place_of(name: str) -> tuple[int, str]:
+    """Return the sort key of a public name in its chapter: what one meets first, then A to Z."""
+    if name in FIRST:
+        return FIRST.index(name), ""
+    return len(FIRST) + (name in MATHEMATICS), name.casefold()
+
+
+def chapter_of(name: str, module: str) -> str:
+    """Return the chapter of a public name.
+
+    Raises:
+        RuntimeError: if there is none.
+    """
+    if name in ELSEWHERE:
+        return ELSEWHERE[name]
+    fitting = [(room, title) for title, rooms in API.items() for room in rooms]
+    fitting = [(room, title) for room, title in fitting if belongs(module, room)]
+    if not fitting:
+        raise RuntimeError(f"the public name {name} stands in no chapter")
+    return max(fitting, key=lambda pair: len(pair[0]))[1]
+
+
+def belongs(module: str, room: str) -> bool:
+    """Return whether a module is a room or lies within it."""
+    return module == room or module.startswith(f"{room}.")
 
 
 def directive(name: str) -> str:

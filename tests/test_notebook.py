@@ -6,6 +6,7 @@ import inspect
 import re
 from dataclasses import fields
 from html import escape
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -114,3 +115,51 @@ def test_a_mechanism_is_shown_by_its_figure(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(notebook, "_makers", {})
     assert mechanism._repr_html_() is None
     assert np.isfinite(mechanism.neutral()).all()
+
+
+class Paper:
+    """What a notebook prints on: lines of text."""
+
+    def __init__(self) -> None:
+        self.lines = [""]
+
+    def text(self, written: str) -> None:
+        self.lines[-1] += written
+
+    def break_(self) -> None:
+        self.lines.append("")
+
+
+def test_results_name_themselves_in_one_line_and_print_whole() -> None:
+    pendulum = mq.textbook.load("rigid_bar_pendulum")
+    down, up = mq.equilibria(pendulum)
+    assert repr(up).startswith("<Equilibrium: rigid_bar_pendulum about the unstable equilibrium q")
+    paper = Paper()
+    down._repr_pretty_(paper, False)
+    assert "\n".join(paper.lines) == str(down)
+    wrench = mq.Reference(pendulum).reactions({"q": 0.0})["pin"]
+    weight = f"{pendulum.values['m'] * pendulum.values['g']:g}"
+    assert repr(wrench).startswith("<Wrench: force: [")
+    assert f" {weight}]; " in repr(wrench)
+    motion = mq.simulate(pendulum, q={"q": 1.0}, duration=1.0, samples=61)
+    assert repr(motion.audit()) == "<Audit: 4 balances, all within their limits>"
+    assert "shape (61,), 0 … 1" in repr(motion.energy())
+    shown = [mq.verify(pendulum, samples=3), mq.linearize(pendulum), mq.derive(pendulum).steps[0]]
+    shown += [mq.derive(pendulum).equations[0], mq.textbook.entry("rigid_bar_pendulum")]
+    shown += [mq.Reference(pendulum), mq.degrees_of_freedom(pendulum)]
+    for result in shown:
+        assert repr(result).startswith(f"<{type(result).__name__}")
+        assert len(repr(result)) < 120
+
+
+def test_a_picture_is_shown_and_written_only_where_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    pendulum = mq.textbook.load("rigid_bar_pendulum")
+    drawing = mq.picture(pendulum)
+    assert not [*tmp_path.iterdir()]
+    assert repr(drawing) == "<Drawing: Rigid bar pendulum>"
+    assert drawing.svg in drawing._repr_html_()
+    path = mq.picture(pendulum, path="drawn.svg")
+    assert path.read_text("utf-8") == drawing.svg

@@ -24,7 +24,10 @@ from mecanique.errors import (
     UnknownNameError as UnknownNameError,
     UrdfError as UrdfError,
 )
-from mecanique.figure.draw import picture as picture
+from mecanique.figure.draw import (
+    Drawing as Drawing,
+    picture as picture,
+)
 from mecanique.formats import read as read
 from mecanique.generation import (
     Code as Code,

@@ -3,6 +3,57 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, Protocol
+
+_SHORT = 6
+"""Numbers that are printed; of more the range is told."""
+
+
+class _Printer(Protocol):
+    def text(self, written: str) -> None: ...
+
+    def break_(self) -> None: ...
+
+
+class Legible:
+    """A result that a notebook prints as `str` does, and that `repr` names by its first line."""
+
+    def __str__(self) -> str:
+        lines = []
+        for name, value in vars(self).items():
+            empty = value is None or (isinstance(value, (str, tuple)) and not value)
+            if not (empty or name.startswith("_")):
+                lines.append(f"{name}: {write_value(value)}")
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self._caption}>"
+
+    @property
+    def _caption(self) -> str:
+        """What it is in one line: the first one, or all where they are its fields."""
+        lines = str(self).splitlines()
+        listed = type(self).__str__ is Legible.__str__
+        return "; ".join(lines) if listed else lines[0]
+
+    def _repr_pretty_(self, printer: _Printer, cycle: bool) -> None:
+        """Print it line by line, within a tuple or a mapping as well."""
+        first, *others = str(self).splitlines()
+        printer.text(first)
+        for line in others:
+            printer.break_()
+            printer.text(line)
+
+
+def write_value(value: Any) -> str:
+    """Return a value as one reads it: few numbers one by one, many by their shape and range."""
+    import numpy as np
+
+    if not isinstance(value, np.ndarray):
+        return str(value)
+    if value.size <= _SHORT:
+        return np.array2string(value + 0.0, precision=6, separator=", ")  # no minus zero
+    return f"shape {value.shape}, {value.min():.6g} … {value.max():.6g}"
 
 
 def say_count(count: int, noun: str, plural: str = "") -> str:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, final
 
-from mecanique.wording import say_count
+from mecanique.wording import Legible, say_count
 
 Outcome: TypeAlias = Literal["right", "right except for form", "incomplete", "wrong"]
 """The outcome of a check."""
@@ -18,8 +18,8 @@ _SHOWN = 3
 
 
 @final
-@dataclass(frozen=True)
-class Cause:
+@dataclass(frozen=True, repr=False)
+class Cause(Legible):
     """A mistake that explains a wrong formula.
 
     Args:
@@ -79,8 +79,8 @@ class Line:
 
 
 @final
-@dataclass(frozen=True)
-class Check:
+@dataclass(frozen=True, repr=False)
+class Check(Legible):
     """The verdict on a submitted formula: whether it is right, and if not, why not.
 
     Args:

@@ -29,6 +29,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
 from mecanique.model.random_positions import draw_positions
+from mecanique.wording import Legible
 
 _LETTERS = ("p", "P", "pi")
 """Letters for a momentum, before the name of its coordinate."""
@@ -304,7 +305,7 @@ _AT = 0.3
 
 @final
 @dataclass(frozen=True, repr=False)
-class Reduction:
+class Reduction(Legible):
     """Equations of motion in which conserved momenta replace the cyclic coordinates.
 
     Args:

@@ -38,6 +38,7 @@ from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length, units
 from mecanique.model.random_positions import draw_positions
+from mecanique.wording import Legible
 
 _FOLLOW = (
     "The loops make every other coordinate a function of {0}: its velocity is K {0}', with the "
@@ -358,7 +359,7 @@ _STEPS = 30
 
 @final
 @dataclass(frozen=True, repr=False)
-class SingleEquation:
+class SingleEquation(Legible):
     """The single equation J θ'' + C θ'² = Q of a mechanism with loops, and its coefficients.
 
     Args:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import final, overload
 
 import numpy as np
 
@@ -24,16 +26,66 @@ SMALL = (165.0, 120.0)
 """The largest extent of a small figure's solids [pt]."""
 
 
+@final
+@dataclass(frozen=True, repr=False)
+class Drawing:
+    """A line figure; a notebook shows it.
+
+    Args:
+        title: what it shows.
+        svg: the figure as SVG text.
+
+    Example:
+        >>> mq.picture(mq.textbook.load("cart_pole"), free_body="cart").title
+        'Cart pole: forces on cart'
+    """
+
+    title: str
+    svg: str
+
+    def __repr__(self) -> str:
+        return f"<Drawing: {self.title}>"
+
+    def _repr_html_(self) -> str:
+        return f'<div style="max-width: 100%; overflow: auto hidden">{self.svg}</div>'
+
+
+@overload
 def picture(
     shown: Motion | Mechanism,
     t: float | None = None,
-    path: str | os.PathLike[str] = "figure.svg",
+    path: None = None,
     *,
     free_body: str | None = None,
     resultants: bool = False,
     numbers: bool = False,
     q: Mapping[str, float] | Sequence[float] | None = None,
-) -> Path:
+) -> Drawing: ...
+
+
+@overload
+def picture(
+    shown: Motion | Mechanism,
+    t: float | None = None,
+    path: str | os.PathLike[str] = ...,
+    *,
+    free_body: str | None = None,
+    resultants: bool = False,
+    numbers: bool = False,
+    q: Mapping[str, float] | Sequence[float] | None = None,
+) -> Path: ...
+
+
+def picture(
+    shown: Motion | Mechanism,
+    t: float | None = None,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    free_body: str | None = None,
+    resultants: bool = False,
+    numbers: bool = False,
+    q: Mapping[str, float] | Sequence[float] | None = None,
+) -> Drawing | Path:
     """Draw a mechanism as a textbook line figure, or a body cut free with all forces on it.
 
     A planar mechanism is seen from the front (x to the right, z up) or from the top, any other in a
@@ -45,14 +97,14 @@ def picture(
         shown: a motion, or a mechanism, which is drawn a little away from its zero position.
         t: the instant [s]; the start by default.
         path: the file, ending in .svg, .png or .pdf (the latter two need matplotlib); it is
-            replaced in one step.
+            replaced in one step. Without one no file is written.
         free_body: the body to cut free; the whole mechanism by default.
         resultants: whether each reaction on it is one arrow, not its components.
         numbers: whether the values of its forces stand beside their letters, to scale.
         q: the position of a mechanism, by coordinate name or shape (nq,).
 
     Returns:
-        The path written.
+        The path written; without a path the figure itself, which a notebook shows.
 
     Raises:
         InputError: if the directory does not exist, the ending is another, or t is not within the
@@ -61,31 +113,41 @@ def picture(
 
     Example:
         >>> crank = mq.textbook.load("slider_crank")
+        >>> mq.picture(crank)
+        <Drawing: Slider crank>
         >>> mq.picture(crank, path="crank.svg").name
         'crank.svg'
         >>> mq.picture(crank, path="rod.svg", free_body="rod").name
         'rod.svg'
     """
-    target = Path(path)
-    form = target.suffix.lower()
-    if form not in FORMS:
-        raise InputError(
-            f"expected a path that ends in {', '.join(FORMS)}, got {os.fspath(path)!r}"
-        )
-    if not target.parent.is_dir():
-        raise InputError(f"expected a path in a directory that exists, got {os.fspath(path)!r}")
+    form = "" if path is None else _check(path)
     seen = _set_up(shown, t, q)
     marks = _marks(seen, free_body, resultants=resultants, numbers=numbers)
     title = _title(seen, free_body)
+    if path is None:
+        return Drawing(title, svg(marks, title))
     if form == ".svg":
         content = svg(marks, title).encode()
     else:
         from mecanique.figure.paper.raster import raster
 
         content = raster(marks, form[1:])
+    target = Path(path)
     with write_whole(target) as file:
         file.write(content)
     return target
+
+
+def _check(path: str | os.PathLike[str]) -> str:
+    """Return the ending of a path that a figure can be written to, or refuse it."""
+    form = Path(path).suffix.lower()
+    if form not in FORMS:
+        raise InputError(
+            f"expected a path that ends in {', '.join(FORMS)}, got {os.fspath(path)!r}"
+        )
+    if not Path(path).parent.is_dir():
+        raise InputError(f"expected a path in a directory that exists, got {os.fspath(path)!r}")
+    return form
 
 
 def figure_text(

@@ -70,6 +70,9 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         tree, closed = load_once(expect_mechanism(mechanism))
         return cls._over(Loaded(tree, None if closed is None else closed.with_rank(rank)))
 
+    def __repr__(self) -> str:
+        return f"<Reference of {self.mechanism.name!r}>"
+
     @cached_property
     def version(self) -> str:
         """Version of Pinocchio."""

@@ -17,7 +17,7 @@ from mecanique.textbook.facts import Fact
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class System:
     """A textbook system: how to build it, its source, and a motion worth watching.
 
@@ -45,6 +45,9 @@ class System:
     tags: tuple[str, ...] = ()
     options: Mapping[str, int] = field(default_factory=dict)
     facts: tuple[Fact, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<System: {self.title}>"
 
     def mechanism(self, **values: float) -> Mechanism:
         """Build the mechanism.

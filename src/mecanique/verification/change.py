@@ -6,15 +6,15 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Any, final
 
-from mecanique.wording import say_count
+from mecanique.wording import Legible, say_count
 
 _MOST_LISTED = 40
 """As many changes stand in the text; JSON has all of them."""
 
 
 @final
-@dataclass(frozen=True)
-class Change:
+@dataclass(frozen=True, repr=False)
+class Change(Legible):
     """One difference between two descriptions.
 
     Args:
@@ -47,8 +47,8 @@ class Change:
 
 
 @final
-@dataclass(frozen=True)
-class Difference:
+@dataclass(frozen=True, repr=False)
+class Difference(Legible):
     """What differs between two descriptions, the structure first, then by weight.
 
     Args:

@@ -17,7 +17,7 @@ from mecanique.model.mechanism.origin import Finding
 from mecanique.reference.engine.package import MISSING, STAND_IN, engine_package, has_pinocchio
 from mecanique.verification.change import Difference
 from mecanique.version import __version__
-from mecanique.wording import say_count, write_table
+from mecanique.wording import Legible, say_count, write_table
 
 READ_ALIKE = 1e-6
 """A larger relative difference is one of what was read, not of how it is computed."""
@@ -85,8 +85,8 @@ REMOVED = 1e-8
 
 
 @final
-@dataclass(frozen=True)
-class Cause:
+@dataclass(frozen=True, repr=False)
+class Cause(Legible):
     """A likely cause of a difference.
 
     Args:
@@ -200,8 +200,8 @@ class Row:
 
 
 @final
-@dataclass(frozen=True)
-class Verdict:
+@dataclass(frozen=True, repr=False)
+class Verdict(Legible):
     """Whether independent sources give the same equations of motion.
 
     Args:

@@ -535,6 +535,9 @@ class _Printed(ABC):
     def __str__(self) -> str:
         return self.text()
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self}>"
+
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
 
@@ -544,7 +547,7 @@ class _Printed(ABC):
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Expression(_Printed):
     """A sum of terms in textbook order."""
 
@@ -562,7 +565,7 @@ class Expression(_Printed):
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Equation(_Printed):
     """An equation of motion left = right, with inputs and other functions of time on the right.
 

@@ -93,7 +93,7 @@ class Left:
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """One line of a derivation, left = right."""
 
@@ -111,19 +111,25 @@ class Result:
         left = self.left if isinstance(self.left, Left) else expression(self.left)
         return writer.equation(left.write(writer), self.expression().write(writer))
 
+    def __repr__(self) -> str:
+        return f"<Result: {self.write(Text())}>"
+
     def _repr_html_(self) -> str:
         """Show the line in a notebook."""
         return to_lines(self.write(MathML()), self.write(Text()))
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Stage:
     """One step of a derivation."""
 
     title: str
     explanation: str  # its purpose, in a sentence or two
     results: tuple[Result, ...] = ()  # the formulas it leads to
+
+    def __repr__(self) -> str:
+        return f"<Stage: {self.title}>"
 
     def _repr_html_(self) -> str:
         """Show the step in a notebook: title, explanation and formulas in MathML."""

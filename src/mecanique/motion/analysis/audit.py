@@ -13,6 +13,7 @@ from mecanique.motion.analysis.energies import energies
 from mecanique.motion.record.extremes import find_maxima
 from mecanique.motion.record.trajectory import Trajectory, add_steps
 from mecanique.motion.simulation.watching.validity import pressings
+from mecanique.wording import Legible, say_count
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.trust import Trust
@@ -62,8 +63,8 @@ class AuditRow:
 
 
 @final
-@dataclass(frozen=True)
-class FrictionNeed:
+@dataclass(frozen=True, repr=False)
+class FrictionNeed(Legible):
     """The coefficient of friction that a contact needs along a motion.
 
     Args:
@@ -86,8 +87,8 @@ class FrictionNeed:
 
 
 @final
-@dataclass(frozen=True)
-class Audit:
+@dataclass(frozen=True, repr=False)
+class Audit(Legible):
     """The result of auditing a motion; its text is a table.
 
     Args:
@@ -125,6 +126,11 @@ class Audit:
             if row.name == name:
                 return row
         raise UnknownNameError("balance", name, (row.name for row in self.rows))
+
+    @property
+    def _caption(self) -> str:
+        judged = say_count(len(self.rows), "balance")
+        return f"{judged}, {'all' if self.ok else 'not all'} within their limits"
 
     def __str__(self) -> str:
         width = max(len(row.name) for row in self.rows)

@@ -15,6 +15,7 @@ from mecanique.motion.compile.python import Batched, vectorize
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.spot_check import spot_check
+from mecanique.wording import Legible
 
 if TYPE_CHECKING:
     from mecanique.motion.record.trajectory import Trajectory
@@ -29,8 +30,8 @@ TIME_STEP = 0.02
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Energies:
+@dataclass(frozen=True, eq=False, repr=False)
+class Energies(Legible):
     """The energies along a motion [J].
 
     Args:

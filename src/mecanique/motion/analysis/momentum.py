@@ -11,6 +11,7 @@ import numpy as np
 from mecanique.motion.analysis.accelerations import AccelerationLaw
 from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.spot_check import spot_check
+from mecanique.wording import Legible
 
 if TYPE_CHECKING:
     from mecanique.motion.record.trajectory import Trajectory
@@ -22,8 +23,8 @@ _NEGLIGIBLE = 1e-14
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class MomentumBalance:
+@dataclass(frozen=True, eq=False, repr=False)
+class MomentumBalance(Legible):
     """A balance of momentum along a motion."""
 
     name: str

@@ -16,6 +16,7 @@ from mecanique.motion.simulation.integrate import integrate_by_choice
 from mecanique.motion.simulation.integrators.methods import METHODS, EquationsError, Task, advance
 from mecanique.motion.simulation.problem import Problem
 from mecanique.motion.simulation.watching.limits import limit_events
+from mecanique.wording import Legible
 
 if TYPE_CHECKING:
     from mecanique.motion.record.trajectory import Trajectory
@@ -32,8 +33,8 @@ STRETCHES = 60
 
 
 @final
-@dataclass(frozen=True)
-class Trust:
+@dataclass(frozen=True, repr=False)
+class Trust(Legible):
     """How far a motion can be trusted.
 
     Args:

@@ -20,6 +20,7 @@ from mecanique.motion.linear.equilibrium import equilibrium_near
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.simulation.arguments import Values
 from mecanique.threads import one_thread_for_loops
+from mecanique.wording import Legible
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -39,8 +40,8 @@ SINGULAR = 1e-10
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Equilibrium:
+@dataclass(frozen=True, eq=False, repr=False)
+class Equilibrium(Legible):
     """A position in which a mechanism can rest.
 
     Args:

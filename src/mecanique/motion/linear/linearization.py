@@ -21,7 +21,7 @@ from mecanique.motion.record.events import Event
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.trajectory import Statistics
 from mecanique.motion.simulation.arguments import Values, sample_times
-from mecanique.wording import write_table
+from mecanique.wording import Legible, write_table
 
 if TYPE_CHECKING:
     from mecanique.derivation.printing.writers import Equation
@@ -37,8 +37,8 @@ _NO_SQUARE = 1e-14
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Linearization:
+@dataclass(frozen=True, eq=False, repr=False)
+class Linearization(Legible):
     """M δ̈ + C δ̇ + K δ = 0 for small deviations δ from a state.
 
     Where v is not q̇, δ is a displacement along v. In a mechanism with loops M, C and K are those
@@ -462,8 +462,8 @@ SAMPLES = 400
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Response:
+@dataclass(frozen=True, eq=False, repr=False)
+class Response(Legible):
     """Steady motion δ = Re X e^(iωt) under generalized forces F cos ωt, ready to be plotted.
 
     Args:
@@ -596,8 +596,8 @@ ROUNDS = 40
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Comparison:
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Legible):
     """A mode by the linear and by the exact equations, started alike.
 
     For one degree of freedom without damping the difference is that of the periods, relative to the

@@ -12,6 +12,7 @@ from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.motion.linear.steady import STABLE, SteadyLinearization, linearize_steady, plain
+from mecanique.wording import Legible
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,7 +39,7 @@ _GONE = 1e-9
 
 @final
 @dataclass(frozen=True, repr=False)
-class SpeedRange:
+class SpeedRange(Legible):
     """The exponents of a steady motion over its speed; its text is a table.
 
     Args:
@@ -187,7 +188,7 @@ class _Matrices(NamedTuple):
 
 @final
 @dataclass(frozen=True, repr=False)
-class SpeedMatrices:
+class SpeedMatrices(Legible):
     """M q'' + C(u) q' + K(u) q = 0 for deviations from a steady motion, by its speed u.
 
     Args:

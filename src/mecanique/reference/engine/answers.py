@@ -13,6 +13,7 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.placement import vector
 from mecanique.reference.tolerances import PARALLEL
+from mecanique.wording import Legible
 
 Number: TypeAlias = Any
 """A float, or an array of shape (n,) for n states."""
@@ -138,8 +139,8 @@ class Places:
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Wrench:
+@dataclass(frozen=True, eq=False, repr=False)
+class Wrench(Legible):
     """The force and moment of a parent on its child, at the joint (the child's origin), world axes.
 
     For a loop it is the wrench of body a (here called parent) on body b (called child), at the
@@ -245,8 +246,8 @@ class Wrench:
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class AppliedForce:
+@dataclass(frozen=True, eq=False, repr=False)
+class AppliedForce(Legible):
     """The action of a spring, a damper, a drive or a load on one body, world axes.
 
     Args:

@@ -26,7 +26,7 @@ from mecanique.reference.loops.closures import ScaledClosure
 from mecanique.reference.loops.loading import load_loops
 from mecanique.reference.loops.nullspace import Split, split
 from mecanique.reference.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
-from mecanique.wording import say_count, write_table
+from mecanique.wording import Legible, say_count, write_table
 
 _AROUND = 8
 """Number of nearby positions that are examined."""
@@ -36,8 +36,8 @@ _AWAY = 0.1
 
 
 @final
-@dataclass(frozen=True)
-class Freedom:
+@dataclass(frozen=True, repr=False)
+class Freedom(Legible):
     """The degrees of freedom of a mechanism; its text states how they are counted.
 
     Args:

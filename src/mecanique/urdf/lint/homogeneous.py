@@ -25,6 +25,7 @@ from mecanique.urdf.meshes import read_mesh
 from mecanique.urdf.reading.document import read_document
 from mecanique.urdf.reading.links import ENTRIES, Link
 from mecanique.urdf.reading.packages import PackagePath
+from mecanique.wording import Legible, say_count
 
 _TOGETHER = 1e-8
 """Corners are one if they differ by less, relative to the mesh."""
@@ -222,8 +223,8 @@ class LinkInertia:
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Inertias:
+@dataclass(frozen=True, eq=False, repr=False)
+class Inertias(Legible):
     """A file's masses and inertias beside those by shape.
 
     Args:
@@ -243,6 +244,10 @@ class Inertias:
     faults: tuple[str, ...]
     text: bytes
     elements: dict[str, Element]
+
+    @property
+    def _caption(self) -> str:
+        return f"{say_count(len(self.links), 'link')} beside bodies of even density"
 
     def __str__(self) -> str:
         width = max((len(link.name) for link in self.links), default=4)
