@@ -13,6 +13,8 @@ from mecanique.model import (
     Floating,
     Mechanism,
     Planar,
+    Prismatic,
+    Revolute,
     Rolling,
     VelocityConstraint,
     ball,
@@ -20,7 +22,7 @@ from mecanique.model import (
     coordinate,
     time,
 )
-from mecanique.reference import Reference
+from mecanique.reference import Reference, assemble
 
 SIDE, RATE = 0.3, 2.0
 
@@ -100,3 +102,36 @@ def test_directions_turn_the_less_surely_the_nearer_a_ball_is_to_the_top_of_a_bo
     found = margin(rolling, [*place, 0, 0, 0, 1])
     assert found == pytest.approx((1 + cos(angle)) / 2, rel=1e-12)
     assert margin(Rolling("flat", "body", 0.5, axis=None), [0, 0, 0.5, 0, 0, 0, 1]) == 1
+
+
+def test_a_wheel_rolls_on_a_plate_that_swings() -> None:
+    """γ is J' v: its lean changes as the plate's normal turns, and as its own axis does."""
+    bodies = (
+        Body("ground"),
+        Body("plate", box(2.0, (1, 1, 0.1))),
+        Body("fork", box(0.1, (0.1, 0.1, 0.1))),
+        Body("wheel", box(1.4, (0.3, 0.1, 0.3))),
+    )
+    joints = (
+        Revolute("swing", "ground", "plate", axis=(0.6, 0.8, 0), coordinate="a"),
+        Planar("plane", "ground", "fork", names=("x", "y", "yaw")),
+        Prismatic("lift", "fork", "post", axis=(0, 0, 1), coordinate="z"),
+        Revolute("lean", "post", "hub", axis=(1, 0, 0), coordinate="lean"),
+        Revolute("spin", "hub", "wheel", axis=(0, 1, 0), coordinate="spin"),
+    )
+    extra = (Body("post", box(0.1, (0.1, 0.1, 0.1))), Body("hub", box(0.1, (0.1, 0.1, 0.1))))
+    rolling = Rolling("c", "wheel", 0.5, crown=0.1, on="plate")
+    mechanism = Mechanism("swinging", (*bodies, *extra), joints, contacts=(rolling,))
+    reference = Reference(mechanism)
+    q0 = np.array([0.3, 0.2, -0.1, 0.7, 0.6, 0.5, 0.4])
+    q = assemble(mechanism, dict(zip(mechanism.coordinates, q0, strict=True)))
+    allowed = np.linalg.svd(reference.constraint_jacobian(q))[2][3:]
+    v = allowed.T @ np.array([0.9, -0.7, 0.8, 0.6])
+    h = 1e-5
+
+    def rate(step: float) -> np.ndarray:
+        jacobian: np.ndarray = reference.constraint_jacobian(q + step * v)
+        return jacobian @ v
+
+    slopes = (8 * (rate(h) - rate(-h)) - (rate(2 * h) - rate(-2 * h))) / (12 * h)
+    np.testing.assert_allclose(reference.constraint_bias(q, v), slopes, rtol=1e-7, atol=1e-8)

@@ -204,6 +204,16 @@ def test_a_four_bar_moves_as_its_one_equation_says_massless_bars_or_not(
     assert Reference(mechanism).acceleration(q, v)[0] == pytest.approx(expected, rel=1e-13)
 
 
+@pytest.mark.parametrize("size", [1e-4, 1e4])
+def test_what_is_undetermined_does_not_depend_on_size(size: float) -> None:
+    """Moments count by the length of the mechanism: the same components are loose at any size."""
+    lengths = {name: size * four_bar().values[name] for name in "abcd"}
+    small = Reference(four_bar("ball", **lengths))
+    usual = Reference(four_bar("ball"))
+    q = assemble(four_bar(), START)
+    assert small.undetermined(q) == usual.undetermined(q)
+
+
 def test_redundant_equations_leave_named_components_undetermined() -> None:
     q = assemble(four_bar(), START)
     assert Reference(four_bar("pin")).undetermined(q) == {}

@@ -17,6 +17,7 @@ from mecanique.reference.loops.singular import (
     _distance,
     _find_way,
     _fits,
+    _Neighborhood,
     _pass,
     _Slope,
     _smooth_step,
@@ -161,3 +162,10 @@ def test_a_joint_counts_by_its_velocities(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(most, 5)
     with pytest.raises(EngineError, match="has 6 joint velocities; Pinocchio is given at most 5"):
         load(flying)
+
+
+def test_a_neighborhood_is_around_its_position() -> None:
+    around = _Neighborhood(np.array([1.0, -2.0]), 0.1)
+    assert around.holds(np.array([1.05, -2.05]))
+    assert not around.holds(np.array([1.05, -2.2]))
+    assert not around.holds(np.array([-1.0, 2.0]))

@@ -159,3 +159,12 @@ def test_without_pinocchio_everything_goes_on_and_the_verdict_says_so() -> None:
         assert panda.agrees and not panda.readings
     """
     subprocess.run([sys.executable, "-c", dedent(script)], check=True)
+
+
+def test_wrenches_are_transformed_there_and_back() -> None:
+    place = standin.SE3(Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix(), np.array([1.0, 2, -3]))
+    wrench = standin.Force(np.array([1.0, -2.0, 0.5]), np.array([0.3, 0.7, -0.2]))
+    for there, back in ((place.act, place.actInv), (place.actInv, place.act)):
+        same = back(there(wrench))
+        np.testing.assert_allclose(same.linear, wrench.linear, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(same.angular, wrench.angular, rtol=0, atol=1e-14)
