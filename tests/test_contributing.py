@@ -35,6 +35,7 @@ ELSEWHERE = {
         "urdf/toml_loops.py",
         "urdf/read.py",
         "mjcf.py",
+        "sdf.py",
         "formats.py",
         "motion/modes/corners.py",
     },

@@ -27,7 +27,7 @@ ORDER: dict[str, list[str]] = {
         "threads urdf derivation",
         "sources",
         "solids",
-        "mjcf",
+        "mjcf sdf",
         "formats",
         "reference",
         "verification",

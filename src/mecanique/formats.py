@@ -1,4 +1,4 @@
-"""Descriptions of robots by their content: URDF, xacro or MJCF."""
+"""Descriptions of robots by their content: URDF, xacro, MJCF or SDF."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import os
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from mecanique.errors import InputError
 from mecanique.mjcf import read_mjcf
 from mecanique.model.forces import JointDamper
 from mecanique.model.mechanism import Mechanism
+from mecanique.sdf import read_sdf
 from mecanique.urdf.findings import Report
 from mecanique.urdf.parse import MOST_BYTES, parse
 from mecanique.urdf.read import read_urdf
@@ -26,7 +27,7 @@ def read(
     parameters: str | Collection[str] = (),
     **of_urdf: Any,
 ) -> Mechanism:
-    """Return the mechanism that a file describes: URDF or xacro, or MJCF, MuJoCo's own format.
+    """Return the mechanism that a file describes: URDF, xacro, MJCF (MuJoCo) or SDF (Gazebo).
 
     The format follows from the content. Of MJCF are read: settings of the compiler, classes of
     defaults, files included, bodies with any joints, frames, replicates, inertias as written or
@@ -36,13 +37,20 @@ def read(
     velocities of a free body are in its own axes. A body's frame stands at the anchor of its last
     joint. What the dynamics do without is listed in `mechanism.about`.
 
+    Of SDF 1.4 to 1.12 are read: models in models or included, frames with all their attributes,
+    links with their inertias (1 kg and 1 kg m² where none are stated), all joints but `revolute2`
+    and `gearbox`, springs and damping in them, limits, mimics and rotors. A joint to a link that
+    another joint carries already closes a loop. A model that nothing joins to the world floats. A
+    link's frame stands at the joint that carries it.
+
     Args:
         path_or_text: the path of the file, or its text.
         damping: whether the damping of joints is read.
         armature: inertia of the rotors seen at the joints, instead of what is written: one number
             for all joints with one coordinate, or by name of the joint [kg·m² or kg].
         parameters: what gets letters, as in `read_urdf`.
-        of_urdf: further arguments of `read_urdf`, for URDF and xacro alone.
+        of_urdf: further arguments of `read_urdf`, for URDF and xacro alone; `package_path` also
+            for SDF.
 
     Returns:
         The mechanism.
@@ -62,30 +70,37 @@ def read(
     """
     if not isinstance(path_or_text, (str, os.PathLike)) or not os.fspath(path_or_text):
         raise InputError(f"expected the path of a file or a text, got {path_or_text!r}")
-    if not is_mjcf(path_or_text):
+    form = name_format(path_or_text)
+    if form == "URDF":
         options = {"damping": damping, "armature": armature, "parameters": parameters}
         return read_urdf(path_or_text, **options, **of_urdf)  # type: ignore[arg-type]
+    packages = of_urdf.pop("package_path", None) if form == "SDF" else None
     if of_urdf:
-        raise InputError(f"{', '.join(of_urdf)} can be given for URDF and xacro alone, not MJCF")
-    mechanism = read_mjcf(path_or_text)
+        raise InputError(f"{', '.join(of_urdf)} can be given for URDF and xacro alone, not {form}")
+    mechanism = read_sdf(path_or_text, packages) if form == "SDF" else read_mjcf(path_or_text)
     if not damping:
         kept = tuple(force for force in mechanism.forces if not isinstance(force, JointDamper))
         mechanism = replace(mechanism, forces=kept)
     return with_letters(with_armature(mechanism, armature), parameters)
 
 
-def is_mjcf(path_or_text: str | os.PathLike[str]) -> bool:
-    """Return whether a file or text is MJCF, by its outermost element."""
+def name_format(path_or_text: str | os.PathLike[str]) -> Literal["URDF", "MJCF", "SDF"]:
+    """Return the format of a file or text by its outermost element."""
     data: str | bytes
     if isinstance(path_or_text, str) and "<" in path_or_text:
         data = path_or_text
     else:
         path = Path(path_or_text)
         if not path.is_file():
-            return False
+            return "URDF"
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
-        if b"<mujoco" not in data:
-            return False
+        if b"<mujoco" not in data and b"<sdf" not in data:
+            return "URDF"
     root = parse(data, Report(None))
-    return root is not None and root.tag == "mujoco"
+    match "" if root is None else root.tag:
+        case "mujoco":
+            return "MJCF"
+        case "sdf":
+            return "SDF"
+    return "URDF"

@@ -89,7 +89,7 @@ Source = str | os.PathLike[str]
 """A URDF text, or the path of a file: a string with "<" in it is a text."""
 
 _FORMATS = {
-    "sdf": ": this is SDF, Gazebo's format; convert it to URDF first",
+    "sdf": ": this is SDF, Gazebo's format; `mecanique.read` reads it",
     "mujoco": ": this is MJCF, MuJoCo's own format; `mecanique.read` reads it",
     "COLLADA": ": this is a mesh, not a robot",
 }

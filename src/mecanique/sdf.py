@@ -1,0 +1,766 @@
+"""SDF, Gazebo's format -> mechanism.
+
+Versions 1.4 to 1.12 are read as libsdformat and Drake mean them (sdformat.org, "Specification" and
+"Pose frame semantics"); tests compare mass matrix and bias with Drake's. Every link that nothing
+joins to the world floats in it. What the dynamics do without (contacts, sensors, plugins, friction)
+is listed in `Mechanism.about`; what would change them and is not read is refused by name.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TypeAlias, final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.errors import InputError
+from mecanique.model.bodies import Body
+from mecanique.model.bodies.tensor import tensor_of
+from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Sphere, Visual
+from mecanique.model.constraints.loops import Loop
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.expression import Scalar, coordinate
+from mecanique.model.force_base import AnyForce
+from mecanique.model.forces import Force, JointDamper, JointSpring
+from mecanique.model.joint_base import Limits
+from mecanique.model.joints import (
+    Fixed,
+    Floating,
+    Helical,
+    Joint,
+    Prismatic,
+    Revolute,
+    Spherical,
+    Universal,
+)
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import Placement, pose_of
+from mecanique.sources import (
+    GROUND,
+    Mass,
+    Source,
+    no_mass,
+    placement_at,
+    turn_of,
+    unit_vector,
+)
+from mecanique.urdf.markup import Element
+from mecanique.urdf.names import Names
+from mecanique.urdf.reading.packages import MeshSearch, PackagePath
+
+_UNBOUNDED = 1e16
+"""SDF's word for no limit, and all above it."""
+
+_SLANT = 1e-6
+"""How far a quaternion's length may be from one: libsdformat does not correct it."""
+
+_MOST_DEPTH = 20
+"""Deepest nesting of models, so that one which includes itself ends."""
+
+_OMITTED = {
+    "audio_sink": "sounds",
+    "audio_source": "sounds",
+    "battery": "batteries",
+    "collision": "collisions",
+    "gripper": "grippers",
+    "light": "lights",
+    "particle_emitter": "emitters",
+    "plugin": "plugins",
+    "projector": "projectors",
+    "sensor": "sensors",
+}
+"""Elements that the dynamics do without, in words."""
+
+_KNOWN = {
+    "model": "pose link joint frame model include static enable_wind self_collide "
+    "allow_auto_disable",
+    "link": "pose inertial visual gravity kinematic enable_wind self_collide must_be_base_link "
+    "velocity_decay",
+    "joint": "pose parent child axis axis2 physics thread_pitch screw_thread_pitch gearbox_ratio "
+    "gearbox_reference_body drake:rotor_inertia drake:gear_ratio drake:controller_gains",
+    "world": "model include gravity frame physics scene magnetic_field atmosphere wind gui road "
+    "spherical_coordinates population state",
+    "axis": "xyz dynamics limit mimic initial_position use_parent_model_frame",
+    "dynamics": "damping friction spring_stiffness spring_reference",
+    "include": "uri name pose placement_frame static",
+    "inertial": "pose mass inertia density",
+}
+"""Elements that may stand in others."""
+
+Link: TypeAlias = "_Link"
+
+
+@final
+@dataclass
+class _Frame:
+    """A frame, by what it is stated in; links, models and joints have one, too."""
+
+    element: Element
+    pose: Array
+    within: _Scope
+    relative_to: str  # name in its scope
+    link: Link | None = None
+    attached_to: str = ""  # name in its scope, for frames
+    busy: bool = False
+
+
+@final
+@dataclass
+class _Scope:
+    """A model or the world: names in it."""
+
+    name: str  # before the names of its links, with "::"
+    parent: _Scope | None
+    frames: dict[str, _Frame] = field(default_factory=dict)
+    inner: dict[str, _Scope] = field(default_factory=dict)
+    canonical: str = ""
+
+
+@final
+@dataclass
+class _Link:
+    """A link, in the frame of the joint that carries it."""
+
+    name: str
+    mass: Mass
+    visuals: list[Visual]
+    frame: _Frame
+    static: bool
+    weightless: bool
+    shift: Array = field(default_factory=lambda: np.eye(4))  # of the link in its body
+
+
+@final
+@dataclass
+class _Joint:
+    element: Element
+    scope: _Scope
+    name: str
+    parent: _Link
+    child: _Link
+    pose: Array  # in the world
+
+
+def read_sdf(
+    path_or_text: str | os.PathLike[str], package_path: PackagePath | None = None
+) -> Mechanism:
+    """Return the mechanism that an SDF file or text describes.
+
+    Args:
+        path_or_text: the path of the file, or its text.
+        package_path: folders to search for models and packages.
+
+    Raises:
+        UrdfError: if it is not well-formed XML.
+        InputError: if it holds what is not read, with its line.
+    """
+    file = None if isinstance(path_or_text, str) and "<" in path_or_text else Path(path_or_text)
+    return _Reader(file, package_path).read(path_or_text)
+
+
+@final
+class _Reader(Source):
+    """One file with the models it includes."""
+
+    def __init__(self, file: Path | None, package_path: PackagePath | None) -> None:
+        super().__init__(file, "SDF")
+        self._search = MeshSearch(file, package_path)
+        self._version = (1, 0)
+        self._links: list[_Link] = []
+        self._carried: list[_Joint] = []
+        self._joints: list[Joint] = []
+        self._forces: list[AnyForce] = []
+        self._loops: list[Loop] = []
+        self._follows: dict[str, Scalar] = {}
+        self._gravity = np.array([0.0, 0.0, -9.81])
+        self._rubbing: list[str] = []
+
+    def read(self, source: str | os.PathLike[str]) -> Mechanism:
+        root = self.parse(self.file if self.file is not None else str(source))
+        inside = self._open(root)
+        world = _Scope("", None)
+        name = inside[0].attributes.get("name", "model") if inside else "model"
+        ground = _Frame(root, np.eye(4), world, "")
+        world.frames[GROUND] = ground
+        self._ground = _Link(GROUND, no_mass(), [], ground, True, True)
+        ground.link = self._ground
+        for element in inside:
+            if element.tag == "world":
+                self._check(element, "world")
+                self._read_gravity(element)
+                parts = element.children
+            else:
+                parts = (element,)
+            several = sum(part.tag in ("model", "include") for part in parts) > 1
+            for part in parts:
+                if part.tag in ("model", "include"):
+                    self._model(part, world, several, 0, static=False)
+                elif part.tag == "frame":
+                    self._frame(part, world)
+        self._join_all(world)
+        return self._mechanism(name)
+
+    def _open(self, root: Element) -> list[Element]:
+        """Return the models and worlds below <sdf>."""
+        if root.tag != "sdf":
+            raise self.refuse(root, f"expected <sdf> as the outermost element, not <{root.tag}>")
+        text = root.attributes.get("version", "")
+        major, _, minor = text.partition(".")
+        if major != "1" or not minor.isdigit() or not 4 <= int(minor) <= 12:
+            raise self.refuse(root, f"expected version 1.4 to 1.12, got {text[:20]!r}")
+        self._version = (1, int(minor))
+        inside = [child for child in root.children if child.tag in ("model", "world")]
+        for child in root.children:
+            if child.tag not in ("model", "world", "light", "actor"):
+                raise self.refuse(child, f"<{child.tag}> in <sdf> is not read")
+        if len(inside) != 1:
+            raise self.refuse(root, f"expected one <model> or <world>, got {len(inside)}")
+        return inside
+
+    def _check(self, element: Element, kind: str) -> None:
+        """Refuse what is not read in an element, and note what is left out."""
+        self.count(element)
+        known = _KNOWN[kind].split()
+        for child in element.children:
+            if child.tag in _OMITTED:
+                self.omitted[_OMITTED[child.tag]] += 1
+            elif child.tag not in known:
+                prefix, colon, _ = child.tag.partition(":")
+                if colon and prefix not in ("drake", "experimental"):
+                    self.omitted[f"elements of {prefix}"] += 1
+                    continue
+                raise self.refuse(child, f"<{child.tag}> in <{element.tag}> is not read")
+
+    # texts
+
+    def _numbers_in(self, element: Element | None, tag: str, default: Iterable[float]) -> Array:
+        """The numbers in the text of a child; the default without one."""
+        child = element.child(tag) if element is not None else None
+        values = [*default]
+        if child is None:
+            return np.array(values)
+        plural = "number" if len(values) == 1 else "numbers"
+        wanted = f"expected {len(values)} finite {plural} in <{tag}>"
+        numbers = self.split(child, child.text, wanted)
+        if len(numbers) != len(values):
+            raise self.refuse(child, f"{wanted}, got {child.text[:60]!r}")
+        return np.array(numbers)
+
+    def _number_in(self, element: Element | None, tag: str, default: float) -> float:
+        child = element.child(tag) if element is not None else None
+        if child is not None and child.text.strip().lower() in ("inf", "-inf"):
+            return float(child.text)
+        return float(self._numbers_in(element, tag, (default,))[0])
+
+    def _is_true(self, element: Element, tag: str, default: bool) -> bool:
+        child = element.child(tag)
+        return default if child is None else child.text.strip().lower() in ("true", "1")
+
+    def _text_in(self, element: Element, tag: str) -> str:
+        child = element.child(tag)
+        if child is None or not child.text.strip():
+            raise self.refuse(element, f"<{element.tag}> has no <{tag}>")
+        return child.text.strip()
+
+    def _pose_in(self, element: Element) -> tuple[Array, str]:
+        """The pose stated in an element, and the name of the frame it is relative to."""
+        child = element.child("pose")
+        if child is None:
+            return np.eye(4), ""
+        form = child.attributes.get("rotation_format", "euler_rpy")
+        count = {"euler_rpy": 6, "quat_xyzw": 7}.get(form)
+        if count is None:
+            raise self.refuse(child, f"rotation_format={form!r} is not read")
+        wanted = f"expected {count} finite numbers in <pose>"
+        nothing = "0 0 0 0 0 0" if count == 6 else "0 0 0 0 0 0 1"
+        numbers = self.split(child, child.text or nothing, wanted)
+        if len(numbers) != count:
+            raise self.refuse(child, f"{wanted}, got {child.text[:60]!r}")
+        pose = np.eye(4)
+        if count == 7:
+            x, y, z, w = numbers[3:]
+            if abs(math.hypot(x, y, z, w) - 1) > _SLANT:
+                raise self.refuse(
+                    child, f"expected a unit quaternion in <pose>, got {child.text!r}"
+                )
+            pose[:3, :3] = turn_of(np.array([w, x, y, z]))
+        else:
+            degrees = child.attributes.get("degrees", "false") in ("true", "1")
+            roll, pitch, yaw = np.radians(numbers[3:]) if degrees else numbers[3:]
+            pose[:3, :3] = pose_of(Placement(rpy=(float(roll), float(pitch), float(yaw))))[:3, :3]
+        pose[:3, 3] = numbers[:3]
+        return pose, child.attributes.get("relative_to", child.attributes.get("frame", ""))
+
+    def _name(self, element: Element) -> str:
+        name = element.attributes.get("name", "")
+        if not name:
+            raise self.refuse(element, f"<{element.tag}> has no name")
+        return name
+
+    # frames
+
+    def _add_frame(self, element: Element, scope: _Scope, name: str, frame: _Frame) -> None:
+        if name in scope.frames:
+            raise self.refuse(element, f"the name {name!r} is there already")
+        scope.frames[name] = frame
+
+    def _frame(self, element: Element, scope: _Scope) -> None:
+        pose, relative = self._pose_in(element)
+        attached = element.attributes.get("attached_to", "")
+        attached = attached or (GROUND if scope.parent is None else "__model__")
+        frame = _Frame(element, pose, scope, relative or attached, attached_to=attached)
+        self._add_frame(element, scope, self._name(element), frame)
+
+    def _find(self, scope: _Scope, name: str, at: Element) -> _Frame:
+        """Return a frame by its name in a scope, of models inside with "::"."""
+        head, colons, rest = name.partition("::")
+        if colons and head in scope.inner:
+            return self._find(scope.inner[head], rest, at)
+        if name in scope.frames:
+            return scope.frames[name]
+        if name == GROUND:
+            assert self._ground.frame is not None
+            return self._ground.frame
+        raise self.refuse(at, f"there is no link, frame or joint {name!r} here")
+
+    def _place(self, frame: _Frame) -> Array:
+        """Return the pose of a frame in the world."""
+        if not frame.relative_to:
+            return frame.pose
+        if frame.busy:
+            raise self.refuse(
+                frame.element, "frames are stated relative to one another in a circle"
+            )
+        frame.busy = True
+        base = self._find(frame.within, frame.relative_to, frame.element)
+        pose = self._place(base) @ frame.pose
+        frame.busy = False
+        return np.asarray(pose)
+
+    def _carrier(self, frame: _Frame) -> _Link:
+        """Return the link that a frame is attached to."""
+        if frame.link is not None:
+            return frame.link
+        if frame.busy:
+            raise self.refuse(frame.element, "frames are attached to one another in a circle")
+        frame.busy = True
+        base = self._find(frame.within, frame.attached_to, frame.element)
+        link = self._carrier(base)
+        frame.busy = False
+        return link
+
+    # models
+
+    def _model(
+        self, element: Element, outer: _Scope, prefixed: bool, depth: int, *, static: bool
+    ) -> None:
+        if depth > _MOST_DEPTH:
+            raise self.refuse(element, f"models are nested deeper than {_MOST_DEPTH}")
+        around = element
+        placed = element.attributes.get("placement_frame", "")
+        pose, relative = self._pose_in(element)
+        if element.tag == "include":
+            element = self._include(element)
+            placed = element.attributes.get("placement_frame", "")
+            if around.child("pose") is None:
+                pose, relative = self._pose_in(element)
+            if around.child("placement_frame") is not None:
+                placed = self._text_in(around, "placement_frame")
+            static = static or self._is_true(around, "static", False)
+        self._check(element, "model")
+        given = around.child("name") if around.tag == "include" else None
+        name = given.text.strip() if given is not None else self._name(element)
+        if name in outer.inner or name in outer.frames:
+            raise self.refuse(around, f"the name {name!r} is there already")
+        scope = _Scope(f"{outer.name}{name}::" if prefixed else "", outer)
+        outer.inner[name] = scope
+        base = "__model__" if outer.parent is not None else GROUND
+        own = _Frame(around, pose, outer, relative or base)
+        scope.frames["__model__"] = own
+        outer.frames[name] = own
+        static = static or self._is_true(element, "static", False)
+        for child in element.children:
+            match child.tag:
+                case "link":
+                    self._link(child, scope, static)
+                case "frame":
+                    self._frame(child, scope)
+                case "joint":
+                    self._note_joint(child, scope)
+                case "model" | "include":
+                    self._model(child, scope, True, depth + 1, static=static)
+        own.attached_to = name
+        own.link = self._canonical(element, scope)
+        if placed:
+            # the model stands so that this frame of it has the pose that is stated
+            target = self._find(scope, placed, around)
+            kept, own.relative_to, own.pose = (own.relative_to, own.pose), "", np.eye(4)
+            inside = self._place(target)
+            own.relative_to, own.pose = kept[0], kept[1] @ np.linalg.inv(inside)
+
+    def _canonical(self, element: Element, scope: _Scope) -> _Link:
+        name = element.attributes.get("canonical_link", "")
+        if name:
+            return self._carrier(self._find(scope, name, element))
+        for frame in scope.frames.values():
+            if frame.link is not None and frame.element.tag == "link":
+                return frame.link
+        for inner in scope.inner.values():
+            link = inner.frames["__model__"].link
+            if link is not None:
+                return link
+        return self._ground
+
+    def _include(self, element: Element) -> Element:
+        self._check(element, "include")
+        if element.attributes.get("merge", "false") in ("true", "1"):
+            raise self.refuse(element, 'merge="true" of <include> is not read')
+        uri = self._text_in(element, "uri")
+        path = self._find_model(element, uri)
+        root = self.parse_inclusion(element, path)
+        inside = self._open(root)
+        if inside[0].tag != "model":
+            raise self.refuse(element, f"expected a model in {path}, got a world")
+        return inside[0]
+
+    def _find_model(self, element: Element, uri: str) -> Path:
+        scheme, separator, rest = uri.partition("://")
+        if separator and scheme not in ("model", "package", "file"):
+            raise self.refuse(element, f"models of {scheme}:// are not fetched: {uri[:60]!r}")
+        rest = rest if separator else uri
+        candidates: list[Path] = []
+        if scheme in ("model", "package") and separator:
+            package, _, inside = rest.strip("/").partition("/")
+            folder = self._search.package(package)
+            candidates += [] if folder is None else [folder / inside]
+        elif self.file is not None and not Path(rest).is_absolute():
+            near = Path(element.file).parent if element.file else self.file.parent
+            candidates.append(near / rest)
+        if any(part == ".." for part in Path(rest).parts):
+            raise self.refuse(element, f"expected a model below this file, got {uri[:60]!r}")
+        for candidate in candidates:
+            if candidate.is_file():
+                return candidate
+            if candidate.is_dir():
+                named = [candidate / "model.sdf", *sorted(candidate.glob("*.sdf"))]
+                found = [file for file in named if file.is_file()]
+                if found:
+                    return found[0]
+        raise self.refuse(element, f"the model {uri[:60]!r} is not found")
+
+    # links
+
+    def _link(self, element: Element, scope: _Scope, static: bool) -> None:
+        self._check(element, "link")
+        name = self._name(element)
+        pose, relative = self._pose_in(element)
+        frame = _Frame(element, pose, scope, relative or "__model__")
+        if self._is_true(element, "kinematic", False):
+            raise self.refuse(element, "a kinematic link is not read")
+        weightless = not self._is_true(element, "gravity", True)
+        mass = self._inertial(element)
+        link = _Link(f"{scope.name}{name}", mass, [], frame, static, weightless)
+        link.visuals += self._visuals(element)
+        frame.link = link
+        self._add_frame(element, scope, name, frame)
+        self._links.append(link)
+
+    def _inertial(self, element: Element) -> Mass:
+        """Mass 1 kg and moments 1 kg m² are SDF's where none are stated."""
+        inertial = element.child("inertial")
+        if inertial is None:
+            return Mass(1.0, np.zeros(3), np.eye(3))
+        self._check(inertial, "inertial")
+        if inertial.attributes.get("auto", "false") in ("true", "1"):
+            raise self.refuse(inertial, 'auto="true" of <inertial> is not read')
+        pose, relative = self._pose_in(inertial)
+        if relative:
+            raise self.refuse(inertial, "the pose of <inertial> is always relative to its link")
+        mass = self._number_in(inertial, "mass", 1.0)
+        stated = inertial.child("inertia")
+        names = {"ixx": 1.0, "iyy": 1.0, "izz": 1.0, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
+        entries = [self._number_in(stated, name, default) for name, default in names.items()]
+        return Mass(mass, np.zeros(3), tensor_of(entries)).move(pose)
+
+    def _visuals(self, element: Element) -> Iterator[Visual]:
+        for visual in element.all("visual"):
+            geometry = visual.child("geometry")
+            shape = next(iter(geometry.children), None) if geometry is not None else None
+            drawn = None if shape is None else self._geometry(shape)
+            pose, _ = self._pose_in(visual)
+            if drawn is not None:
+                yield Visual(drawn, placement_at(pose))
+
+    def _geometry(self, shape: Element) -> Geometry | None:
+        match shape.tag:
+            case "box":
+                x, y, z = self._numbers_in(shape, "size", (1, 1, 1)).tolist()
+                return Box((x, y, z)) if min(x, y, z) > 0 else None
+            case "cylinder":
+                radius = self._number_in(shape, "radius", 1.0)
+                length = self._number_in(shape, "length", 1.0)
+                return Cylinder(radius, length) if min(radius, length) > 0 else None
+            case "sphere":
+                radius = self._number_in(shape, "radius", 1.0)
+                return Sphere(radius) if radius > 0 else None
+            case "mesh":
+                uri = shape.child("uri")
+                if uri is None or not uri.text.strip():
+                    return None
+                x, y, z = self._numbers_in(shape, "scale", (1, 1, 1)).tolist()
+                return Mesh(uri.text.strip(), None, (x, y, z))
+        return None
+
+    # joints
+
+    def _note_joint(self, element: Element, scope: _Scope) -> None:
+        self._check(element, "joint")
+        name = self._name(element)
+        pose, relative = self._pose_in(element)
+        child = self._text_in(element, "child")
+        frame = _Frame(element, pose, scope, relative or child, attached_to=child)
+        self._add_frame(element, scope, name, frame)
+        placeholder = self._ground
+        joint = _Joint(element, scope, f"{scope.name}{name}", placeholder, placeholder, np.eye(4))
+        self._carried.append(joint)
+
+    def _join_all(self, world: _Scope) -> None:
+        """Join the links to a tree from the world; joints that are left close loops."""
+        carrier: dict[str, _Joint] = {}
+        closing: list[_Joint] = []
+        for joint in self._carried:
+            element, scope = joint.element, joint.scope
+            ends = [self._text_in(element, tag) for tag in ("parent", "child")]
+            if ends[1] == GROUND:
+                raise self.refuse(element, "a joint whose child is the world is not read")
+            joint.parent, joint.child = (
+                self._carrier(self._find(scope, end, element)) for end in ends
+            )
+            joint.pose = self._place(scope.frames[self._name(element)])
+            if joint.parent is joint.child:
+                raise self.refuse(element, f"it joins link {joint.child.name!r} to itself")
+            if joint.child.static:
+                self.omitted["joints of static models"] += 1
+            elif joint.child.name in carrier:
+                closing.append(joint)
+            else:
+                carrier[joint.child.name] = joint
+        for link in self._links:
+            self._place(link.frame)
+        names = Names(joint.name for joint in self._carried)
+        waiting = [link for link in self._links if link.name not in carrier]
+        for link in waiting:
+            if link.static:
+                place = placement_at(self._place(link.frame))
+                self._joints.append(
+                    Fixed(names.free(f"{link.name}_weld"), GROUND, link.name, origin=place)
+                )
+            else:
+                base = "root_joint" if len(waiting) == 1 else f"{link.name}_root_joint"
+                self._joints.append(Floating(names.free(base), GROUND, link.name))
+        reached = {GROUND, *(link.name for link in waiting)}
+        left = [*carrier.values()]
+        while left:
+            ready = [joint for joint in left if joint.parent.name in reached]
+            if not ready:
+                message = f"link {left[0].child.name!r} hangs on itself"
+                raise self.refuse(left[0].element, message)
+            for joint in ready:
+                self._joint(joint)
+                reached.add(joint.child.name)
+            left = [joint for joint in left if joint.child.name not in reached]
+        for joint in closing:
+            self._close(joint)
+
+    def _direction(self, joint: _Joint, axis: Element | None) -> Array:
+        """An axis in the joint's frame."""
+        xyz = self._numbers_in(axis, "xyz", (0, 0, 1))
+        stated = axis.child("xyz") if axis is not None else None
+        old = self._version < (1, 5)  # there axes are those of the model
+        turn = np.eye(3)
+        if stated is not None and (name := stated.attributes.get("expressed_in", "")):
+            frame = self._find(joint.scope, name, stated)
+            turn = joint.pose[:3, :3].T @ self._place(frame)[:3, :3]
+        elif axis is not None and self._is_true(axis, "use_parent_model_frame", old):
+            own = joint.scope.frames["__model__"]
+            turn = joint.pose[:3, :3].T @ self._place(own)[:3, :3]
+        try:
+            return unit_vector(turn @ xyz)
+        except InputError as error:
+            raise self.refuse(joint.element, str(error)) from None
+
+    def _joint(self, joint: _Joint) -> None:
+        element, parent, child = joint.element, joint.parent, joint.child
+        axes = (*element.all("axis"), *element.all("axis2"))
+        for stated in axes:
+            self._check(stated, "axis")
+        kind = element.attributes.get("type", "")
+        pose = joint.pose
+        axis = element.child("axis")
+        if kind == "universal":
+            first, second = (
+                self._direction(joint, axis),
+                self._direction(joint, element.child("axis2")),
+            )
+            if abs(first @ second) > 1e-9:
+                raise self.refuse(element, "the axes of a universal joint are not orthogonal")
+            turn = np.eye(4)
+            turn[:3, :3] = np.column_stack([first, second, np.cross(first, second)])
+            pose = pose @ turn
+        in_parent = np.linalg.inv(self._place(parent.frame) @ np.linalg.inv(parent.shift)) @ pose
+        child.shift = np.linalg.inv(pose) @ self._place(child.frame)
+        place = placement_at(in_parent)
+        name, ends = joint.name, (parent.name, child.name)
+        match kind:
+            case "fixed":
+                self._joints.append(Fixed(name, *ends, origin=place))
+                return
+            case "ball":
+                self._joints.append(Spherical(name, *ends, origin=place))
+            case "universal":
+                self._joints.append(Universal(name, *ends, origin=place))
+            case "revolute" | "continuous" | "prismatic" | "screw":
+                self._single(joint, kind, axis, place)
+                return
+            case _:
+                raise self.refuse(element, f"a joint of type {kind!r} is not read")
+        for stated in axes:
+            dynamics = stated.child("dynamics")
+            for tag in ("damping", "spring_stiffness"):
+                if self._number_in(dynamics, tag, 0.0):
+                    raise self.refuse(stated, f"{tag} of a {kind} joint is not read")
+
+    def _single(self, joint: _Joint, kind: str, axis: Element | None, place: Placement) -> None:
+        """Add a joint with one coordinate, its spring, its damper and what it follows."""
+        element, name = joint.element, joint.name
+        if axis is None:
+            raise self.refuse(element, f"a joint of type {kind!r} has no <axis>")
+        x, y, z = self._direction(joint, axis).tolist()
+        bounds = axis.child("limit")
+        names = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}
+        values = {}
+        for limit, default in names.items():
+            value = self._number_in(bounds, limit, default)
+            unlimited = abs(value) >= _UNBOUNDED
+            unlimited = unlimited or (limit in ("effort", "velocity") and value < 0)
+            values[limit] = default if unlimited else value
+        rotor = self._number_in(element, "drake:rotor_inertia", 0.0)
+        gear = self._number_in(element, "drake:gear_ratio", 1.0)
+        armature = gear**2 * rotor if values["effort"] else 0.0
+        stated = {
+            "origin": place,
+            "axis": (x, y, z),
+            "limits": Limits(**values) if bounds is not None else None,
+            "armature": armature,
+        }
+        ends = joint.parent.name, joint.child.name
+        if kind == "screw":
+            stated["pitch"] = self._pitch(element)
+            self._joints.append(Helical(name, *ends, **stated))  # type: ignore[arg-type]
+        else:
+            made = Prismatic if kind == "prismatic" else Revolute
+            self._joints.append(made(name, *ends, **stated))  # type: ignore[arg-type]
+        dynamics = axis.child("dynamics")
+        if dynamics is not None:
+            self._check(dynamics, "dynamics")
+        stiffness = self._number_in(dynamics, "spring_stiffness", 0.0)
+        rest = self._number_in(dynamics, "spring_reference", 0.0)
+        damping = self._number_in(dynamics, "damping", 0.0)
+        if self._number_in(dynamics, "friction", 0.0):
+            self._rubbing.append(name)
+        if stiffness:
+            self._forces.append(JointSpring(f"{name}_spring", name, stiffness, rest))
+        if damping:
+            self._forces.append(JointDamper(f"{name}_damper", name, damping))
+        mimic = axis.child("mimic")
+        if mimic is not None:
+            leader = f"{joint.scope.name}{mimic.attributes.get('joint', '')}"
+            if mimic.attributes.get("axis", "axis") != "axis":
+                raise self.refuse(mimic, "a mimic of a second axis is not read")
+            factor = self._number_in(mimic, "multiplier", 1.0)
+            offset = self._number_in(mimic, "offset", 0.0)
+            reference = self._number_in(mimic, "reference", 0.0)
+            self._follows[name] = factor * (coordinate(leader) - reference) + offset
+
+    def _pitch(self, element: Element) -> float:
+        """Advance per radian; `thread_pitch` is the old form, in rad/m and left-handed."""
+        travel = element.child("screw_thread_pitch")
+        if travel is not None:
+            return self._number_in(element, "screw_thread_pitch", 1.0) / (2 * math.pi)
+        old = self._number_in(element, "thread_pitch", 1.0)
+        if not old:
+            raise self.refuse(element, "expected a thread_pitch other than zero")
+        return -1 / old
+
+    def _close(self, joint: _Joint) -> None:
+        """Close a loop by a joint whose child another joint carries already."""
+        element = joint.element
+        ends = []
+        for link in (joint.parent, joint.child):
+            body = self._place(link.frame) @ np.linalg.inv(link.shift)
+            ends.append(np.linalg.inv(body) @ joint.pose)
+        a, b = ends
+        at_a, at_b = (tuple(end[:3, 3].tolist()) for end in ends)
+        names = joint.parent.name, joint.child.name
+        kind = element.attributes.get("type", "")
+        if element.child("axis") is not None and kind != "fixed":
+            dynamics = element.child("axis").child("dynamics")  # type: ignore[union-attr]
+            for tag in ("damping", "spring_stiffness"):
+                if self._number_in(dynamics, tag, 0.0):
+                    raise self.refuse(element, f"{tag} of a joint that closes a loop is not read")
+        match kind:
+            case "fixed":
+                frames = placement_at(a), placement_at(b)
+                self._loops.append(Loop.weld(joint.name, names[0], frames[0], names[1], frames[1]))
+            case "ball":
+                self._loops.append(Loop.ball(joint.name, names[0], at_a, names[1], at_b))
+            case "revolute" | "continuous":
+                axis = self._direction(joint, element.child("axis"))
+                axes = [(end[:3, :3] @ axis).tolist() for end in ends]
+                loop = Loop.hinge(joint.name, names[0], at_a, names[1], at_b, axes[0], axes[1])
+                self._loops.append(loop)
+            case _:
+                raise self.refuse(element, f"a loop closed by a joint of type {kind!r} is not read")
+
+    def _read_gravity(self, world: Element) -> None:
+        self._gravity = self._numbers_in(world, "gravity", self._gravity)
+
+    def _mechanism(self, name: str) -> Mechanism:
+        bodies = [Body(GROUND)]
+        for link in self._links:
+            mass = link.mass.move(link.shift)
+            visuals = []
+            for visual in link.visuals:
+                place = placement_at(link.shift @ pose_of(visual.placement))
+                visuals.append(replace(visual, placement=place))
+            bodies.append(mass.body(link.name, visuals))
+            if link.weightless:
+                x, y, z = mass.center.tolist()
+                fx, fy, fz = (-mass.mass * self._gravity).tolist()
+                lift = Force(f"{link.name}_weightless", link.name, (x, y, z), (fx, fy, fz))
+                self._forces.append(lift)
+        singles = {joint.name for joint in self._joints}
+        for follower, law in self._follows.items():
+            missing = {str(symbol) for symbol in law.free_symbols} - singles
+            if missing:
+                raise InputError(f"joint {follower!r} mimics {missing.pop()!r}, which is not there")
+        omitted = self.list_omissions()
+        if self._rubbing:
+            omitted.append(f"dry friction of {', '.join(self._rubbing)}")
+        x, y, z = self._gravity.tolist()
+        return Mechanism(
+            name,
+            tuple(bodies),
+            tuple(self._joints),
+            forces=tuple(self._forces),
+            loops=tuple(self._loops),
+            coordinates=Coordinates((), tuple(self._follows.items())),
+            gravity=(x, y, z),
+            ground=GROUND,
+            about=f"Read from SDF, without {', '.join(omitted)}." if omitted else "",
+        )

@@ -1,0 +1,195 @@
+"""SDF without another engine: the same robot stated in other words, loops, files, refusals."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from test_sdf_drake import MASS, ROOT, TWO, A, B, joint, link, model
+
+import mecanique as mq
+from mecanique.cli import app
+from mecanique.model.placement import pose_of
+from mecanique.sdf import read_sdf
+
+PLAIN = model(TWO + joint("r", "a", "b", "<axis><xyz>0 1 0</xyz></axis>"))
+
+
+def test_a_pendulum_has_its_closed_form() -> None:
+    text = model(
+        '<link name="a"><pose>0 0 -0.5 0 0 0</pose><inertial><mass>3</mass><inertia><ixx>0.1</ixx>'
+        "<iyy>0.2</iyy><izz>0.1</izz></inertia></inertial></link>"
+        + joint("q", "world", "a", "<axis><xyz>0 1 0</xyz></axis>", "<pose>0 0 0.5 0 0 0</pose>")
+    )
+    engine = mq.Reference(mq.read(text))
+    assert engine.mass_matrix([0.3]).item() == pytest.approx(0.2 + 3 * 0.25, rel=1e-14)
+    bias = engine.bias([0.3], [0.0])
+    assert bias == pytest.approx([3 * 9.81 * 0.5 * np.sin(0.3)], rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        model(
+            A
+            + '<frame name="f"><pose>0.5 0.1 1 0.4 0 0.2</pose></frame>'
+            + link("b", '<pose relative_to="f"/>')
+            + ROOT
+            + joint("r", "a", "b", "<axis><xyz>0 1 0</xyz></axis>")
+        ),
+        model(TWO + joint("r", "a", "b", '<axis><xyz expressed_in="b">0 1 0</xyz></axis>')),
+        model(TWO + joint("r", "a", "b", "<axis><xyz>0 7 0</xyz></axis>")),
+        model(
+            TWO
+            + '<frame name="f" attached_to="b"/>'
+            + joint("r", "a", "f", "<axis><xyz>0 1 0</xyz></axis>")
+        ),
+    ],
+)
+def test_frames_say_the_same_in_other_words(text: str) -> None:
+    plain, stated = (mq.Reference(read_sdf(each)) for each in (PLAIN, text))
+    q, v = [0.4, -0.7], [1.3, 0.6]
+    assert stated.mass_matrix(q) == pytest.approx(plain.mass_matrix(q), rel=1e-13)
+    assert stated.bias(q, v) == pytest.approx(plain.bias(q, v), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("kind", "loop"), [("revolute", "hinge"), ("ball", "ball"), ("fixed", "weld")]
+)
+def test_a_second_joint_closes_a_loop_where_the_file_shows_it(kind: str, loop: str) -> None:
+    second = joint("c", "world", "b").replace("revolute", kind)
+    mechanism = read_sdf(model(TWO + joint("r", "a", "b") + second))
+    (closure,) = mechanism.loops
+    assert closure.kind == loop
+    engine = mq.Reference(mechanism)
+    poses = [
+        engine.pose(body, [0.0, 0.0]) @ pose_of(frame)
+        for body, frame in (
+            (closure.body_a, closure.frame_a),
+            (closure.body_b, closure.frame_b),
+        )
+    ]
+    gap = poses[0][:3, 3] - poses[1][:3, 3]
+    assert np.abs(gap).max() < 1e-14
+    if kind != "ball":
+        assert np.abs(poses[0][:3, 2] - poses[1][:3, 2]).max() < 1e-14
+
+
+def test_a_mimic_follows_from_its_reference() -> None:
+    axis = (
+        '<axis><xyz>0 1 0</xyz><mimic joint="q"><multiplier>3</multiplier><offset>0.5</offset>'
+        "<reference>0.2</reference></mimic></axis>"
+    )
+    mechanism = read_sdf(model(TWO + joint("r", "a", "b", axis)))
+    assert mechanism.nv == 1
+    law = mechanism.coordinates.driven["r"]
+    assert float(law.subs({"q": 0.7})) == pytest.approx(2.0, rel=1e-14)
+
+
+def test_a_link_without_gravity_weighs_nothing() -> None:
+    text = model(A.replace("</link>", "<gravity>0</gravity></link>") + ROOT)
+    engine = mq.Reference(read_sdf(text))
+    assert np.abs(engine.inverse_dynamics([0.3], [0.0], [0.0])).max() < 1e-14
+
+
+def test_models_are_included_from_files(tmp_path: Path) -> None:
+    folder = tmp_path / "parts" / "arm"
+    folder.mkdir(parents=True)
+    (folder / "model.sdf").write_text(model(B), encoding="utf-8")
+    main = tmp_path / "robot.sdf"
+    text = model(
+        A
+        + ROOT
+        + "<include><uri>parts/arm</uri><name>n</name><pose>0 0 1 0 0.2 0</pose></include>"
+        + joint("r", "a", "n::b")
+    )
+    main.write_text(text, encoding="utf-8")
+    nested = f'<model name="n"><pose>0 0 1 0 0.2 0</pose>{B}</model>'
+    same = read_sdf(model(A + ROOT + nested + joint("r", "a", "n::b")))
+    assert read_sdf(main) == same
+    main.write_text(text.replace("parts/arm", "model://arm"), encoding="utf-8")
+    assert read_sdf(main, package_path=tmp_path / "parts") == same
+    main.write_text(text.replace("parts/arm", "robot.sdf"), encoding="utf-8")
+    with pytest.raises(mq.InputError, match="models are nested deeper than 20"):
+        read_sdf(main)
+    (folder / "model.sdf").write_text(model("\n<cat/>"), encoding="utf-8")
+    main.write_text(text, encoding="utf-8")
+    said = re.escape(f"{folder / 'model.sdf'}:2: <cat> in <model> is not read")
+    with pytest.raises(mq.InputError, match=said):
+        read_sdf(main)
+
+
+def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
+    file = tmp_path / "robot.sdf"
+    extra = '<plugin name="p" filename="f"/><sensor name="s" type="imu"/>'
+    file.write_text(PLAIN.replace("</model>", f"{extra}</model>"), encoding="utf-8")
+    assert mq.read(file).about == "Read from SDF, without 1 plugins, 1 sensors."
+    assert CliRunner().invoke(app, ["verify", str(file), "--samples", "5"]).exit_code == 0
+    with pytest.raises(mq.InputError, match="root can be given for URDF and xacro alone, not SDF"):
+        mq.read(file, root="floating")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<mujoco/>", "line 1: expected <sdf> as the outermost element, not <mujoco>"),
+        ('<sdf version="2.0"/>', "expected version 1.4 to 1.12, got '2.0'"),
+        ('<sdf version="1.9"/>', "expected one <model> or <world>, got 0"),
+        (model("<cat/>"), "<cat> in <model> is not read"),
+        (model("<link/>"), "<link> has no name"),
+        (model(A + A), "the name 'a' is there already"),
+        (model(link("a", "<pose>0 0 1</pose>")), "expected 6 finite numbers in <pose>"),
+        (model(link("a", "<pose>0 0 x 0 0 0</pose>")), "expected 6 finite numbers in <pose>"),
+        (
+            model(link("a", '<pose rotation_format="quat_xyzw">0 0 0 1 1 1 1</pose>')),
+            "expected a unit quaternion",
+        ),
+        (model(link("a", '<pose relative_to="z"/>')), "there is no link, frame or joint 'z' here"),
+        (
+            model(link("a", '<pose relative_to="b"/>') + link("b", '<pose relative_to="a"/>')),
+            "frames are stated relative to one another in a circle",
+        ),
+        (
+            model(A + '<frame name="f" attached_to="f"/>' + joint("q", "world", "f")),
+            "frames are attached to one another in a circle",
+        ),
+        (model(A.replace("<inertial>", '<inertial auto="true">')), 'auto="true" of <inertial>'),
+        (model(A.replace("<mass>2", "<mass>two")), "expected 1 finite number in <mass>"),
+        (model(A + joint("q", "a", "world")), "a joint whose child is the world is not read"),
+        (model(A + joint("q", "a", "a")), "it joins link 'a' to itself"),
+        (model(A + B + joint("q", "a", "b") + joint("r", "b", "a")), "hangs on itself"),
+        (
+            model(TWO + joint("r", "a", "b", "<sensor/>")),
+            "a joint of type 'revolute' has no <axis>",
+        ),
+        (
+            model(TWO + joint("r", "a", "b", "<axis><xyz>0 0 0</xyz></axis>")),
+            "expected a direction with a length",
+        ),
+        (
+            model(TWO + joint("r", "a", "b").replace("revolute", "gearbox")),
+            "a joint of type 'gearbox' is not read",
+        ),
+        (
+            model(TWO + joint("r", "a", "b") + joint("s", "world", "b").replace("olute", "olute2")),
+            "a loop closed by a joint of type",
+        ),
+        (
+            model(TWO + joint("r", "a", "b", '<axis><xyz>0 1 0</xyz><mimic joint="z"/></axis>')),
+            "joint 'r' mimics 'z', which is not there",
+        ),
+        (model("<include><uri>https://x.y/z</uri></include>"), "https:// are not fetched"),
+        (model("<include><uri>a.sdf</uri></include>"), "the model 'a.sdf' is not found"),
+        (
+            model('<include merge="true"><uri>a.sdf</uri></include>'),
+            'merge="true" of <include> is not read',
+        ),
+        (model(f'<link name="a">{MASS}<kinematic>1</kinematic></link>'), "a kinematic link"),
+    ],
+)
+def test_what_is_not_read_is_refused_by_name(text: str, said: str) -> None:
+    with pytest.raises(mq.InputError, match=re.escape(said)):
+        read_sdf(text)
