@@ -40,6 +40,7 @@ ELSEWHERE = {
         "sdf.py",
         "formats.py",
         "motion/modes/corners.py",
+        "derivation/modes.py",
     },
     # a contact that opens and closes is one that rolls, while it is closed
     "law of contact": {"model/constraints/switching.py", "motion/modes/rows.py"},

@@ -94,7 +94,7 @@ ORDER: dict[str, list[str]] = {
         "solved",
         "equations",
         "methods",
-        "reduction single_equation small_motions",
+        "modes reduction single_equation small_motions",
     ],
     "derivation.mechanics": [
         "letters vectors",

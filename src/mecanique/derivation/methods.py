@@ -68,7 +68,7 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
     """
     if method not in METHODS:
         raise UnknownNameError("method", method, METHODS)
-    mechanism.refuse_switching("derivations do")
+    mechanism.refuse_switching("derivations by themselves (ask for mq.derive_modes) do")
     chosen = METHODS[method]
     refuse_misfits(mechanism)
     return Equations(

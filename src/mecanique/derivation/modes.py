@@ -1,0 +1,291 @@
+"""Equations of a mechanism with elements that switch: those of each mode, and when it holds.
+
+The elements' forces enter Lagrange's equations as loads of unknown size, M a + h = Q + Jᵀ R: their
+coefficients are the rows J that a mode may hold. In a mode each element gives one equation for each
+of its forces: J a + γ = 0 where it sticks or is closed, R = −μ N where it slips, R = 0 where it is
+open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any, final
+
+from mecanique.derivation.methods import derive
+from mecanique.errors import DerivationError
+from mecanique.model.constraints.switching import Contact, Friction, Stop, Switching
+from mecanique.model.expression import Scalar, coordinate
+from mecanique.model.forces import Force, JointForce, Torque
+from mecanique.model.joint_base import Single
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.parameters import Input
+
+MOST_MODES = 81
+"""So many modes at most are written out."""
+
+
+@final
+@dataclass(frozen=True)
+class ModeEquations:
+    """The equations of one mode.
+
+    Args:
+        states: the state of each element, by name.
+        accelerations: each solved for, a sympy expression by name, e.g. "x''"; empty if the mode
+            does not determine them.
+        forces: those of the elements, likewise: friction, and normal forces.
+        conditions: when it holds, in words and formulas.
+    """
+
+    states: dict[str, str]
+    accelerations: dict[str, Any]
+    forces: dict[str, Any]
+    conditions: tuple[str, ...]
+
+    def __str__(self) -> str:
+        listed = ", ".join(f"{name} {state}" for name, state in self.states.items())
+        lines = [f"{listed}:"]
+        for name, value in (self.accelerations | self.forces).items():
+            lines.append(f"  {name} = {_write(value)}")
+        if not self.accelerations:
+            lines.append("  its forces are not determined by rigid bodies")
+        lines += [f"  {condition}" for condition in self.conditions]
+        return "\n".join(lines)
+
+
+@final
+@dataclass(frozen=True)
+class Modes:
+    """The modes of a mechanism with elements that switch; its text lists them.
+
+    Args:
+        mechanism: whose they are.
+        modes: each with its equations.
+    """
+
+    mechanism: Mechanism
+    modes: tuple[ModeEquations, ...]
+
+    def __getitem__(self, states: str | tuple[str, ...]) -> ModeEquations:
+        asked = (states,) if isinstance(states, str) else states
+        for mode in self.modes:
+            if tuple(mode.states.values()) == asked:
+                return mode
+        known = "; ".join(", ".join(mode.states.values()) for mode in self.modes)
+        raise DerivationError(f"expected the states of a mode, {known}; got {', '.join(asked)}")
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.modes))
+
+
+@dataclass(frozen=True)
+class _ElementForces:
+    """The unknown forces of an element, by symbol: normal first if it has one."""
+
+    element: Switching
+    normal: Any
+    tangent: Any
+    gap: Scalar  # of a stop; 0 otherwise
+    speed: Scalar  # of what it rubs on
+
+
+def derive_modes(mechanism: Mechanism) -> Modes:
+    """Derive the equations of every mode of a mechanism with elements that switch.
+
+    Args:
+        mechanism: with `Friction`, `Stop` or `Contact` among its `switching` elements; contacts
+            with planes of the ground that move in a plane.
+
+    Returns:
+        The modes, each with its accelerations, the forces of the elements and its conditions.
+
+    Raises:
+        DerivationError: if an element is not treated, or there are too many modes.
+
+    Example:
+        >>> from dataclasses import replace
+        >>> mu, N = mq.Parameter("mu", 0.2), mq.Parameter("N", 5.0, "N")
+        >>> block = mq.textbook.load("spring_mass")
+        >>> dry = mq.Friction("dry", block.joints[0].name, mu, N)
+        >>> parameters = (*block.parameters, mu, N)
+        >>> dry_block = replace(block, parameters=parameters, switching=(dry,))
+        >>> print(mq.derive_modes(dry_block)["slips +"].conditions[0])
+        while x' > 0
+    """
+    from sympy import Matrix, Symbol, diff, sympify
+
+    loaded, unknown = _load(mechanism)
+    equations = derive(loaded)
+    M, h, Q = equations.M, equations.h, equations.Q
+    symbols = [s for forces in unknown for s in (forces.normal, forces.tangent) if s is not None]
+    slopes = {symbol: Matrix([diff(entry, symbol) for entry in Q]) for symbol in symbols}
+    rest = Q.subs(dict.fromkeys(symbols, 0))
+    velocities = [Symbol(name) for name in mechanism.velocities]
+    accelerations = [Symbol(f"{name}'") for name in mechanism.velocities]
+    balance = M * Matrix(accelerations) + h - rest
+    for symbol in symbols:
+        balance -= slopes[symbol] * symbol
+
+    def rate(symbol: Any, speed: Scalar) -> Any:
+        return (slopes[symbol].T * Matrix(velocities))[0] - speed
+
+    def hold(symbol: Any, speed: Scalar) -> Any:
+        """J a + γ of the row of a force."""
+        moving = rate(symbol, speed)
+        held = (slopes[symbol].T * Matrix(accelerations))[0] + diff(moving, Symbol("t"))
+        for name in mechanism.coordinates:
+            held += diff(moving, Symbol(name)) * Symbol(f"{name}'")
+        return held
+
+    choices = [_list_states(forces) for forces in unknown]
+    modes: list[ModeEquations] = []
+    for states in product(*choices):
+        laws = list(balance)
+        for forces, state in zip(unknown, states, strict=True):
+            laws += _constrain(forces, state, hold)
+        solution = _solve(laws, [*accelerations, *symbols])
+        conditions: list[str] = []
+        for forces, state in zip(unknown, states, strict=True):
+            conditions += _say_conditions(forces, state, solution, rate)
+        pairs = zip(mechanism.velocities, accelerations, strict=True)
+        named = {f"{name}'": solution.get(s) for name, s in pairs}
+        modes.append(
+            ModeEquations(
+                {forces.element.name: state for forces, state in zip(unknown, states, strict=True)},
+                {name: value for name, value in named.items() if value is not None},
+                {str(s): solution[s] for s in symbols if sympify(solution.get(s, 0)) != 0},
+                tuple(conditions),
+            )
+        )
+    return Modes(mechanism, tuple(modes))
+
+
+def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
+    """Return the smooth mechanism with the elements' forces as inputs, and these."""
+    from sympy import Symbol
+
+    inputs, forces = list(mechanism.inputs), list(mechanism.forces)
+    unknown: list[_ElementForces] = []
+
+    def add(letter: str, element: Switching, unit: str) -> Any:
+        symbol = f"{letter}_{element.name}"
+        inputs.append(Input(symbol, 0.0, unit, f"force of {element.name}"))
+        return Symbol(symbol)
+
+    for element in mechanism.switching:
+        if isinstance(element, Contact):
+            if element.curved_or_moving or element.axis is not None:
+                raise DerivationError(
+                    f"contact {element.name!r} is not with a plane of the ground; the equations of "
+                    "its modes are not written out yet"
+                )
+            x, _, n = zip(*element.plane.rotation, strict=True)
+            normal = add("N", element, "N")
+            tangent = add("T", element, "N") if element.rubs else None
+            parts = [(n, normal), *([(x, tangent)] if tangent is not None else [])]
+            cx, cy, cz = element.center
+            px, py, pz = (sum(e[k] * size for e, size in parts) for k in range(3))
+            pull = (px, py, pz)
+            lever = [-element.radius * component for component in n]
+            turn = (
+                lever[1] * pull[2] - lever[2] * pull[1],
+                lever[2] * pull[0] - lever[0] * pull[2],
+                lever[0] * pull[1] - lever[1] * pull[0],
+            )
+            name = element.name
+            forces.append(Force(f"{name}, force", element.body, (cx, cy, cz), pull))
+            if element.radius != 0:
+                forces.append(Torque(f"{name}, moment", element.body, turn))
+            unknown.append(_ElementForces(element, normal, tangent, 0, 0))
+            continue
+        joint = mechanism.joint(element.joint)
+        assert isinstance(joint, Single), "validated"
+        unit = "N·m" if joint.turns else "N"
+        if isinstance(element, Friction):
+            tangent = add("R", element, unit)
+            forces.append(JointForce(element.name, element.joint, tangent))
+            unknown.append(_ElementForces(element, None, tangent, 0, element.speed))
+        else:
+            normal = add("N", element, unit)
+            forces.append(JointForce(element.name, element.joint, -element.side * normal))
+            driven = mechanism.coordinates.driven
+            place = driven.get(joint.coordinate, coordinate(joint.coordinate))
+            gap = element.side * (element.at - place)
+            unknown.append(_ElementForces(element, normal, None, gap, 0))
+    loaded = replace(mechanism, switching=(), inputs=tuple(inputs), forces=tuple(forces))
+    return loaded, unknown
+
+
+def _list_states(forces: _ElementForces) -> list[str]:
+    states = [] if forces.normal is None else ["open"]
+    if forces.tangent is None:
+        return [*states, "closed"]
+    return [*states, "sticks", "slips +", "slips -"]
+
+
+def _constrain(forces: _ElementForces, state: str, hold: Any) -> Iterator[Any]:
+    """Yield what an element's state says of its forces."""
+    element, normal, tangent = forces.element, forces.normal, forces.tangent
+    if state == "open":
+        yield normal
+        if tangent is not None:
+            yield tangent
+        return
+    if normal is not None:
+        if isinstance(element, Stop) and element.stiffness is not None:
+            yield normal + element.stiffness * forces.gap
+        else:
+            yield hold(normal, 0)
+    if tangent is None or isinstance(element, Stop):
+        return
+    if state == "sticks":
+        yield hold(tangent, forces.speed)
+    else:
+        yield tangent + (1 if state == "slips +" else -1) * element.mu * _find_load(forces)
+
+
+def _find_load(forces: _ElementForces) -> Any:
+    return forces.element.load if isinstance(forces.element, Friction) else forces.normal
+
+
+def _solve(laws: list[Any], unknowns: list[Any]) -> dict[Any, Any]:
+    """Return the unknowns; none where they are not determined."""
+    from sympy import factor, linear_eq_to_matrix, simplify
+
+    matrix, right = linear_eq_to_matrix(laws, unknowns)
+    if simplify(matrix.det(method="berkowitz")) == 0:
+        return {}
+    values = matrix.LUsolve(right)
+    return {s: factor(simplify(value)) for s, value in zip(unknowns, values, strict=True)}
+
+
+def _say_conditions(
+    forces: _ElementForces, state: str, solution: dict[Any, Any], rate: Any
+) -> Iterator[str]:
+    """Yield when an element is in a state."""
+    from sympy import simplify
+
+    normal, tangent, element = forces.normal, forces.tangent, forces.element
+    if state == "open":
+        yield f"while {element.name} is apart"
+        return
+    if normal is not None and normal in solution:
+        yield f"while {_write(solution[normal])} ≥ 0"
+    if tangent is None or isinstance(element, Stop):
+        return
+    if state != "sticks":
+        sign = ">" if state == "slips +" else "<"
+        yield f"while {_write(simplify(rate(tangent, forces.speed)))} {sign} 0"
+    elif tangent in solution:
+        load = _find_load(forces)
+        ratio = simplify(solution[tangent] / solution.get(load, load))
+        if ratio.could_extract_minus_sign():
+            ratio = -ratio
+        yield f"sticks if |{_write(ratio)}| ≤ {_write(element.holding)}"
+
+
+def _write(value: Any) -> str:
+    """Return a sympy expression as a line of text."""
+    return str(value).replace("**", "^").replace("*", " ")

@@ -1,0 +1,155 @@
+"""Equations of modes: closed forms, and each against constraints over Pinocchio's quantities."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import mecanique as mq
+from mecanique.motion.modes.law import OPEN, SLIPS, STICKS, ElementState, Laws, Mode
+from mecanique.motion.modes.rows import Rows
+
+m, g, mu, mu0 = (
+    mq.Parameter("m", 1.3, "kg"),
+    mq.Parameter("g", 9.81, "m/s²"),
+    mq.Parameter("mu", 0.2),
+    mq.Parameter("mu_0", 0.25),
+)
+alpha, r, length = (
+    mq.Parameter("alpha", 0.3, "rad"),
+    mq.Parameter("r", 0.1, "m"),
+    mq.Parameter("l", 2.0, "m"),
+)
+INCLINED = (g * mq.sin(alpha), 0, -g * mq.cos(alpha))
+PARAMETERS = (m, g, mu, mu0, alpha, r, length)
+
+
+def block() -> mq.Mechanism:
+    """Return a block on an incline."""
+    bodies = mq.Body("ground"), mq.Body("block", mq.box(m, (0.1, 0.1, 0.1)))
+    slide = mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x")
+    dry = mq.Friction("dry", "slide", mu, m * g * mq.cos(alpha), mu_static=mu0)
+    return mq.Mechanism(
+        "block", bodies, (slide,), parameters=PARAMETERS, gravity=INCLINED, switching=(dry,)
+    )
+
+
+def flat(shape: object, contact: mq.Contact) -> mq.Mechanism:
+    """Return a body in the plane x, z on an incline."""
+    bodies = mq.Body("ground"), mq.Body("body", shape)  # type: ignore[arg-type]
+    plane = mq.Planar("plane", "ground", "body", axis=(0, -1, 0), names=("x", "z", "th"))
+    return mq.Mechanism(
+        "flat", bodies, (plane,), parameters=PARAMETERS, gravity=INCLINED, switching=(contact,)
+    )
+
+
+BALL = flat(mq.ball(m, r), mq.Contact("floor", "body", radius=r, mu=mu))
+ROD = flat(mq.rod(m, length), mq.Contact("floor", "body", mu=mu))
+
+
+def test_a_block_sticks_up_to_the_angle_of_repose() -> None:
+    modes = mq.derive_modes(block())
+    assert str(modes["sticks"]).splitlines() == [
+        "dry sticks:",
+        "  x'' = 0",
+        "  R_dry = -g m sin(alpha)",
+        "  sticks if |tan(alpha)| ≤ mu_0",
+    ]
+    down = modes["slips +"]
+    a, G, c = sp.symbols("alpha g mu")
+    assert sp.simplify(down.accelerations["x''"] - G * (sp.sin(a) - c * sp.cos(a))) == 0
+    assert down.conditions == ("while x' > 0",)
+    up = modes["slips -"]
+    assert sp.simplify(up.accelerations["x''"] - G * (sp.sin(a) + c * sp.cos(a))) == 0
+
+
+def test_a_ball_rolls_down_while_two_sevenths_of_the_slope_are_below_friction() -> None:
+    modes = mq.derive_modes(BALL)
+    rolling = modes["sticks"]
+    a, G = sp.symbols("alpha g")
+    assert sp.simplify(rolling.accelerations["x''"] - sp.Rational(5, 7) * G * sp.sin(a)) == 0
+    assert rolling.conditions[1] == "sticks if |2 tan(alpha)/7| ≤ mu"
+    assert modes["slips +"].conditions[1] == "while r th' + x' > 0"
+
+
+def test_a_stop_says_what_it_bears() -> None:
+    hinge = mq.Revolute("pin", "ground", "rod", axis=(0, -1, 0), coordinate="q")
+    rod = mq.Mechanism(
+        "rod",
+        (mq.Body("ground"), mq.Body("rod", mq.rod(m, length))),
+        (hinge,),
+        parameters=PARAMETERS,
+        gravity=(0, 0, -g),
+        switching=(mq.Stop("wall", "pin", at=0.1),),
+    )
+    closed = mq.derive_modes(rod)["closed"]
+    q, M, G, L = sp.symbols("q m g l")
+    assert closed.accelerations["q''"] == 0
+    assert sp.simplify(closed.forces["N_wall"] + M * G * L * sp.sin(q) / 2) == 0
+
+
+STATES = {
+    "open": ElementState(OPEN),
+    "closed": ElementState("closed"),
+    "sticks": ElementState(STICKS),
+    "slips +": ElementState("slips +", (1.0,)),
+    "slips -": ElementState("slips -", (-1.0,)),
+}
+
+
+@pytest.mark.parametrize("mechanism", [block(), BALL, ROD], ids=["block", "ball", "rod"])
+def test_every_mode_is_that_of_the_reference(mechanism: mq.Mechanism) -> None:
+    """M a + h = Q + Jᵀ R in letters, against the engine's M, bias and rows of contacts."""
+    rows = Rows(mechanism)
+    laws = Laws(rows.elements, rows.permanent)
+    random = np.random.default_rng(34)
+    names = [*mechanism.coordinates, *mechanism.velocities]
+    symbols = [sp.Symbol(name) for name in (*names, *mechanism.values)]
+    for mode in mq.derive_modes(mechanism).modes:
+        chosen: Mode = tuple(STATES[state] for state in mode.states.values())
+        function = sp.lambdify(symbols, [*mode.accelerations.values()])
+        for _ in range(5):
+            q, v = random.normal(size=mechanism.nq), random.normal(size=mechanism.nv)
+            solution = laws.solve(rows.at(q, v, 0.0), chosen)
+            assert solution is not None
+            expected = function(*q, *v, *mechanism.values.values())
+            np.testing.assert_allclose(solution.a, expected, rtol=1e-10, atol=1e-10)
+
+
+def count_modes(friction: float, rate: float, slip: float) -> int:
+    """Return how many modes follow for a rod that stands on the floor at tan 2, and slides."""
+    rod = mq.Mechanism(
+        "rod",
+        (mq.Body("ground"), mq.Body("body", mq.rod(1.0, 2.0))),
+        (mq.Planar("plane", "ground", "body", axis=(0, -1, 0), names=("x", "z", "th")),),
+        switching=(mq.Contact("floor", "body", mu=friction),),
+    )
+    rows = Rows(rod)
+    laws = Laws(rows.elements, rows.permanent)
+    # upright at π, leaning by atan 1/2 from there
+    q = np.array([0.0, 0.0, math.pi + math.atan(0.5)])
+    terms = rows.at(q, np.array([slip, 0.0, rate]), 0.0)
+    return len(laws.follow(terms, [True], 1e-12))
+
+
+@pytest.mark.parametrize(
+    ("friction", "rate", "counts"),
+    [(1.3, 0.0, {1}), (1.3, 6.0, {1}), (1.4, 0.0, {0, 1}), (1.4, 6.0, {1, 2})],
+)
+def test_painleves_rod_has_no_solution_or_two_beyond_four_thirds(
+    friction: float, rate: float, counts: set[int]
+) -> None:
+    """In one of the two directions of slip (A. Champneys & P. Várkonyi, arXiv 1601.03545)."""
+    assert {count_modes(friction, rate, slip) for slip in (1.0, -1.0)} == counts
+
+
+def test_what_modes_are_not_written_out_is_said() -> None:
+    dome = flat(mq.ball(m, r), mq.Contact("dome", "body", radius=r, bowl=-1.0))
+    with pytest.raises(mq.DerivationError, match="'dome' is not with a plane of the ground"):
+        mq.derive_modes(dome)
+    with pytest.raises(mq.DerivationError, match="expected the states of a mode, sticks; slips"):
+        mq.derive_modes(block())["open"]
+    assert SLIPS not in STATES
