@@ -1,0 +1,106 @@
+"""Actions of cords, belts and teeth against the geometry of tangents and of lines of action."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import mecanique as mq
+
+ACROSS = (0.0, -1.0, 0.0)
+FLAT = (np.pi / 2, 0.0, 0.0)
+BIG, SMALL, PRELOAD, DRIVE = 0.3, 0.1, 20.0, 2.0
+PLACE, TILT = (0.2, 0.1, 0.4), (0.5, -0.3, 0.8)
+
+
+def wheels(*elements: mq.Belt | mq.Gear, second: tuple[float, float, float]) -> mq.Mechanism:
+    """Return two wheels on a tilted frame, the second three times as fast as the first."""
+    return mq.Mechanism(
+        "wheels",
+        (
+            mq.Body("ground"),
+            mq.Body("frame"),
+            mq.Body("a", mq.disk(1.0, BIG).at(rpy=FLAT)),
+            mq.Body("b", mq.disk(2.0, SMALL).at(rpy=FLAT)),
+        ),
+        (
+            mq.Fixed("mount", "ground", "frame", origin=mq.Placement(PLACE, TILT)),
+            mq.Revolute("A", "frame", "a", axis=ACROSS),
+            mq.Revolute("B", "frame", "b", axis=ACROSS, origin=mq.Placement(second)),
+        ),
+        forces=(mq.JointForce("drive", "A", DRIVE),),
+        elements=elements,
+        coordinates=mq.Coordinates(
+            ("A",),
+            {
+                "B": (3 if isinstance(elements[0], mq.Belt) else -3) * mq.coordinate("A"),
+            },
+        ),
+    )
+
+
+def normal_in_world() -> np.ndarray:
+    """Return the axis of the wheels in the world, by Rz Ry Rx."""
+    turned: np.ndarray = Rotation.from_euler("xyz", TILT).apply(ACROSS)
+    return turned
+
+
+def test_runs_of_a_belt_are_tangents_in_the_plane_of_its_frame() -> None:
+    over = mq.Pulley("a", BIG), mq.Pulley("b", SMALL)
+    belt = mq.Belt("belt", over, preload=PRELOAD, normal=ACROSS, axes="frame")
+    mechanism = wheels(belt, second=(0.7, 0.0, 0.2))
+    reference = mq.Reference(mechanism)
+    q, n = [0.4], normal_in_world()
+    tensions = reference.guide_forces(q)
+    assert sum(tensions.values()) / 2 == pytest.approx(PRELOAD, rel=1e-12)
+    actions = reference.guide_actions(q)
+    assert len(actions) == 4
+    for action in actions:
+        center = reference.pose(action.body, q)[:3, 3]
+        arm, radius = action.point - center, {"a": BIG, "b": SMALL}[action.body]
+        assert np.linalg.norm(arm) == pytest.approx(radius, rel=1e-12)
+        assert arm @ n == pytest.approx(0, abs=1e-14)
+        assert arm @ action.force == pytest.approx(0, abs=1e-13)
+        assert np.linalg.norm(action.force) == pytest.approx(tensions[action.name], rel=1e-12)
+    for first, second in zip(actions[::2], actions[1::2], strict=True):
+        np.testing.assert_allclose(first.force, -second.force, rtol=0, atol=1e-13)
+        run = second.point - first.point
+        np.testing.assert_allclose(np.cross(run, first.force), 0.0, rtol=0, atol=1e-13)
+        assert run @ first.force > 0  # it pulls
+    # the moment on the driven wheel about its axis, of both runs, turns three times its inertia
+    rate = reference.acceleration(q)[0]
+    (inertia,) = {0.5 * 2.0 * SMALL**2}
+    moment = sum(
+        float(np.cross(action.point - reference.pose("b", q)[:3, 3], action.force) @ n)
+        for action in actions
+        if action.body == "b"
+    )
+    assert moment == pytest.approx(inertia * 3 * rate, rel=1e-11)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.05])
+def test_teeth_touch_on_the_pitch_circles(offset: float) -> None:
+    """Whatever stands between the wheels along their axes does not count."""
+    angle = 0.35
+    gear = mq.Gear("mesh", "A", "B", BIG, other_radius=SMALL, pressure_angle=angle)
+    mechanism = wheels(gear, second=(BIG + SMALL, offset, 0.0))
+    reference = mq.Reference(mechanism)
+    q, n = [0.4], normal_in_world()
+    along = Rotation.from_euler("xyz", TILT).apply([1.0, 0.0, 0.0])
+    (force,) = reference.guide_forces(q).values()
+    actions = reference.guide_actions(q)
+    assert {action.body for action in actions} == {"a", "b"}
+    for action in actions:
+        arm = action.point - reference.pose("a", q)[:3, 3]
+        np.testing.assert_allclose(arm - (arm @ n) * n, BIG * along, rtol=0, atol=1e-14)
+        assert action.force @ n == pytest.approx(0, abs=1e-13)
+        outward = 1 if action.body == "b" else -1  # teeth push the wheels apart
+        radial = outward * action.force @ along
+        assert radial == pytest.approx(abs(force) * np.sin(angle), rel=1e-12)
+    push = next(action.force for action in actions if action.body == "a")
+    rate = reference.acceleration(q)[0]
+    inertia = 0.5 * 1.0 * BIG**2
+    assert BIG * float(push @ np.cross(n, along)) + DRIVE == pytest.approx(
+        inertia * rate, rel=1e-11
+    )
