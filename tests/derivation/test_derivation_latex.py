@@ -184,14 +184,19 @@ def test_letters_in_sentences_are_mathematics(sentence: str, latex: str | None) 
 
 
 def test_letters_that_are_words_do_not_run_together() -> None:
-    rs, sun = (Latex().letter(name, False, "") for name in ("rs", "sun"))
-    assert Latex().term(["2", rs, sun], [], []) == r"2 \text{rs} \, \text{sun}"
-    assert Latex().term(["m", rs], ["k", rs], []) == r"\frac{m \, \text{rs}}{k \, \text{rs}}"
-    assert Latex().term([rs, "(a + b)"], [], []) == r"\text{rs} (a + b)"
+    rim, sun = (Latex().letter(name, False, "") for name in ("rim", "sun"))
+    assert Latex().term(["2", rim, sun], [], []) == r"2 \text{rim} \, \text{sun}"
+    assert Latex().term(["m", rim], ["k", rim], []) == r"\frac{m \, \text{rim}}{k \, \text{rim}}"
+    assert Latex().term([rim, "(a + b)"], [], []) == r"\text{rim} (a + b)"
     assert Latex().term(["m", "l"], [], []) == "m l"
-    rs, sun = (MathML().letter(name, False, "") for name in ("rs", "sun"))
-    assert "<mspace" in MathML().term([rs, sun], [], [])
+    rim, sun = (MathML().letter(name, False, "") for name in ("rim", "sun"))
+    assert "<mspace" in MathML().term([rim, sun], [], [])
     assert "<mspace" not in MathML().term(["<mi>m</mi>", "<mi>l</mi>"], [], [])
+
+
+def test_subscripts_may_be_joined_on() -> None:
+    written = [Latex().letter(name, False, "") for name in ("rs", "mR", "IBxx", "nu", "AB", "tau")]
+    assert written == ["r_{s}", "m_{R}", r"I_{\text{Bxx}}", r"\nu", r"\text{AB}", r"\tau"]
 
 
 def test_names_with_words_have_upright_subscripts() -> None:

@@ -271,8 +271,8 @@ def test_a_derivation_ends_with_its_result(method: str) -> None:
 def test_integrals_stand_at_the_end() -> None:
     text = derive_system("kepler_orbit").text(steps=True)
     assert text.endswith(
-        "The accelerations are explicit wherever no denominator is zero. Along any motion p_phi and E are"
-        "\n   constant.\n     phi'' = -2 phi' r'/r\n     r'' = r phi'^2 - mu/r^2"
+        "The accelerations are explicit wherever no denominator is zero. Along any motion p_phi "
+        "and E are\n   constant.\n     phi'' = -2 phi' r'/r\n     r'' = r phi'^2 - mu/r^2"
         "\n     p_phi = m r^2 phi'\n     E = m r^2 phi'^2/2 + m r'^2/2 - m mu/r"
     )
 

@@ -138,7 +138,7 @@ def test_what_belongs_to_a_coordinate_or_a_tie_has_its_unit() -> None:
     assert _listed("governor")["Phi_link1_l"].endswith(" link1_l [m²]")
     dumbbell = _listed("dumbbell")
     assert dumbbell["p_x"] == "momenta, each of the coordinate it is named after [kg·m/s]"
-    assert dumbbell["p_phi"] == "momenta, each of the coordinate it is named after [N·m·s]"
+    assert dumbbell["p_phi"] == "momentum of phi [N·m·s]"
     press = _listed("screw_press")
     assert press["Q_theta"].endswith(" [N·m]")
     assert press["theta_travel"] == "dependent coordinate of joint thread [m]"

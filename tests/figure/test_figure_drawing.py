@@ -412,3 +412,28 @@ def test_a_robot_of_many_joints_is_drawn_as_its_file_has_it() -> None:
     arm, humanoid = (mq.read_urdf(mq.robot(name)) for name in ("ur5_robot", "talos_full_v2"))
     assert (posture(arm) != 0).all()
     assert posture(humanoid) == pytest.approx(humanoid.neutral(), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "ways"),
+    [
+        ("atwood_machine", [(0, 1)]),  # the paper's y points down
+        ("two_blocks", [(1, 0), (1, 0)]),
+        ("rolling_disk", [(0.954, 0.301), (0.301, -0.954)]),
+    ],
+)
+def test_arrows_of_coordinates_point_in_their_positive_sense(
+    name: str, ways: list[tuple[float, float]]
+) -> None:
+    """Also where the position drawn has them negative: m1 descends by x, drawn where it is up."""
+    marks = coordinates(seen(name))
+    heads = [m.points for m in marks if isinstance(m, Stroke) and m.style == "coordinate-tip"]
+    found = [head[0] - head[1:].mean(axis=0) for head in heads]
+    for arrow, way in zip(found, ways, strict=True):
+        np.testing.assert_allclose(arrow / np.hypot(*arrow), way, rtol=0, atol=0.02)
+
+
+def test_letters_have_their_subscripts() -> None:
+    parts = {mark.parts for mark in figure(seen("whipple_bicycle")) if isinstance(mark, Words)}
+    assert rich("m_R") in parts
+    assert rich("mR") == rich("m_R")

@@ -133,7 +133,7 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "time in a body": (
         with_body(particle(time())),
-        "body 'block' depends on 't', which is not declared (known: zero)",
+        "body 'block': its mass cannot depend on time",
     ),
     "undeclared in a joint": (
         with_slide(origin=Placement((Parameter("a", 1.0), 0, 0))),

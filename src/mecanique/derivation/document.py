@@ -14,7 +14,7 @@ from mecanique.derivation.matrix_form import Linear, linear
 from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.lines import PAGE, align, display, width
 from mecanique.derivation.printing.prose import escape as tex
-from mecanique.derivation.printing.prose import find_points, to_latex
+from mecanique.derivation.printing.prose import find_points, spell_greek, to_latex
 from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import without_common_divisor
 from mecanique.derivation.symbolic.derivation import REACTIONS, Derivation, Result
@@ -89,6 +89,11 @@ class Document:
         """The matrices of M q'' + C q' + K q = f if the equations are linear, else None."""
         return None if self.derivation.written is not None else linear(self.derivation)
 
+    @property
+    def _matrices(self) -> Linear | None:
+        """The matrices of linear equations; those of a single one are its coefficients."""
+        return self.linear if len(self.equations) > 1 else None
+
     def text(self, steps: bool, symbols: bool = False) -> str:
         """Return the derivation as text."""
         lines = [equation.text() for equation in self.equations] or [self._nothing]
@@ -103,9 +108,9 @@ class Document:
             out += [f"     {result.write(writer)}" for result in stage.results]
         out += ["", f"{len(stages) + 1}. Equations of motion", *_wrap(self._closing)]
         out += [f"     {line}" for line in lines]
-        if self.equations and self.linear is not None:
+        if self._matrices is not None:
             out += ["", "   They are linear:"]
-            out += [f"     {line}" for line in self.linear.text().splitlines()]
+            out += [f"     {line}" for line in self._matrices.text().splitlines()]
         for sentence in self._state_assumptions(writer):
             out += ["", *_wrap(sentence)]
         said, solved = self.result
@@ -149,8 +154,8 @@ class Document:
         out += ["\\subsection*{Equations of motion}", closing if rows else self._nothing]
         if rows:
             out.append(display(rows))
-        if rows and steps and self.linear is not None:
-            out += ["They are linear:", display(self.linear.lines())]
+        if steps and self._matrices is not None:
+            out += ["They are linear:", display(self._matrices.lines())]
         for assumption in self.derivation.assumptions if steps else ():
             positive = expression(assumption.positive).latex()
             said = self._convert(_TAKEN.format(assumption.subject))
@@ -196,12 +201,12 @@ class Document:
         if not steps:
             out += [stage._repr_html_() for stage in reactions]
             return "\n".join(out)
-        if self.equations and self.linear is not None:
-            out += ["<p>They are linear:</p>", self.linear.mathml()]
+        if self._matrices is not None:
+            out += ["<p>They are linear:</p>", self._matrices.mathml()]
         out += [f"<p>{escape(sentence)}</p>" for sentence in self._state_assumptions(Text())]
         said, solved = self.result
         if solved:
-            out += ["<h4>Result</h4>", f"<p>{escape(said)}</p>"]
+            out += ["<h4>Result</h4>", f"<p>{escape(self._spell(said))}</p>"]
             out += [line._repr_html_() for line in solved]
         return "\n".join(out)
 
@@ -211,12 +216,12 @@ class Document:
         """Yield title, description, symbols and warnings as lines of HTML."""
         writer = MathML()
         yield f"<h3>{escape(self._heading)}</h3>"
-        yield from (f"<p>{escape(sentence)}</p>" for sentence in self._about)
+        yield from (f"<p>{escape(self._spell(sentence))}</p>" for sentence in self._about)
         yield symbols
         for meaning in listed:
             written = [writer.letter(name, False, "") for name in meaning.names]
             symbol = ", ".join(_MATH.format("inline", letter) for letter in written)
-            said = escape(meaning.sentence)
+            said = escape(self._spell(meaning.sentence))
             if meaning.definition is not None:
                 said += f", {_MATH.format('inline', _write_equality(meaning, writer))}"
             yield f"<dt>{symbol}</dt><dd>{said}</dd>"
@@ -226,7 +231,7 @@ class Document:
     @property
     def introduction(self) -> str:
         """The mechanism's description and warnings about ambiguous letters, in plain text."""
-        return " ".join([*self._about, *self._warn(steps=True)])
+        return self._spell(" ".join([*self._about, *self._warn(steps=True)]))
 
     def symbols(self) -> tuple[tuple[str, str], ...]:
         """Return each symbol of the equations of motion in MathML, with its meaning in words."""
@@ -235,7 +240,7 @@ class Document:
         for meaning in meanings(self.derivation, steps=False):
             written = [writer.letter(name, False, "") for name in meaning.names]
             symbol = "<mo>,</mo>".join(written)
-            found.append((_MATH.format("inline", symbol), meaning.sentence))
+            found.append((_MATH.format("inline", symbol), self._spell(meaning.sentence)))
         return tuple(found)
 
     def sections(self) -> tuple[Section, ...]:
@@ -251,19 +256,20 @@ class Document:
         ]
         for stage in self.derivation.stages:
             lines = [_MATH.format("block", result.write(writer)) for result in stage.results]
-            out.append(Section(stage.title, stage.explanation, tuple(lines)))
+            title, said = map(self._spell, (stage.title, stage.explanation))
+            out.append(Section(title, said, tuple(lines)))
         formulas = tuple(equation.mathml() for equation in self.equations)
         closing = " ".join([self._closing, *self._state_assumptions(Text())])
         if not formulas:
             closing = self._nothing
-        elif self.linear is not None:
-            formulas += (self.linear.mathml(),)
+        elif self._matrices is not None:
+            formulas += (self._matrices.mathml(),)
             closing += _LINEAR
         out.append(Section("Equations of motion", closing, formulas))
         said, solved = self.result
         if solved:
             lines = [_MATH.format("block", line.write(writer)) for line in solved]
-            out.append(Section("Result", said, tuple(lines)))
+            out.append(Section("Result", self._spell(said), tuple(lines)))
         return tuple(out)
 
     @property
@@ -273,7 +279,7 @@ class Document:
 
     def _warn(self, steps: bool) -> Iterator[str]:
         """Yield warnings about letters with two meanings."""
-        matrices = steps and self.linear is not None
+        matrices = steps and self._matrices is not None
         yield from clashes(self.derivation, steps=steps, matrices=matrices)
 
     def _introduce(self, writer: Text, *, steps: bool) -> Iterator[str]:
@@ -294,6 +300,9 @@ class Document:
                 yield f"  {meaning.names[0]:<{wide}}  {said}"
         for sentence in self._warn(steps):
             yield from ("", *textwrap.wrap(sentence, _WIDTH))
+
+    def _spell(self, sentence: str) -> str:
+        return spell_greek(sentence, self._names)
 
     def _convert(self, sentence: str) -> str:
         return to_latex(sentence, self._names, self._points)

@@ -57,6 +57,17 @@ _OF_COORDINATE = {
 }
 """Quantities that belong to one coordinate, each with the unit of its product with the velocity."""
 
+_ALONE = {
+    "generalized forces of drives and loads, each for the coordinate it is named after": (
+        "generalized force of drives and loads for {}"
+    ),
+    "momenta, each of the coordinate it is named after": "momentum of {}",
+    "virtual work in the displacement of the coordinate it is named after": (
+        "virtual work in the displacement of {}"
+    ),
+}
+"""What they are called where there is one, {} its coordinate."""
+
 _ACTS = {
     "F_weight": "weight of {}",
     "δr_weight": "virtual displacement of the center of mass of {}",
@@ -221,6 +232,10 @@ def _explain_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]
         sentence = "angular velocity [rad/s] and velocity [m/s] of the body, in its own axes"
         yield Meaning(("ω", "v"), sentence)
     for sentence, names in groups.items():
+        if len(names) == 1:
+            _, _, own = names[0].partition("_")
+            for plural, singular in _ALONE.items():
+                sentence = sentence.replace(plural, singular.format(own))
         yield Meaning(tuple(names), sentence)
 
 

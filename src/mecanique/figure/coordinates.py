@@ -122,9 +122,9 @@ def _read(setting: Setting, k: int, name: str) -> _Angle | _Distance | None:
 
 
 def _moved_body(setting: Setting, name: str, before: Floats) -> int | None:
-    """The index of the body on this coordinate's slide, or else of the first body it moves."""
+    """The index of the body on this coordinate's joint, or else of the first body it moves."""
     for joint in setting.mechanism.joints:
-        if isinstance(joint, Prismatic) and joint.coordinate == name:
+        if isinstance(joint, Prismatic | Revolute) and joint.coordinate == name:
             return setting.index(joint.child)
     for joint in setting.mechanism.tree:
         k = setting.index(joint.child)

@@ -18,6 +18,9 @@ from mecanique.model.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of
 SLENDER = 6.0
 """A cylinder longer than this many radii is a rod, drawn as a bar whatever its radius."""
 
+RING = 0.92
+"""Inner radius of a ring drawn in space, in its outer one."""
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -37,6 +40,7 @@ class Solid:
         point: whether it stands for a particle, at whatever size it is drawn.
         contour: shape (n, 3), of its teeth, in the world; None if it has none [m].
         hollow: whether these point inwards.
+        form: what the piece of the body is, if it is homogeneous, e.g. "solid cone".
     """
 
     body: str
@@ -50,6 +54,7 @@ class Solid:
     point: bool = False
     contour: Floats | None = None
     hollow: bool = False
+    form: str = ""
 
 
 def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Solid]:
@@ -60,6 +65,7 @@ def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Solid]:
             point = all(isinstance(entry, (int, float)) and entry == 0 for entry in shape.inertia)
             for visual in shape.visuals:
                 for solid in _solid(mechanism, body.name, pose, visual):
+                    solid = replace(solid, form=shape.form)
                     teeth = _find_teeth(mechanism, solid, toothed)
                     yield replace(
                         solid,
@@ -151,6 +157,10 @@ def outline(solid: Solid, camera: Camera) -> Iterator[Mark]:
         yield Circle(camera.at(solid.ends[0]), radius_of(solid, camera), "mass")
     elif solid.kind == "box":
         yield from _box(solid, camera)
+    elif solid.form == "solid cone":
+        yield from _cone(solid, camera)
+    elif solid.form == "thin ring" and not camera.flat:
+        yield from _ring(solid, camera)
     elif solid.kind == "rod":
         yield from _bar(solid, camera)
     elif solid.contour is None or solid.hollow:
@@ -192,6 +202,35 @@ def _cylinder(solid: Solid, camera: Camera) -> Iterator[Mark]:
     if abs(tilt) > 1e-6:
         half = len(paper) // 2
         yield Stroke(paper[half:] if tilt > 0 else paper[:half], "clear", closed=True)
+
+
+def _cone(solid: Solid, camera: Camera) -> Iterator[Mark]:
+    """A cone from the disk that stands for its base: the apex is 15/2 disks before its middle."""
+    if solid.kind == "rod":
+        return
+    half = (solid.ends[1] - solid.ends[0]) / 2
+    apex = solid.ends.mean(axis=0) - 15.0 * half
+    edge = solid.corners[len(solid.corners) // 2 :]
+    base = camera.at(edge)
+    yield Stroke(hull(np.concatenate([base, camera.at(apex)[None]])), "body", closed=True)
+    if (half @ camera.toward) <= 0:
+        yield Stroke(base, "dashed", closed=True)
+        return
+    yield Stroke(base, "clear", closed=True)
+    # seen from its base, its outline is the base's: two of its lines behind it show the apex
+    side = across(unit(base.mean(axis=0) - camera.at(apex)))
+    for k in (int(np.argmax(base @ side)), int(np.argmin(base @ side))):
+        yield Stroke(np.stack([camera.at(apex), base[k]]), "dashed")
+
+
+def _ring(solid: Solid, camera: Camera) -> Iterator[Mark]:
+    """A ring, its width a tenth of its radius."""
+    edge = solid.corners[: len(solid.corners) // 2]
+    middle = edge.mean(axis=0)
+    inner = middle + RING * (edge - middle)
+    outer = np.concatenate([edge, edge[:1]])
+    for loop in (outer, np.concatenate([inner, inner[:1]])):
+        yield Stroke(camera.at(loop), "spring")
 
 
 def _box(solid: Solid, camera: Camera) -> Iterator[Mark]:

@@ -18,6 +18,8 @@ _NAMES = {sign: name for name, sign in GREEK.items()}
 _NICKNAMES = {"th": "theta", "lam": "lambda", "eps": "epsilon"}
 _SUBSCRIPTS = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
 _SHAPE = re.compile(r"(?P<base>[^\W\d_]+|.)(?:_?(?P<subscript>\w+))?")
+_JOINED = re.compile(r"[A-Za-z][a-z]|[a-z][A-Z][A-Za-z]*|[IJK][A-Z][a-z]+", re.ASCII)
+"""A letter with its subscript joined on: mw, mR, IBxx."""
 
 
 @final
@@ -35,6 +37,8 @@ class SplitName:
         stem = name.rstrip("'")
         shape = _SHAPE.fullmatch(stem.translate(_SUBSCRIPTS))
         base, subscript = (shape["base"], shape["subscript"] or "") if shape else (stem, "")
+        if not subscript and base not in (*GREEK, *_NICKNAMES) and _JOINED.fullmatch(base):
+            base, subscript = base[0], base[1:]
         return cls(_spell(base), _spell(subscript), len(name) - len(stem))
 
 

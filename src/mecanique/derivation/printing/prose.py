@@ -18,6 +18,7 @@ _TOKEN = re.compile(
     r"|(?P<word>[^\W\d]\w*'*(?:[²³]|\^\d)?)"
     r"|(?P<sign>\S)"
 )
+_GREEK_WORD = re.compile(rf"\b({'|'.join(GREEK)})(\d*)\b")
 _PARTIAL = re.compile(r"∂(\w+)/∂(\w+'?)")
 _SLOPE = re.compile(r"d(²?)(\w+)/d(\w+?)(²?)")
 _CALLED = {
@@ -64,6 +65,16 @@ def find_points(sentence: str) -> frozenset[str]:
 def to_latex(sentence: str, names: Collection[str], points: Collection[str] = ()) -> str:
     """Convert a sentence to LaTeX's text mode, with its formulas set as mathematics."""
     return _Sentence(sentence, names, points).latex()
+
+
+def spell_greek(sentence: str, names: Collection[str]) -> str:
+    """Return a sentence with Greek signs for the names of quantities, φ for phi, where no LaTeX is.
+
+    Words that are no names stay.
+    """
+    return _GREEK_WORD.sub(
+        lambda match: f"{GREEK[match[1]]}{match[2]}" if match[0] in names else match[0], sentence
+    )
 
 
 @final

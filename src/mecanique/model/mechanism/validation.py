@@ -203,9 +203,18 @@ def _symbols(m: Description) -> Iterator[str]:
     everything = moving | set(m.velocities)
     for body in m.bodies:
         for shape in body.shapes:
-            yield from _unknown(
-                f"body {body.name!r}", (shape.mass, *shape.center, *shape.inertia), constants
+            parts = (
+                ("mass", (shape.mass,)),
+                ("center of mass", shape.center),
+                ("inertia", shape.inertia),
             )
+            for what, moments in parts:
+                used = frozenset[str]().union(*map(symbols_in, moments))
+                varying = everything & used - constants
+                for name in sorted(varying):
+                    cause = "time" if name == "t" else f"{name!r}, which varies"
+                    yield f"body {body.name!r}: its {what} cannot depend on {cause}"
+                yield from _unknown(f"body {body.name!r}", moments, constants | varying)
     for joint in m.joints:
         yield from _unknown(
             f"joint {joint.name!r}", (*joint.origin.xyz, *joint.origin.rpy), constants
