@@ -174,7 +174,12 @@ ORDER: dict[str, list[str]] = {
     "checking": ["budget", "grammar", "judgement", "verdict", "mistakes", "check"],
     "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
     "checking.judgement": ["truth", "equilibria motion proof quantities", "formula"],
-    "checking.mistakes": ["units vanishing_factors", "hypotheses repairs", "search"],
+    "checking.mistakes": [
+        "units vanishing_factors",
+        "hypotheses repairs",
+        "of_quantities",
+        "search",
+    ],
     "teaching": ["answers", "sheet", "exercise marks"],
     "serving": ["tools", "agents"],
     "generation": [

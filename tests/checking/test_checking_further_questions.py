@@ -123,3 +123,40 @@ def test_undetermined_reactions_are_told() -> None:
     for system in ("rack_and_pinion", "planetary_gear"):
         with pytest.raises(mq.FormulaError, match="unknown letter"):
             mq.check(mq.textbook.load(system), "nothing_here = 0", "reaction")
+
+
+CAUSES = (
+    ("rigid_bar_pendulum", "kinetic energy", "T = m l^2 q'^2/24", "Steiner's term is missing"),
+    ("rigid_bar_pendulum", "kinetic energy", "T = m l^2 q'^2/8", "own center is missing"),
+    ("rigid_bar_pendulum", "frequency", "sqrt(g/l)", "point mass at its end"),
+    ("rigid_bar_pendulum", "frequency", "T = sqrt(2 l/(3 g))", "a factor 2 pi"),
+    ("rigid_bar_pendulum", "equation of motion", "l q'' + g sin q = 0", "point mass at its end"),
+    (
+        *("rigid_bar_pendulum", "equation of motion"),
+        *("m l^2/3 q'' + m g l sin q = 0", "at its end instead of its center"),
+    ),
+    ("rigid_bar_pendulum", "potential energy", "m g l/2 cos q", "sign of the"),
+    ("simple_pendulum", "equation of motion", "q'' + g/l sin(180 q/pi) = 0", "in degrees"),
+    (
+        *("bead_on_hoop", "conserved quantity"),
+        *("m R^2 theta'^2/2 + m W^2 R^2 sin(theta)^2/2 - m g R cos theta", "Jacobi's integral"),
+    ),
+    ("kepler_orbit", "conserved quantity", "m r phi'", "'r' should be r^2"),
+    ("spherical_pendulum", "conserved quantity", "sin(theta) phi'", "should be squared"),
+    ("simple_pendulum", "conserved quantity", "m l^2 q'^2/2 + m g l cos q", "the sign"),
+    ("cart_pole", "mass matrix", "[[M + m, 0], [0, m l^2]]", "is missing"),
+    (
+        *("two_link_arm", "mass matrix"),
+        "[[m1 l1^2/3 + m2 l1^2 + m2 l2^2/4 + m2 l1 l2 cos q2, m2 l2^2/4 + m2 l1 l2 cos(q2)/2],"
+        "[m2 l2^2/4 + m2 l1 l2 cos(q2)/2, m2 l2^2/4]]",
+        "own center is missing",
+    ),
+)
+
+
+@pytest.mark.parametrize(("system", "ask", "text", "said"), CAUSES)
+def test_the_first_cause_names_the_slip(system: str, ask: str, text: str, said: str) -> None:
+    verdict = mq.check(mq.textbook.load(system), text, ask)
+    assert verdict.outcome == "wrong"
+    assert said in verdict.causes[0].text
+    assert "should be 1 times" not in str(verdict)

@@ -178,7 +178,9 @@ class Checker:
         parameters = {parameter.symbol for parameter in self.mechanism.parameters}
         if found.outcome != "wrong" or not found.varied or parameters <= written:
             return found
-        if any(cause.kind in ("emptiness", "units") for cause in found.causes):
+        kinds = {cause.kind for cause in found.causes}
+        measured = any(name.startswith("[") for name in written)
+        if "emptiness" in kinds or (measured and "units" in kinds):
             return found
         held = frozenset(parameters & written)
         truth = self.truth.hold(held)
@@ -196,6 +198,7 @@ class Checker:
     ) -> Check:
         """Return the verdict on formulas of a quantity."""
         judged = judge_formula(reading.statements, truth, quantity, text)
+        matrix = self._explain_matrix(judged, quantity)
         several = len(judged) > 1
         lines = []
         for number, formula in enumerate(judged, 1):
@@ -205,9 +208,14 @@ class Checker:
             elif not formula.holds and formula.residual is not None:
                 place = number if several else 0
                 causes = self.search.mend(
-                    formula.residual, place, text, quantity.dimensions, formula.series
+                    formula.residual, place, text, quantity.dimensions, formula.series, quantity
                 )
+            elif not formula.holds and quantity.kind == "conserved" and formula.root is not None:
+                place = number if several else 0
+                causes = self.search.explain_constant(formula.root, place, text)
             outcome: Outcome = "right" if formula.holds else "wrong"
+            if matrix and not formula.holds:
+                causes = tuple(dict.fromkeys((*matrix, *causes)))
             shown = (*formula.forms, formula.rounding) if formula.rounding else formula.forms
             if formula.holds and shown:
                 outcome = "right except for form"
@@ -239,6 +247,20 @@ class Checker:
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
             notes=(*reading.notes, *quantity.notes),
         )
+
+    def _explain_matrix(self, judged: Sequence[Judged], quantity: Quantity) -> tuple[Cause, ...]:
+        """Return mistakes that lead to a whole mass matrix."""
+        true = quantity.values
+        differences = [one.residual.values.whole for one in judged if one.residual is not None]
+        if quantity.kind != "matrix" or true is None or all(one.holds for one in judged):
+            return ()
+        if len(differences) != true[0].size:
+            return ()
+        given = true + np.stack(differences, axis=-1).reshape(true.shape)
+        mistakes = sorted(
+            self.search.of_quantities.explain_matrix(given), key=lambda one: one.weight
+        )
+        return tuple(Cause(one.kind, one.text) for one in mistakes)
 
     def _is_proven(self, judged: Judged, quantity: Quantity) -> bool:
         """Return whether a formula that holds can also be proven by algebra."""

@@ -14,13 +14,12 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import Tape
+from mecanique.checking.grammar.tape import Tape, needed_values
 from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import TOLERANCE, Residual
 from mecanique.checking.judgement.quantities import Quantity
 from mecanique.checking.judgement.truth import Sample, Truth
-from mecanique.checking.mistakes.repairs import needed_values
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
@@ -428,10 +427,10 @@ def _judge_canonical(
         equation = judged.residual
         if judged.holds and equation is not None:
             # the letters of one momentum are one unknown
-            momenta = [
-                _add_slopes(equation, [name for name in rates if name in group])
-                for group in _group_momenta(truth)
-            ]
+            momenta = []
+            for group in _group_momenta(truth):
+                written = [name for name in rates if name in group]
+                momenta.append(_add_slopes(equation, written))
             velocities = [_add_slopes(equation, [name]) for name in truth.velocities]
             rows.append(np.stack([*velocities, *momenta], axis=-1))
     rank = int(np.linalg.matrix_rank(np.stack(rows, axis=1)[0])) if rows else 0

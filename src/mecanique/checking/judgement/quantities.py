@@ -325,11 +325,10 @@ class _Asked:
 
     def _legendre(self, values: Mapping[str, Array]) -> Array:
         T, V = self._lagrange.T, self._lagrange.V
-        total: Array = self._value(V - T, values)
+        terms = [self._value(V - T, values)]
         for velocity in self._truth.velocities:
-            work: Array = self._value(T.diff(velocity), values) * values[velocity]
-            total = total + work
-        return total
+            terms.append(self._value(T.diff(velocity), values) * values[velocity])
+        return np.asarray(np.sum(np.stack(terms), axis=0), dtype=float)
 
     def _canonical(self, name: str, _: str) -> Quantity:
         """Return the momenta and their rates in true motions."""
@@ -395,8 +394,8 @@ class _Asked:
             if symbol in {g.name for g in Q.generators()}:
                 force[:, i] = evaluated(Q.diff(symbol))
         s = np.random.default_rng(self._truth.seed).uniform(0.5, 5.0, sample.count)
-        whole = M * (s**2)[:, None, None] + C * s[:, None, None] + K
-        answer: Array = np.linalg.solve(whole, force[..., None])[..., 0]
+        whole = M * np.square(s)[:, None, None] + C * s[:, None, None] + K
+        answer = np.asarray(np.linalg.solve(whole, force[..., None])[..., 0], dtype=float)
         return Quantity(
             name=name,
             kind="value",

@@ -111,6 +111,20 @@ class Truth:
         held.__dict__["sample"] = self.with_numbers(varied)
         return held
 
+    def rest(self, position: Mapping[str, Array]) -> Truth | None:
+        """Return the same at rest in a position, without inputs; None if it has no values."""
+        sample = self.sample
+        inputs = [signal.symbol for signal in self.mechanism.inputs]
+        names = (*self.velocities, *inputs, *self.mechanism.coordinates, "t")
+        zero = dict.fromkeys(names, np.zeros(sample.count))
+        values: dict[str, Any] = {**sample.values, **zero, **position}
+        still = self._evaluate(values, sample.count, varied=sample.varied, most=sample.count)
+        if still is None or still.count < sample.count:
+            return None
+        resting = copy(self)
+        resting.__dict__["sample"] = still
+        return resting
+
     def prepare(self) -> None:
         """Derive the equations and evaluate them in the states, if that is still to be done."""
         assert self.sample.count

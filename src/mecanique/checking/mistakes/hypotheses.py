@@ -478,6 +478,21 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[H
         )
         rest = right.rest + moving[1]
         yield Hypothesis("parallel axis", what, 0.9, right.sample.M + moving[0], rest)
+    if turns and any(plain(x) for x in body.center):
+        far = tuple(2 * x for x in body.center)
+        point = right.rebuild(_with_body(mechanism, bare.replace(center=far)))
+        if point is not None:
+            what = f"{name!r} is taken for a point mass at its end instead of a body with inertia"
+            yield Hypothesis("point mass", what, 0.9, *point)
+        moved = right.rebuild(_with_body(mechanism, body.replace(center=far)))
+        far_still = right.rebuild(
+            replace(_with_body(mechanism, body.replace(center=far)), gravity=(0.0, 0.0, 0.0))
+        )
+        near_still = right.rebuild(replace(mechanism, gravity=(0.0, 0.0, 0.0)))
+        if moved is not None and far_still is not None and near_still is not None:
+            weight = (moved[1] - far_still[1]) - (right.rest - near_still[1])
+            what = f"the weight of {name!r} acts at its end instead of its center (twice the arm)"
+            yield Hypothesis("weight", what, 1.0, right.sample.M, right.rest + weight)
     light = right.rebuild(_with_body(mechanism, gone))
     if light is not None:
         what = f"the mass of {name!r} is missing"

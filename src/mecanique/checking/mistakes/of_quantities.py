@@ -141,26 +141,19 @@ class QuantityMistakes:
         mechanism, sample = self._truth.mechanism, self._truth.sample
         states = (sample.values, roll(self._truth, sample))
         whole = _potential(mechanism, states, sample.count)
-        parts: list[tuple[str, str, Mechanism, bool]] = []
+        parts: list[tuple[str, Mechanism, bool]] = []
         none = replace(mechanism, gravity=(0.0, 0.0, 0.0))
-        parts.append(("gravity", "the potential of gravity", none, False))
+        parts.append(("the potential of gravity", none, False))
         for body in mechanism.bodies[1:]:
             gone = body.replace(mass=0.0, inertia=(0.0,) * 6)
             bodies = tuple(gone if other.name == body.name else other for other in mechanism.bodies)
-            parts.append(
-                (body.name, f"the weight of {body.name!r}", replace(mechanism, bodies=bodies), True)
-            )
+            light = replace(mechanism, bodies=bodies)
+            parts.append((f"the weight of {body.name!r}", light, True))
         for force in mechanism.forces:
             forces = tuple(other for other in mechanism.forces if other is not force)
-            parts.append(
-                (
-                    force.name,
-                    f"the energy of {force.name!r}",
-                    replace(mechanism, forces=forces),
-                    False,
-                )
-            )
-        for _, said, less, weighs in parts:
+            less = replace(mechanism, forces=forces)
+            parts.append((f"the energy of {force.name!r}", less, False))
+        for said, less, weighs in parts:
             try:
                 rest = _potential(less, states, sample.count)
             except MecaniqueError:
@@ -171,14 +164,14 @@ class QuantityMistakes:
             twice = f"{said} is counted twice"
             if weighs:
                 twice += ", or acts at the end instead of the center"
-            yield Mistake(1.0, "missing", f"{said} is missing"), -here, -there
+            yield Mistake(1.2, "missing", f"{said} is missing"), -here, -there
             yield (
-                Mistake(0.9, "potential sign", f"the sign of {said} is wrong"),
+                Mistake(1.05, "potential sign", f"the sign of {said} is wrong"),
                 -2 * here,
                 -2 * there,
             )
-            yield Mistake(1.2, "factor", twice), here, there
-            yield Mistake(1.3, "factor", f"{said} is halved"), -here / 2, -there / 2
+            yield Mistake(1.45, "factor", twice), here, there
+            yield Mistake(1.5, "factor", f"{said} is halved"), -here / 2, -there / 2
 
     def _explain_frequency(self, one: Residual, quantity: Quantity) -> Iterator[Mistake]:
         assert quantity.values is not None

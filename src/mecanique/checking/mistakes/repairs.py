@@ -15,7 +15,7 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.checking.budget import spend
 from mecanique.checking.grammar.letters import Letters
-from mecanique.checking.grammar.tape import Tape, Values
+from mecanique.checking.grammar.tape import Tape, Values, needed_values
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.mistakes.units import Units
 from mecanique.model.mechanism import Mechanism
@@ -114,62 +114,6 @@ class Context:
                 yield f"{name} + {letter}", values[name] + values[letter]
                 yield f"{name} - {letter}", values[name] - values[letter]
                 yield f"{letter} - {name}", values[letter] - values[name]
-
-
-def needed_values(tape: Tape, values: Values, target: Array) -> list[Array]:
-    """Return for each part the value that makes the whole equal a target, all else unchanged.
-
-    The values follow from the whole to the parts, by inverting one operation after another; they
-    are NaN where there is none, and within the arguments of functions.
-
-    Shapes: values (n,), target (n,).
-    """
-    unknown = np.full_like(values.whole, np.nan)
-    found: list[Array] = [unknown] * len(tape.nodes)
-    found[-1] = np.broadcast_to(target, values.whole.shape)
-    with np.errstate(all="ignore"):
-        for k in range(len(tape.nodes) - 1, -1, -1):
-            places = tape.parts[k]
-            below = [values.parts[j] for j in places]
-            parts = _undo(tape.nodes[k].kind, tape.nodes[k].name, values.parts[k], found[k], below)
-            for place, part in zip(places, parts, strict=True):
-                found[place] = unknown if part is None else part
-    return found
-
-
-def _undo(
-    kind: str, name: str, value: Array, target: Array, below: list[Array]
-) -> list[Array | None]:
-    match kind:
-        case "sum":
-            return [target - (value - part) for part in below]
-        case "negative":
-            return [-target]
-        case "product":
-            rest: list[Array | None] = []
-            for k in range(len(below)):
-                others = np.ones_like(value)
-                for j, factor in enumerate(below):
-                    others = others * factor if j != k else others
-                rest.append(target / others)
-            return rest
-        case "quotient":
-            return [target * below[1], below[0] / target]
-        case "power":
-            return [_root(target, below), None]
-        case "call" if name == "sqrt":
-            return [target * target]
-    return [None] * len(below)
-
-
-def _root(target: Array, below: list[Array]) -> Array:
-    """Return the base of a power; for an even exponent with the sign of the present base."""
-    base, exponent = below
-    size = np.abs(target) ** (1 / exponent)
-    even = np.mod(exponent, 2) == 0
-    odd = np.mod(exponent, 2) == 1
-    signed = np.where(even, np.sign(base) * size, np.where(odd, np.sign(target) * size, size))
-    return np.where((target < 0) & ~odd, np.nan, signed)
 
 
 ALIKE = 1e-6
@@ -295,6 +239,11 @@ def repair_circular(part: Part) -> Iterator[Repair]:
         if part.is_alike(sign * other(inner)):
             text = f"'{part.quoted}' {part.where}should be {words}{turned}"
             yield Repair("sin for cos", text, part.quoted, 1.0 + 0.3 * (sign < 0))
+    for factor in (np.pi / 180, 180 / np.pi):
+        if part.is_alike(own(inner * factor)):
+            text = f"'{part.quoted}' {part.where}is taken in degrees: angles are in radians"
+            yield Repair("degree", text, part.quoted, 0.8)
+            return
     for formula, value in part.context.arguments.items():
         angle = value[part.usable]
         alike = bool((np.abs(angle - inner) <= ALIKE).all())
@@ -422,7 +371,13 @@ def _scale(part: Part, ratio: float) -> Iterator[Repair]:
         text = f"the term '{part.quoted}' should be multiplied by {factor}"
         yield Repair("factor", text, part.quoted, 2.4)
     else:
-        text = f"the term '{part.quoted}' should be {ratio:.6g} times as large"
+        square = Fraction(ratio * ratio).limit_denominator(SIMPLE)
+        shown = f"{ratio:.6g}"
+        if square and abs(ratio * ratio / float(square) - 1) < ALIKE and ratio > 0:
+            shown = f"√({square})"
+        if shown in ("0", "1", "√(1)"):
+            return
+        text = f"the term '{part.quoted}' should be {shown} times as large"
         yield Repair("factor", text, part.quoted, 2.6)
 
 

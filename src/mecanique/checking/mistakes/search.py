@@ -14,16 +14,21 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.checking.budget import SECONDS, OutOfTimeError, spend, stop_clock
 from mecanique.checking.grammar.letters import Letters
-from mecanique.checking.grammar.tree import Node
-from mecanique.checking.judgement.motion import Residual
+from mecanique.checking.grammar.reader import Statement
+from mecanique.checking.grammar.tree import Node, rate
+from mecanique.checking.grammar.tree import number as zero_node
+from mecanique.checking.judgement.motion import Residual, residuals
+from mecanique.checking.judgement.quantities import Quantity
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.hypotheses import Hypotheses, list_parts
+from mecanique.checking.mistakes.of_quantities import QuantityMistakes
 from mecanique.checking.mistakes.repairs import ALIKE, Context, Repair, repairs
 from mecanique.checking.mistakes.units import UnitMisfitError, Units
 from mecanique.checking.verdict import Cause
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
+from mecanique.errors import FormulaError
 from mecanique.model.units import Dimension
 
 _WORDS = (
@@ -48,7 +53,7 @@ def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[R
         return
     truth = series[named[0]]
     evaluated = Evaluation(truth.ring, residual.sample.values)
-    for part in list_parts(truth, residual.truth.velocities):
+    for part in [*list_parts(truth, residual.truth.velocities), truth]:
         spend()
         own = np.broadcast_to(evaluated(part), lacks.shape)
         for factor, kind, words in _WORDS:
@@ -127,6 +132,7 @@ class Search:
         text: str,
         asked: Mapping[str, Dimension],
         series: Mapping[str, Series],
+        quantity: Quantity | None = None,
     ) -> tuple[Cause, ...]:
         """Return the single changes that would make a formula of any quantity right."""
         units = Units(self._truth.mechanism, asked)
@@ -141,7 +147,33 @@ class Search:
             (repair.weight, Cause(repair.kind, repair.text, "", number))
             for repair in _list_in_time(find_lacking(residual, series))
         ]
+        if quantity is not None:
+            for mistake in self.of_quantities.explain(residual, quantity):
+                cause = Cause(mistake.kind, mistake.text, mistake.part, number)
+                weighed.append((mistake.weight, cause))
         return _rank(_misfits(units, residual, number, text), weighed)
+
+    @cached_property
+    def of_quantities(self) -> QuantityMistakes:
+        """The mistakes in quantities other than equations of motion."""
+        return QuantityMistakes(self._truth)
+
+    def explain_constant(self, root: Node, number: int, text: str) -> tuple[Cause, ...]:
+        """Return the likely causes why a formula is not conserved."""
+        listed = [
+            (mistake.weight, Cause(mistake.kind, mistake.text, mistake.part, number))
+            for mistake in self.of_quantities.explain_constant(root, text)
+        ]
+        truth = self._truth
+        try:
+            slope = rate(root, self._letters.rate_nodes)
+            line = Statement((slope, zero_node(0)), text, root.start)
+            found = residuals([line], truth, truth.sample, text)
+            holds = self._hold(found)
+            listed += self._list_likeliest(holds[:, 0], np.full(len(holds), 0.4), number)
+        except FormulaError:
+            pass
+        return _rank([], listed)
 
     def has_unit_fault(self, one: Residual, text: str) -> bool:
         """Return whether the units in an equation do not match."""

@@ -58,8 +58,11 @@ class Units:
                 return self._of_sum(node, text)
             case "product":
                 total: Dimension | None = PURE
+                has_unit = any(part.name.startswith("[") for part in node.parts)
                 for part in node.parts:
-                    total = _combine(total, self.find(part, text), 1)
+                    # a number with its unit behind it has no other
+                    if not (has_unit and part.kind == "number"):
+                        total = _combine(total, self.find(part, text), 1)
                 return total
             case "quotient":
                 above, below = (self.find(part, text) for part in node.parts)
