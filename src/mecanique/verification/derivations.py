@@ -17,7 +17,7 @@ from mecanique.derivation.numeric.constraints.multipliers import solve_held
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.derivation import Assumption, Derivation, Left
+from mecanique.derivation.symbolic.derivation import Assumption, Derivation
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.contacts import row_names
 from mecanique.model.mechanism import Mechanism
@@ -36,9 +36,6 @@ class ClosedForm:
     def __init__(self, mechanism: Mechanism, derivation: Derivation) -> None:
         self._mechanism = mechanism
         self._derivation = derivation
-        stated = [r for stage in derivation.stages for r in stage.results]
-        rights = {r.left: r.right for r in reversed(stated)}
-        self._energies = [rights.get(Left(letter)) for letter in "TV"]
 
     def mass_matrix(self, q: Given, t: Any = 0.0) -> Array:
         """Return M, shape (n, nv, nv); q (n, nq), t () or (n,)."""
@@ -124,13 +121,7 @@ class ClosedForm:
 
         Shapes: q (n, nq), v (n, nv), t () or (n,).
         """
-        if self._energies[0] is None:
-            return ()
-        zero = self._derivation.algebra.ring.number(0)
-        T, V = self._evaluate(
-            [zero if series is None else series for series in self._energies], q, v, t
-        ).T
-        return T, V
+        return tuple(self._evaluate(self._derivation.energies, q, v, t).T)
 
     def _evaluate(self, series: Sequence[Series], q: Given, v: Given, t: Any) -> Array:
         states = States.of(self._mechanism, q, v, t)

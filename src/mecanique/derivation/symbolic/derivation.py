@@ -183,6 +183,7 @@ class Derivation:
         quasi: independent displacements that the constraints allow, each with a part for every
             velocity; if given, the equations of motion are projected on them.
         written: the equations of motion as they are printed, if not in the usual form.
+        energies: T, and V of gravity and springs without loads, where the method states them.
     """
 
     algebra: Algebra
@@ -198,6 +199,7 @@ class Derivation:
     ties: tuple[Tie, ...] = ()
     quasi: Matrix = ()
     written: tuple[Equation, ...] | None = None
+    energies: tuple[Series, ...] = ()
 
     @property
     def rows(self) -> tuple[Series, ...]:

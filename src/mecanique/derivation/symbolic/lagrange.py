@@ -330,6 +330,9 @@ class Lagrange:
         self.T = tidy(algebra.ring.sum([series for _, series in self.kinetic]))
         self.gravity = tidy(algebra.ring.sum(self._weights()))
         self.V = tidy(self.gravity + self._sum("potential"))
+        # what algebra found of loads: their work counts as that of loads wherever it is measured
+        of_loads = [work.scalar for work in self.works if not work.stated and work.scalar]
+        self.stored = tidy(self.V - algebra.ring.sum(of_loads))
         self.D = self._sum("dissipation")
 
     def derivation(self) -> Derivation:
@@ -399,6 +402,7 @@ class Lagrange:
             closing=self._closing(),
             unknowns={f"lambda_{tie.name}": tie.meaning for tie in self.ties},
             ties=self.ties,
+            energies=(self.T, self.stored),
         )
 
     def _bodies(self) -> Iterator[tuple[str, Series]]:

@@ -195,7 +195,7 @@ class ClosedFormProgram:
 
     def energy(self) -> tuple[Any, Any]:
         """Return the kinetic and the potential energy."""
-        return self._write(self._lagrange.T), self._write(self._lagrange.V)
+        return self._write(self._lagrange.T), self._write(self._lagrange.stored)
 
     def rates(self) -> list[Any]:
         """Return the rates of the coordinates."""
