@@ -263,3 +263,119 @@ def test_faults_of_elements_that_switch_are_named() -> None:
 def test_a_start_within_a_wall_is_refused() -> None:
     with pytest.raises(mq.InputError, match=r"'floor' begins with a gap of -0.1"):
         mq.simulate(ball(0.5), q={"z": -0.1}, duration=1.0)
+
+
+def test_a_ball_in_space_rolls_at_five_sevenths_of_its_speed() -> None:
+    mu, r = 0.2, 0.03
+    bodies = mq.Body("ground"), mq.Body("ball", mq.ball(0.17, r))
+    cloth = mq.Contact("cloth", "ball", radius=r, mu=mu)
+    table = mq.Mechanism(
+        "table", bodies, (mq.Floating("free", "ground", "ball"),), switching=(cloth,)
+    )
+    start = [0, 0, r, 0, 0, 0, 1]
+    motion = mq.simulate(table, q=start, v=[0.8, 0.6, 0, 0, 0, 0], duration=0.3)
+    (rolls,) = motion.events
+    assert rolls.name == "cloth: sticks"
+    np.testing.assert_allclose(rolls.t, 2 / (7 * mu * G), rtol=0, atol=1e-11)
+    velocity = motion.velocity("ball").linear[-1]
+    np.testing.assert_allclose(velocity, [4 / 7, 3 / 7, 0], rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("shape", "part"), [(mq.ring(1.0, 0.1), 1 / 2), (mq.disk(1.0, 0.1), 2 / 3)]
+)
+def test_a_hoop_and_a_disk_roll_at_their_parts_of_the_speed(shape: mq.Shape, part: float) -> None:
+    turned = shape.at(rpy=(math.pi / 2, 0, 0))
+    wheel = flat(turned, mq.Contact("floor", "body", radius=0.1, mu=0.3))
+    motion = mq.simulate(wheel, q={"z": 0.1}, v={"x": 2.0}, duration=1.0)
+    np.testing.assert_allclose(motion["x'"][-1], 2.0 * part, rtol=1e-12, atol=0)
+
+
+def test_a_ladder_leaves_the_wall_at_two_thirds_of_its_height() -> None:
+    length, lean = 2.0, 0.3
+    rod = mq.rod(1.0, length)
+    floor = mq.Contact("floor", "body", center=(0, 0, -length))
+    wall = mq.Contact("wall", "body", plane=mq.Placement((0, 0, 0), (0, math.pi / 2, 0)))
+    start = {"x": 0.0, "z": length * math.cos(lean), "th": lean}
+    motion = mq.simulate(flat(rod, floor, wall), q=start, duration=1.1)
+    leaves = motion.events[0]
+    assert leaves.name == "wall: open"
+    height = leaves.q[1] / start["z"]
+    np.testing.assert_allclose(height, 2 / 3, rtol=0, atol=1e-10)
+
+
+def test_a_clutch_slips_and_locks() -> None:
+    """Torque T between I₁ and I₂ at first ω and 0: locked after ω/(T (1/I₁ + 1/I₂))."""
+    drive, load, torque, rate = 0.5, 0.2, 3.0, 40.0
+    plate = [
+        mq.Body(name, mq.disk(2 * inertia, 1.0)) for name, inertia in (("a", drive), ("b", load))
+    ]
+    joints = (
+        mq.Revolute("shaft", "ground", "a", coordinate="p"),
+        mq.Revolute("clutch", "a", "b", coordinate="s"),
+    )
+    plates = mq.Friction("plates", "clutch", 1.0, torque)
+    machine = mq.Mechanism(
+        "clutch", (mq.Body("ground"), *plate), joints, gravity=(0, 0, 0), switching=(plates,)
+    )
+    motion = mq.simulate(machine, v={"p'": rate, "s'": -rate}, duration=3.0)
+    (locks,) = motion.events
+    assert locks.name == "plates: sticks"
+    expected = rate / (torque * (1 / drive + 1 / load))
+    np.testing.assert_allclose(locks.t, expected, rtol=1e-12, atol=0)
+    together = rate * drive / (drive + load)
+    np.testing.assert_allclose(motion.v[-1], [together, 0], rtol=1e-12, atol=0)
+    lost = rate**2 / 2 * drive * load / (drive + load)
+    np.testing.assert_allclose(motion.energy().work[-1], -lost, rtol=1e-11, atol=0)
+
+
+@pytest.mark.parametrize(("friction", "first"), [(0.3, "slips +"), (0.9, "sticks")])
+def test_a_block_tips_before_it_slides_if_it_is_slender(friction: float, first: str) -> None:
+    """On a slope of tan α = 0.6 with b/h = 1/2: it slides if μ < 1/2, and tips otherwise."""
+    b, h, alpha = 0.2, 0.4, math.atan(0.6)
+    corners = [
+        mq.Contact(name, "body", center=(side * b / 2, 0, -h / 2), mu=friction)
+        for name, side in (("upper", -1), ("lower", 1))
+    ]
+    block = replace(
+        flat(mq.box(1.0, (b, b, h)), *corners),
+        gravity=(G * math.sin(alpha), 0, -G * math.cos(alpha)),
+    )
+    motion = mq.simulate(block, q={"z": h / 2}, duration=0.1)
+    tips = first == "sticks"
+    states = {"upper": "open" if tips else first, "lower": first}
+    assert motion.modes[0].states == states
+
+
+def test_poissons_restitution_without_friction_is_newtons() -> None:
+    floor = mq.Contact("floor", "ball", restitution=0.6, law="poisson")
+    bouncing = replace(ball(0.6), switching=(floor,))
+    motion = mq.simulate(bouncing, q={"z": 1.0}, duration=0.6)
+    impact = motion.events[0]
+    np.testing.assert_allclose(impact.after, -0.6 * impact.v, rtol=1e-13, atol=0)
+
+
+def test_an_oblique_impact_with_friction_conserves_momentum_about_the_contact() -> None:
+    """A ball with μ small slides through: Δv_x = −μ (1 + e) v_n, r Δω = 5/2 of it (Routh)."""
+    r, mu, e = 0.1, 0.05, 0.8
+    bouncing = flat(mq.ball(1.0, r), mq.Contact("floor", "body", radius=r, mu=mu, restitution=e))
+    motion = mq.simulate(bouncing, q={"z": 1.1}, v={"x": 3.0}, duration=0.6)
+    impact = motion.events[0]
+    fall = math.sqrt(2 * G)
+    change = impact.after - impact.v
+    np.testing.assert_allclose(change[1], (1 + e) * fall, rtol=1e-10, atol=0)
+    np.testing.assert_allclose(change[0], -mu * (1 + e) * fall, rtol=1e-10, atol=0)
+    # angular momentum about the point of contact: I ω' + m r v_x for turns about −y
+    about = 0.4 * r**2 * change[2] - r * change[0]
+    np.testing.assert_allclose(about, 0.0, rtol=0, atol=1e-12)
+
+
+def test_a_ball_leaves_a_ball_at_ten_seventeenths() -> None:
+    """Rolling all the way, 17 cos θ = 10 cos θ₀; friction without bound is nearly that."""
+    R, r, lean = 1.0, 0.25, 0.2
+    dome = mq.Contact("dome", "body", radius=r, bowl=-R, plane=mq.Placement((0, 0, R)), mu=1e7)
+    start = {"x": (R + r) * math.sin(lean), "z": (R + r) * math.cos(lean)}
+    motion = mq.simulate(flat(mq.ball(1.0, r), dome), q=start, duration=1.5)
+    leaves = next(event for event in motion.events if event.name == "dome: open")
+    cosine = leaves.q[1] / (R + r)
+    np.testing.assert_allclose(cosine, 10 / 17 * math.cos(lean), rtol=0, atol=1e-5)
