@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import runpy
 import subprocess
 import sys
@@ -139,6 +140,52 @@ def test_reactions_feel_the_torques_that_drive(target: str) -> None:
         expected = mq.Reference(mechanism).reactions(q, tau=tau)
         for row, wrench in zip(wrenches, expected.values(), strict=True):
             np.testing.assert_allclose(row, [*wrench.force, *wrench.moment], rtol=0, atol=1e-12)
+
+
+def run_reactions(target: str, folder: Path) -> np.ndarray:
+    """Return what written code gives for the cart-pole at q = 0.1, tau_x' = 5, rows of 6."""
+    code = mq.generate(derive_system("cart_pole"), target, "acceleration,reactions", samples=2)
+    code.write(folder)
+    state, tau = ([0.0, 0.1], [0.0, 0.0]), [5.0, 0.0]
+    match target:
+        case "javascript":
+            script = (
+                'import * as c from "./cart_pole.mjs"; const out = new Float64Array(12); '
+                "const p = c.parameters.map((parameter) => parameter.value); "
+                "c.reactions(0, [0, 0.1, 0, 0], p, out, [5, 0]); "
+                "console.log(JSON.stringify([...out]))"
+            )
+            (folder / "ask.mjs").write_text(script, encoding="utf-8")
+            asked = subprocess.run(
+                ["node", "ask.mjs"], cwd=folder, capture_output=True, check=True, encoding="utf-8"
+            )
+            return np.array(json.loads(asked.stdout)).reshape(2, 6)
+        case "fmu":
+            import fmpy
+
+            path = str(folder / "cart_pole.fmu")
+            names = [v.name for v in fmpy.read_model_description(path).modelVariables]
+            outputs = [name for name in names if name.startswith("reaction[")]
+            start = {"q": 0.1, "tau_x'": 5.0}
+            found = fmpy.simulate_fmu(path, start_values=start, stop_time=1e-3, output=outputs)
+            return np.array([found[name][0] for name in outputs]).reshape(2, 6)
+    module = runpy.run_path(str(folder / "cart_pole.py"))
+    if target != "jax":
+        return np.asarray(module["reactions"](0.0, *state, tau), dtype=float)
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    given = [np.array(values) for values in (*state, tau)]
+    return np.asarray(module["reactions"](0.0, *given, p=module["PARAMETERS"]))
+
+
+@pytest.mark.parametrize("target", ["python", "javascript", "jax", "fmu"])
+def test_reactions_under_torques_are_those_of_the_reference(target: str, tmp_path: Path) -> None:
+    if target in ("jax", "fmu"):
+        pytest.importorskip(target.replace("fmu", "fmpy"))
+    expected = mq.Reference(mq.textbook.load("cart_pole")).reactions([0.0, 0.1], tau=[5.0, 0.0])
+    rows = [[*wrench.force, *wrench.moment] for wrench in expected.values()]
+    np.testing.assert_allclose(run_reactions(target, tmp_path), rows, rtol=0, atol=1e-11)
 
 
 def test_headers_tell_the_axes_of_free_bodies_and_where_damping_counts() -> None:
