@@ -131,7 +131,8 @@ def test_a_wheel_rolls_on_a_plate_that_swings() -> None:
 
     def rate(step: float) -> np.ndarray:
         jacobian: np.ndarray = reference.constraint_jacobian(q + step * v)
-        return jacobian @ v
+        rates: np.ndarray = jacobian @ v
+        return rates
 
     slopes = (8 * (rate(h) - rate(-h)) - (rate(2 * h) - rate(-2 * h))) / (12 * h)
     np.testing.assert_allclose(reference.constraint_bias(q, v), slopes, rtol=1e-7, atol=1e-8)

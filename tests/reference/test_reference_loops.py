@@ -207,8 +207,8 @@ def test_a_four_bar_moves_as_its_one_equation_says_massless_bars_or_not(
 @pytest.mark.parametrize("size", [1e-4, 1e4])
 def test_what_is_undetermined_does_not_depend_on_size(size: float) -> None:
     """Moments count by the length of the mechanism: the same components are loose at any size."""
-    lengths = {name: size * four_bar().values[name] for name in "abcd"}
-    small = Reference(four_bar("ball", **lengths))
+    a, b, c, d = (size * four_bar().values[name] for name in "abcd")
+    small = Reference(four_bar("ball", a=a, b=b, c=c, d=d))
     usual = Reference(four_bar("ball"))
     q = assemble(four_bar(), START)
     assert small.undetermined(q) == usual.undetermined(q)
