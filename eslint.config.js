@@ -25,5 +25,6 @@ export default [
     languageOptions: { globals: { ...globals.browser, MeshCat: "readonly" } },
     rules: { "no-implied-eval": "error", "no-eval": "error", "no-script-url": "error" },
   },
+  { files: ["docs/try/*.js"], languageOptions: { globals: globals.browser } },
   { files: ["tests/**/*.js"], languageOptions: { globals: globals.node } },
 ];

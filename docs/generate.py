@@ -6,6 +6,7 @@ import ast
 import base64
 import inspect
 import os
+import shutil
 import textwrap
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -15,6 +16,8 @@ from itertools import pairwise
 from multiprocessing import get_context
 from pathlib import Path
 
+from pack import pack
+
 import mecanique as mq
 from mecanique.generation.build import build_program
 from mecanique.lazy import find_homes
@@ -23,6 +26,8 @@ from mecanique.urdf.rules import RULES
 from mecanique.verification.facts import check_facts
 from mecanique.viewing.gallery import Card, gallery
 
+TRY = Path(__file__).parent / "try"
+"""The page that runs Python in the browser."""
 BENCHMARKS = Path(__file__).parents[1] / "tests" / "benchmarks"
 ALIASES = {"AnyForce": "mecanique.model.force_base", "Joint": "mecanique.model.joints"}
 """Where names of several classes together are defined, and what they are is said below them."""
@@ -110,6 +115,8 @@ def write_all(directory: Path) -> None:
     (directory / "revisions.md").write_text(revisions(), encoding="utf-8")
     for title, text in api_pages():
         (directory / f"api_{slug(title)}.md").write_text(text, encoding="utf-8")
+    shutil.copytree(TRY, directory / "pages" / "try", dirs_exist_ok=True)
+    pack(directory / "pages" / "try" / "mecanique.zip")
     pages = os.environ.get("MECANIQUE_DOCS_GALLERY", "").split()
     with ProcessPoolExecutor(1, get_context("spawn")) as beside:
         verdicts = beside.submit(validation, chosen())

@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.errors import DerivationError
+from mecanique.errors import DerivationError, EngineError
 from mecanique.files import as_bytes
 from mecanique.generation.program import Program
 from mecanique.generation.targets.target import Cases, Target
@@ -65,6 +65,19 @@ class CodeVerdict:
         return "\n".join(self.lines())
 
 
+def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end, or say why none can run."""
+    try:
+        return subprocess.run(
+            command, capture_output=True, encoding="utf-8", errors="replace", check=False
+        )
+    except OSError as error:  # in a browser there are no processes
+        raise EngineError(
+            "code is compared in a process of its own before it is handed out, and none can be "
+            f"started here ({error}); generate it where Python runs by itself"
+        ) from error
+
+
 def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerdict:
     """Run the test of a program."""
     with TemporaryDirectory() as folder:
@@ -74,9 +87,7 @@ def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerd
             (directory / name).write_bytes(as_bytes(content))
         done = None
         for command in target.commands(program, directory):
-            done = subprocess.run(
-                command, capture_output=True, encoding="utf-8", errors="replace", check=False
-            )
+            done = _run(command)
             if done.returncode and not done.stdout:
                 raise DerivationError(
                     f"the {target.title} of {program.mechanism.name!r} does not run: "

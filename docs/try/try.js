@@ -1,0 +1,84 @@
+// Runs a program in Pyodide and shows its results as a notebook does.
+
+const PACKAGES = ["numpy", "scipy", "sympy"]; // Pyodide's own builds; the archive holds the rest
+const EXAMPLE = `import mecanique as mq
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the rod")
+l = mq.Parameter("l", 1.0, "m", "length of the rod")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
+pendulum = mq.Mechanism(
+    name="my_pendulum",
+    bodies=(mq.Body("ground"), mq.Body("rod", mq.rod(m, l))),
+    joints=(mq.Revolute("pin", "ground", "rod", axis=(0, -1, 0), coordinate="q"),),
+    parameters=(m, l, g),
+    gravity=(0, 0, -g),
+)
+show(mq.picture(pendulum))
+show(mq.derive(pendulum))
+show(mq.verify(pendulum, samples=20))
+show(mq.simulate(pendulum, q={"q": 2.0}, duration=5.0))
+`;
+
+// What show() puts on the page: HTML where a result has it, else its text.
+const SHOW = `
+def show(*results):
+    from mecanique_page import put
+    for result in results:
+        html = getattr(result, "_repr_html_", lambda: None)()
+        put(html or "", "" if html else str(result))
+`;
+
+const field = (id) => document.getElementById(id);
+let started; // the promise of an interpreter, made at the first run
+
+function put(html, text) {
+  const part = document.createElement(html ? "div" : "pre");
+  if (html) part.innerHTML = html;
+  else part.textContent = text;
+  field("shown").append(part);
+  return part;
+}
+
+function say(text) {
+  field("state").textContent = text;
+}
+
+async function start(folder) {
+  say("Loading Python …");
+  const { loadPyodide } = await import(new URL("pyodide.mjs", folder).href);
+  const python = await loadPyodide({ indexURL: folder });
+  python.setStdout({ batched: (line) => put("", line) });
+  say("Loading NumPy, SciPy and SymPy …");
+  await python.loadPackage(PACKAGES);
+  const answer = await fetch("mecanique.zip");
+  python.unpackArchive(await answer.arrayBuffer(), "zip");
+  python.registerJsModule("mecanique_page", { put });
+  python.runPython(SHOW);
+  return python;
+}
+
+async function run() {
+  const folder = new URL(field("folder").value.replace(/\/?$/, "/"), document.baseURI).href;
+  field("shown").replaceChildren();
+  try {
+    started ??= start(folder);
+    const python = await started.catch((error) => {
+      started = undefined; // so that another folder can be tried
+      throw new Error(`Python could not be loaded from ${folder}: ${error.message}`);
+    });
+    say("Running …");
+    await python.runPythonAsync(field("program").value);
+    say("Done.");
+  } catch (error) {
+    put("", error.message).className = "error";
+    say("Stopped.");
+  }
+}
+
+const asked = new URLSearchParams(location.search);
+field("folder").value = "pyodide/"; // not from the address: a link must not bring its own Python
+field("program").value = asked.get("program") ?? EXAMPLE;
+document.querySelector("form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  run();
+});

@@ -1,0 +1,107 @@
+"""The documentation's page that runs Python in the browser."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import threading
+from collections.abc import Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser
+
+DOCS = Path(__file__).parents[2] / "docs"
+DISTRIBUTION = os.environ.get("MECANIQUE_PYODIDE", "")
+"""Folder of Pyodide's distribution, which no registry offers."""
+
+# answers as Pyodide does, and knows no Python
+STUB = """
+export async function loadPyodide() {
+  const modules = {};
+  return {
+    setStdout() {},
+    async loadPackage(names) { if (names.join() !== "numpy,scipy,sympy") throw new Error(names); },
+    unpackArchive(bytes, kind) {
+      if (kind !== "zip" || bytes.byteLength < 1e6) throw new Error("no archive");
+    },
+    registerJsModule(name, module) { modules[name] = module; },
+    runPython(text) { if (!text.includes("def show")) throw new Error("no show"); },
+    async runPythonAsync(text) {
+      if (text.includes("wrong")) throw new Error("NameError: wrong");
+      modules.mecanique_page.put("<math><mi>q</mi></math>", "");
+      modules.mecanique_page.put("", "<b>as text</b>");
+    },
+  };
+}
+"""
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    """Hands out files without a word."""
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+@pytest.fixture
+def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Path, str]]:
+    """The page as it is built, on a server of its own: its folder and its address."""
+    monkeypatch.syspath_prepend(DOCS)
+    from pack import pack
+
+    sys.modules.pop("pack")
+    folder = tmp_path / "try"
+    shutil.copytree(DOCS / "try", folder)
+    pack(folder / "mecanique.zip")
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(folder)))
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    yield folder, f"http://127.0.0.1:{server.server_port}/index.html"
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def test_it_shows_what_a_program_shows_and_why_it_stops(
+    site: tuple[Path, str], browser: Browser
+) -> None:
+    folder, address = site
+    page = browser.new_page()
+    page.goto(f"{address}?pyodide=https://example.org/")
+    assert page.input_value("#folder") == "pyodide/"
+    page.click("button")
+    page.wait_for_selector("#shown .error")
+    assert "Python could not be loaded from" in page.inner_text("#shown .error")
+    (folder / "stub").mkdir()
+    (folder / "stub" / "pyodide.mjs").write_text(STUB, encoding="utf-8")
+    page.fill("#folder", "stub")
+    page.click("button")
+    page.wait_for_selector("#shown math")
+    assert page.inner_text("#shown pre") == "<b>as text</b>"
+    assert page.inner_text("#state") == "Done."
+    page.fill("#program", "wrong")
+    page.click("button")
+    page.wait_for_selector("#shown .error")
+    assert page.inner_text("#shown") == "NameError: wrong"
+    page.close()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not DISTRIBUTION, reason="MECANIQUE_PYODIDE names no distribution of Pyodide")
+def test_it_derives_verifies_and_moves_a_mechanism(
+    site: tuple[Path, str], browser: Browser
+) -> None:
+    folder, address = site
+    (folder / "pyodide").symlink_to(Path(DISTRIBUTION).resolve())
+    page = browser.new_page()
+    page.goto(address)
+    page.click("button")
+    page.wait_for_selector("#shown iframe", timeout=300_000)
+    assert page.locator("#shown svg").count() >= 1
+    assert page.locator("#shown math").count() > 1
+    assert "agrees" in page.inner_text("#shown caption")
+    page.close()
