@@ -61,6 +61,9 @@ LIMIT = 60
 
 SAMPLES = 4
 
+STRIDE = 50
+"""How often it is told how many were tried."""
+
 Random = np.random.Generator
 Triple = tuple[float, float, float]
 
@@ -355,6 +358,8 @@ def main(options: argparse.Namespace) -> int:
         counts[kind][outcome.split(":")[0]] += 1
         if outcome != "agrees":
             print(f"{kind}, seed {seed}: {outcome[:400]}", flush=True)
+        if not (k + 1) % STRIDE:
+            print(f"{k + 1} tried", flush=True)
     heads = ("agrees", "declined", "disagrees", "raises", "hangs")
     print(f"\n{'kind':14}", *(f"{head:>10}" for head in (*heads, "slowest s")))
     for kind, count in counts.items():
