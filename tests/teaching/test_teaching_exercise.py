@@ -36,9 +36,9 @@ def test_other_questions_have_right_answers_too(ask: str) -> None:
 @pytest.mark.parametrize(
     ("ask", "last", "left_out"),
     [
-        ("kinetic energy", "2. Kinetic energy", "3. Potential energy"),
-        ("mass matrix", "M_ij = ∂²T/∂q_i' ∂q_j'", "3. Potential energy"),
-        ("Lagrangian", "3. Potential energy", "Operator for"),
+        ("kinetic energy", ". Kinetic energy\n", ". Potential energy\n"),
+        ("mass matrix", "M_ij = ∂²T/∂q_i' ∂q_j'", ". Potential energy\n"),
+        ("Lagrangian", ". Potential energy\n", "Operator for"),
         ("frequency", "With the numbers given: omega = ", "Operator for"),
         ("equation of motion", "Equations of motion", "Small motions"),
     ],

@@ -250,3 +250,49 @@ def test_no_file_stops_the_sheet_itself_in_silence(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "sheet.toml")
     with pytest.raises(mq.InputError, match=r"sheet\.toml is no regular file"):
         grade(tmp_path / "sheet.toml", tmp_path / "answers")
+
+
+def test_files_of_old_editors_are_graded(course: Path) -> None:
+    formula = "m l²/3 q'' + ½ m g l sin q = 0"
+    for name, encoding in (("dora", "utf-16"), ("emil", "cp1252"), ("finn", "utf-8-sig")):
+        folder = course / "answers" / name
+        folder.mkdir()
+        (folder / "1a.txt").write_bytes(formula.encode(encoding))
+    word = course / "answers" / "gabi"
+    word.mkdir()
+    (word / "1a.txt").write_text("J q” + m g l/2 sin q = 0", encoding="utf-8")
+    marks = {
+        mark.student: mark for mark in grade(course / "sheet.toml", course / "answers").marks[::3]
+    }
+    assert [marks[name].outcome for name in ("dora", "emil", "finn", "gabi")] == ["right"] * 4
+
+
+def test_points_are_rounded_to_a_step_and_the_rule_is_stated(course: Path) -> None:
+    sheet = course / "sheet.toml"
+    sheet.write_text(
+        "step = 0.25\n" + SHEET.replace("points = 4", "points = 4.3"), encoding="utf-8"
+    )
+    grades = grade(sheet, course / "answers")
+    halves = [mark.points for mark in grades.marks if mark.question == "2"]
+    assert halves == [4.3, 2.25, 2.25]
+    assert grades.by_question["2"] == pytest.approx(8.8 / 3, rel=1e-12, abs=0.0)
+    assert str(grades).splitlines()[-1].startswith("A right answer gets all points")
+    sheet.write_text("step = 2\n" + SHEET, encoding="utf-8")
+    with pytest.raises(mq.InputError, match="expected step from 0 to 1"):
+        grade(sheet, course / "answers")
+
+
+def test_frequent_mistakes_and_feedback_in_the_students_words(course: Path) -> None:
+    for name in ("dora", "emil"):
+        folder = course / "answers" / name
+        folder.mkdir()
+        (folder / "1a.txt").write_text("m l^2/12 q'' + m g l/2 sin q = 0", encoding="utf-8")
+        (folder / "1b.txt").write_text("sqrt(K/J)", encoding="utf-8")
+    grades = grade(course / "sheet.toml", course / "answers")
+    question, reason, count = grades.frequent[0]
+    assert (question, count) == ("1a", 2)
+    assert "Steiner's term is missing" in reason
+    assert f"1a: {reason} (2 students)" in str(grades)
+    unread = [mark.reason for mark in grades.marks if mark.student == "dora"][1]
+    assert "unknown letter" in unread
+    assert "--let" not in unread

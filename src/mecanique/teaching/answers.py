@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import os
 import stat
@@ -141,10 +142,18 @@ def _read(path: Path, most: int) -> str:
         raise InputError(f"{_name(path)} cannot be read: {error.strerror}") from None
     if len(data) > most:
         raise InputError(f"{_name(path)} is longer than {most:,} bytes")
+    return _decode(data, path)
+
+
+def _decode(data: bytes, path: Path) -> str:
+    """Return a file's text: UTF-8, UTF-16 with its mark, or an answer from an old editor."""
+    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
-        return data.decode("utf-8-sig")
+        return data.decode("utf-16" if wide else "utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(f"{_name(path)} cannot be read: it is not UTF-8") from None
+        if wide or path.suffix.lower() in _TABLES:
+            raise InputError(f"{_name(path)} cannot be read: it is not UTF-8") from None
+    return data.decode("cp1252", "replace")
 
 
 def _unite(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
+import re
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +19,14 @@ from mecanique.teaching.answers import Submission, collect, write_visibly
 from mecanique.teaching.sheet import Question, Sheet, read_sheet
 from mecanique.textbook.catalogue import load
 from mecanique.wording import say_count
+
+RULE = (
+    "A right answer gets all points, one that is right except for form the part that its question "
+    "states, any other the share of its independent right equations among those asked or given."
+)
+"""The rule of partial credit."""
+
+_ADVICE = re.compile(r'e\.g\. --let "([^"]*)"')
 
 
 @final
@@ -62,6 +72,25 @@ class Grades:
             points_of[mark.student] = points_of.get(mark.student, 0.0) + mark.points
         return points_of
 
+    @property
+    def by_question(self) -> dict[str, float]:
+        """Mean of the points for each question."""
+        means = {}
+        for question in self.sheet.questions:
+            points = [mark.points for mark in self.marks if mark.question == question.name]
+            means[question.name] = sum(points) / len(points) if points else 0.0
+        return means
+
+    @property
+    def frequent(self) -> tuple[tuple[str, str, int], ...]:
+        """The mistakes of more than one student: question, mistake and number, by number."""
+        counts: Counter[tuple[str, str]] = Counter()
+        for mark in self.marks:
+            if mark.outcome not in ("missing", "unreadable"):
+                said = {line.partition(": ")[2] or line for line in mark.reason.splitlines()}
+                counts.update((mark.question, reason) for reason in sorted(said))
+        return tuple((*key, count) for key, count in counts.most_common() if count > 1)
+
     def to_csv(self) -> str:
         """Return a table with a line for each answer."""
         out = io.StringIO()
@@ -82,6 +111,15 @@ class Grades:
                 if mark.student == student:
                     lines.append(f"  {mark.question}: {mark.points:g}  {mark.outcome}")
                     lines += [f"      {line}" for line in mark.reason.splitlines()]
+        lines.append("On the average")
+        for question in self.sheet.questions:
+            mean = self.by_question[question.name]
+            lines.append(f"  {question.name}: {mean:.3g} of {question.points:g}")
+        if self.frequent:
+            lines.append("Frequent mistakes")
+        for name, reason, count in self.frequent:
+            lines.append(f"  {name}: {reason} ({count} students)")
+        lines.append(RULE)
         return "\n".join(lines)
 
 
@@ -113,17 +151,20 @@ def grade(
     marks = []
     for number, submission in enumerate(students, 1):
         for question in questions.questions:
-            marks.append(_grade(question, checkers[question.name], submission))
+            marks.append(_grade(question, checkers[question.name], submission, questions.step))
         if progress is not None:
             progress(number / len(students))
     return Grades(questions, tuple(marks))
 
 
-def _grade(question: Question, checker: Checker, submission: Submission) -> Mark:
+def _grade(question: Question, checker: Checker, submission: Submission, step: float) -> Mark:
     """Return the mark of one answer; what cannot be read gets none and says why."""
 
     def mark(part: float, outcome: str, reason: str) -> Mark:
-        points = round(part * question.points, 4)
+        points = part * question.points
+        if step and part < 1:
+            points = min(question.points, round(points / step) * step)
+        points = round(points, 4)
         return Mark(
             student=submission.student,
             question=question.name,
@@ -142,7 +183,8 @@ def _grade(question: Question, checker: Checker, submission: Submission) -> Mark
     try:
         verdict = checker.check(text, question.ask, question.let)
     except FormulaError as error:
-        return mark(0.0, "unreadable", str(error))
+        # a student has no command line, but may define a letter in a line
+        return mark(0.0, "unreadable", _ADVICE.sub(r"e.g. in a line \1", str(error)))
     return mark(_credit(verdict, checker.mechanism, question), verdict.outcome, _explain(verdict))
 
 

@@ -45,10 +45,12 @@ class Sheet:
     Args:
         title: its title.
         questions: in order.
+        step: to which points are rounded, e.g. 0.25 for quarter points; 0 for none.
     """
 
     title: str
     questions: tuple[Question, ...]
+    step: float = 0.0
 
     @property
     def points(self) -> float:
@@ -74,7 +76,10 @@ def read_sheet(path: Path) -> Sheet:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"question {name!r} stands twice in {path.name}")
-    return Sheet(str(table.get("title", path.stem)), questions)
+    step = table.get("step", 0.0)
+    if not isinstance(step, (int, float)) or isinstance(step, bool) or not 0 <= step <= 1:
+        raise InputError(f"expected step from 0 to 1 in {path.name}, got {step!r}")
+    return Sheet(str(table.get("title", path.stem)), questions, float(step))
 
 
 def _question(entry: Any, where: str) -> Question:
