@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = sorted(path for path in DOCS.rglob("*.md") if not {"_generated", "paper"} & set(path.parts))
 LINK = re.compile(r"\]\(([^)\s]+)\)|(?:src|href)=\"([^\"]+)\"")
-CELL = re.compile(r"^```\{code-cell\}\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+CELL = re.compile(r"^```\{code-cell\}\n(?::tags: .*\n)?(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def generate(monkeypatch: pytest.MonkeyPatch) -> object:
     sys.modules.pop("generate", None)
 
 
-SLOW = {"closed_loops", "elements_that_guide"}
+SLOW = {"closed_loops", "elements_that_guide", "singular"}
 
 
 @pytest.mark.parametrize(
