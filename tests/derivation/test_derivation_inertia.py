@@ -126,3 +126,19 @@ def test_kinetic_energies_are_in_the_books_form() -> None:
     assert T == (
         "T = m l^2 ((cos(beta) alpha' - W sin(beta) cos(alpha))^2 + (beta' + W sin(alpha))^2)/2"
     )
+
+
+FORMS = [(name, line) for name in mq.textbook.names() for line in mq.textbook.entry(name).forms]
+
+
+@pytest.mark.parametrize(("name", "line"), FORMS)
+def test_a_system_is_derived_in_the_form_of_its_book(name: str, line: str) -> None:
+    text = derive_system(name).text(steps=True)
+    assert line in [printed.strip() for printed in text.splitlines()]
+    assert mq.textbook.entry(name).forms[line]
+
+
+def test_the_books_with_a_form_of_their_own_are_these() -> None:
+    named = {name for name, _ in FORMS}
+    assert named >= {"heavy_top", "gyroscope", "kepler_orbit", "ball_on_a_turntable", "cart_pole"}
+    assert len(FORMS) >= 14

@@ -33,6 +33,7 @@ class System:
         tags: words to find it by.
         options: whole numbers that change its structure, e.g. the number of links.
         facts: closed-form facts that the tests hold it to.
+        forms: lines of its derivation by Lagrange as a book has them, each with the place there.
     """
 
     title: str
@@ -45,6 +46,7 @@ class System:
     tags: tuple[str, ...] = ()
     options: Mapping[str, int] = field(default_factory=dict)
     facts: tuple[Fact, ...] = ()
+    forms: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"<System: {self.title}>"

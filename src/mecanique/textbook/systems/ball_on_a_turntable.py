@@ -156,4 +156,8 @@ SYSTEM = System(
         ),
         Solution("circles at 2 W/7", start, circle, until=lambda s: 2.0),
     ),
+    forms={
+        "x'' = -2 W y'/7": "Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972, ch. III",
+        "y'' = 2 W x'/7": "Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972, ch. III",
+    },
 )

@@ -88,4 +88,7 @@ SYSTEM = System(
             lambda s: (s.M + s.m) * s["x'"] + s.m * s.l * s["q'"] * cos(s.q) + s.c * s.x,
         ),
     ),
+    forms={
+        "(M + m) x'' + m l cos(q) q'' - m l sin(q) q'^2 + c x' = F": "Tedrake, sect. 3.2",
+    },
 )

@@ -136,4 +136,10 @@ SYSTEM = System(
             given={"w": 0.0},
         ),
     ),
+    forms={
+        (
+            "T_rotor = m r^2 (theta'^2 + sin(theta)^2 phi'^2)/8 + m r^2 (psi' + cos(theta) "
+            "phi')^2/4"
+        ): "Goldstein, sect. 5.7, with the moments of a disk",
+    },
 )

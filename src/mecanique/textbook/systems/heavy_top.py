@@ -125,4 +125,15 @@ SYSTEM = System(
             at=lambda s: precession(s, -1),
         ),
     ),
+    forms={
+        (
+            "T = 3 m (r^2 + 4 h^2) (theta'^2 + sin(theta)^2 phi'^2)/40 + 3 m r^2 (psi' + "
+            "cos(theta) phi')^2/20"
+        ): "Goldstein, sect. 5.7, with the moments of a cone",
+        "p_psi = 3 m r^2 (psi' + cos(theta) phi')/10": "Goldstein, eq. 5.52",
+        (
+            "p_phi = 3 m (r^2 + 4 h^2) sin(theta)^2 phi'/20 + 3 m r^2 (psi' + cos(theta) "
+            "phi') cos(theta)/10"
+        ): "Goldstein, eq. 5.53",
+    },
 )

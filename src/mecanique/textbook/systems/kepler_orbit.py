@@ -116,4 +116,9 @@ SYSTEM = System(
             at=circle,
         ),
     ),
+    forms={
+        "V = -m mu/r": "Goldstein, sect. 3.7",
+        "p_phi = m r^2 phi'": "Goldstein, sect. 3.2",
+        "E = m r^2 phi'^2/2 + m r'^2/2 - m mu/r": "Goldstein, sect. 3.2",
+    },
 )

@@ -70,4 +70,7 @@ SYSTEM = System(
             "swings of amplitude A last 4 sqrt(2 l / (3 g)) K(k), k = sin(A/2)", {"q": 2.0}, period
         ),
     ),
+    forms={
+        "q'' + 3 g sin(q)/(2 l) = 0": "Fundamentals of Dynamics, eq. 1.19",
+    },
 )

@@ -131,4 +131,8 @@ SYSTEM = System(
             ),
         ),
     ),
+    forms={
+        "x'' = 2 g sin(alpha)/3": "Goldstein, sect. 2.4, for a disk",
+        "lambda_contact_x = -m g sin(alpha)/3": "Goldstein, sect. 2.4, for a disk",
+    },
 )

@@ -88,4 +88,9 @@ SYSTEM = System(
             tension,
         ),
     ),
+    forms={
+        "E = m l^2 (theta'^2 + sin(theta)^2 phi'^2)/2 - m g l cos(theta)": (
+            "Landau & Lifshitz, sect. 14, problem 1"
+        ),
+    },
 )
