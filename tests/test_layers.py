@@ -108,8 +108,7 @@ ORDER: dict[str, list[str]] = {
     "derivation.numeric": [
         "dynamics momenta paths",
         "chart",
-        "loads",
-        "frames recursion",
+        "recursion",
         "free_bodies lagrange",
         "constraints elements",
         "newton_euler",

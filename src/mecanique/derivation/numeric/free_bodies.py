@@ -11,6 +11,7 @@ import numpy as np
 from mecanique.derivation.mechanics.forces import Forces
 from mecanique.derivation.mechanics.recursion import TreeRecursion, World
 from mecanique.derivation.mechanics.vectors import (
+    STILL,
     Triple,
     add,
     apply,
@@ -116,11 +117,11 @@ class FreeBodies:
         """Return the free bodies at n states."""
         tree, move = self._recursion.at(states)
         world, n = World(tree), len(states)
-        axes = np.zeros((n, 6, len(self._holders)))
+        slides, turns = np.zeros((2, 3, len(self._holders), n))
         for place in range(len(tree.links)):
             for k, (slide, turn) in world.motion(place).columns.items():
-                axes[:, :3, k] = np.transpose(slide)
-                axes[:, 3:, k] = np.transpose(turn)
+                slides[:, k], turns[:, k] = as_fill(slide), as_fill(turn)
+        axes = np.concatenate([slides, turns]).transpose(2, 0, 1)
         bodies = [self._body(k, tree, world, move) for k in range(len(self._joints))]
         forces = Forces(tree.letters, tree)
         self._load(bodies, forces)
@@ -151,12 +152,12 @@ class FreeBodies:
         # from the origin of the link to the center of mass, and along the links to each joint;
         # summed, since differences of positions far from the world's origin lose digits
         arm = apply(tree.link_pose(seat.place), times_point(seat.pose, center[:, None]))
-        J, J_spin = np.zeros((2, n, 3, len(self._holders)))
+        J, J_spin = np.zeros((2, 3, len(self._holders), n))
         at, lever = seat.place, arm
         while at >= 0:
             for u, (slide, axis) in world.motion(at).columns.items():
-                J[:, :, u] = np.transpose(add(slide, cross(axis, lever)))
-                J_spin[:, :, u] = np.transpose(axis)
+                moved = add(slide, cross(axis, lever))
+                J[:, u], J_spin[:, u] = as_fill(moved), as_fill(axis)
             lever = add(lever, world.motion(at).step)
             at = tree.parent(at)
         step = apply(tree.link_pose(seat.place), position(seat.pose))
@@ -166,13 +167,24 @@ class FreeBodies:
             at = tree.parent(at)
         step = add(step, scale(-1.0, apply(tree.link_pose(at), position(before.pose))))
         inward = cross(motion.w, arm)
-        turn = np.ascontiguousarray(np.moveaxis(np.broadcast_to(rotation(pose), (3, 3, n)), -1, 0))
-
-        def rows(*vectors: Triple) -> np.ndarray:
-            return np.asarray(np.zeros((n, 3)) + np.transpose(add(*vectors)))
-
+        turn = np.zeros((n, 3, 3))
+        turn[:] = rotation(pose).transpose(2, 0, 1)
+        accelerated = add(motion.a, cross(motion.alpha, arm), cross(motion.w, inward))
+        vectors = (
+            position(pose),
+            step,
+            add(motion.v, inward),
+            motion.w,
+            accelerated,
+            motion.alpha,
+        )
+        columns = np.zeros((len(vectors), 3, n))
+        for column, vector in zip(columns, vectors, strict=True):
+            if vector is not STILL:
+                column[:] = vector
+        start, step, velocity, spin, gamma, gamma_spin = columns.transpose(0, 2, 1)
         from_seat = turn @ center
-        start = rows(position(pose))
+        force, moment = np.zeros((2, n, 3))
         return FreeBody(
             name=joint.child,
             joint=joint.name,
@@ -181,17 +193,17 @@ class FreeBodies:
             seat=start,
             turn=turn,
             center=start + from_seat,
-            step=rows(step),
+            step=step,
             arm=from_seat,
-            velocity=rows(motion.v, inward),
-            spin=rows(motion.w),
-            inertia=turn @ inertia @ np.swapaxes(turn, 1, 2),
-            J=spread(J, move),
-            gamma=rows(motion.a, cross(motion.alpha, arm), cross(motion.w, inward)),
-            J_spin=spread(J_spin, move),
-            gamma_spin=rows(motion.alpha),
-            force=np.zeros((n, 3)),
-            moment=np.zeros((n, 3)),
+            velocity=velocity,
+            spin=spin,
+            inertia=turn @ inertia @ turn.transpose(0, 2, 1),
+            J=spread(J.transpose(2, 0, 1), move),
+            gamma=gamma,
+            J_spin=spread(J_spin.transpose(2, 0, 1), move),
+            gamma_spin=gamma_spin,
+            force=force,
+            moment=moment,
         )
 
     def _load(self, bodies: Sequence[FreeBody], forces: Forces) -> None:
@@ -226,6 +238,11 @@ class FreeBodies:
     def _numbers(self, components: Any) -> np.ndarray:
         scalars: tuple[Scalar, ...] = tuple(components)
         return np.array(self.mechanism.evaluate_all(scalars))
+
+
+def as_fill(vector: Triple) -> Any:
+    """Return a vector as what can be assigned to an array of the shape (3, n)."""
+    return 0.0 if vector is STILL else vector
 
 
 def cross_rows(a: np.ndarray, b: np.ndarray) -> np.ndarray:

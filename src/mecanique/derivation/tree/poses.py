@@ -198,20 +198,23 @@ def _shift(offset: Sequence[Any]) -> Matrix:
 
 
 def _is(scalar: Any, number: int) -> bool:
-    return isinstance(scalar, (int, float)) and scalar == number
+    return scalar.__class__ in _NUMBERS and bool(scalar == number)
+
+
+_NUMBERS = frozenset({bool, int, float, np.float64})
+"""Kinds of plain numbers; sums and products ask for them so often that `isinstance` would cost."""
 
 
 def plus(a: Any, b: Any) -> Any:
     """Return a + b; zeros cost nothing."""
-    if isinstance(a, (int, float)) and a == 0:
+    if a.__class__ in _NUMBERS and a == 0:
         return b
-    return a if isinstance(b, (int, float)) and b == 0 else a + b
+    return a if b.__class__ in _NUMBERS and b == 0 else a + b
 
 
 def times(a: Any, b: Any) -> Any:
     """Return a b; zeros and ones cost nothing."""
-    # most factors of a program are scalars of its tape: what each is, is asked only once
-    a_is_number, b_is_number = isinstance(a, (int, float)), isinstance(b, (int, float))
+    a_is_number, b_is_number = a.__class__ in _NUMBERS, b.__class__ in _NUMBERS
     if not (a_is_number or b_is_number):
         return a * b
     if (a_is_number and a == 0) or (b_is_number and b == 0):

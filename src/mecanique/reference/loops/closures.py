@@ -253,10 +253,13 @@ class Closures:
         """
         places = self._places
         if self.contacts.names:
-            places = np.concatenate([places, self.contacts.met])
-        distances = np.sqrt((places**2).sum(axis=1))
-        size = np.ones(len(self.owner))
-        size[self._lengthy] += distances[self._owner_of_length] * self.rows[self._lengthy]
+            met = self.contacts.met
+            places = np.concatenate([places, met]) if self._loops else met
+        # once for each step of a search: ufuncs alone, which skip the checks of numpy's functions
+        distances = np.sqrt(np.add.reduce(places * places, 1))
+        way = np.zeros(len(self.owner))
+        way[self._lengthy] = distances[self._owner_of_length] * self.rows[self._lengthy]
+        size = 1.0 + way
         for i, k in zip(self._rods, self._owner[self._rods], strict=True):
             # the rod's direction is the less certain, the shorter it is
             size[i] *= 1 + 1 / max(self.rows[i] * float(np.linalg.norm(self._spans[k])), TINY)

@@ -82,7 +82,7 @@ class Metric(NamedTuple):
         # an entry that is zero because the row does not move with the velocity has no error
         spread = (jacobian != 0) / self.units.columns @ np.abs(self.columns)
         factors = self.units.rounding() * self.rows / self.units.rows
-        rounding: Array = factors * np.sqrt((spread**2).sum(axis=1))
+        rounding: Array = factors * np.sqrt(np.add.reduce(spread * spread, 1))
         return rounding
 
 
@@ -100,8 +100,10 @@ def measure(
     """
     weight = _weigh(np.diag(mass), jacobian, units.columns)
     columns, inverse, massive = _directions(mass, weight, root)
-    closing = ((jacobian @ columns) ** 2).sum(axis=1)
-    reach = np.abs(units.rows[:, None] * jacobian * units.columns).max(axis=1, initial=0.0)
+    moved = jacobian @ columns
+    closing = np.add.reduce(moved * moved, 1)
+    reach = np.abs(units.rows[:, None] * jacobian * units.columns)
+    reach = np.maximum.reduce(reach, 1, initial=0.0)
     if reach.min(initial=1.0) < WEAK:
         # a row of mere rounding must not be scaled up: it would count as independent of all others
         closing = closing * (reach > np.maximum(LEAST, units.rounding()))
@@ -211,10 +213,11 @@ def split(
         rounding: returns what rounding may make of each row, shape (m,).
     """
     left, singular, right = np.linalg.svd(jacobian)
-    count, top = len(singular), float(singular.max(initial=0.0))
+    count = len(singular)
+    top = float(singular[0]) if count else 0.0  # they come in descending order
     strong = singular > max(tolerance * top, least, TINY)
     # what holds well is no rounding, whose bound takes as long as all the rest
-    if rounding is not None and singular.min(initial=top) < WEAK * top:
+    if rounding is not None and count and singular[-1] < WEAK * top:
         strong &= are_certain(left[:, :count], singular, 0.0, rounding())
     if not strong[: strong.sum()].all():
         # a short but certain direction comes before a longer one of mere rounding
@@ -243,7 +246,10 @@ def are_certain(
     A combination of rows, shape (m, k), may be large only because the rows' terms are, far from
     the origin: it must not count as a constraint.
     """
-    noise = np.sqrt(((np.reshape(rounding, (-1, 1)) * left) ** 2).sum(axis=0))
+    # columns of `left` have unit length, so that one bound for all rows is that of each combination
+    noise = rounding
+    if not isinstance(rounding, float):
+        noise = np.sqrt((rounding * rounding) @ (left * left))
     certain: npt.NDArray[np.bool_] = singular > np.maximum(noise, max(least, TINY))
     return certain
 
