@@ -11,6 +11,7 @@ from scipy.special import ellipkinc
 
 import mecanique as mq
 from mecanique.motion.motion import Motion
+from mecanique.viewing.scene.inspection import inspection_of
 
 G = 9.81
 
@@ -240,6 +241,8 @@ def test_what_treats_no_elements_that_switch_names_them() -> None:
     for ask in (mq.derive, mq.Reference, mq.write_urdf, mq.linearize, mq.verify):
         with pytest.raises(mq.MecaniqueError, match="elements that switch, 'dry'"):
             ask(block)
+    with pytest.raises(mq.InputError, match="which inspections do not treat yet"):
+        inspection_of(block, ())
     with pytest.raises(mq.InputError, match="method 'taylor' passes no corners"):
         mq.simulate(block, duration=1.0, method="taylor")
 

@@ -526,7 +526,8 @@ class Laws:
             if all(np.abs(change - old).max() > 1e-7 * speed for old in distinct):
                 distinct.append(change)
         if len(distinct) != 1:
-            raise UndecidedError(_say_count(len(distinct), "velocities", "after this impact"), 0)
+            message = _say_count(len(distinct), "velocities", "after this impact")
+            raise UndecidedError(message, len(distinct))
         return distinct[0]
 
     def _impact_states(self, k: int, *, closed_only: bool = False) -> list[ElementState]:
