@@ -46,6 +46,7 @@ async def converse() -> dict[str, Any]:
             ("check", {"system": ROD, "formula": "m l^2/12 q'' + m g l/2 sin q = 0"}),
             ("verify_urdf", {"urdf": mq.write_urdf(mq.textbook.load(ROD)), "samples": 3}),
             ("simulate", {"system": ROD, "duration": 0.5, "instants": 3}),
+            ("exercise", {"system": ROD, "ask": "frequency", "seed": 3}),
             ("describe", {"system": "pendulm"}),
         ):
             key = name if name not in found else "refused"
@@ -73,6 +74,12 @@ def test_the_official_client_can_ask_every_tool() -> None:
     assert verdict["outcome"] == "wrong"
     assert "about its center" in verdict["causes"][0]["text"]
     assert json.loads(text_of(found["verify_urdf"]))["verdict"]["agrees"]
+    made = json.loads(text_of(found["exercise"]))
+    assert "sqrt(3 g/(2 l))" in made["answer"]
+    assert "figure" in made["problem"]
+    for tool in found["tools"].values():
+        assert tool.annotations.read_only_hint
+        assert tool.annotations.idempotent_hint
     motion = json.loads(text_of(found["simulate"]))
     assert motion["t"] == [0.0, 0.25, 0.5]
     assert ROD in text_of(found["list_systems"])
@@ -128,6 +135,12 @@ def test_a_long_comparison_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
     text = mq.write_urdf(mq.textbook.load(ROD))
     with pytest.raises(mq.InputError, match=r"the comparison takes more than .* fewer samples"):
         tools.verify_urdf(text)
+
+
+def test_values_and_seeds_are_taken_by_check() -> None:
+    found = tools.check(ROD, "T = 2.316 s", "frequency", parameters={"l": 2.0}, seed=4)
+    assert found["outcome"] == "right except for form"
+    assert tools.check(ROD, "T = 2.316 s", "frequency")["outcome"] == "wrong"
 
 
 def test_a_urdf_that_cannot_be_read_has_findings_and_no_verdict() -> None:

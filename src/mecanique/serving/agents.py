@@ -33,10 +33,14 @@ def make_server() -> MCPServer:
         raise InputError(
             "the server for agents needs the package mcp; install mecanique[mcp]"
         ) from None
+    from mcp.types import ToolAnnotations
+
+    # no tool changes anything, and each gives the same answer again
+    kind = ToolAnnotations(read_only_hint=True, idempotent_hint=True, open_world_hint=False)
     server = MCPServer("mecanique", instructions=_INSTRUCTIONS, log_level="ERROR")
     for tool in TOOLS:
         text = inspect.getdoc(tool) or ""
-        server.tool(description=text)(_say_errors(tool))
+        server.tool(description=text, annotations=kind)(_say_errors(tool))
     return server
 
 

@@ -13,6 +13,7 @@ from mecanique.derivation import derive as derive_equations
 from mecanique.errors import InputError
 from mecanique.model.mechanism_units import units
 from mecanique.motion import simulate as simulate_motion
+from mecanique.teaching import make_exercise
 from mecanique.textbook.catalogue import entry, load, names
 from mecanique.urdf import read_urdf
 from mecanique.urdf.lint import lint
@@ -92,6 +93,8 @@ def check(
     formula: str,
     ask: str = "equation of motion",
     let: list[str] | None = None,
+    parameters: dict[str, float] | None = None,
+    seed: int = 0,
 ) -> dict[str, Any]:
     """Check whether a formula is right, and if not, say what is wrong with it.
 
@@ -99,11 +102,29 @@ def check(
         system: name of a textbook system.
         formula: equations in plain text or LaTeX, one per line; they are never executed.
         ask: what it is meant to be: equation of motion, kinetic energy, potential energy,
-            Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency,
-            equilibrium, equilibrium of BODY (cut free, in its reactions) or reaction.
+            Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency (also
+            "frequency at q = pi"), damped frequency, equilibrium, equilibrium of BODY (cut free,
+            in its reactions), equilibrium force, steady motion, reaction, state space,
+            Hamiltonian, Hamilton's equations or transfer function of x from F.
         let: definitions of further letters, e.g. ["J = m l^2/3"].
+        parameters: values that differ from the catalogue's, in SI units.
+        seed: of the random states.
     """
-    return check_formula(load(system), formula, ask, let or ()).to_dict()
+    mechanism = load(system, **(parameters or {}))
+    return check_formula(mechanism, formula, ask, let or (), seed).to_dict()
+
+
+def exercise(system: str, ask: str = "equation of motion", seed: int = 0) -> dict[str, str]:
+    """Make an exercise about a textbook system, with its answer and verified solution.
+
+    Args:
+        system: its name.
+        ask: equation of motion, kinetic energy, potential energy, Lagrangian, mass matrix or
+            frequency.
+        seed: of the variant; the same seed gives the same numbers.
+    """
+    made = make_exercise(system, ask, seed)
+    return {"problem": made.problem, "answer": made.answer, "solution": made.solution}
 
 
 def verify_urdf(urdf: str, samples: int = 20) -> dict[str, Any]:
@@ -200,6 +221,7 @@ TOOLS: tuple[Callable[..., Any], ...] = (
     describe,
     derive,
     check,
+    exercise,
     verify_urdf,
     simulate,
 )
