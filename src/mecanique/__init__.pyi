@@ -3,6 +3,10 @@
 from mecanique import textbook as textbook
 from mecanique.checking.check import check as check
 from mecanique.checking.verdict import Check as Check
+from mecanique.conversion import (
+    Conversion as Conversion,
+    convert as convert,
+)
 from mecanique.derivation import (
     Reduction as Reduction,
     SingleEquation as SingleEquation,

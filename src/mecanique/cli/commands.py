@@ -10,7 +10,14 @@ import mecanique as mq
 from mecanique.cli import derive, describe, formulas, motions, pictures, verify
 
 GROUPS = {
-    "Describe": (describe.list_, describe.urdf, describe.lint, describe.diff, describe.inertia),
+    "Describe": (
+        describe.list_,
+        describe.urdf,
+        describe.convert,
+        describe.lint,
+        describe.diff,
+        describe.inertia,
+    ),
     "Derive": (derive.derive, derive.code),
     "Verify": (verify.verify, verify.book),
     "Move": (motions.simulate, motions.linearize, motions.steady, motions.inertial),

@@ -75,6 +75,16 @@ def read_by(mechanism: Mechanism, engines: Sequence[str], seed: int) -> tuple[En
     return tuple(_compare(tree, origin, engine, seed) for engine in chosen)
 
 
+def read_text_by(
+    mechanism: Mechanism, text: str, engines: Sequence[str], seed: int
+) -> tuple[EngineReading, ...]:
+    """Compare what engines read from a text with what mecanique read from it."""
+    tree = _strip(mechanism)
+    chosen = [engine_of(name) for name in engines if name != "pinocchio" or has_pinocchio()]
+    origin = Origin(None, text.encode())
+    return tuple(_compare(tree, origin, engine, seed) for engine in chosen)
+
+
 def engine_of(name: str) -> Engine:
     """Return an engine by its name.
 
@@ -93,8 +103,13 @@ def _open_tree(origin: Origin, gravity: tuple[float, ...]) -> Mechanism:
     """Return the bare tree of a file: no forces, loops or mimic joints, rotors without inertia."""
     text = origin.text.decode("utf-8-sig", "replace")
     whole = read_urdf(text, gravity=gravity, armature=0.0)
+    return _strip(whole)
+
+
+def _strip(mechanism: Mechanism) -> Mechanism:
+    """Return the bare tree: no forces, loops or mimic joints."""
     return replace(
-        whole, forces=(), loops=(), contacts=(), elements=(), coordinates=Coordinates(())
+        mechanism, forces=(), loops=(), contacts=(), elements=(), coordinates=Coordinates(())
     )
 
 
