@@ -1,384 +1,154 @@
-"""Motions with corners: dry friction, stops and contacts against closed forms."""
+"""Modes in motion, compared with exact motion and driven harmonically, against closed forms."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from scipy.special import ellipkinc
+from scipy.optimize import brentq
+from scipy.special import ellipk
 
 import mecanique as mq
-from mecanique.motion.motion import Motion
-from mecanique.viewing.scene.inspection import inspection_of
-
-G = 9.81
+from mecanique.motion import linearize
 
 
-def slider(*switching: mq.Friction | mq.Stop, stiffness: float = 0.0) -> mq.Mechanism:
-    """Return a block of 1 kg on a level slide, with a spring to its origin."""
-    return mq.Mechanism(
-        "slider",
-        (mq.Body("ground"), mq.Body("block", mq.box(1.0, (0.1, 0.1, 0.1)))),
+def stretched(amplitude: float) -> float:
+    """Period of a pendulum's swing, in periods of small swings."""
+    return float(2 / np.pi * ellipk(np.sin(amplitude / 2) ** 2))
+
+
+def test_the_pendulum_s_period_and_limit_are_those_of_the_elliptic_integral() -> None:
+    small = linearize(mq.textbook.load("rigid_bar_pendulum"))
+    side = small.compare(1.0)
+    assert side.measure == "period"
+    assert side.exact_period == pytest.approx(side.linear_period * stretched(1.0), rel=1e-9)
+    assert side.difference == pytest.approx(stretched(1.0) - 1, rel=1e-7)
+    for tolerance in (0.01, 0.1):
+        expected = brentq(lambda a, tolerance=tolerance: stretched(a) - 1 - tolerance, 0.1, 2.0)
+        assert small.compare(1.0, tolerance=tolerance).limit == pytest.approx(expected, rel=1e-6)
+    assert "it differs by 0.01 from the amplitude 0.398177 rad on" in str(side)
+
+
+def test_both_motions_are_there_side_by_side() -> None:
+    small = linearize(mq.textbook.load("rigid_bar_pendulum"))
+    side = small.compare()
+    assert side.amplitude == side.limit
+    assert side.difference == pytest.approx(0.01, rel=1e-6)
+    np.testing.assert_allclose(
+        side.linear[:, 0], side.limit * np.cos(small.frequencies[0] * side.t), rtol=0, atol=1e-12
+    )
+    assert side.exact.shape == side.linear.shape
+    assert side.t[-1] == pytest.approx(2 * side.linear_period, rel=1e-12)
+    assert np.abs(side.exact - side.linear).max() > 0.01 * side.limit
+
+
+def test_a_pendulum_over_the_top_does_not_come_back() -> None:
+    hanging = linearize(mq.textbook.load("rigid_bar_pendulum"))
+    side = hanging.compare(np.pi - 1e-12)
+    assert side.exact_period is None or side.exact_period > 5 * side.linear_period
+    assert side.difference > 4
+
+
+def test_linear_equations_never_differ() -> None:
+    side = linearize(mq.textbook.load("rotating_plate")).compare()
+    assert side.limit == np.inf
+    assert side.difference < 1e-9
+    assert "the same at any amplitude tried" in str(side)
+
+
+def test_two_blocks_differ_where_the_spring_is_turned_inside_out() -> None:
+    mechanism = mq.textbook.load("two_blocks", a=1.0)
+    side = linearize(mechanism).compare()
+    # in the first mode q1 = q2/2, and block 1 reaches the wall at q1 = −a
+    assert side.limit == pytest.approx(2.0, rel=1e-3)
+    assert side.difference < 1e-9
+
+
+def test_several_degrees_of_freedom_are_compared_by_their_motion() -> None:
+    small = linearize(mq.textbook.load("double_pendulum"))
+    side = small.compare(mode=1, tolerance=0.02)
+    assert side.measure == "motion"
+    assert side.exact_period is None
+    assert side.difference == pytest.approx(0.02, rel=1e-6)
+    # the error grows with the square of the amplitude
+    assert small.compare(side.limit / 10, mode=1).difference == pytest.approx(0.0002, rel=0.05)
+
+
+def test_what_cannot_be_compared_is_refused() -> None:
+    small = linearize(mq.textbook.load("rigid_bar_pendulum"))
+    with pytest.raises(mq.InputError, match="expected a positive amplitude, got -1"):
+        small.compare(-1.0)
+    with pytest.raises(mq.InputError, match=r"expected a tolerance in 0…1, got 2"):
+        small.compare(tolerance=2.0)
+    with pytest.raises(mq.InputError, match=r"expected a mode in 0…0, 0 for the slowest, got 1"):
+        small.compare(mode=1)
+    with pytest.raises(mq.InputError, match="no mode of 'rigid_bar_pendulum' oscillates there"):
+        linearize(mq.textbook.load("rigid_bar_pendulum"), at={"q": np.pi}).motion()
+    with pytest.raises(mq.InputError, match="mode 0 of 'cart_pole' does not oscillate"):
+        linearize(mq.textbook.load("cart_pole")).motion(0)
+    with pytest.raises(mq.InputError, match="expected a linearization about an equilibrium"):
+        linearize(mq.textbook.load("rigid_bar_pendulum"), at={"q": 0.5}).compare()
+    with pytest.raises(mq.InputError, match="expected either at or near, got both"):
+        linearize(mq.textbook.load("rigid_bar_pendulum"), {"q": 0.0}, near={"q": 0.0})
+
+
+def test_a_mode_in_motion_is_its_shape_times_a_cosine() -> None:
+    small = linearize(mq.textbook.load("two_blocks"))
+    motion = small.motion(1, 0.25, periods=2.0)
+    assert isinstance(motion, mq.Motion)
+    assert "mode 2 of the linear equations, 1.00658 Hz, amplitude 0.25" in motion.method
+    period = 2 * np.pi / np.sqrt(40)
+    assert motion.t[-1] == pytest.approx(2 * period, rel=1e-12)
+    np.testing.assert_allclose(
+        motion["q1"], 0.25 * np.cos(np.sqrt(40) * motion.t), rtol=0, atol=1e-12
+    )
+    np.testing.assert_allclose(motion["q2"], -motion["q1"], rtol=0, atol=1e-12)
+    t = np.linspace(0, motion.t[-1], 57)
+    np.testing.assert_allclose(
+        motion(t).q[:, 0], 0.25 * np.cos(np.sqrt(40) * t), rtol=0, atol=1e-12
+    )
+    assert motion.poses().shape == (len(motion.t), len(small.mechanism.bodies), 4, 4)
+
+
+def test_a_mode_of_a_ball_joint_turns_it() -> None:
+    mechanism = mq.Mechanism(
+        "hanging",
+        (mq.Body("ground"), mq.Body("rod", mq.rod(2.0, 1.5), mq.ball(0.3, 0.2))),
+        (mq.Spherical("ball", "ground", "rod"),),
+    )
+    motion = linearize(mechanism).motion()
+    np.testing.assert_allclose(np.linalg.norm(motion.q, axis=1), 1.0, rtol=0, atol=1e-12)
+    assert 2 * np.arccos(motion.q[0, 3]) == pytest.approx(0.2, rel=0.5)
+
+
+def test_a_damped_mode_decays() -> None:
+    small = linearize(mq.textbook.load("cart_pole", c=2.0))
+    motion = small.motion(1, 0.3, periods=2.0)
+    decay = np.exp(-small.damping[1] * small.frequencies[1] * motion.t[-1])
+    assert motion["q"][0] == pytest.approx(0.3, rel=1e-12)
+    assert motion["q"][-1] == pytest.approx(0.3 * decay, rel=1e-9)
+
+
+def test_the_response_of_an_oscillator_is_the_closed_form() -> None:
+    m, c, k = 2.0, 3.0, 50.0
+    mechanism = mq.Mechanism(
+        "oscillator",
+        (mq.Body("ground"), mq.Body("block", mq.particle(m))),
         (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
-        forces=(mq.JointSpring("spring", "slide", stiffness),) if stiffness else (),
-        switching=switching,
+        forces=(mq.JointSpring("s", "slide", k), mq.JointDamper("d", "slide", c)),
     )
-
-
-def flat(shape: object, *switching: mq.Contact) -> mq.Mechanism:
-    """Return a body that moves in the plane x, z and turns by th about −y."""
-    joint = mq.Planar("plane", "ground", "body", axis=(0, -1, 0), names=("x", "z", "th"))
-    bodies = (mq.Body("ground"), mq.Body("body", shape))  # type: ignore[arg-type]
-    return mq.Mechanism("flat", bodies, (joint,), switching=switching)
-
-
-def particle(*switching: mq.Contact) -> mq.Mechanism:
-    """Return a particle of 1 kg with the coordinates x and z."""
-    bodies = mq.Body("ground"), mq.Body("carriage", mq.massless()), mq.Body("p", mq.particle(1.0))
-    joints = (
-        mq.Prismatic("x", "ground", "carriage", axis=(1, 0, 0)),
-        mq.Prismatic("z", "carriage", "p", axis=(0, 0, 1)),
-    )
-    return mq.Mechanism("particle", bodies, joints, switching=switching)
-
-
-def ball(restitution: float) -> mq.Mechanism:
-    """Return a ball that falls on the floor."""
-    fall = mq.Prismatic("fall", "ground", "ball", axis=(0, 0, 1), coordinate="z")
-    floor = mq.Contact("floor", "ball", restitution=restitution)
-    bodies = (mq.Body("ground"), mq.Body("ball", mq.ball(1.0, 0.1)))
-    return mq.Mechanism("ball", bodies, (fall,), switching=(floor,))
-
-
-def names(motion: Motion) -> list[str]:
-    """Return the names of what happened."""
-    return [event.name for event in motion.events]
-
-
-def test_a_dry_oscillator_rests_after_five_half_cycles() -> None:
-    """Each half period moves the center by 2 μ m g/k (facts of the textbook oscillator)."""
-    block = slider(mq.Friction("dry", "slide", 0.1, G), stiffness=100.0)
-    motion = mq.simulate(block, q={"x": 0.1}, duration=3.0, rtol=1e-13)
-    assert names(motion) == [*["dry: slips +", "dry: slips -"] * 2, "dry: sticks"]
+    response = linearize(mechanism).response({"x": 7.0})
+    w = response.frequencies
+    assert w.shape == (400,)
+    assert w[-1] == pytest.approx(10.0, rel=1e-3)
     np.testing.assert_allclose(
-        [event.t for event in motion.events],
-        np.arange(1, 6) * math.pi / 10,
-        rtol=0,
-        atol=1e-14,
+        response.amplitude[:, 0], 7 / np.hypot(k - m * w**2, c * w), rtol=1e-9, atol=0
     )
-    np.testing.assert_allclose(motion["x"][-1], -0.0019, rtol=0, atol=1e-15)
-    # stick is exact
-    rest = motion.t > math.pi / 2
-    assert not motion.v[rest].any()
-    assert np.ptp(motion.q[rest]) == 0
-    assert [span.states["dry"] for span in motion.modes][-1] == "sticks"
-    assert motion.audit().ok
-    # heat: the path 2 (0.1 + …) times μ m g
-    path = sum(2 * (0.1 - (2 * k + 1) * 0.00981) for k in range(5))
-    np.testing.assert_allclose(motion.energy().work[-1], -path * 0.1 * G, rtol=1e-12, atol=0)
-
-
-@pytest.mark.parametrize(("angle", "sticks"), [(0.09, True), (0.11, False)])
-def test_a_block_on_an_incline_slides_beyond_the_angle_of_repose(
-    angle: float, sticks: bool
-) -> None:
-    alpha = math.atan(angle)
-    block = replace(
-        slider(mq.Friction("dry", "slide", 0.05, G * math.cos(alpha), mu_static=0.1)),
-        gravity=(G * math.sin(alpha), 0, -G * math.cos(alpha)),
-    )
-    motion = mq.simulate(block, duration=1.0)
-    expected = 0.0 if sticks else G * (math.sin(alpha) - 0.05 * math.cos(alpha)) / 2
-    np.testing.assert_allclose(motion["x"][-1], expected, rtol=1e-13, atol=0)
-
-
-def test_a_mass_on_a_belt_sticks_and_slips_in_closed_form() -> None:
-    """It sticks until k x = μ₀ N, then swings about μ N/k until its speed is the belt's again."""
-    k, v, mu, static = 100.0, 0.1, 0.2, 0.4
-    friction = mq.Friction("belt", "slide", mu, G, mu_static=static, speed=v)
-    motion = mq.simulate(slider(friction, stiffness=k), v={"x": v}, duration=20.0)
-    w, held = math.sqrt(k), static * G / k
-    above = held - mu * G / k
-    slip = (2 * math.pi - 2 * math.atan2(above * w, v)) / w
-    stick = 2 * above / v
-    times = np.array([event.t for event in motion.events])
-    np.testing.assert_allclose(times[0], held / v, rtol=1e-13, atol=0)
-    np.testing.assert_allclose(np.diff(times)[::2], slip, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(np.diff(times)[1::2], stick, rtol=0, atol=1e-9)
-
-
-def test_a_pendulum_meets_its_stop() -> None:
-    hinge = mq.Revolute("pin", "ground", "rod", axis=(0, -1, 0), coordinate="q")
-    rod = mq.Mechanism(
-        "rod",
-        (mq.Body("ground"), mq.Body("rod", mq.rod(1.0, 1.0))),
-        (hinge,),
-        switching=(mq.Stop("wall", "pin", at=0.0, side=-1, restitution=0.5),),
-    )
-    motion = mq.simulate(rod, q={"q": 1.0}, duration=2.0, rtol=1e-13)
-    speed = math.sqrt(3 * G * (1 - math.cos(1.0)))
-    quarter = ellipkinc(math.pi / 2, math.sin(0.5) ** 2) / math.sqrt(1.5 * G)
-    impact = motion.events[0]
-    np.testing.assert_allclose(impact.t, quarter, rtol=0, atol=1e-13)
     np.testing.assert_allclose(
-        [impact.v[0], impact.after[0]], [-speed, speed / 2], rtol=1e-12, atol=0
+        response.phase[:, 0], np.arctan2(c * w, k - m * w**2), rtol=1e-9, atol=0
     )
-    # it swings out to where its energy is a quarter
-    top = math.acos(1 - (1 - math.cos(1.0)) / 4)
-    again = 2 * ellipkinc(math.pi / 2, math.sin(top / 2) ** 2) / math.sqrt(1.5 * G)
-    np.testing.assert_allclose(motion.events[1].t - impact.t, again, rtol=0, atol=1e-12)
-    assert motion["q"].min() > -1e-12
-    assert motion.audit().ok
-
-
-def test_an_elastic_stop_gives_back_what_it_takes() -> None:
-    """Half a period of the spring, π √(m/k)."""
-    block = slider(mq.Stop("buffer", "slide", at=1.0, stiffness=400.0))
-    motion = mq.simulate(block, v={"x": 2.0}, duration=1.5, rtol=1e-12)
-    (at, off) = (event.t for event in motion.events)
-    np.testing.assert_allclose([at, off - at], [0.5, math.pi / 20], rtol=0, atol=1e-12)
-    np.testing.assert_allclose(motion.v[-1], -2.0, rtol=1e-11, atol=0)
-
-
-def test_a_bouncing_ball_comes_to_rest_at_its_time() -> None:
-    """The bounces are a geometric sum, √(2h/g) (1 + e)/(1 − e)."""
-    motion = mq.simulate(ball(0.8), q={"z": 1.0}, duration=5.0)
-    rest = math.sqrt(2 / G) * (1 + 0.8) / (1 - 0.8)
-    np.testing.assert_allclose(rest, 4.06371276887157814, rtol=1e-15, atol=0)
-    last = motion.events[-1]
-    assert last.name == "floor: rest"
-    np.testing.assert_allclose(last.t, rest, rtol=0, atol=1e-12)
-    assert not motion.v[-1].any()
-    np.testing.assert_allclose(motion.q[-1], 0.0, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(motion.energy().work[-1], -G, rtol=1e-12, atol=0)
-
-
-def test_a_billiard_ball_rolls_at_five_sevenths_of_its_speed() -> None:
-    mu, r, mass = 0.2, 0.03, 0.17
-    table = flat(mq.ball(mass, r), mq.Contact("cloth", "body", radius=r, mu=mu))
-    motion = mq.simulate(table, q={"z": r}, v={"x": 1.0}, duration=1.0)
-    (rolls,) = motion.events
-    assert rolls.name == "cloth: sticks"
-    np.testing.assert_allclose(rolls.t, 2 / (7 * mu * G), rtol=1e-14, atol=0)
-    np.testing.assert_allclose(motion["x'"][-1], 5 / 7, rtol=1e-14, atol=0)
-    heat = mass / 2 - mass * 0.7 * 25 / 49
-    np.testing.assert_allclose(motion.energy().work[-1], -heat, rtol=1e-12, atol=0)
-
-
-def test_a_bead_leaves_a_sphere_at_two_thirds() -> None:
-    dome = mq.Contact("sphere", "p", bowl=-1.0, plane=mq.Placement((0, 0, 1.0)))
-    start = {"x": math.sin(0.1), "z": math.cos(0.1)}
-    motion = mq.simulate(particle(dome), q=start, duration=2.0)
-    assert names(motion) == ["sphere: open"]
-    np.testing.assert_allclose(motion.events[0].q[1], 2 / 3 * math.cos(0.1), rtol=0, atol=1e-11)
-
-
-def test_a_cord_goes_slack_and_is_taut_again() -> None:
-    """From below with v₀² = 4 g l it is slack where cos θ = (v₀²/(g l) − 2)/3, above the pivot."""
-    cord = mq.Contact("cord", "p", bowl=1.0, plane=mq.Placement((0, 0, -1.0)))
-    start = {"x": 0.0, "z": -1.0}
-    motion = mq.simulate(particle(cord), q=start, v={"x": math.sqrt(4 * G)}, duration=1.5)
-    assert names(motion) == ["cord: open", "cord: impact", "cord: closed"]
-    slack, taut, _ = motion.events
-    np.testing.assert_allclose(slack.q[1], 2 / 3, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(np.hypot(*taut.q), 1.0, rtol=0, atol=1e-14)
-    radial = taut.after @ taut.q
-    np.testing.assert_allclose(radial, 0.0, rtol=0, atol=1e-13)
-
-
-def test_a_rocking_block_loses_what_housner_says() -> None:
-    """G. W. Housner, Bull. Seism. Soc. Am. 53 (1963) 403: the rate after is 1 − 3/2 sin²α of it."""
-    b, h = 0.2, 0.8
-    corners = [
-        mq.Contact(name, "body", center=(side * b / 2, 0, -h / 2), mu=1.0)
-        for name, side in (("left", -1), ("right", 1))
-    ]
-    alpha, R = math.atan2(b, h), math.hypot(b, h) / 2
-    tilt = alpha / 2
-    lever = b / 2 * math.cos(tilt) - h / 2 * math.sin(tilt)
-    start = {
-        "x": -lever,
-        "z": b / 2 * math.sin(tilt) + h / 2 * math.cos(tilt),
-        "th": -tilt,
-    }
-    motion = mq.simulate(flat(mq.box(1.0, (b, b, h)), *corners), q=start, duration=0.5)
-    (impact,) = [event for event in motion.events if event.impact]
-    rate = impact.after[2] / impact.v[2]
-    np.testing.assert_allclose(rate, 1 - 1.5 * math.sin(alpha) ** 2, rtol=0, atol=1e-12)
-    # an inverted pendulum from α/2 off its top: θ'² = 2 p² (cos θ₀ − cos θ), p² = 3 g/(4 R)
-    p = math.sqrt(3 * G / (4 * R))
-    speed = p * math.sqrt(2 * (math.cos(alpha / 2) - math.cos(alpha)))
-    np.testing.assert_allclose(impact.v[2], speed, rtol=1e-11, atol=0)
-
-
-def test_the_balls_of_newtons_cradle_pass_the_momentum_on() -> None:
-    r = 0.05
-    bodies = [mq.Body("ground"), *(mq.Body(f"b{i}", mq.ball(1.0, r)) for i in range(3))]
-    joints = [mq.Prismatic(f"x{i}", "ground", f"b{i}", axis=(1, 0, 0)) for i in range(3)]
-    between = [
-        mq.Contact(
-            f"c{i}",
-            f"b{i + 1}",
-            radius=r,
-            on=f"b{i}",
-            bowl=-r,
-            plane=mq.Placement((r, 0, 0), (0, math.pi / 2, 0)),
-            restitution=1.0,
-            in_turn=True,
-        )
-        for i in range(2)
-    ]
-    cradle = mq.Mechanism("cradle", tuple(bodies), tuple(joints), switching=tuple(between))
-    motion = mq.simulate(cradle, q=[-0.3, 0.0, 2 * r], v=[1.0, 0, 0], duration=1.0)
-    np.testing.assert_allclose(motion.v[-1], [0, 0, 1], rtol=0, atol=1e-13)
-    np.testing.assert_allclose(motion.events[0].t, 0.2, rtol=1e-13, atol=0)
-
-
-def test_what_treats_no_elements_that_switch_names_them() -> None:
-    block = slider(mq.Friction("dry", "slide", 0.1, G))
-    for ask in (mq.derive, mq.Reference, mq.write_urdf, mq.linearize, mq.verify):
-        with pytest.raises(mq.MecaniqueError, match="elements that switch, 'dry'"):
-            ask(block)
-    with pytest.raises(mq.InputError, match="which inspections do not treat yet"):
-        inspection_of(block, ())
-    with pytest.raises(mq.InputError, match="method 'taylor' passes no corners"):
-        mq.simulate(block, duration=1.0, method="taylor")
-
-
-def test_faults_of_elements_that_switch_are_named() -> None:
-    for element, fault in (
-        (mq.Friction("f", "nothing", 0.1, 1.0), "'nothing' is no joint with one coordinate"),
-        (mq.Friction("f", "slide", 0.3, 1.0, mu_static=0.2), "at least the kinetic 0.3, got 0.2"),
-        (mq.Stop("s", "slide", restitution=1.2), "expected a restitution in 0…1, got 1.2"),
-        (mq.Stop("s", "slide", stiffness=0.0), "expected a stiffness above 0, got 0"),
-        (mq.Contact("c", "nobody"), "'nobody' is no body"),
-    ):
-        with pytest.raises(mq.MechanismError, match=fault):
-            slider(element)  # type: ignore[arg-type]
-    with pytest.raises(mq.InputError, match="expected side 1 or -1, got 2"):
-        mq.Stop("s", "slide", side=2)
-    with pytest.raises(mq.InputError, match="expected a law 'newton' or 'poisson'"):
-        mq.Contact("c", "block", law="hertz")  # type: ignore[arg-type]
-
-
-def test_a_start_within_a_wall_is_refused() -> None:
-    with pytest.raises(mq.InputError, match=r"'floor' begins with a gap of -0.1"):
-        mq.simulate(ball(0.5), q={"z": -0.1}, duration=1.0)
-
-
-def test_a_ball_in_space_rolls_at_five_sevenths_of_its_speed() -> None:
-    mu, r = 0.2, 0.03
-    bodies = mq.Body("ground"), mq.Body("ball", mq.ball(0.17, r))
-    cloth = mq.Contact("cloth", "ball", radius=r, mu=mu)
-    table = mq.Mechanism(
-        "table", bodies, (mq.Floating("free", "ground", "ball"),), switching=(cloth,)
-    )
-    start = [0, 0, r, 0, 0, 0, 1]
-    motion = mq.simulate(table, q=start, v=[0.8, 0.6, 0, 0, 0, 0], duration=0.3)
-    (rolls,) = motion.events
-    assert rolls.name == "cloth: sticks"
-    np.testing.assert_allclose(rolls.t, 2 / (7 * mu * G), rtol=0, atol=1e-11)
-    velocity = motion.velocity("ball").linear[-1]
-    np.testing.assert_allclose(velocity, [4 / 7, 3 / 7, 0], rtol=0, atol=1e-11)
-
-
-@pytest.mark.parametrize(
-    ("shape", "part"), [(mq.ring(1.0, 0.1), 1 / 2), (mq.disk(1.0, 0.1), 2 / 3)]
-)
-def test_a_hoop_and_a_disk_roll_at_their_parts_of_the_speed(shape: mq.Shape, part: float) -> None:
-    turned = shape.at(rpy=(math.pi / 2, 0, 0))
-    wheel = flat(turned, mq.Contact("floor", "body", radius=0.1, mu=0.3))
-    motion = mq.simulate(wheel, q={"z": 0.1}, v={"x": 2.0}, duration=1.0)
-    np.testing.assert_allclose(motion["x'"][-1], 2.0 * part, rtol=1e-12, atol=0)
-
-
-def test_a_ladder_leaves_the_wall_at_two_thirds_of_its_height() -> None:
-    length, lean = 2.0, 0.3
-    rod = mq.rod(1.0, length)
-    floor = mq.Contact("floor", "body", center=(0, 0, -length))
-    wall = mq.Contact("wall", "body", plane=mq.Placement((0, 0, 0), (0, math.pi / 2, 0)))
-    start = {"x": 0.0, "z": length * math.cos(lean), "th": lean}
-    motion = mq.simulate(flat(rod, floor, wall), q=start, duration=1.1)
-    leaves = motion.events[0]
-    assert leaves.name == "wall: open"
-    height = leaves.q[1] / start["z"]
-    np.testing.assert_allclose(height, 2 / 3, rtol=0, atol=1e-10)
-
-
-def test_a_clutch_slips_and_locks() -> None:
-    """Torque T between I₁ and I₂ at first ω and 0: locked after ω/(T (1/I₁ + 1/I₂))."""
-    drive, load, torque, rate = 0.5, 0.2, 3.0, 40.0
-    plate = [
-        mq.Body(name, mq.disk(2 * inertia, 1.0)) for name, inertia in (("a", drive), ("b", load))
-    ]
-    joints = (
-        mq.Revolute("shaft", "ground", "a", coordinate="p"),
-        mq.Revolute("clutch", "a", "b", coordinate="s"),
-    )
-    plates = mq.Friction("plates", "clutch", 1.0, torque)
-    machine = mq.Mechanism(
-        "clutch", (mq.Body("ground"), *plate), joints, gravity=(0, 0, 0), switching=(plates,)
-    )
-    motion = mq.simulate(machine, v={"p'": rate, "s'": -rate}, duration=3.0)
-    (locks,) = motion.events
-    assert locks.name == "plates: sticks"
-    expected = rate / (torque * (1 / drive + 1 / load))
-    np.testing.assert_allclose(locks.t, expected, rtol=1e-12, atol=0)
-    together = rate * drive / (drive + load)
-    np.testing.assert_allclose(motion.v[-1], [together, 0], rtol=1e-12, atol=0)
-    lost = rate**2 / 2 * drive * load / (drive + load)
-    np.testing.assert_allclose(motion.energy().work[-1], -lost, rtol=1e-11, atol=0)
-
-
-@pytest.mark.parametrize(("friction", "first"), [(0.3, "slips +"), (0.9, "sticks")])
-def test_a_block_tips_before_it_slides_if_it_is_slender(friction: float, first: str) -> None:
-    """On a slope of tan α = 0.6 with b/h = 1/2: it slides if μ < 1/2, and tips otherwise."""
-    b, h, alpha = 0.2, 0.4, math.atan(0.6)
-    corners = [
-        mq.Contact(name, "body", center=(side * b / 2, 0, -h / 2), mu=friction)
-        for name, side in (("upper", -1), ("lower", 1))
-    ]
-    block = replace(
-        flat(mq.box(1.0, (b, b, h)), *corners),
-        gravity=(G * math.sin(alpha), 0, -G * math.cos(alpha)),
-    )
-    motion = mq.simulate(block, q={"z": h / 2}, duration=0.1)
-    tips = first == "sticks"
-    states = {"upper": "open" if tips else first, "lower": first}
-    assert motion.modes[0].states == states
-
-
-def test_poissons_restitution_without_friction_is_newtons() -> None:
-    floor = mq.Contact("floor", "ball", restitution=0.6, law="poisson")
-    bouncing = replace(ball(0.6), switching=(floor,))
-    motion = mq.simulate(bouncing, q={"z": 1.0}, duration=0.6)
-    impact = motion.events[0]
-    np.testing.assert_allclose(impact.after, -0.6 * impact.v, rtol=1e-13, atol=0)
-
-
-def test_an_oblique_impact_with_friction_conserves_momentum_about_the_contact() -> None:
-    """A ball with μ small slides through: Δv_x = −μ (1 + e) v_n, r Δω = 5/2 of it (Routh)."""
-    r, mu, e = 0.1, 0.05, 0.8
-    bouncing = flat(mq.ball(1.0, r), mq.Contact("floor", "body", radius=r, mu=mu, restitution=e))
-    motion = mq.simulate(bouncing, q={"z": 1.1}, v={"x": 3.0}, duration=0.6)
-    impact = motion.events[0]
-    fall = math.sqrt(2 * G)
-    change = impact.after - impact.v
-    np.testing.assert_allclose(change[1], (1 + e) * fall, rtol=1e-10, atol=0)
-    np.testing.assert_allclose(change[0], -mu * (1 + e) * fall, rtol=1e-10, atol=0)
-    # angular momentum about the point of contact: I ω' + m r v_x for turns about −y
-    about = 0.4 * r**2 * change[2] - r * change[0]
-    np.testing.assert_allclose(about, 0.0, rtol=0, atol=1e-12)
-
-
-def test_a_ball_leaves_a_ball_at_ten_seventeenths() -> None:
-    """Rolling all the way, 17 cos θ = 10 cos θ₀; friction without bound is nearly that."""
-    R, r, lean = 1.0, 0.25, 0.2
-    dome = mq.Contact("dome", "body", radius=r, bowl=-R, plane=mq.Placement((0, 0, R)), mu=1e7)
-    start = {"x": (R + r) * math.sin(lean), "z": (R + r) * math.cos(lean)}
-    motion = mq.simulate(flat(mq.ball(1.0, r), dome), q=start, duration=1.5)
-    leaves = next(event for event in motion.events if event.name == "dome: open")
-    cosine = leaves.q[1] / (R + r)
-    np.testing.assert_allclose(cosine, 10 / 17 * math.cos(lean), rtol=0, atol=1e-5)
+    np.testing.assert_array_equal(response["x"], response.X[:, 0])
+    assert response.units == ("m",)
+    with pytest.raises(mq.UnknownNameError, match="unknown coordinate 'y'"):
+        response["y"]
+    figure = response.plot()
+    assert [axis.get_ylabel() for axis in figure.axes] == ["amplitude", "phase lag [rad]"]
