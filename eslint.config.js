@@ -4,7 +4,7 @@ import globals from "globals";
 const PAGE = "src/mecanique/viewing/page/assets/**/*.js";
 
 export default [
-  { ignores: ["**/*.min.js", ".venv/", "build/", "dist/"] },
+  { ignores: ["**/*.min.js", ".venv/", "build/", "dist/", "docs/_generated/"] },
   js.configs.recommended,
   {
     rules: {
