@@ -193,7 +193,7 @@ ORDER: dict[str, list[str]] = {
         "languages writing",
     ],
     "generation.writing": ["formulas", "recursion"],
-    "generation.mechanics": ["closed_form constrained", "dynamics", "free_body_forces"],
+    "generation.mechanics": ["closed_form constrained", "articulated dynamics", "free_body_forces"],
     "generation.verdict": ["cases", "verdict"],
     "generation.targets": ["target", "c javascript python", "casadi jax steps", "fmu"],
     "motion": [

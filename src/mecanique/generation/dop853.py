@@ -67,6 +67,35 @@ FIRM = 0.01
 NEAREST = 0.15
 """Distance from a singular position at which to stop, in characteristic lengths or radians."""
 
+PASSED = 2.0
+"""This many times `NEAREST` behind a singular position it is passed."""
+
+MIDDLE = 7 / 15
+"""The middle of the widest gap between the stages of a step, from 1/3 to 3/5 of its length."""
+
+MAGNIFIED = 1e-10
+"""Change of position, as above, that may be only rounding next to a singular position.
+
+A gap of 1e-14 m, the rounding of a chain of 40 links, is closed by 100 times as much where loops
+hold with a firmness of 0.01.
+"""
+
+LEAP, LEAST_LEAP = 0.09, 0.02
+"""Distances before a singular position, as above, from which to leap across it; a refused leap is
+tried again from half the distance.
+
+No stage is nearer than 0.29 of it. The nearer, the more rounding is magnified in the accelerations:
+of 40 parallelograms in series, at a tolerance of 1e-12, a leap errs by 0.5 tolerances from 0.09, by
+1.8 from 0.06, by 9 from 0.04 and by 500 from 0.02.
+"""
+
+LEAP_ERROR = 10.0
+"""A leap may err by this many times the tolerance of a step.
+
+Steps of closed mechanisms use a tenth of the tolerance that is asked for, since their errors add
+up; a leap is one among fifty.
+"""
+
 _CONTROL = (
     *("DAMPING", "EXPONENT", "SAFETY", "SHRINKAGE", "GROWTH"),
     *("BEFORE", "NEARLY", "SHORTEST", "FIRST", "UNKNOWN", "BRIEF"),
@@ -76,6 +105,7 @@ STEPS = (
     *_CONTROL,
     *("UNSTABLE", "STIFF_AFTER", "STIFF_FORGET"),
     *("SWEEPS", "ASTRAY", "HALVED", "ROUNDING", "CLOSED", "PROBE", "FIRM"),
+    *("PASSED", "MIDDLE", "LEAST_LEAP", "LEAP_ERROR", "MAGNIFIED"),
 )
 """Names of the constants that the steps in C use."""
 

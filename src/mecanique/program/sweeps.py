@@ -50,6 +50,31 @@ def pull_back(
     return [gradient.get(place, 0.0) for place in inputs]
 
 
+def substitute(tape: Tape, outputs: Sequence[Value], known: Mapping[int, Value]) -> list[Value]:
+    """Return outputs with other values in place of some operations."""
+    values: dict[int, Value] = dict(known)
+    arithmetic = {
+        "+": tape.add,
+        "-": tape.subtract,
+        "*": tape.multiply,
+        "/": tape.divide,
+    }
+
+    def value(operand: Value) -> Value:
+        return values.get(operand, operand) if isinstance(operand, int) else operand
+
+    for place in tape.find_needed(outputs):
+        kind, operands, _ = tape.operations[place]
+        if place in values or kind == "input":
+            continue
+        replaced = [value(operand) for operand in operands]
+        if kind in arithmetic:
+            values[place] = arithmetic[kind](*replaced)
+        else:
+            values[place] = tape.call(kind, *replaced)
+    return [value(output) for output in outputs]
+
+
 def _operands(tape: Tape, place: int) -> list[int]:
     return [value for value in tape.operations[place][1] if isinstance(value, int)]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, final
 
 from mecanique.derivation.mechanics.chart import along
@@ -27,18 +28,25 @@ class Loops:
         blocks: index of each equation's block: the lengths of a loop, its angles, or a contact.
         residual: Φ; zero for equations that restrict velocities only.
         rate: Φ', or ψ.
-        jacobian: rows of J.
         gamma: γ.
         velocity_rows: the equations of contacts and velocity constraints, which come last.
     """
+
+    letters: Letters
 
     names: tuple[str, ...]
     blocks: tuple[int, ...]
     residual: list[Any]
     rate: list[Any]
-    jacobian: Rows
     gamma: list[Any]
     velocity_rows: list[ConstraintRow]
+
+    @cached_property
+    def jacobian(self) -> Rows:
+        """Rows of J; of a long chain they take more operations than all the rest."""
+        holonomic = self.residual[: len(self.residual) - len(self.velocity_rows)]
+        rows = [on_velocities(self.letters, [gap], [1.0]) for gap in holonomic]
+        return [*rows, *(row.slopes for row in self.velocity_rows)]
 
 
 def loops_of(letters: Letters, recursion: TreeRecursion) -> Loops:
@@ -55,14 +63,13 @@ def loops_of(letters: Letters, recursion: TreeRecursion) -> Loops:
         blocks += [2 * k + row.startswith("r") for row in CLOSED[loop.kind]]
         residual += closure(loop, recursion.ground, angle)
     rate = along(letters, residual)
-    jacobian = [on_velocities(letters, [row], [1.0]) for row in residual]
     rows = velocity_rows(letters, recursion)
     return Loops(
+        letters=letters,
         names=(*names, *(row.name for row in rows)),
         blocks=(*blocks, *(2 * len(letters.mechanism.loops) + row.block for row in rows)),
         residual=[*residual, *(row.gap for row in rows)],
         rate=[*rate, *(row.slip for row in rows)],
-        jacobian=[*jacobian, *(row.slopes for row in rows)],
         gamma=[*along(letters, rate), *(row.rate for row in rows)],
         velocity_rows=rows,
     )

@@ -10,7 +10,7 @@ loops.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Any, Protocol, final
 
 import numpy as np
 
@@ -72,6 +72,16 @@ class Solution:
     multipliers: tuple[Any, ...]
 
 
+class Projecting(Protocol):
+    """Factors that project a nearby state on the loops."""
+
+    def close(self, gaps: list[Any]) -> list[Any]:
+        """Return the displacements of least energy that close the gaps of all rows."""
+
+    def firmness(self) -> Any:
+        """Return a measure of regularity of the loops, zero in singular positions."""
+
+
 @final
 class Constrained:
     """The mass matrix and the independent equations of the loops, factorized."""
@@ -87,7 +97,7 @@ class Constrained:
         self._tape = letters.tape
         self._loops = loops
         self._M = M
-        self._kept = _independent(jacobians)
+        self._kept = independent(jacobians)
         self._J = [loops.jacobian[k] for k in self._kept]
         self._gamma = [loops.gamma[k] for k in self._kept]
         self._reduced = _reduce(self._J, self._gamma)
@@ -216,19 +226,26 @@ def _is_zero(entry: Any) -> bool:
     return isinstance(entry, float) and entry == 0.0
 
 
-def _independent(jacobians: np.ndarray) -> list[int]:
+def independent(jacobians: np.ndarray) -> list[int]:
     """Return the rows that in some state do not follow from those before them."""
+    every = list(range(jacobians.shape[1]))
+    if any(_is_independent(J) for J in jacobians):
+        return every
     kept: list[int] = []
-    for row in range(jacobians.shape[1]):
+    for row in every:
         trial = [*kept, row]
-        for J in jacobians:
-            sizes = np.linalg.norm(J[trial], axis=1)
-            if sizes.min() > 0:
-                scaled = J[trial] / sizes[:, None]
-                if np.linalg.svd(scaled, compute_uv=False)[-1] > INDEPENDENT:
-                    kept = trial
-                    break
+        if any(_is_independent(J[trial]) for J in jacobians):
+            kept = trial
     return kept
+
+
+def _is_independent(J: np.ndarray) -> bool:
+    """Return whether the rows of a Jacobian in one state are independent."""
+    sizes = np.linalg.norm(J, axis=1)
+    if not len(J) or len(J) > J.shape[1] or sizes.min() <= 0:
+        return not len(J)
+    scaled = J / sizes[:, None]
+    return bool(np.linalg.svd(scaled, compute_uv=False)[-1] > INDEPENDENT)
 
 
 def _is_singular(masses: np.ndarray) -> bool:
@@ -239,7 +256,7 @@ def _is_singular(masses: np.ndarray) -> bool:
     return False
 
 
-def landing_of(letters: Letters, loops: Loops, constrained: Constrained) -> LoopProjection:
+def landing_of(letters: Letters, loops: Loops, constrained: Projecting) -> LoopProjection:
     """Return the changes of q and v that close the loops and their rates."""
     step: list[Any] = constrained.close(loops.residual)
     turn: list[Any] = constrained.close(loops.rate)

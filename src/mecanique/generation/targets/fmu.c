@@ -164,7 +164,7 @@ static Status set(Instance *m, Reference at, double value)
 static Status settle(Instance *m, const char *message)
 {
     State *now = &m->now;
-    if (!land(now->t, now->y, now->p)) return say(m, fmi3Error, message);
+    if (!land(now->t, now->y, now->p, CLOSED)) return say(m, fmi3Error, message);
     forget(now);
     return fmi3OK;
 }

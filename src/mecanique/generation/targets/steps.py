@@ -56,6 +56,10 @@ def write_steps(moving: SteppedProgram) -> str:
         ("E3", coefficients.errors[1, :12]),
     ):
         lines.append(f"static const double {name}[] = {list_numbers(row)};")
+    for name, rows in (("LATER", coefficients.later), ("DENSE", coefficients.dense)):
+        table = map(list_numbers, rows)
+        lines.append(f"static const double {name}[][STAGES + 4] = {{{', '.join(table)}}};")
+    lines.append(f"static const double NODES[] = {list_numbers(coefficients.nodes)};")
     lines += write_constants(STEPS)
     if any(kind == "sign" for kind, _, _ in moving.tape.operations):
         lines.append(SIGN)

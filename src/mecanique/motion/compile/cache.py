@@ -10,7 +10,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.heyoka import building, integrator
-from mecanique.motion.compile.program import SAMPLES, Program
+from mecanique.motion.compile.program import SAMPLES, Program, is_long_chain
 from mecanique.motion.compile.python import Batched, overwriting, vectorize
 from mecanique.motion.compile.stepper import Stepper
 from mecanique.motion.record.rates import Rates
@@ -32,6 +32,12 @@ _DERIVING_LOOPS = 0.015
 _CLOSING = 2e-4
 """Time to close one random state is about this times the square of the size [s]."""
 
+_CLOSING_CHAIN = 6e-5
+"""The same where the equations are those of a long chain [s]."""
+
+_OPERATIONS_OF_CHAIN = 400
+"""How many a long chain's equations take for each velocity (`program.LONG`)."""
+
 _COMPILING = 0.08
 """Time to compile equations in C, for each velocity, roughly [s]."""
 
@@ -50,6 +56,8 @@ class Compiled:
         self._mechanism = weakref.ref(mechanism)
         self._size = mechanism.nv
         self._closed = mechanism.constrained
+        self.chain = is_long_chain(mechanism)
+        """Whether its operations grow with its size, not with the cube of it."""
         self.rates = Rates.of(mechanism)
         """The maps between v and q̇."""
         self._program: Program | DerivationError | None = None
@@ -142,12 +150,15 @@ class Compiled:
         """Return about how long it takes to derive and compile the equations in Python [s]."""
         if self._closed:
             # states to compare in have to be closed, each the longer the more loops there are
-            closing = SAMPLES * _CLOSING * self._size**2
+            each = _CLOSING_CHAIN if self.chain else _CLOSING
+            closing = SAMPLES * each * self._size**2
             return _DERIVING_LOOPS * self._size + closing
         return _DERIVING + 1e-3 * self._size**3
 
     def seconds_to_compile(self, operations: int | None = None) -> float:
         """Return about how long it takes to compile the equations in C [s]."""
+        if operations is None and self.chain:
+            operations = _OPERATIONS_OF_CHAIN * self._size
         if operations is None:
             return _COMPILING * self._size
         from mecanique.generation.targets.c import LONG

@@ -70,6 +70,14 @@ class ClosedProgram:
             last = size
         return None
 
+    def crosses_at(self, t: float, y: np.ndarray) -> bool:
+        """Return whether branches cross near a state, so that the motion passes smoothly."""
+        crosses_at = getattr(self._slow, "crosses_at", _nowhere)
+        if len(y) != 2 * self._nq or crosses_at is _nowhere:
+            return False
+        self._slow(t, y)  # which judges what lies ahead
+        return bool(crosses_at(y[: self._nq]))
+
     def _is_regular(self, t: float, y: np.ndarray) -> bool:
         """Whether no singular position is to be passed; it is remembered where none is near."""
         if self._turns_at(y[: self._nq]):

@@ -13,13 +13,14 @@ from math import inf
 from mecanique.derivation import derive
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import loops_of
+from mecanique.generation.mechanics.articulated import Articulated, articulate
 from mecanique.generation.mechanics.closed_form import ClosedFormProgram
 from mecanique.generation.mechanics.constrained import Constrained, landing_of
 from mecanique.generation.mechanics.dynamics import Tree
 from mecanique.generation.program import LoopProjection
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.program import Program, is_long_chain
 from mecanique.program.solving import factorize
 from mecanique.program.tape import Value
 from mecanique.program.traced import values_of
@@ -28,12 +29,20 @@ MOST = 100_000
 """Operations of a closed mechanism's program; a longer one is no faster than the reference."""
 
 
+MOST_OF_CHAIN = 300_000
+"""The same of a long chain: for each velocity some 1,000 are written, of which 400 are needed, and
+the engine takes 210 velocities."""
+
+
 def program_of(
     mechanism: Mechanism, swept: Collection[str] = (), states: States | None = None
 ) -> Program:
     """Derive a mechanism's equations as a program; only the swept parameters stay inputs."""
     kept = {p.symbol for p in mechanism.parameters if p.symbol in swept}
-    letters = Letters(mechanism, kept, MOST if mechanism.constrained else inf)
+    most = inf
+    if mechanism.constrained:
+        most = MOST_OF_CHAIN if is_long_chain(mechanism) else MOST
+    letters = Letters(mechanism, kept, most)
     landing = None
     if mechanism.constrained:
         rates, landing = _solve_loops(letters, states)
@@ -60,7 +69,11 @@ def _solve_loops(letters: Letters, states: States | None) -> tuple[list[Value], 
     """The rates of a closed mechanism's state, and what keeps it on its loops."""
     tree = Tree(letters)
     loops = loops_of(letters, tree.recursion)
-    constrained = Constrained(letters, tree.mass_matrix(), loops, states)
+    constrained: Constrained | Articulated | None = None
+    if states is not None and is_long_chain(letters.mechanism):
+        constrained = articulate(letters, tree.recursion, loops, states)
+    if constrained is None:
+        constrained = Constrained(letters, tree.mass_matrix(), loops, states)
     drive = [Q - h for Q, h in zip(tree.forces(), tree.bias(), strict=True)]
     rates = [*letters.rates, *constrained.solve(drive).acceleration]
     return values_of(rates), landing_of(letters, loops, constrained)

@@ -15,10 +15,10 @@ from mecanique.errors import DerivationError, InputError
 from mecanique.generation.dop853 import BEFORE, NEAREST
 from mecanique.motion.compile.program import Program
 
-ENDED = ("end", "room", "near", "small", "many", "stiff", "off")
+ENDED = ("end", "room", "near", "small", "many", "stiff", "off", "past")
 """Why a motion stops, by the number that says so: it came to its end; there is no more room for
 steps; it came near a singular position; its steps are too small, or too many, or the equations are
-stiff; no state was finite and on the loops."""
+stiff; no state was finite and on the loops; it has passed a singular position."""
 
 _ROOM = 4096
 """Steps that are noted at a time."""
@@ -42,7 +42,7 @@ class _Motion(ctypes.Structure):
 
     _fields_ = [
         *((name, ctypes.c_double) for name in ("t", "end", "h", "before", "rtol", "atol")),
-        *((name, ctypes.c_double) for name in ("max_step", "near")),
+        *((name, ctypes.c_double) for name in ("max_step", "near", "leap")),
         *((name, ctypes.c_long) for name in ("most", "steps", "evaluations")),
         *((name, ctypes.c_long) for name in ("at_limit", "below")),
     ]
@@ -155,6 +155,10 @@ class March:
         reason = self._advance(*moving, ctypes.byref(notes), ctypes.byref(self._samples))
         taken = notes.noted
         return ENDED[reason], t[:taken], y[:taken], dy[:taken]
+
+    def leap(self, distance: float) -> None:
+        """Leap across singular positions from a distance on; from 0, stop before them."""
+        self._motion.leap = distance
 
     def put(self, t: float, y: Array, passed: int) -> None:
         """Set the time [s], the state and how many times of samples lie before."""

@@ -38,6 +38,13 @@ LOOP_STEP_SECONDS = {"dop853": 2e-3, "closed_form": 3e-5, "compiled": 1e-5}
 """What a step of a closed mechanism takes, roughly, by method [s]: dop853 for each velocity, the
 closed form for each pair of velocities."""
 
+CHAIN_STEP_SECONDS = 4e-4
+"""The same for the closed form of a long chain, for each velocity: 14 times 400 operations [s]."""
+
+CHAIN_STEPS = 8
+"""So many times more steps does a chain take than its first ones suggest, past flat positions: 94
+instead of 11 in a second of 40 falling parallelograms."""
+
 PAYOFF_OF_LOOPS = 1.5
 """Deriving the equations must save this many times what it takes, by an estimate."""
 
@@ -192,12 +199,17 @@ def _best_for_loops(problem: Problem, t: float, operations: int | None = None) -
     steps, nv = LOOP_STEPS * (problem.end - problem.t0) / (t - problem.t0), problem.mechanism.nv
     by_reference = LOOP_STEP_SECONDS["dop853"] * nv
     by_program = LOOP_STEP_SECONDS["closed_form"] * nv**2
+    if code.chain:
+        by_program = CHAIN_STEP_SECONDS * nv
+        by_reference *= CHAIN_STEPS
     deriving = code.seconds_to_derive() if operations is None else 0.0
     seconds = {
         "dop853": (steps - LOOP_STEPS) * by_reference / PAYOFF_OF_LOOPS,
         "closed_form": deriving + steps * by_program,
     }
     if has_compiler() and not problem.asked and not _is_blind(problem):
+        if code.chain:
+            del seconds["closed_form"]  # only compiled steps leap across singular positions
         compiling = deriving + code.seconds_to_compile(operations)
         seconds["compiled"] = compiling + steps * LOOP_STEP_SECONDS["compiled"]
     return min(seconds, key=lambda method: seconds[method])

@@ -182,6 +182,10 @@ class ClosedRhs:
         """Return whether branches are known to come near each other there, but not to cross."""
         return self._turns and self._judged.holds(q)
 
+    def crosses_at(self, q: Array) -> bool:
+        """Return whether branches are known to cross there."""
+        return not self._turns and self._judged.holds(q)
+
     def _judge(self, state: _State, way: _Way, ahead: float) -> bool:
         """Return whether branches are found to turn; it is remembered around where they do."""
         if self._judged.holds(state.q) or self._undecided.holds(state.q):

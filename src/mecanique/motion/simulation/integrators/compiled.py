@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias, final
 
 import numpy as np
 
-from mecanique.generation.dop853 import NEAREST
+from mecanique.generation.dop853 import LEAP, NEAREST, PASSED
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
 from mecanique.motion.compile.stepper import March, Stepper, Tolerances
@@ -35,9 +35,6 @@ _KINDS: dict[str, Kind] = {
     "off": "step too small",
 }
 """Outcomes by why compiled steps stop."""
-
-_AWAY = 2.0
-"""Compiled steps go on this many times as far from a singular position as they stop before it."""
 
 
 _PLACES = (0.25, 0.5, 0.75)
@@ -79,6 +76,9 @@ def integrate_in_c(
     steps.add(problem.t0, problem.start, task.rhs(problem.t0, problem.start))
     outcome: Outcome | None = None
     occurrences: _Events = _no_events
+    crosses, leaping = _never, False
+    if isinstance(equations, ClosedProgram):
+        crosses = equations.crosses_at
     try:
         while outcome is None:
             before = len(steps.t) - 1
@@ -90,8 +90,13 @@ def integrate_in_c(
             under_way = outcome is None and march.t < problem.end
             if under_way and look is not None and look(steps.taken, march.t):
                 outcome = Outcome("reconsider")
-            if outcome is None and reason == "near":
-                outcome = run.pass_by(steps)
+            if outcome is None and reason == "near" and not leaping and crosses(march.t, march.y):
+                leaping = True
+                march.leap(LEAP)
+            elif outcome is None and reason in ("near", "past"):
+                leaping = False
+                march.leap(0.0)
+                outcome = run.pass_by(steps) if reason == "near" else None
             elif outcome is None and reason != "room":
                 outcome = Outcome(_KINDS[reason])
             if (last := _find_end_of_chart(problem, steps, before, reason)) is not None:
@@ -107,6 +112,10 @@ def integrate_in_c(
         rtol=rtol,
         course=partial(run.sample, steps, outcome, occurrences),
     )
+
+
+def _never(t: float, y: np.ndarray) -> bool:
+    return False
 
 
 def _no_events(curve: Curve) -> tuple[Occurrence, ...]:
@@ -158,7 +167,7 @@ class _Run:
             t, y = passage.t[-1], passage.y[-1]
             if self.stalls.is_stalled(before + len(passage.t), t):
                 return Outcome("no headway")
-            away = self.stepper.distance(t, y) > _AWAY * NEAREST
+            away = self.stepper.distance(t, y) > PASSED * NEAREST
             return Outcome("halt") if away or loops.has_left(t, y) else None
 
         outcome: Outcome | None = None
@@ -168,7 +177,7 @@ class _Run:
                 t = end if stopped.kind == "end" else passage.t[-1]
                 if stopped.kind in ("end", "halt"):
                     passage.end_at(t, loops.close(t, passage.y[-1]), task.rhs)
-                    if self.stepper.distance(t, passage.y[-1]) > _AWAY * NEAREST:
+                    if self.stepper.distance(t, passage.y[-1]) > PASSED * NEAREST:
                         break
                 else:
                     outcome = stopped
