@@ -160,3 +160,8 @@ def test_the_first_cause_names_the_slip(system: str, ask: str, text: str, said: 
     assert verdict.outcome == "wrong"
     assert said in verdict.causes[0].text
     assert "should be 1 times" not in str(verdict)
+
+
+def test_a_constant_momentum_is_no_mistake() -> None:
+    text = "r' = pr/m; phi' = pphi/(m r^2); pr' = pphi^2/(m r^3) - m mu/r^2; pphi' = 0"
+    assert mq.check(mq.textbook.load("kepler_orbit"), text, "Hamilton's equations").right

@@ -338,6 +338,9 @@ class _Asked:
         rates: dict[str, Array] = {}
         for k, velocity in enumerate(self._truth.velocities):
             rate = self._value(self._lagrange.T.diff(velocity).ddt(), self._sample.values)
+            # of a momentum that is constant only rounding is left
+            size = np.abs(momenta[self._name_momentum(k)[0]]).max(initial=0.0)
+            rate = np.where(np.abs(rate) <= _ROUNDING * size, 0.0, rate)
             rates |= {f"{letter}'": rate for letter in self._name_momentum(k)}
         return Quantity(
             name, "rates of momenta", more=momenta | rates, dimensions=self._units_of_momenta()
@@ -421,6 +424,9 @@ class _Asked:
         fixed = dict.fromkeys((*others, *self._truth.accelerations), np.zeros(self._sample.count))
         return Quantity(name, "steady", tuple(rates), more=fixed)
 
+
+_ROUNDING = 1e-12
+"""Rates of momenta below this part of the momenta, per second, are rounding."""
 
 _FEWEST = 3
 """Least number of states in which a position is an equilibrium, and stable."""
