@@ -307,6 +307,20 @@ def test_a_ladder_leaves_the_wall_at_two_thirds_of_its_height() -> None:
     np.testing.assert_allclose(height, 2 / 3, rtol=0, atol=1e-10)
 
 
+def test_what_sticks_together_breaks_away_at_the_sum_of_its_friction() -> None:
+    """Two brakes on one slide share the load in no way that is known; together they hold 3 N."""
+    brakes = mq.Friction("a", "slide", 1.0, 1.0), mq.Friction("b", "slide", 1.0, 2.0)
+    block = slider(*brakes)
+    ramp = mq.Input("F", lambda t: 2.0 * t, "N", "pull")
+    block = replace(block, inputs=(ramp,), forces=(mq.JointForce("pull", "slide", ramp),))
+    motion = mq.simulate(block, duration=2.5)
+    assert motion.modes[0].states == {"a": "sticks", "b": "sticks"}
+    assert motion.modes[0].end == pytest.approx(1.5, rel=1e-9, abs=0.0)
+    assert motion.modes[-1].states == {"a": "slips +", "b": "slips +"}
+    # x'' = 2 (t − 1.5) from there
+    assert motion["x"][-1] == pytest.approx(1.0 / 3.0, rel=1e-9, abs=0.0)
+
+
 def test_a_clutch_slips_and_locks() -> None:
     """Torque T between I₁ and I₂ at first ω and 0: locked after ω/(T (1/I₁ + 1/I₂))."""
     drive, load, torque, rate = 0.5, 0.2, 3.0, 40.0

@@ -120,7 +120,7 @@ def derive_modes(mechanism: Mechanism) -> Modes:
     equations = derive(loaded)
     M, h, Q = equations.M, equations.h, equations.Q
     symbols = [s for forces in unknown for s in (forces.normal, forces.tangent) if s is not None]
-    slopes = {symbol: Matrix([diff(entry, symbol) for entry in Q]) for symbol in symbols}
+    slopes = {symbol: Q.diff(symbol) for symbol in symbols}
     rest = Q.subs(dict.fromkeys(symbols, 0))
     velocities = [Symbol(name) for name in mechanism.velocities]
     accelerations = [Symbol(f"{name}'") for name in mechanism.velocities]
@@ -184,10 +184,10 @@ def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
             x, _, n = zip(*element.plane.rotation, strict=True)
             normal = add("N", element, "N")
             tangent = add("T", element, "N") if element.rubs else None
-            parts = [(n, normal), *([(x, tangent)] if tangent is not None else [])]
             cx, cy, cz = element.center
-            px, py, pz = (sum(e[k] * size for e, size in parts) for k in range(3))
-            pull = (px, py, pz)
+            pull = [entry * normal for entry in n]
+            if tangent is not None:
+                pull = [total + entry * tangent for total, entry in zip(pull, x, strict=True)]
             lever = [-element.radius * component for component in n]
             turn = (
                 lever[1] * pull[2] - lever[2] * pull[1],
@@ -195,7 +195,7 @@ def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
                 lever[0] * pull[1] - lever[1] * pull[0],
             )
             name = element.name
-            forces.append(Force(f"{name}, force", element.body, (cx, cy, cz), pull))
+            forces.append(Force(f"{name}, force", element.body, (cx, cy, cz), tuple(pull)))
             if element.radius != 0:
                 forces.append(Torque(f"{name}, moment", element.body, turn))
             unknown.append(_ElementForces(element, normal, tangent, 0, 0))

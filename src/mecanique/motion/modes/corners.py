@@ -99,6 +99,7 @@ class Corners:
         self._modes: list[Mode] = []
         self._last: tuple[bytes, float, Array] | None = None
         self._at_once = 0
+        self._ended: frozenset[Mode] = frozenset()
         self.events = tuple(
             Event(f"{element.name}: {('gap', 'friction')[which]}", Margin(self, k, which), -1)
             for k, element in enumerate(self.elements)
@@ -217,7 +218,7 @@ class Corners:
                     "the other; expected a start where they are apart or touch"
                 )
         touching = [self._is_touching(terms, k) for k in range(len(self.elements))]
-        return self._change(t, y, touching, frozenset(), "")
+        return self._change(t, y, touching, frozenset())
 
     def switch(self, t: float, y: Array, event: str) -> tuple[Array, list[Occurrence]]:
         """Return the state after the margin of an event passed zero, and what happened."""
@@ -235,7 +236,15 @@ class Corners:
         terms = self.rows.at(q, v, t)
         touching = [self._is_touching(terms, i, mode[i]) for i in range(len(self.elements))]
         forbidden: frozenset[tuple[int, str]] = frozenset()
-        if which == 0:
+        solution = self.laws.solve(terms, mode)
+        shared = solution is not None and solution.redundant and state.name in (STICKS, CLOSED)
+        if not self._at_once:
+            self._ended = frozenset()
+        if shared or self._ended:
+            # which of the elements that share their forces yields is not known beforehand: no
+            # mode is tried twice at one instant
+            self._ended |= {mode}
+        if not shared and which == 0:
             if state.name == OPEN:
                 touching[k] = True
             elif self.elements[k].stiffness is None:
@@ -243,11 +252,11 @@ class Corners:
                 forbidden = frozenset((k, name) for name in ending)
             else:
                 touching[k] = False
-        elif state.name == STICKS:
+        elif not shared and state.name == STICKS:
             forbidden = frozenset({(k, STICKS)})
-        else:
+        elif not shared:
             y = self._stop_slip(t, y, mode, k)
-        return self._change(t, y, touching, forbidden, self.elements[k].name)
+        return self._change(t, y, touching, forbidden)
 
     def _stop_slip(self, t: float, y: Array, mode: Mode, k: int) -> Array:
         """Return the state in which the slip of an element, zero to rounding, is zero."""
@@ -271,7 +280,6 @@ class Corners:
         y: Array,
         touching: list[bool],
         forbidden: frozenset[tuple[int, str]],
-        name: str,
     ) -> tuple[Array, list[Occurrence]]:
         """Resolve impacts, then choose the mode that follows; return the state and events."""
         q, v = y[: self._nq], y[self._nq :].copy()
@@ -296,9 +304,12 @@ class Corners:
             names = ", ".join(self.elements[k].name for k in approaching)
             occurrences.append(Occurrence(f"{names}: impact", t, q, before, v))
             still = self._still(terms, np.maximum(np.abs(before), np.abs(v)))
+            self._ended = frozenset()
         for k, later in rested:
             occurrences.append(Occurrence(f"{self.elements[k].name}: rest", t + later, q, v, v))
-        solutions = self._decide(t, y, lambda: self.laws.follow(terms, touching, still, forbidden))
+        solutions = self._decide(
+            t, y, lambda: self.laws.follow(terms, touching, still, forbidden, self._ended)
+        )
         mode = self._choose(solutions, t, y)
         old = self._modes[-1] if self._modes else None
         y = self._project(t, np.concatenate([q, v]), mode)

@@ -37,6 +37,14 @@ SINGULAR = 1e-11
 ANGLES = 72
 """Directions in which a root of the direction of slip is looked for."""
 
+_TURN = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
+
+_DIRECTIONS = {
+    1: np.array([[1.0], [-1.0]]),
+    2: np.column_stack([np.cos(_TURN), np.sin(_TURN)]),
+}
+"""Directions along which friction is bounded, by the number of tangents."""
+
 MOST_IMPACTS = 10_000
 """Impacts that may follow each other in turn at one instant."""
 
@@ -213,6 +221,8 @@ class Laws:
         """
         margins = np.ones((len(self.elements), 2))
         solution = self.solve(terms, mode)
+        if solution is not None and solution.redundant:
+            return self._shared_margins(terms, solution, margins)
         for k, (element, state) in enumerate(zip(self.elements, mode, strict=True)):
             normal = element.normal
             if normal is not None and (state.name == OPEN or element.stiffness is not None):
@@ -221,7 +231,7 @@ class Laws:
             if solution is not None and normal is not None:
                 margins[k, 0] = solution.forces[normal]
             tangents = list(element.tangents)
-            if state.name == STICKS and solution is not None and not solution.redundant:
+            if state.name == STICKS and solution is not None:
                 friction = float(np.linalg.norm(solution.forces[tangents]))
                 margins[k, 1] = (
                     self._friction_limit(terms, k, solution.forces, terms.static) - friction
@@ -229,6 +239,25 @@ class Laws:
             elif state.direction:
                 # along the direction in which it began to slip
                 margins[k, 1] = float(terms.rates[tangents] @ np.array(state.direction))
+        return margins
+
+    def _shared_margins(self, terms: Terms, solution: Solution, margins: Array) -> Array:
+        """Return the margins where forces can be shared: what sticks does so while a share exists.
+
+        Elements that bear redundant forces together have one margin, that of the best share.
+        """
+        spare = self._find_spare(terms, solution)
+        for k, (element, state) in enumerate(zip(self.elements, solution.mode, strict=True)):
+            if element.normal is not None and (state.name == OPEN or element.stiffness is not None):
+                gap = terms.gaps[element.normal]
+                margins[k, 0] = gap if state.name == OPEN else -gap
+            elif state.name == STICKS:
+                margins[k, 1] = spare
+            elif element.normal is not None:
+                margins[k, 0] = spare
+            if state.direction:
+                slip = terms.rates[list(element.tangents)]
+                margins[k, 1] = float(slip @ np.array(state.direction))
         return margins
 
     def _friction_limit(self, terms: Terms, k: int, forces: Array, coefficient: Array) -> float:
@@ -243,6 +272,7 @@ class Laws:
         touching: Sequence[bool],
         still: float,
         forbidden: frozenset[tuple[int, str]] = frozenset(),
+        ended: frozenset[Mode] = frozenset(),
     ) -> list[Solution]:
         """Return every mode that may follow in a state, by distinct accelerations.
 
@@ -251,6 +281,7 @@ class Laws:
             touching: whether the gap of each element is closed.
             still: speeds up to this are none.
             forbidden: elements and states that end here.
+            ended: modes that end as a whole, as their elements share their forces.
         """
         choices = []
         for k, element in enumerate(self.elements):
@@ -259,6 +290,8 @@ class Laws:
         self._refuse_many(choices)
         solutions: list[Solution] = []
         for mode in product(*choices):
+            if mode in ended:
+                continue
             for solution in self._in_space(terms, mode):
                 if self._follows(terms, solution, touching, still):
                     solutions.append(solution)
@@ -390,40 +423,58 @@ class Laws:
         still: float,
         pull: float,
     ) -> bool:
-        """Return whether redundant forces can be shared so that all conditions are met.
+        """Return whether redundant forces can be shared so that all conditions are met."""
+        growth = terms.jacobian @ solution.a + terms.gamma
+        for k, (element, state) in enumerate(zip(self.elements, solution.mode, strict=True)):
+            normal = element.normal
+            if state.name != OPEN or normal is None or not touching[k]:
+                continue
+            near = terms.rates[normal] <= still
+            if near and growth[normal] < -SLACK * (1 + np.abs(growth).max()):
+                return False
+        return self._find_spare(terms, solution) >= -SLACK * pull
 
-        In the plane this is a linear program; in space the shares of least sum of squares decide.
+    def _find_spare(self, terms: Terms, solution: Solution) -> float:
+        """Return the least reserve of normal forces and static friction under the best share.
+
+        The share of redundant forces that leaves most is found by a linear program; in space the
+        cone of friction is a pyramid of 64 sides about it, wider by a thousandth at most.
         """
         from scipy.optimize import linprog
 
         held = hold(terms, self.elements, solution.mode, self.permanent)
         spread = held.friction.T @ solution.null  # along all rows, by shares of the null space
         rows, bounds = list[Array](), list[float]()
-        growth = terms.jacobian @ solution.a + terms.gamma
         for k, (element, state) in enumerate(zip(self.elements, solution.mode, strict=True)):
             normal = element.normal
             if state.name == OPEN or element.stiffness is not None:
-                if state.name != OPEN or normal is None or not touching[k]:
-                    continue
-                near = terms.rates[normal] <= still
-                if near and growth[normal] < -SLACK * (1 + np.abs(growth).max()):
-                    return False
                 continue
             if normal is not None:
                 rows.append(-spread[normal])
-                bounds.append(solution.forces[normal] + SLACK * pull)
-            for row in element.tangents if state.name == STICKS else ():
-                for sign in (1, -1):
-                    limit = terms.static[k]
-                    by_normal = 0.0 if normal is None else limit * spread[normal]
-                    most = limit * (1.0 if normal is None else solution.forces[normal])
-                    rows.append(sign * spread[row] - by_normal)
-                    bounds.append(most - sign * solution.forces[row] + SLACK * pull)
+                bounds.append(float(solution.forces[normal]))
+            if state.name != STICKS:
+                continue
+            limit, tangents = terms.static[k], list(element.tangents)
+            by_normal = 0.0 if normal is None else limit * spread[normal]
+            most = limit * (1.0 if normal is None else float(solution.forces[normal]))
+            for direction in _DIRECTIONS[len(tangents)]:
+                rows.append(direction @ spread[tangents] - by_normal)
+                bounds.append(most - float(direction @ solution.forces[tangents]))
         if not rows:
-            return True
-        free = [(None, None)] * spread.shape[1]
-        answer = linprog(np.zeros(len(free)), np.array(rows), np.array(bounds), bounds=free)
-        return bool(answer.status == 0)
+            return 1.0
+        # the last unknown is the reserve; forces are of order one
+        scale = max(float(np.abs(bounds).max()), 1e-300)
+        shares = spread.shape[1]
+        matrix = np.column_stack([np.array(rows), np.ones(len(rows))])
+        answer = linprog(
+            np.append(np.zeros(shares), -1.0),
+            matrix,
+            np.array(bounds) / scale,
+            bounds=[*[(None, None)] * shares, (None, 10.0)],
+        )
+        if answer.status != 0 or answer.x is None:
+            return -scale
+        return float(answer.x[-1]) * scale
 
     # impacts ------------------------------------------------------------------------------------
 
