@@ -63,6 +63,8 @@ ELSEWHERE = {
     "assemble": "Describe",
     "assembly_branches": "Describe",
     "write_urdf": "Hand out",
+    "convert": "Hand out",
+    "Conversion": "Hand out",
 }
 """Names that a reader looks for in another chapter than that of their room."""
 FIRST = (

@@ -26,9 +26,7 @@ from mecanique.verification.verdict import versions
 
 UNREADABLE = (
     "ball_in_a_bowl",
-    "ball_on_a_turntable",
     "rattleback",
-    "snakeboard",
     "whipple_bicycle",
 )
 """Systems whose equations are too long to be written out, or not in closed form."""

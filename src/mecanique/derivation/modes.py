@@ -107,12 +107,12 @@ def derive_modes(mechanism: Mechanism) -> Modes:
     Example:
         >>> from dataclasses import replace
         >>> mu, N = mq.Parameter("mu", 0.2), mq.Parameter("N", 5.0, "N")
-        >>> block = mq.textbook.load("spring_mass")
+        >>> block = mq.textbook.load("two_blocks")
         >>> dry = mq.Friction("dry", block.joints[0].name, mu, N)
         >>> parameters = (*block.parameters, mu, N)
         >>> dry_block = replace(block, parameters=parameters, switching=(dry,))
         >>> print(mq.derive_modes(dry_block)["slips +"].conditions[0])
-        while x' > 0
+        while q1' > 0
     """
     from sympy import Matrix, Symbol, diff, sympify
 

@@ -317,7 +317,7 @@ class Reduction(Legible):
         >>> orbit.cyclic, orbit.momenta
         (('phi',), ('p_phi',))
         >>> print(orbit.equations[0])
-        m r'' - p_phi^2/(m r^3) = -m mu/r^2
+        m r'' - p_phi^2/(m r^3) + m mu/r^2 = 0
         >>> orbit.compare() < 1e-9
         True
     """
@@ -458,6 +458,6 @@ def routh(mechanism: Mechanism) -> Reduction:
     Example:
         >>> import mecanique as mq
         >>> print(mq.routh(mq.textbook.load("kepler_orbit")).equations[0])
-        m r'' - p_phi^2/(m r^3) = -m mu/r^2
+        m r'' - p_phi^2/(m r^3) + m mu/r^2 = 0
     """
     return Reduction(mechanism, reduce_by_momenta(Lagrange(mechanism)))

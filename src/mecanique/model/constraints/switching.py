@@ -48,7 +48,7 @@ class Friction(SwitchingElement):
 
     Example:
         >>> from dataclasses import replace
-        >>> block = mq.textbook.load("spring_mass")
+        >>> block = mq.textbook.load("two_blocks")
         >>> dry = replace(block, switching=(mq.Friction("dry", block.joints[0].name, 0.1, 9.81),))
         >>> dry.switching[0].states
         ('sticks', 'slips +', 'slips -')

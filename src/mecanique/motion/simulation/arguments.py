@@ -61,8 +61,8 @@ def sample_times(
         count = (end - t0) * fps
         if count > MOST_SAMPLES:
             raise InputError(
-                f"expected fewer than {MOST_SAMPLES:g} samples, got {count:.3g}; choose a smaller "
-                "fps"
+                f"expected fewer than {MOST_SAMPLES:,.0f} samples, got {count:.3g}; choose a "
+                "smaller fps"
             )
         whole = int(np.ceil(count - 1e-6))
         times: np.ndarray = t0 + np.arange(whole + 1) / fps

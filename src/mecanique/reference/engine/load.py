@@ -210,10 +210,11 @@ def _check_inertias(pin: Any, mechanism: Mechanism, model: Any, holders: dict[st
         parts = [holders[name].inertia for name in names]
         # of the parts, because their first moments may cancel down to rounding
         first = sum(part.mass * float(np.linalg.norm(part.lever)) for part in parts)
+        moments = np.sum([part.mass * part.lever for part in parts] or [np.zeros(3)], axis=0)
         scale = np.abs(wanted.inertia).max() + first * np.linalg.norm(wanted.lever)
         whole = (
             abs(read.mass - wanted.mass) <= 1e-9 * wanted.mass
-            and np.abs(read.mass * read.lever - wanted.mass * wanted.lever).max() <= 1e-9 * first
+            and np.abs(read.mass * read.lever - moments).max() <= 1e-9 * first
             and np.abs(read.inertia - wanted.inertia).max() <= 1e-9 * scale
         )
         if not whole:
