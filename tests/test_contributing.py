@@ -28,7 +28,7 @@ EXAMPLES = {
 
 ELSEWHERE = {
     # SDF has screws of its own; a new joint need not be in SDF
-    "joint": {"sdf.py"},
+    "joint": {"formats/sdf.py"},
     # a joint's own damping is read where URDF's joints are, and varied with them; springs may stand
     # beside a URDF or in MJCF; a forgotten free length is one of the mistakes a check looks for
     "force": {
@@ -36,11 +36,11 @@ ELSEWHERE = {
         "model/mechanism/mechanism.py",
         "urdf/toml_loops.py",
         "urdf/read.py",
-        "mjcf.py",
-        "mjcf_write.py",
-        "sdf.py",
+        "formats/mjcf.py",
+        "formats/mjcf_write.py",
+        "formats/sdf.py",
         "conversion.py",
-        "formats.py",
+        "formats/read.py",
         "motion/modes/corners.py",
         "derivation/modes.py",
     },

@@ -25,9 +25,6 @@ ORDER: dict[str, list[str]] = {
         "textbook",
         "program",
         "threads urdf derivation",
-        "sources",
-        "solids",
-        "mjcf mjcf_write sdf",
         "formats",
         "reference",
         "verification",
@@ -66,6 +63,7 @@ ORDER: dict[str, list[str]] = {
         "validation",
         "mechanism",
     ],
+    "formats": ["sources", "solids", "mjcf mjcf_write sdf", "read"],
     "textbook": ["facts", "charts system", "systems", "catalogue"],
     "urdf": [
         "dialect limits markup meshes names robots",

@@ -33,7 +33,7 @@ from mecanique.figure.draw import (
     Drawing as Drawing,
     picture as picture,
 )
-from mecanique.formats import read as read
+from mecanique.formats.read import read as read
 from mecanique.generation import (
     Code as Code,
     generate as generate,

@@ -11,8 +11,8 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
-from mecanique.mjcf import read_mjcf
-from mecanique.mjcf_write import write_mjcf
+from mecanique.formats.mjcf import read_mjcf
+from mecanique.formats.mjcf_write import write_mjcf
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.force_base import BodyLoad
 from mecanique.model.forces import JointForce, Spring

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 import mecanique as mq
 from mecanique import conversion as room
 from mecanique.cli import app
-from mecanique.mjcf_write import write_mjcf
+from mecanique.formats.mjcf_write import write_mjcf
 
 ARM = """<sdf version="1.9"><model name="m"><link name="a"><pose>0 0 1 0.1 0.2 0.3</pose></link>
 <link name="b"><pose>0.5 0.1 1 0.4 0 0.2</pose></link>

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.mjcf import read_mjcf
+from mecanique.formats.mjcf import read_mjcf
 
 TIP = '<body name="b" pos="0.1 0.2 -0.3">{}</body>'
 

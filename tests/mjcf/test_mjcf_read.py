@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.mjcf import read_mjcf
+from mecanique.formats.mjcf import read_mjcf
 from mecanique.model.bodies.tensor import tensor_of
 
 ARM = """<body name="{0}" pos="{1}"><joint name="{0}_joint" axis="0 1 0" pos="0 0 0.1"/>

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.formats.sdf import read_sdf
 from mecanique.model.joints import Floating
-from mecanique.sdf import read_sdf
 
 INERTIA = (
     "<inertia><ixx>0.3</ixx><iyy>0.2</iyy><izz>0.4</izz><ixy>0.01</ixy><iyz>0.02</iyz></inertia>"

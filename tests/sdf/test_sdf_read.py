@@ -12,8 +12,8 @@ from test_sdf_drake import MASS, ROOT, TWO, A, B, joint, link, model
 
 import mecanique as mq
 from mecanique.cli import app
+from mecanique.formats.sdf import read_sdf
 from mecanique.model.placement import pose_of
-from mecanique.sdf import read_sdf
 
 PLAIN = model(TWO + joint("r", "a", "b", "<axis><xyz>0 1 0</xyz></axis>"))
 

@@ -230,6 +230,6 @@ def _is_urdf(path: str | os.PathLike[str]) -> bool:
 
 
 def _read(path: str | os.PathLike[str]) -> Mechanism:
-    from mecanique.formats import read
+    from mecanique.formats.read import read
 
     return read(path)

@@ -13,7 +13,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.errors import MecaniqueError
-from mecanique.formats import read
+from mecanique.formats.read import read
 from mecanique.model import slips
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of

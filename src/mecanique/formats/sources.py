@@ -1,6 +1,6 @@
 """What readers of descriptions in XML share: files, refusals by line, numbers, poses, masses.
 
-`mecanique.mjcf` and `mecanique.sdf` build on it.
+`mecanique.formats.mjcf` and `mecanique.formats.sdf` build on it.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
-from mecanique.sources import Mass
+from mecanique.formats.sources import Mass
 from mecanique.urdf.meshes import MOST_BYTES, MOST_TRIANGLES, read_stl
 
 Rule: TypeAlias = Literal["legacy", "exact", "convex", "shell"]

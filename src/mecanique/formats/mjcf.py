@@ -19,6 +19,29 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
+from mecanique.formats.solids import (
+    SIZES,
+    Corners,
+    Rule,
+    faces_of,
+    mesh_of,
+    read_solid,
+    shell_of,
+    solid_of,
+)
+from mecanique.formats.sources import (
+    GROUND,
+    MOST_ELEMENTS,
+    Mass,
+    Source,
+    no_mass,
+    placement_at,
+    sum_masses,
+    turn_about,
+    turn_from_z,
+    turn_of,
+    unit_vector,
+)
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Sphere, Visual
 from mecanique.model.constraints.loops import Loop
@@ -36,29 +59,6 @@ from mecanique.model.forces import (
 from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
-from mecanique.solids import (
-    SIZES,
-    Corners,
-    Rule,
-    faces_of,
-    mesh_of,
-    read_solid,
-    shell_of,
-    solid_of,
-)
-from mecanique.sources import (
-    GROUND,
-    MOST_ELEMENTS,
-    Mass,
-    Source,
-    no_mass,
-    placement_at,
-    sum_masses,
-    turn_about,
-    turn_from_z,
-    turn_of,
-    unit_vector,
-)
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
 

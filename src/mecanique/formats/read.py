@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from mecanique.errors import InputError
-from mecanique.mjcf import read_mjcf
+from mecanique.formats.mjcf import read_mjcf
+from mecanique.formats.sdf import read_sdf
 from mecanique.model.forces import JointDamper
 from mecanique.model.mechanism import Mechanism
-from mecanique.sdf import read_sdf
 from mecanique.urdf.findings import Report
 from mecanique.urdf.parse import MOST_BYTES, parse
 from mecanique.urdf.read import read_urdf

@@ -19,6 +19,15 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
+from mecanique.formats.sources import (
+    GROUND,
+    Mass,
+    Source,
+    no_mass,
+    placement_at,
+    turn_of,
+    unit_vector,
+)
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Sphere, Visual
@@ -40,15 +49,6 @@ from mecanique.model.joints import (
 )
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement, pose_of
-from mecanique.sources import (
-    GROUND,
-    Mass,
-    Source,
-    no_mass,
-    placement_at,
-    turn_of,
-    unit_vector,
-)
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.packages import MeshSearch, PackagePath

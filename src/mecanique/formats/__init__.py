@@ -1,0 +1,1 @@
+"""Other formats of robots: MJCF and SDF in, MJCF out."""
