@@ -147,7 +147,7 @@ MOTION: Any = mq.simulate(PENDULUM, q=[0.3], duration=0.1)
         ),
         (
             lambda: MQ.linearize(PENDULUM).motion(periods=1e308),
-            "expected fewer than 1e+08 samples, got ",
+            "expected fewer than 100,000,000 samples, got ",
         ),
     ],
 )
