@@ -41,11 +41,11 @@ ELSEWHERE = {
         "formats/sdf.py",
         "conversion.py",
         "formats/read.py",
-        "motion/modes/corners.py",
-        "derivation/modes.py",
+        "motion/switching/corners.py",
+        "derivation/switching.py",
     },
     # a contact that opens and closes is one that rolls, while it is closed
-    "law of contact": {"model/constraints/switching.py", "motion/modes/rows.py"},
+    "law of contact": {"model/constraints/friction.py", "motion/switching/rows.py"},
 }
 
 MOST = {"joint": 9, "force": 8, "element that guides": 9, "law of contact": 9}

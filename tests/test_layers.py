@@ -51,7 +51,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "model.constraints": [
         "contacts cords gears loops velocity_constraints",
-        "elements switching",
+        "elements friction",
     ],
     "model.guides": ["guide fit", "find"],
     "model.expression": ["scalars", "functions"],
@@ -94,7 +94,7 @@ ORDER: dict[str, list[str]] = {
         "solved",
         "equations",
         "methods",
-        "modes reduction single_equation small_motions",
+        "reduction switching single_equation small_motions",
     ],
     "derivation.mechanics": [
         "letters vectors",
@@ -197,14 +197,14 @@ ORDER: dict[str, list[str]] = {
     "motion": [
         "record",
         "compile",
-        "modes",
+        "switching",
         "simulation",
         "analysis",
         "output",
         "motion",
         "ensemble inertial linear",
     ],
-    "motion.modes": ["rows", "law", "corners"],
+    "motion.switching": ["rows", "law", "corners"],
     "motion.simulation": [
         "problem",
         "integrators",

@@ -16,7 +16,7 @@ from mecanique.derivation import (
     routh as routh,
 )
 from mecanique.derivation.equations import Equations as Equations
-from mecanique.derivation.modes import derive_modes as derive_modes
+from mecanique.derivation.switching import derive_modes as derive_modes
 from mecanique.errors import (
     ClosureError as ClosureError,
     DerivationError as DerivationError,

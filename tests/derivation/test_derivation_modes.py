@@ -9,8 +9,8 @@ import pytest
 import sympy as sp
 
 import mecanique as mq
-from mecanique.motion.modes.law import OPEN, SLIPS, STICKS, ElementState, Laws, Mode
-from mecanique.motion.modes.rows import Rows
+from mecanique.motion.switching.law import OPEN, SLIPS, STICKS, ElementState, Laws, Mode
+from mecanique.motion.switching.rows import Rows
 
 m, g, mu, mu0 = (
     mq.Parameter("m", 1.3, "kg"),
@@ -153,3 +153,13 @@ def test_what_modes_are_not_written_out_is_said() -> None:
     with pytest.raises(mq.DerivationError, match="expected the states of a mode, sticks; slips"):
         mq.derive_modes(block())["open"]
     assert SLIPS not in STATES
+
+
+def test_more_modes_than_are_written_out_are_refused() -> None:
+    one = block()
+    brakes = tuple(mq.Friction(f"dry{k}", "slide", mu, m * g) for k in range(5))
+    many = mq.Mechanism(
+        "many", one.bodies, one.joints, parameters=PARAMETERS, gravity=INCLINED, switching=brakes
+    )
+    with pytest.raises(mq.DerivationError, match="'many' has 243 modes, more than 81; expected"):
+        mq.derive_modes(many)

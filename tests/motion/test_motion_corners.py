@@ -372,6 +372,18 @@ def test_poissons_restitution_without_friction_is_newtons() -> None:
     np.testing.assert_allclose(impact.after, -0.6 * impact.v, rtol=1e-13, atol=0)
 
 
+@pytest.mark.parametrize(
+    ("speed", "after"), [(3.0, 3.0 - 0.05 * 1.8 * math.sqrt(2 * G)), (0.1, 0.0)]
+)
+def test_poissons_restitution_with_friction_of_a_particle(speed: float, after: float) -> None:
+    """Its impulse is (1 + e) m v_n: it slides by μ times this, or sticks where less is needed."""
+    floor = mq.Contact("floor", "p", mu=0.05, restitution=0.8, law="poisson")
+    motion = mq.simulate(particle(floor), q={"z": 1.0}, v={"x": speed}, duration=0.6)
+    impact = motion.events[0]
+    np.testing.assert_allclose(impact.after[0], after, rtol=1e-10, atol=1e-14)
+    np.testing.assert_allclose(impact.after[1], 0.8 * math.sqrt(2 * G), rtol=1e-10, atol=0)
+
+
 def test_an_oblique_impact_with_friction_conserves_momentum_about_the_contact() -> None:
     """A ball with μ small slides through: Δv_x = −μ (1 + e) v_n, r Δω = 5/2 of it (Routh)."""
     r, mu, e = 0.1, 0.05, 0.8

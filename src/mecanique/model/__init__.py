@@ -20,9 +20,9 @@ from mecanique.model.bodies.shapes import (
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.constraints.contacts import Blade, Rolling
 from mecanique.model.constraints.cords import Belt, Cord, Pulley
+from mecanique.model.constraints.friction import Contact, Friction, Stop
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.constraints.switching import Contact, Friction, Stop
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import coordinate, time, velocity

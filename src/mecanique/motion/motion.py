@@ -17,7 +17,6 @@ from mecanique.model.states import list_left_out
 from mecanique.model.values import Given, whole
 from mecanique.motion.analysis.audit import Audit, audit
 from mecanique.motion.analysis.energies import Energies, energies
-from mecanique.motion.modes.corners import Corners
 from mecanique.motion.output.plot import plot
 from mecanique.motion.output.report import summary
 from mecanique.motion.output.storage import load, save, to_csv, to_frame, to_parquet
@@ -44,6 +43,7 @@ from mecanique.motion.simulation.watching.limits import (
     report_end,
 )
 from mecanique.motion.simulation.watching.validity import find_breaks
+from mecanique.motion.switching.corners import Corners
 from mecanique.notebook import draw
 from mecanique.threads import one_thread_for_loops
 

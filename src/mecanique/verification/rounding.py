@@ -77,7 +77,10 @@ _NOISE = 8.0
 """Times the largest noise seen that two answers may differ by."""
 
 _LOUDEST = 1e-5
-"""Noise above this part of an answer excuses nothing: it may come from a fault."""
+"""Noise above this part of an answer excuses nothing: it may come from a fault.
+
+The accelerations of a right closed form beside a crowned wheel that lies almost flat have 6.5e-6.
+"""
 
 
 def measure_noise(

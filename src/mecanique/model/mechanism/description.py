@@ -13,8 +13,8 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.constraints.contacts import Contact
 from mecanique.model.constraints.elements import Element
+from mecanique.model.constraints.friction import Switching
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.constraints.switching import Switching
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, evaluate

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from mecanique.errors import MecaniqueError
+from mecanique.model.constraints.friction import Contact
 from mecanique.model.constraints.gears import Gear, Rack
-from mecanique.model.constraints.switching import Contact
 from mecanique.model.constraints.velocity_constraints import is_integrable
 from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
 from mecanique.model.force_base import JointLoad

@@ -10,10 +10,10 @@ import numpy as np
 
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.cache import Compiled, compile_once
-from mecanique.motion.modes.corners import Corners
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.events import Event, Occurrence
 from mecanique.motion.record.loops import ClosedLoops
+from mecanique.motion.switching.corners import Corners
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference

@@ -20,7 +20,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
-from mecanique.motion.modes.rows import ElementRows, Terms
+from mecanique.motion.switching.rows import ElementRows, Terms
 
 OPEN, CLOSED, STICKS = "open", "closed", "sticks"
 FORWARD, BACKWARD, SLIPS = "slips +", "slips -", "slips"
@@ -536,7 +536,19 @@ class Laws:
             k: self.elements[k].restitution * float(pressed.forces[self._normal(k)])
             for k in contacts
         }
-        return pressed.a + self._expand(after, given, still)
+        change = pressed.a + self._expand(after, given, still)
+        size = np.abs(terms.jacobian) @ np.abs(change) + np.abs(terms.rates) + still
+        rates = terms.rates + terms.jacobian @ change
+        for k in contacts:
+            normal = self._normal(k)
+            # friction in expansion may press a contact together again, which this law leaves open
+            if rates[normal] < -SLACK * size[normal]:
+                raise UndecidedError(
+                    f"after Poisson's expansion the bodies at {self.elements[k].name!r} still "
+                    "approach each other; use Newton's law of restitution",
+                    0,
+                )
+        return change
 
     def _expand(self, terms: Terms, given: dict[int, float], still: float) -> Array:
         """Return the change of velocities by given normal impulses, with their friction."""

@@ -11,13 +11,15 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError, IntegrationError
-from mecanique.model.constraints.switching import Contact, Friction
+from mecanique.model.constraints.friction import Contact, Friction
 from mecanique.model.forces import Force, JointForce, Torque
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.parameters import Input
-from mecanique.motion.modes.law import (
+from mecanique.motion.record.curve import Curve
+from mecanique.motion.record.events import Event, ModeSpan, Occurrence
+from mecanique.motion.switching.law import (
     CLOSED,
     OPEN,
     STICKS,
@@ -27,9 +29,7 @@ from mecanique.motion.modes.law import (
     Solution,
     UndecidedError,
 )
-from mecanique.motion.modes.rows import Rows, Terms
-from mecanique.motion.record.curve import Curve
-from mecanique.motion.record.events import Event, ModeSpan, Occurrence
+from mecanique.motion.switching.rows import Rows, Terms
 
 _Answer = TypeVar("_Answer")
 

@@ -11,11 +11,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
+from math import prod
 from typing import Any, final
 
 from mecanique.derivation.methods import derive
 from mecanique.errors import DerivationError
-from mecanique.model.constraints.switching import Contact, Friction, Stop, Switching
+from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
 from mecanique.model.expression import Scalar, coordinate
 from mecanique.model.forces import Force, JointForce, Torque
 from mecanique.model.joint_base import Single
@@ -140,6 +141,12 @@ def derive_modes(mechanism: Mechanism) -> Modes:
         return held
 
     choices = [_list_states(forces) for forces in unknown]
+    count = prod(len(states) for states in choices)
+    if count > MOST_MODES:
+        raise DerivationError(
+            f"mechanism {mechanism.name!r} has {count} modes, more than {MOST_MODES}; expected "
+            "fewer elements that switch"
+        )
     modes: list[ModeEquations] = []
     for states in product(*choices):
         laws = list(balance)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.constraints.switching import Contact, Friction, Stop, Switching
+from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
 from mecanique.model.expression import Scalar, compile_scalars, coordinate
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
