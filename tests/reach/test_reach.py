@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -58,8 +59,11 @@ def test_all_runs_without_what_a_browser_lacks(
     with zipfile.ZipFile(archive) as packed:
         packed.extractall(folder)
     script = Path(__file__).with_name("only_a_browser.py")
+    # what runs there is a copy: counted, its lines would halve the coverage of the package
+    unmeasured = {name: value for name, value in os.environ.items() if "COVERAGE" not in name}
     done = subprocess.run(
         [sys.executable, "-I", str(script), str(folder)],
+        env=unmeasured,
         capture_output=True,
         encoding="utf-8",
         check=False,
