@@ -161,7 +161,7 @@ from mecanique.verification import (
     Verdict as Verdict,
     verify as verify,
 )
-from mecanique.verification.change import Difference as Difference
+from mecanique.verification.verdict import Difference as Difference
 from mecanique.verification.diff import diff as diff
 from mecanique.version import __version__ as __version__
 from mecanique.viewing.live.view import (

@@ -39,12 +39,11 @@ from mecanique.model import Mechanism
 from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.threads import one_thread_for_loops
-from mecanique.verification import derivations
+from mecanique.verification import compare as derivations
 from mecanique.verification import states as drawing
 from mecanique.verification.compare import Answers, ask, judge
-from mecanique.verification.difference import SMALL, scale
 from mecanique.verification.rounding import entry_rounding
-from mecanique.verification.rows import least_size, moving_mass
+from mecanique.verification.rows import SMALL, least_size, moving_mass, scale
 from mecanique.verification.verdict import TOLERANCE
 
 Array = npt.NDArray[np.float64]

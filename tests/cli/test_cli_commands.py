@@ -14,7 +14,7 @@ from click.testing import CliRunner, Result
 import mecanique as mq
 from mecanique.cli import app, main
 from mecanique.reference.engine.package import MISSING, has_pinocchio
-from mecanique.verification import derivations as sources
+from mecanique.verification import compare as sources
 
 IN_HOUSE = sources.derive_all
 

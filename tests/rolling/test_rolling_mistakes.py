@@ -11,7 +11,7 @@ import pytest
 
 from mecanique import InputError, textbook, verify
 from mecanique.model.mechanism.origin import Finding, Origin
-from mecanique.verification.foreign.functions import Functions
+from mecanique.verification.foreign import Functions
 
 BY = ("yaw", "lean", "spin")
 COIN = textbook.load("rolling_coin")

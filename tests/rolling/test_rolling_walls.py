@@ -22,7 +22,7 @@ from mecanique import (
 from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.errors import DerivationError, EngineError
 from mecanique.reference.loops.closed import Closed
-from mecanique.verification.derivations import ClosedForm, derive_all
+from mecanique.verification.compare import ClosedForm, derive_all
 from mecanique.verification.states import random_states
 
 ALL = [

@@ -28,15 +28,24 @@ import mecanique as mq
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.model.placement import rpy_rotation
 from mecanique.model.states import States
-from mecanique.verification import derivations as sources
-from mecanique.verification.causes.change import Amount, deviations, say_turn, turn_about
-from mecanique.verification.causes.coordinates import state_changes
-from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.frames import frame_changes, placement_changes
-from mecanique.verification.causes.joints import gravity_changes, joint_changes
+from mecanique.verification import compare as sources
+from mecanique.verification.causes.evidence import (
+    Amount,
+    Evidence,
+    deviations,
+    say_turn,
+    turn_about,
+)
+from mecanique.verification.causes.joints import (
+    frame_changes,
+    gravity_changes,
+    joint_changes,
+    placement_changes,
+    state_changes,
+)
 from mecanique.verification.causes.links import fit_inertias, link_changes
 from mecanique.verification.causes.search import causes_of
-from mecanique.verification.derivations import ClosedForm
+from mecanique.verification.compare import ClosedForm
 from mecanique.verification.rows import moving_mass
 from mecanique.verification.states import random_states
 from mecanique.verification.verdict import Cause

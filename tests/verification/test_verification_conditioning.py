@@ -15,11 +15,9 @@ from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.states import States
 from mecanique.reference import Reference
-from mecanique.verification.compare import ask, judge
-from mecanique.verification.derivations import derive_all, derive_quickly
-from mecanique.verification.difference import scale
+from mecanique.verification.compare import ask, derive_all, derive_quickly, judge
 from mecanique.verification.rounding import ENTRY, UNIT, entry_rounding, rounding
-from mecanique.verification.rows import evaluate, rows_of
+from mecanique.verification.rows import evaluate, rows_of, scale
 from mecanique.verification.states import random_states
 from mecanique.verification.stencil import differences
 

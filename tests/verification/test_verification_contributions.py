@@ -11,8 +11,7 @@ from verification_injections import with_body
 import mecanique as mq
 from mecanique.reference import Reference
 from mecanique.verification import Verdict
-from mecanique.verification.compare import ask, judge
-from mecanique.verification.derivations import derive_all, derive_quickly
+from mecanique.verification.compare import ask, derive_all, derive_quickly, judge
 from mecanique.verification.rounding import ENTRY, entry_rounding
 from mecanique.verification.rows import evaluate
 from mecanique.verification.states import random_states

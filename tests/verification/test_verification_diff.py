@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.verification.change import Change
+from mecanique.verification.verdict import Change
 
 ARM = """<robot name="arm">
 <link name="base"/>

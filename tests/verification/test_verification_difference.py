@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mecanique.verification.difference import relative_difference, scale
+from mecanique.verification.rows import relative_difference, scale
 
 NUMBERS = st.floats(-1e3, 1e3)
 

@@ -149,7 +149,7 @@ def test_an_fmu_stands_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     (tmp_path / "text.fmu").write_text("none", encoding="utf-8")
     with pytest.raises(mq.InputError, match=r"expected an FMU, but .* cannot be read"):
         mq.verify(pendulum, against=tmp_path / "text.fmu")
-    monkeypatch.setattr("mecanique.verification.foreign.fmu.find_spec", lambda _: None)
+    monkeypatch.setattr("mecanique.verification.foreign.find_spec", lambda _: None)
     with pytest.raises(mq.InputError, match="expected fmpy, which is not installed"):
         mq.verify(pendulum, against=path)
 

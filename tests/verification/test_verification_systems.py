@@ -12,15 +12,15 @@ import pytest
 from systems import TREES
 
 from mecanique import textbook
+from mecanique.derivation.equations import Equations
 from mecanique.errors import EngineError, InputError
 from mecanique.model import Loop, Mechanism
 from mecanique.reference import Reference
 from mecanique.reference.engine.package import engine_name
 from mecanique.verification import Verdict, verify
-from mecanique.verification import derivations as sources
-from mecanique.verification.derivations import balances, derive_all, reactions
-from mecanique.verification.difference import QUANTITIES
-from mecanique.verification.rows import Values, evaluate, rows_of
+from mecanique.verification import compare as sources
+from mecanique.verification.compare import derive_all, joint_reactions
+from mecanique.verification.rows import QUANTITIES, Values, evaluate, rows_of
 from mecanique.verification.states import random_states, usual_samples
 from mecanique.verification.verdict import versions
 
@@ -56,10 +56,12 @@ def pendulum() -> Mechanism:
 @pytest.fixture(scope="module")
 def ours(pendulum: Mechanism) -> Values:
     states = random_states(pendulum, 20, 0)
-    forms = derive_all(pendulum)
+    forms = derive_all(pendulum).forms
+    newton_euler = forms["Newton-Euler"]
+    assert isinstance(newton_euler, Equations)
     return {
-        **evaluate(forms.forms["recursion"], states),
-        "reactions": reactions(balances(forms), pendulum, states),
+        **evaluate(forms["recursion"], states),
+        "reactions": joint_reactions(newton_euler, pendulum, states),
     }
 
 
@@ -281,6 +283,6 @@ def test_what_is_too_long_for_the_engine_is_declined_before_anything_is_derived(
     def derive(mechanism: Mechanism) -> None:
         raise AssertionError("derived before the engine was asked")
 
-    monkeypatch.setattr("mecanique.verification.derivations.derive_all", derive)
+    monkeypatch.setattr("mecanique.verification.compare.derive_all", derive)
     with pytest.raises(EngineError, match="has 211 joint velocities; Pinocchio is given at most"):
         verify(textbook.load("n_link_pendulum", n=211))

@@ -25,7 +25,7 @@ from viewing_browser import Visit, until
 from viewing_watcher import Watcher
 
 import mecanique as mq
-from mecanique.verification import derivations as sources
+from mecanique.verification import compare as sources
 from mecanique.viewing.live import stretches
 from mecanique.viewing.live.checking import Checking
 from mecanique.viewing.live.live import LiveView

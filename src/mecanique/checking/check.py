@@ -20,13 +20,12 @@ from mecanique.checking.grammar.reader import (
 )
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.formula import Judged, find_rounding, judge_formula
-from mecanique.checking.judgement.motion import Residual, count_missing, residuals
+from mecanique.checking.judgement.motion import Factors, Residual, count_missing, residuals
 from mecanique.checking.judgement.proof import Proof
 from mecanique.checking.judgement.quantities import Quantity, ask_for
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.search import Search
 from mecanique.checking.mistakes.units import UnitMisfitError
-from mecanique.checking.mistakes.vanishing_factors import Factors
 from mecanique.checking.verdict import Cause, Check, Line, Outcome
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.errors import FormulaError, InputError

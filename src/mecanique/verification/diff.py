@@ -22,9 +22,9 @@ from mecanique.model.joints import Fixed, Joint, Planar
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.model.slips import DIGITS, LEFT_OUT, Factor, Slip
-from mecanique.verification.change import Change, Difference
-from mecanique.verification.difference import relative_difference, scale
+from mecanique.verification.rows import relative_difference, scale
 from mecanique.verification.states import random_states
+from mecanique.verification.verdict import Change, Difference
 
 _CLOSE = 1e-4
 """Relative difference that digits left out in print make."""

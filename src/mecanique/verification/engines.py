@@ -27,7 +27,7 @@ from mecanique.reference.originals import drake, mujoco, pinocchio
 from mecanique.reference.originals.original import ByJoint, Original
 from mecanique.urdf.lint import lint
 from mecanique.urdf.read import read_urdf
-from mecanique.verification.difference import relative_difference, scale
+from mecanique.verification.rows import relative_difference, scale
 from mecanique.verification.verdict import READ_ALIKE, EngineReading
 
 

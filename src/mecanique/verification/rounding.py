@@ -54,8 +54,7 @@ from mecanique.derivation.tree.links import Link, motions
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.difference import scale, scales
-from mecanique.verification.rows import moving_mass
+from mecanique.verification.rows import moving_mass, scale, scales
 
 UNIT = 8 * float(np.finfo(float).eps)
 """Relative rounding error of the entries of M, bias and forces of one velocity."""

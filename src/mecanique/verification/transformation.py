@@ -19,8 +19,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import Scalar, evaluate, plain, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.difference import relative_difference, scale
-from mecanique.verification.rows import moving_mass
+from mecanique.verification.rows import moving_mass, relative_difference, scale
 from mecanique.verification.states import random_states
 from mecanique.verification.verdict import TOLERANCE
 

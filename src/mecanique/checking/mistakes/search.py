@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
+from itertools import permutations
 from types import MappingProxyType
 from typing import final
 
@@ -15,6 +18,7 @@ from mecanique.arrays import Array
 from mecanique.checking.budget import SECONDS, OutOfTimeError, spend, stop_clock
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.reader import Statement
+from mecanique.checking.grammar.tape import Tape, Values, needed_values
 from mecanique.checking.grammar.tree import Node, rate
 from mecanique.checking.grammar.tree import number as zero_node
 from mecanique.checking.judgement.motion import Residual, residuals
@@ -22,14 +26,438 @@ from mecanique.checking.judgement.quantities import Quantity
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.hypotheses import Hypotheses, list_parts
 from mecanique.checking.mistakes.of_quantities import QuantityMistakes
-from mecanique.checking.mistakes.repairs import ALIKE, Context, Repair, repairs
 from mecanique.checking.mistakes.units import UnitMisfitError, Units
 from mecanique.checking.verdict import Cause
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.errors import FormulaError
+from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import Dimension
+
+
+@final
+class Context:
+    """The likely intentions behind parts of formulas about a mechanism; values (n,) or ()."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        letters: Letters,
+        units: Units,
+        values: Mapping[str, Array],
+        count: int,
+    ) -> None:
+        self._dimensions = units.of
+        self.values = {
+            name: np.broadcast_to(np.asarray(value, dtype=float), (count,))
+            for name, value in values.items()
+        }
+        self.units = {p.symbol: p.unit for p in mechanism.parameters}
+        self.coordinates = tuple(mechanism.coordinates)
+        self.velocities = mechanism.velocities
+        self.accelerations = tuple(f"{name}'" for name in mechanism.velocities)
+        self.angles = [name for name in self.coordinates if name in letters.angles]
+
+    @cached_property
+    def arguments(self) -> dict[str, Array]:
+        """The possible arguments of sine and cosine, by their formula."""
+        values = self.values
+        arguments = {name: values[name] for name in self.angles}
+        for one, other in permutations(self.angles, 2):
+            arguments[f"{one} - {other}"] = values[one] - values[other]
+            if one < other:
+                arguments[f"{one} + {other}"] = values[one] + values[other]
+        for name in tuple(arguments):
+            arguments[f"2 {name}" if " " not in name else f"2 ({name})"] = 2 * arguments[name]
+        return arguments
+
+    @cached_property
+    def factors(self) -> dict[str, tuple[str, Array]]:
+        """Kind and value of each factor that a term may lack, by its formula."""
+        factors: dict[str, tuple[str, Array]] = {}
+        for symbol in self.units:
+            value = self.values[symbol]
+            factors[symbol] = ("factor missing", value)
+            factors[f"{symbol}^2"] = ("factor missing", value * value)
+        for one, other in permutations(self.units, 2):
+            if self.units[one] == self.units[other]:
+                factors[f"{one}/{other}"] = ("letter", self.values[one] / self.values[other])
+        for name in (*self.coordinates, *self.velocities):
+            factors[name] = ("factor missing", self.values[name])
+        for formula, value in self.arguments.items():
+            factors[f"cos({formula})"] = ("small angle", np.cos(value))
+            factors[f"sin({formula})"] = ("factor missing", np.sin(value))
+            tangent = np.tan(value)
+            factors[f"tan({formula})"] = ("sin for cos", tangent)
+            factors[f"tan({formula})^2"] = ("sin for cos", tangent * tangent)
+        return factors
+
+    @cached_property
+    def ratios(self) -> Array:
+        """The factors, then their inverses, shape (2 k, n)."""
+        with np.errstate(all="ignore"):
+            stacked = np.stack([value for _, value in self.factors.values()])
+            return np.concatenate([stacked, 1 / stacked])
+
+    def alternatives(self, name: str) -> Iterator[tuple[str, Array]]:
+        """Yield alternatives to a letter, with their values."""
+        values = self.values
+        own = self._dimensions.get(name)
+        fixed = [*self.units, *self.coordinates]
+        if name in fixed and own is not None:
+            group = [letter for letter in fixed if self._dimensions.get(letter) == own]
+            yield from ((letter, values[letter]) for letter in group if letter != name)
+            if self.units.get(name) == "kg":
+                yield from self._sums(group)
+        for family in (self.coordinates, self.velocities, self.accelerations):
+            if name in family:
+                yield from ((letter, values[letter]) for letter in family if letter != name)
+                yield from self._combinations(name, family)
+
+    def _sums(self, group: list[str]) -> Iterator[tuple[str, Array]]:
+        for k, one in enumerate(group):
+            for other in group[k + 1 :]:
+                yield f"{one} + {other}", self.values[one] + self.values[other]
+        if len(group) > 2:
+            yield " + ".join(group), sum((self.values[one] for one in group), np.zeros(()))
+
+    def _combinations(self, name: str, family: tuple[str, ...]) -> Iterator[tuple[str, Array]]:
+        values = self.values
+        for letter in family:
+            if letter != name:
+                yield f"{name} + {letter}", values[name] + values[letter]
+                yield f"{name} - {letter}", values[name] - values[letter]
+                yield f"{letter} - {name}", values[letter] - values[name]
+
+
+ALIKE = 1e-6
+"""Two values in a state are equal if they differ by less than this part."""
+
+SIMPLE = 60
+"""Factors with a denominator up to this are written as fractions."""
+
+
+@dataclass(frozen=True)
+class Repair:
+    """A change of one part that makes a formula right."""
+
+    kind: str
+    text: str  # the mistake in words
+    part: str  # the part as it was written
+    weight: float  # the smaller, the likelier
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part of a formula, with its present and its needed values."""
+
+    tape: Tape
+    place: int  # index of the part on the tape
+    have: Array  # its present values
+    want: Array  # its needed values
+    usable: npt.NDArray[np.bool_]  # the states in which both are known
+    context: Context  # the likely intentions
+    text: str
+    values: Values
+
+    @property
+    def node(self) -> Node:
+        """The part itself."""
+        return self.tape.nodes[self.place]
+
+    @cached_property
+    def quoted(self) -> str:
+        """The part as it was written."""
+        return " ".join(self.text[self.node.start : self.node.end].split())
+
+    @property
+    def is_term(self) -> bool:
+        """Whether it is a term of a sum, or the whole."""
+        parent = self.tape.parents[self.place]
+        return parent < 0 or self.tape.nodes[parent].kind == "sum"
+
+    def is_alike(self, value: Array) -> bool:
+        """Whether a value is the needed one, in all states."""
+        scale = np.abs(value) + np.abs(self.want)
+        return bool((np.abs(value - self.want) <= ALIKE * scale).all())
+
+    @property
+    def here(self) -> str:
+        """The part as it was written; within a definition or a rate, its letter's name."""
+        return self.quoted or self.node.name
+
+    @property
+    def where(self) -> str:
+        """The term that contains the part, in words."""
+        place = self.place
+        while place >= 0 and (
+            self.tape.parents[place] >= 0
+            and self.tape.nodes[self.tape.parents[place]].kind != "sum"
+        ):
+            place = self.tape.parents[place]
+        node = self.tape.nodes[place]
+        if place == self.place or node.end <= node.start:
+            return ""
+        return f"in '{' '.join(self.text[node.start : node.end].split())}' "
+
+
+def repair_number(part: Part) -> Iterator[Repair]:
+    """Yield repairs of a number."""
+    ratio = part.want
+    spread = float(np.ptp(ratio))
+    parent = part.tape.nodes[part.tape.parents[part.place]]
+    if parent.kind == "power" or spread > ALIKE * float(np.abs(ratio).max()):
+        return
+    found = Fraction(float(ratio.mean())).limit_denominator(SIMPLE)
+    if found and abs(float(found) / float(ratio.mean()) - 1) < ALIKE and not part.is_term:
+        yield Repair("factor", f"the number '{part.quoted}' should be {found}", part.quoted, 1.6)
+
+
+def repair_letter(part: Part) -> Iterator[Repair]:
+    """Yield repairs of a letter: another one, its sine, a power."""
+    name = part.node.name
+    context = part.context
+    for other, value in context.alternatives(name):
+        if part.is_alike(value[part.usable]):
+            angular = name in context.units
+            kind = "letter" if angular else "angle"
+            text = f"{part.here} {part.where}should be {other}"
+            # a sum in place of a letter is a missing term
+            yield Repair(kind, text, part.quoted, 2.05 if "+" in other else 1.3)
+    if name in context.angles:
+        for function, shape in (("sin", np.sin), ("tan", np.tan)):
+            if part.is_alike(shape(part.have)):
+                text = (
+                    f"{part.here} {part.where}should be {function}({name}): the angle is "
+                    "assumed to be small"
+                )
+                yield Repair("small angle", text, part.quoted, 1.0)
+    if name in context.units or name in context.velocities or name in context.coordinates:
+        for shown, value in (
+            (f"{name}^2", part.have**2),
+            (f"{name}^3", part.have**3),
+            ("1", np.ones_like(part.have)),
+        ):
+            if part.is_alike(value):
+                text = f"{part.here} {part.where}should be {shown}"
+                yield Repair("power", text, part.quoted, 1.7)
+
+
+def repair_circular(part: Part) -> Iterator[Repair]:
+    """Yield repairs of a sine or cosine: the other one, another angle, none."""
+    name, argument = part.node.name, part.node.parts[0]
+    inner = part.values.parts[part.tape.parts[part.place][0]][part.usable]
+    own, other = (np.sin, np.cos) if name == "sin" else (np.cos, np.sin)
+    turned = "cos" if name == "sin" else "sin"
+    for sign, words in ((1, ""), (-1, "−")):
+        if part.is_alike(sign * other(inner)):
+            text = f"'{part.quoted}' {part.where}should be {words}{turned}"
+            yield Repair("sin for cos", text, part.quoted, 1.0 + 0.3 * (sign < 0))
+    for factor in (np.pi / 180, 180 / np.pi):
+        if part.is_alike(own(inner * factor)):
+            text = f"'{part.quoted}' {part.where}is taken in degrees: angles are in radians"
+            yield Repair("degree", text, part.quoted, 0.8)
+            return
+    for formula, value in part.context.arguments.items():
+        angle = value[part.usable]
+        alike = bool((np.abs(angle - inner) <= ALIKE).all())
+        if not alike and part.is_alike(own(angle)):
+            text = (
+                f"'{part.quoted}' {part.where}should be {name}({formula}): relative and "
+                "absolute angles are mixed up"
+            )
+            yield Repair("angle", text, part.quoted, 1.2)
+        elif not alike and part.is_alike(other(angle)):
+            text = f"'{part.quoted}' {part.where}should be {turned}({formula})"
+            yield Repair("angle", text, part.quoted, 2.2)
+    if part.is_alike(np.ones_like(inner)) and argument.letters:
+        text = f"the factor '{part.quoted}' does not belong {part.where or 'there'}"
+        yield Repair("factor surplus", text, part.quoted, 2.0)
+
+
+def repair_power(part: Part) -> Iterator[Repair]:
+    """Yield repairs of a power: another exponent, a product of rates."""
+    base = part.values.parts[part.tape.parts[part.place][0]][part.usable]
+    for exponent in (1, 2, 3, 4, 0, -1):
+        with np.errstate(all="ignore"):
+            value = np.abs(base) ** exponent if exponent in (2, 4) else base**exponent
+        if part.is_alike(np.asarray(value, dtype=float)):
+            letter = part.node.parts[0]
+            shown = " ".join(part.text[letter.start : letter.end].split())
+            right = {0: "1", 1: shown}.get(exponent, f"{shown}^{exponent}")
+            text = f"'{part.quoted}' {part.where}should be {right}"
+            yield Repair("power", text, part.quoted, 1.5)
+    exponent_node = part.node.parts[1]
+    velocity = part.node.parts[0].name
+    if velocity in part.context.velocities and exponent_node.value == 2:
+        for other in part.context.velocities:
+            product = part.context.values[other][part.usable] * base
+            if other != velocity and part.is_alike(product):
+                text = f"'{part.quoted}' {part.where}should be {velocity} {other}"
+                yield Repair("angle", text, part.quoted, 1.4)
+
+
+def repair_sum(part: Part) -> Iterator[Repair]:
+    """Yield repairs of a sum: its sine, a letter that it lacks."""
+    angular = part.node.letters and part.node.letters <= set(part.context.angles)
+    if angular and part.is_alike(np.sin(part.have)):
+        text = f"'{part.quoted}' should be its sine: the angle is assumed to be small"
+        yield Repair("small angle", text, part.quoted, 1.0)
+    short = part.want - part.have
+    group = [name for name in part.node.letters if name in part.context.units]
+    units = {part.context.units[name] for name in group}
+    if len(units) == 1 and group and part.tape.parents[part.place] >= 0:
+        for name, unit in part.context.units.items():
+            value = part.context.values[name][part.usable]
+            alike = (np.abs(short - value) <= ALIKE * np.abs(value)).all()
+            if unit in units and alike:
+                text = f"{name} is missing from the sum '{part.quoted}'"
+                yield Repair("letter", text, part.quoted, 1.4)
+
+
+_INERTIAS = {Fraction(4), Fraction(1, 4), Fraction(3), Fraction(1, 3), Fraction(12)}
+
+
+def repair_term(part: Part) -> Iterator[Repair]:
+    """Yield repairs of a term: a number, a letter, a function; or its absence."""
+    with np.errstate(all="ignore"):
+        ratio = part.want / part.have
+    if not np.isfinite(ratio).all():
+        return
+    size = part.values.sizes[part.tape.parents[part.place]][part.usable]
+    if (np.abs(part.want) <= 1e-9 * size).all():
+        text = f"the term '{part.quoted}' does not belong there"
+        yield Repair("extra", text, part.quoted, 2.2)
+        return
+    mean = float(ratio.mean())
+    if float(np.ptp(ratio)) <= ALIKE * abs(mean):
+        yield from _scale(part, mean)
+        return
+    rows = part.context.ratios[:, part.usable]
+    alike = (np.abs(rows - ratio) <= ALIKE * (np.abs(rows) + np.abs(ratio))).all(axis=1)
+    alike |= (np.abs(rows + ratio) <= ALIKE * (np.abs(rows) + np.abs(ratio))).all(axis=1)
+    names = list(part.context.factors)
+    for place in np.flatnonzero(alike):
+        name = names[place % len(names)]
+        kind = part.context.factors[name][0]
+        if kind == "sin for cos":
+            formula = name[3:].removesuffix("^2")
+            pair = ("sin", "cos") if place < len(names) else ("cos", "sin")
+            text = f"in the term '{part.quoted}' {pair[1]}{formula} should be {pair[0]}{formula}"
+            yield Repair(kind, text, part.quoted, 1.7)
+        elif kind == "letter":
+            pair = name.split("/") if place < len(names) else name.split("/")[::-1]
+            text = f"in the term '{part.quoted}' {pair[1]} should be {pair[0]}"
+            yield Repair(kind, text, part.quoted, 1.7)
+        elif place >= len(names):
+            text = f"the factor {name} does not belong in the term '{part.quoted}'"
+            yield Repair("factor surplus", text, part.quoted, 2.0)
+        elif kind == "small angle":
+            text = (
+                f"the term '{part.quoted}' lacks the factor {name}: the angle is assumed to be "
+                "small"
+            )
+            yield Repair(kind, text, part.quoted, 1.8)
+        else:
+            text = f"the term '{part.quoted}' lacks the factor {name}"
+            yield Repair(kind, text, part.quoted, 2.0)
+
+
+def _scale(part: Part, ratio: float) -> Iterator[Repair]:
+    factor = Fraction(ratio).limit_denominator(SIMPLE)
+    close = factor != 0 and abs(ratio / float(factor) - 1) < ALIKE
+    if factor == -1 and close:
+        text = f"the sign of the term '{part.quoted}' is wrong"
+        yield Repair("sign", text, part.quoted, 1.0)
+    elif close and factor in _INERTIAS and _is_inertial(part):
+        text = (
+            f"the term '{part.quoted}' should be {factor} times as large: the inertia may be "
+            "taken about the wrong point (center or pin) or of the wrong body"
+        )
+        yield Repair("inertia", text, part.quoted, 1.5)
+    elif close and factor > 0:
+        text = {
+            Fraction(2): f"the term '{part.quoted}' is half of what it should be",
+            Fraction(1, 2): f"the term '{part.quoted}' is twice what it should be",
+        }.get(factor, f"the term '{part.quoted}' should be {factor} times as large")
+        yield Repair("factor", text, part.quoted, 1.4)
+    elif close:
+        text = f"the term '{part.quoted}' should be multiplied by {factor}"
+        yield Repair("factor", text, part.quoted, 2.4)
+    else:
+        square = Fraction(ratio * ratio).limit_denominator(SIMPLE)
+        shown = f"{ratio:.6g}"
+        if square and abs(ratio * ratio / float(square) - 1) < ALIKE and ratio > 0:
+            shown = f"√({square})"
+        if shown in ("0", "1", "√(1)"):
+            return
+        text = f"the term '{part.quoted}' should be {shown} times as large"
+        yield Repair("factor", text, part.quoted, 2.6)
+
+
+def _is_inertial(part: Part) -> bool:
+    return bool(part.node.letters & set(part.context.accelerations))
+
+
+_FEWEST = 6
+"""Least number of states in which a part must have a value."""
+
+
+def repairs(
+    tape: Tape, values: Values, target: Array, context: Context, text: str
+) -> Iterator[Repair]:
+    """Yield the changes of single parts that make a formula right."""
+    needed = needed_values(tape, values, target)
+    finite = np.isfinite(values.whole)
+    explained: set[int] = set()
+    for k in range(len(tape.nodes) - 1, -1, -1):
+        spend()
+        parent = tape.parents[k]
+        if parent in explained and tape.nodes[parent].kind in ("product", "quotient", "negative"):
+            # its factors would need the same change
+            explained.add(k)
+            continue
+        node = tape.nodes[k]
+        if node.end <= node.start and node.kind != "letter":
+            # within a definition or a rate only letters can be quoted
+            continue
+        want, have = needed[k], values.parts[k]
+        usable = finite & np.isfinite(want)
+        if usable.sum() < min(_FEWEST, len(finite)) or not usable.any():
+            continue
+        one = Part(
+            tape=tape,
+            place=k,
+            have=have[usable],
+            want=want[usable],
+            usable=usable,
+            context=context,
+            text=text,
+            values=values,
+        )
+        whole = list(_find(one))
+        if any(repair.kind in ("sign", "extra", "factor", "inertia") for repair in whole):
+            explained.add(k)
+        yield from whole
+
+
+def _find(part: Part) -> Iterator[Repair]:
+    """Yield repairs of a part."""
+    if part.is_term and part.tape.parents[part.place] >= 0:
+        yield from repair_term(part)
+    node = part.node
+    if node.kind == "letter":
+        yield from repair_letter(part)
+    elif node.kind == "call" and node.name in ("sin", "cos"):
+        yield from repair_circular(part)
+    elif node.kind == "power":
+        yield from repair_power(part)
+    elif node.kind == "sum":
+        yield from repair_sum(part)
+    elif node.kind == "number":
+        yield from repair_number(part)
+
 
 _WORDS = (
     (1.0, "missing", "{} is missing"),

@@ -22,9 +22,8 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, seated_velocities
 from mecanique.model.values import Given
 from mecanique.reference import Reference, assemble
-from mecanique.verification.difference import scales
 from mecanique.verification.rounding import UNIT, rounding
-from mecanique.verification.rows import moving_mass
+from mecanique.verification.rows import moving_mass, scales
 from mecanique.verification.states import random_states
 from mecanique.verification.stencil import WEIGHTS
 

@@ -7,11 +7,12 @@ acceleration in, forces out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, final
+from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar, final
 
 import numpy as np
 import numpy.typing as npt
@@ -252,3 +253,261 @@ def _is_rheonomic(mechanism: Mechanism) -> bool:
     """Whether a coordinate map depends on time, so that inertia forces act even at rest."""
     moving = {"t", *(signal.symbol for signal in mechanism.inputs)}
     return any(moving & set(symbols_in(scalar)) for scalar in mechanism.coordinates.driven.values())
+
+
+Residuals: TypeAlias = "Callable[[list[tuple[int, Array]]], Array]"
+"""Residuals, shape (trials, N), of trials: a problem's number and its unknowns."""
+
+_STEP = 1e-6
+_ROUNDS = 20
+_DONE = 1e-14
+_SLOW = 1e-3
+"""Problems that gain less than this part in a round are at their end."""
+
+_GRACE = 4
+"""Rounds after which only the best problems go on, if there are more than are wanted."""
+
+
+def descend(
+    residuals: Residuals, starts: Sequence[Array], most: int | None = None
+) -> tuple[list[Array], Array]:
+    """Return the unknowns of each problem at its least residual, and the residuals' norms."""
+    unknowns = [np.array(start, dtype=float) for start in starts]
+    now = residuals(list(enumerate(unknowns)))
+    cost = np.linalg.norm(now, axis=1)
+    damping = np.full(len(unknowns), 1e-3)
+    active = [k for k in range(len(unknowns)) if np.isfinite(cost[k])]
+    for round_ in range(_ROUNDS):
+        if round_ == _GRACE:
+            active = sorted(active, key=lambda k: float(cost[k]))[:most]
+        if not active:
+            break
+        slopes = _slopes(residuals, unknowns, now, active)
+        trials = []
+        for k, slope in zip(active, slopes, strict=True):
+            normal = slope.T @ slope
+            scale = np.diag(normal) + 1e-300
+            lhs = normal + damping[k] * np.diag(scale)
+            step = np.linalg.lstsq(lhs, -slope.T @ now[k], rcond=None)[0]
+            trials.append((k, unknowns[k] + step))
+        trial_residuals = residuals(trials)
+        sizes = np.linalg.norm(trial_residuals, axis=1)
+        going = []
+        for (k, trial), rest, size in zip(trials, trial_residuals, sizes, strict=True):
+            if size < cost[k]:
+                ended = cost[k] - size <= _SLOW * cost[k]
+                unknowns[k], now[k], cost[k] = trial, rest, size
+                damping[k] *= 0.03
+            else:
+                ended = damping[k] > 1e3
+                damping[k] *= 30
+            if not ended and cost[k] > _DONE:
+                going.append(k)
+        active = going
+    return unknowns, cost
+
+
+def _slopes(
+    residuals: Residuals, unknowns: list[Array], now: Array, active: list[int]
+) -> list[Array]:
+    """Derivatives of the residuals of each active problem, shape (N, unknowns)."""
+    trials = []
+    for k in active:
+        for at in range(len(unknowns[k])):
+            moved = unknowns[k].copy()
+            moved[at] += _STEP
+            trials.append((k, moved))
+    rises = iter(residuals(trials))
+    slopes = []
+    for k in active:
+        columns = [(next(rises) - now[k]) / _STEP for _ in unknowns[k]]
+        slopes.append(np.stack(columns, axis=1))
+    return slopes
+
+
+_ROUND, _ANY = 4, 6
+"""Numbers of more digits than the first are any numbers, which are shown with the second."""
+
+
+@final
+@dataclass(frozen=True, order=True)
+class Amount:
+    """How plain a fitted change is: of changes that explain as well, the least is the likeliest."""
+
+    digits: int = 0  # how many decimal digits state it; hands choose round numbers
+    ways: int = 1  # in how many ways such a slip can be made there, or how many numbers it rewrites
+    share: float = 0.0  # how large it is beside what stood there
+
+    @classmethod
+    def of(cls, new: float, old: float = 0.0, beside: float | None = None, ways: int = 1) -> Amount:
+        """Return it of one number, read as it is, as a difference, or as a factor."""
+        readings = [new, new - old, *([new / old] if old else [])]
+        return cls(min(map(_count_digits, readings)), ways, _share(new - old, beside or old))
+
+    @classmethod
+    def of_all(cls, values: Array, beside: float) -> Amount:
+        """Return it of a shift or a turn by several numbers."""
+        most = max(map(_count_digits, values.tolist()))
+        return cls(most, len(values), _share(float(np.linalg.norm(values)), beside))
+
+
+def _share(change: float, beside: float) -> float:
+    """How large a change is; what stands where nothing was is all of it."""
+    return float(abs(change) / abs(beside)) if beside else 1.0
+
+
+def _count_digits(value: float) -> int:
+    shown = f"{abs(value):.{_ANY}g}".partition("e")[0].replace(".", "").strip("0")
+    return len(shown) if len(shown) <= _ROUND else _ANY
+
+
+def deviations(slopes: Array, left: float, count: int) -> Array:
+    """Return standard deviations of fitted numbers, shape (numbers,); slopes (numbers, rows)."""
+    variance = left**2 / max(count - len(slopes), 1)
+    spread = np.diag(np.linalg.pinv(slopes @ slopes.T)) * variance
+    return np.asarray(np.sqrt(spread))
+
+
+def turn_about(x: Array) -> Array:
+    """Return the turn by the angle |x| about x, shape (3, 3)."""
+    from scipy.spatial.transform import Rotation  # not wanted before a cause is looked for
+
+    turn: Array = Rotation.from_rotvec(x).as_matrix()
+    return turn
+
+
+def give(value: float, sigma: float) -> str:
+    """Return a fitted number, with its standard deviation where that can be seen."""
+    if sigma <= 1e-6 * abs(value):
+        return f"{value:.6g}"
+    places = max(0, 1 - math.floor(math.log10(sigma)))
+    return f"{value:.{places}f} ± {sigma:.{places}f}"
+
+
+def give_all(values: Array) -> str:
+    """Return fitted numbers in a row."""
+    return ", ".join(f"{value:.6g}" for value in values)
+
+
+def say_turn(x: Array) -> str:
+    """Return a turn in words."""
+    from scipy.spatial.transform import Rotation  # not wanted before a cause is looked for
+
+    x = Rotation.from_rotvec(x).as_rotvec() + 0.0  # half a turn at most
+    angle = float(np.linalg.norm(x))
+    axis = x / angle if angle else np.array([0.0, 0.0, 1.0])
+    return f"{np.degrees(angle):.6g}° about ({give_all(axis)})"
+
+
+_MOST = 4000
+"""Experiments evaluated at once."""
+
+_CLOSER = 8
+"""Guesses that get a closer look."""
+
+
+class Guess(Protocol):
+    """What a change is called before it is known what it answers."""
+
+    @property
+    def kind(self) -> str:
+        """Of the mistake."""
+
+    @property
+    def where(self) -> str:
+        """Link, joint or coordinate, or empty for the whole mechanism."""
+
+    @property
+    def text(self) -> str:
+        """What the other source seems to do."""
+
+
+_G = TypeVar("_G", bound=Guess)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """A change and what the changed mechanism would answer.
+
+    Args:
+        kind: of the mistake, e.g. "armature".
+        where: link, joint or coordinate, or empty for the whole mechanism.
+        text: what the other source seems to do, in a sentence.
+        answers: what the changed mechanism predicts, shape (n, nv).
+        free: how many numbers were chosen so that it fits.
+        amount: how plain these are.
+        origins: frames of the changed mechanism's joints, by place in the tree.
+        moments: its links' mass moments, by place.
+        turns: how the axes of its joints are turned in their frames, by place; a change with none
+            of these only adds to the answers.
+        slopes: of the answers by each number chosen, shape (free, n, nv).
+    """
+
+    kind: str
+    where: str
+    text: str
+    answers: Array
+    free: int = 0
+    amount: Amount = field(default_factory=Amount)
+    origins: Mapping[int, Array] = field(default_factory=dict)
+    moments: Mapping[int, Array] = field(default_factory=dict)
+    turns: Mapping[int, Array] = field(default_factory=dict)
+    slopes: Array | None = None
+
+    @property
+    def in_tree(self) -> bool:
+        """Whether it changes the tree itself, so that others can be looked for beside it."""
+        return bool(self.origins or self.moments or self.turns)
+
+
+def promising(
+    evidence: Evidence,
+    guesses: Iterable[_G],
+    answer: Callable[[list[_G], npt.NDArray[np.intp]], Array],
+) -> Iterator[Hypothesis]:
+    """Yield the guesses that explain a few experiments best, with what they answer in all of them.
+
+    Shapes: answer (guesses, n, nv).
+    """
+
+    def answers(some: list[_G], rows: npt.NDArray[np.intp]) -> Array:
+        lot = max(1, _MOST // len(rows))
+        return np.concatenate([answer(some[k : k + lot], rows) for k in range(0, len(some), lot)])
+
+    kept = list(guesses)
+    if len(kept) > _CLOSER:
+        coarse = evidence.residual(answers(kept, evidence.few), evidence.few)
+        kept = [kept[k] for k in np.argsort(coarse, kind="stable")[:_CLOSER]]
+    if kept:
+        for guess, predicted in zip(
+            kept, answers(kept, np.arange(len(evidence.inputs))), strict=True
+        ):
+            origins, moments, turns = (
+                getattr(guess, name, {}) for name in ("origins", "moments", "turns")
+            )
+            yield Hypothesis(
+                guess.kind,
+                guess.where,
+                guess.text,
+                predicted,
+                origins=origins,
+                moments=moments,
+                turns=turns,
+            )
+
+
+def fit(evidence: Evidence, columns: Array) -> tuple[Array, Array]:
+    """Fit the amounts of some effects; return them, shape (k,), and their answers, shape (n, nv).
+
+    Shapes: columns (k, n, nv).
+    """
+    flat = evidence.weigh(columns)
+    size = np.sqrt(np.sum(flat * flat, axis=1))
+    used = size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300)
+    amounts = np.zeros(len(columns))
+    if used.any():
+        rest = evidence.weigh(evidence.tau - evidence.base)
+        solution = np.linalg.lstsq((flat[used] / size[used, None]).T, rest, rcond=1e-10)[0]
+        amounts[used] = solution / size[used]
+    return amounts, evidence.base + np.einsum("k,knv->nv", amounts, columns)

@@ -13,8 +13,9 @@ from mecanique.arrays import Array
 from mecanique.model import slips
 from mecanique.model.slips import Slip, say_factor
 from mecanique.model.states import States
-from mecanique.verification.causes.change import (
+from mecanique.verification.causes.evidence import (
     Amount,
+    Evidence,
     Hypothesis,
     descend,
     deviations,
@@ -23,7 +24,6 @@ from mecanique.verification.causes.change import (
     say_turn,
     turn_about,
 )
-from mecanique.verification.causes.evidence import Evidence
 
 
 def parts_of(J: Array) -> tuple[float, Array, Array]:

@@ -10,11 +10,15 @@ import numpy as np
 from mecanique.arrays import Array, spread
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.causes.change import Hypothesis
-from mecanique.verification.causes.coordinates import map_changes, state_changes
-from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.frames import frame_changes, placement_changes
-from mecanique.verification.causes.joints import gravity_changes, joint_changes
+from mecanique.verification.causes.evidence import Evidence, Hypothesis
+from mecanique.verification.causes.joints import (
+    frame_changes,
+    gravity_changes,
+    joint_changes,
+    map_changes,
+    placement_changes,
+    state_changes,
+)
 from mecanique.verification.causes.links import fit_inertias, link_changes
 from mecanique.verification.verdict import REMOVED, Cause
 

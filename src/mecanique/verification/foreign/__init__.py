@@ -1,1 +1,0 @@
-"""Equations of motion in other programs: compiled functions and models of the FMI standard."""
