@@ -41,12 +41,7 @@ _EXPLAINED: set[type] = set()
 
 
 def explain(member: Any, home: str) -> Any:
-    """Return a public function, or a class, that refuses arguments of a wrong kind in words.
-
-    Args:
-        member: the function or class; of a class, constructor and methods are replaced.
-        home: the package in which users find it.
-    """
+    """Return a public function, or a class, that refuses arguments of a wrong kind in words."""
     if isinstance(member, FunctionType):
         explained = _explain(member)
         explained.__module__ = home  # what is pickled by name is found there

@@ -22,13 +22,7 @@ def find_homes(file: str) -> dict[str, str]:
 def attach(
     package: str, file: str, prepare: Callable[[Any], Any] | None = None
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """Return `__getattr__`, `__dir__` and `__all__` of a package, as the stub beside it says.
-
-    Args:
-        package: its full name.
-        file: its `__init__.py`.
-        prepare: returns what users get of what is imported.
-    """
+    """Return `__getattr__`, `__dir__` and `__all__` of a package, as the stub beside it says."""
     homes = find_homes(file)
 
     def get(name: str) -> Any:
@@ -46,16 +40,7 @@ def attach(
 
 
 def import_name(package: str, name: str, homes: Mapping[str, str]) -> Any:
-    """Return what a package's `__getattr__` is asked for, and keep it there.
-
-    Args:
-        package: full name of the package.
-        name: what is asked for.
-        homes: module of each name, below the package where it begins with a dot.
-
-    Raises:
-        AttributeError: if the package has no such name.
-    """
+    """Return what a package's `__getattr__` is asked for, and keep it there."""
     if name not in homes:
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
     value = getattr(import_module(homes[name], package), name)
@@ -65,10 +50,8 @@ def import_name(package: str, name: str, homes: Mapping[str, str]) -> Any:
 
 @contextmanager
 def keep_garbage() -> Iterator[None]:
-    """Put off the collection of garbage while large packages are imported.
-
-    What an import makes stays, and to look through it again and again takes a fifth of its time.
-    """
+    """Put off the collection of garbage while large packages are imported."""
+    # what an import makes stays, and to look through it again and again takes a fifth of its time
     if not gc.isenabled():
         yield
         return

@@ -16,10 +16,7 @@ _YOUNG = 200_000
 
 
 def main() -> None:
-    """Run the command line.
-
-    The exit code is 0 for success, 1 for a disagreement, 2 for bad input, 130 for Ctrl-C.
-    """
+    """Run the command line."""
     for stream in (sys.stdout, sys.stderr):
         prepare_stream(stream, sys.platform)
     gc.set_threshold(_YOUNG)
@@ -29,13 +26,10 @@ def main() -> None:
 
 
 def prepare_stream(stream: TextIO, platform: str) -> None:
-    """Let a stream take every letter.
-
-    A terminal that has no θ shows a question mark instead of a traceback. Files and pipes on
-    Windows get UTF-8, as they do everywhere else; its code pages have no Greek.
-    """
+    """Let a stream take every letter; a terminal that has no θ shows a question mark."""
     if not hasattr(stream, "reconfigure"):
         return
     unnamed = "PYTHONIOENCODING" not in os.environ
+    # code pages of Windows have no Greek
     redirected = platform == "win32" and not stream.isatty()
     stream.reconfigure(encoding="utf-8" if redirected and unnamed else None, errors="replace")

@@ -184,10 +184,7 @@ def code(
 def derivation(
     mechanism: mq.Mechanism, method: str, form: Form, steps: bool, *, units: bool = False
 ) -> str:
-    """Return the equations of motion by one method, with what each symbol means.
-
-    Equations without a closed form, or with too long a one, are a list of named results.
-    """
+    """Return the equations of motion by one method, with what each symbol means."""
     equations = mq.derive(mechanism, method=method)
     if not equations.legible:
         if equations.symbolic:

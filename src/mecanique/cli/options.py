@@ -93,16 +93,7 @@ Root: TypeAlias = Literal["fixed", "floating"]
 @final
 @dataclass(frozen=True)
 class Reading:
-    """How a file is read.
-
-    Args:
-        root: how its root link is held.
-        strict: whether every error refuses it.
-        package_path: folders to search for packages.
-        arguments: of a xacro file, by name.
-        loops: a TOML file with loops and springs beside it.
-        keep: what stays a letter.
-    """
+    """How a file is read."""
 
     root: Root = "fixed"
     strict: bool = False

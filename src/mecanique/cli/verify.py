@@ -37,13 +37,7 @@ _KINDS = ("equation", "sentence")
 @final
 @dataclass(frozen=True)
 class SystemCheck:
-    """A verdict on a system's equations, and the facts that its textbook states.
-
-    Args:
-        verdict: of the comparison.
-        facts: the facts of a textbook system; none of any other.
-        states: whether to print the states with the largest disagreements.
-    """
+    """A verdict on a system's equations, and the facts that its textbook states."""
 
     verdict: mq.Verdict
     facts: tuple[FactRow, ...]

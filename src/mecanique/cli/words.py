@@ -29,19 +29,12 @@ _PLAINLY = Reading()
 @final
 @dataclass(frozen=True)
 class Chosen:
-    """The mechanism a command works on, and its default motion.
-
-    Args:
-        mechanism: the mechanism.
-        start: coordinates at the start.
-        start_velocity: velocities at the start.
-        duration: of the motion [s].
-    """
+    """The mechanism a command works on, and its default motion."""
 
     mechanism: mq.Mechanism
     start: Mapping[str, float] = field(default_factory=dict)
     start_velocity: Mapping[str, float] = field(default_factory=dict)
-    duration: float = 10.0
+    duration: float = 10.0  # of the motion [s]
 
 
 def choose(system: str, parameters: Sequence[str], reading: Reading = _PLAINLY) -> Chosen:
@@ -177,10 +170,7 @@ def simulate_motion(
 
 
 def report_errors(command: Callable[P, R]) -> Callable[P, R]:
-    """Report errors that the user can correct in one message.
-
-    The exit code is 2, and 130 after Ctrl-C, which needs no message.
-    """
+    """Report errors that the user can correct in one message."""
 
     @functools.wraps(command)
     def safe(*args: P.args, **kwargs: P.kwargs) -> R:

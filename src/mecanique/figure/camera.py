@@ -29,14 +29,9 @@ ISOMETRIC = _looking(math.radians(-33.0), math.radians(18.0))
 @final
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A parallel projection onto paper.
+    """A parallel projection onto paper."""
 
-    Args:
-        axes: shape (3, 3), rows right, up and towards the eye, in world axes.
-        scale: points per meter.
-    """
-
-    axes: Floats
+    axes: Floats  # shape (3, 3), rows right, up and towards the eye, in world axes
     scale: float
 
     def at(self, position: ArrayLike) -> Point:

@@ -204,11 +204,7 @@ def _span(setting: Setting, body: str) -> Floats:
 def _displace(
     setting: Setting, before: Floats, body: int, value: float
 ) -> tuple[Floats, Floats] | None:
-    """A point that the coordinate has moved by its value, and its displacement.
-
-    It is the body's origin, or else an end or the middle of a solid, if it has moved that far along
-    an axis.
-    """
+    """A point that the coordinate has moved by its value, and its displacement."""
     step = setting.poses[body, :3, 3] - before[body, :3, 3]
     if abs(float(np.linalg.norm(step)) - abs(value)) < 1e-6 * abs(value):
         return setting.poses[body, :3, 3], step

@@ -42,25 +42,14 @@ LONGEST_NAME = 9
 @final
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """A mechanism at one instant, in a view.
-
-    Args:
-        mechanism: what is drawn.
-        reference: its `Reference`.
-        q: shape (nq,).
-        v: shape (nv,).
-        t: [s].
-        poses: shape (nb, 4, 4).
-        camera: the view.
-        solids: the geometries of its bodies.
-    """
+    """A mechanism at one instant, in a view."""
 
     mechanism: Mechanism
     reference: Reference
-    q: Floats
-    v: Floats
-    t: float
-    poses: Floats
+    q: Floats  # shape (nq,)
+    v: Floats  # shape (nv,)
+    t: float  # [s]
+    poses: Floats  # shape (nb, 4, 4)
     camera: Camera
     solids: tuple[Solid, ...]
 

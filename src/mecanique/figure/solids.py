@@ -25,36 +25,20 @@ RING = 0.92
 @final
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A solid of a body, in the world.
-
-    Args:
-        body: whose it is.
-        kind: "rod", "cylinder", "box" or "ball".
-        ends: shape (2, 3), the ends of a rod or of a cylinder's axis; the middles of a box's far
-            faces; a ball's center, twice [m].
-        size: radius of a ball, rod or cylinder [m]; half diagonal of a box.
-        corners: shape (n, 3), points that span it [m].
-        pose: shape (4, 4), its frame.
-        geometry: as described.
-        clear: whether it is drawn half transparent.
-        point: whether it stands for a particle, at whatever size it is drawn.
-        contour: shape (n, 3), of its teeth, in the world; None if it has none [m].
-        hollow: whether these point inwards.
-        form: what the piece of the body is, if it is homogeneous, e.g. "solid cone".
-    """
+    """A solid of a body, in the world."""
 
     body: str
     kind: str
     ends: Floats
-    size: float
-    corners: Floats
-    pose: Floats
+    size: float  # radius of a ball, rod or cylinder [m]; half diagonal of a box
+    corners: Floats  # shape (n, 3), points that span it [m]
+    pose: Floats  # shape (4, 4), its frame
     geometry: Box | Cylinder | Sphere
     clear: bool
     point: bool = False
     contour: Floats | None = None
     hollow: bool = False
-    form: str = ""
+    form: str = ""  # what the piece of the body is, if it is homogeneous, e.g. "solid cone"
 
 
 def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Solid]:

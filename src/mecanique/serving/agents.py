@@ -22,11 +22,7 @@ _INSTRUCTIONS = (
 
 
 def make_server() -> MCPServer:
-    """Return the server with its tools.
-
-    Raises:
-        InputError: if the package mcp is not installed.
-    """
+    """Return the server with its tools."""
     try:
         from mcp.server import MCPServer
     except ImportError:

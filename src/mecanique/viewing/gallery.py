@@ -27,23 +27,14 @@ from mecanique.wording import say_count
 @final
 @dataclass(frozen=True)
 class Card:
-    """A system in the index.
-
-    Args:
-        name: its name in the catalogue, and the stem of its page.
-        title: its description in one line.
-        tags: words to find it by.
-        picture: its figure, as SVG text; empty if there is none.
-        fault: why it has no page; empty if it has one.
-        freedom: its degrees of freedom; None if they are unknown.
-    """
+    """A system in the index."""
 
     name: str
     title: str
     tags: tuple[str, ...]
-    picture: str
-    fault: str = ""
-    freedom: int | None = None
+    picture: str  # its figure, as SVG text; empty if there is none
+    fault: str = ""  # why it has no page; empty if it has one
+    freedom: int | None = None  # its degrees of freedom; None if they are unknown
 
 
 def gallery(

@@ -45,12 +45,9 @@ def scene(
 
 
 def _derive_all(mechanism: Mechanism) -> Iterator[Equations]:
-    """Derive by each method, skipping those that do not apply: a page shows the rest.
-
-    Where Lagrange's equations are too long to be read, the others are longer and take minutes.
-    """
+    """Derive by each method, skipping those that do not apply: a page shows the rest."""
     shortest = derive(mechanism)
-    if shortest.symbolic and not fits_page(shortest):
+    if shortest.symbolic and not fits_page(shortest):  # the others are longer, and take minutes
         yield shortest
         return
     for method in readable(mechanism):

@@ -19,23 +19,14 @@ Anchor: TypeAlias = Literal["start", "middle", "end"]
 @final
 @dataclass(frozen=True)
 class Style:
-    """The style of a kind of mark.
-
-    Args:
-        ink: color of the line on light paper; empty for none.
-        night: the same on dark paper.
-        fill: color inside, empty for none.
-        night_fill: the same on dark paper.
-        width: of the line [pt].
-        dash: lengths of dashes and gaps [pt].
-    """
+    """The style of a kind of mark."""
 
     ink: str = "#1d232b"
     night: str = "#e6e8ea"
-    fill: str = ""
+    fill: str = ""  # color inside, empty for none
     night_fill: str = ""
-    width: float = 1.2
-    dash: str = ""
+    width: float = 1.2  # of the line [pt]
+    dash: str = ""  # lengths of dashes and gaps [pt]
 
 
 STYLES: dict[str, Style] = {
@@ -72,15 +63,9 @@ STYLES: dict[str, Style] = {
 @final
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """A line through points.
+    """A line through points."""
 
-    Args:
-        points: shape (n, 2).
-        style: a key of `STYLES`.
-        closed: whether it returns to its first point.
-    """
-
-    points: Point
+    points: Point  # shape (n, 2)
     style: str
     closed: bool = False
 
@@ -88,37 +73,23 @@ class Stroke:
 @final
 @dataclass(frozen=True, eq=False)
 class Circle:
-    """A circle.
+    """A circle."""
 
-    Args:
-        center: shape (2,).
-        radius: [pt].
-        style: a key of `STYLES`.
-    """
-
-    center: Point
-    radius: float
+    center: Point  # shape (2,)
+    radius: float  # [pt]
     style: str
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Words:
-    """A letter or a few words; their middle height is at the point.
+    """A letter or a few words; their middle height is at the point."""
 
-    Args:
-        at: shape (2,).
-        parts: pieces of text, each "italic", "upright" or "below" (an index).
-        style: a key of `STYLES`.
-        anchor: which end of them is at the point.
-        size: [pt].
-    """
-
-    at: Point
+    at: Point  # shape (2,)
     parts: tuple[tuple[str, str], ...]
     style: str = "letter"
     anchor: Anchor = "middle"
-    size: float = 15.0
+    size: float = 15.0  # [pt]
 
     @property
     def width(self) -> float:

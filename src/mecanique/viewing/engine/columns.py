@@ -46,11 +46,7 @@ WORK = "work done"
 
 @final
 class Columns:
-    """The columns of a scene's table; those that are not known are None.
-
-    Args:
-        dynamics: of the scene's mechanism, with its parameters as letters.
-    """
+    """The columns of a scene's table; those that are not known are None."""
 
     def __init__(self, dynamics: Dynamics) -> None:
         self._dynamics = dynamics
@@ -63,10 +59,8 @@ class Columns:
 
     @property
     def rates(self) -> list[Any]:
-        """Rates of the state and of the work of everything that has no potential.
-
-        The work is that which changes the energy along the motion: ∂E/∂q q' + ∂E/∂v a + ∂E/∂t.
-        """
+        """Rates of the state and of the work of everything that has no potential."""
+        # that work changes the energy along the motion: ∂E/∂q q' + ∂E/∂v a + ∂E/∂t
         letters, dynamics = self._letters, self._dynamics
         return [*letters.rates, *dynamics.acceleration, self._power()]
 

@@ -132,15 +132,7 @@ _TAKES = ("t", "y", "tau")
 
 @final
 class Maker:
-    """Makes the engine of a motion's page.
-
-    Args:
-        motion: what was simulated.
-        equations: the equations of motion of its mechanism.
-
-    Raises:
-        DerivationError: if there is no program of reasonable length.
-    """
+    """Makes the engine of a motion's page."""
 
     def __init__(self, motion: Motion, equations: Equations) -> None:
         self._motion = motion
@@ -316,13 +308,11 @@ def value_at(mechanism: Mechanism, symbol: str) -> float:
 
 
 def _duration(motion: Motion) -> float:
-    """Length of a motion; one that a limit has ended was to last longer, so that its page ends it.
-
-    It then lasts until the next number of two digits.
-    """
+    """Length of a motion [s]; longer where a limit ended it, so that its page ends it too."""
     length = float(motion.t[-1] - motion.t[0])
     if not is_cut_short(motion) or length <= 0:
         return length
+    # the next number of two digits
     digit = 10.0 ** (floor(log10(length)) - 1)
     return float(f"{digit * (floor(length / digit) + 1):.2g}")
 

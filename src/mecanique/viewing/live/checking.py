@@ -33,13 +33,7 @@ def pending(mechanism: Mechanism, document: SceneText) -> SceneText:
 
 @final
 class Checking:
-    """Derives a mechanism's equations and compares them, in a thread of its own.
-
-    Args:
-        mechanism: what to derive.
-        found: called with what has been found so far, and a verdict that may be pending.
-        prove: returns the verdict with what else is to be compared, unless it disagrees already.
-    """
+    """Derives a mechanism's equations and compares them, in a thread of its own."""
 
     def __init__(
         self, mechanism: Mechanism, found: Found, prove: Proof = lambda table: table

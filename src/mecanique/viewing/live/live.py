@@ -25,12 +25,7 @@ FRAME = 1 / 60
 
 @final
 class PacedClock:
-    """The time shown now: it follows the wall clock at the chosen speed, and stops while paused.
-
-    Args:
-        controls: where pause and speed are read.
-        start: the first time shown [s].
-    """
+    """The time shown now: it follows the wall clock at the chosen speed, and stops while paused."""
 
     def __init__(self, controls: Controls, start: float) -> None:
         self._controls = controls
@@ -72,23 +67,7 @@ Frames: TypeAlias = "Iterable[SceneFrame] | Callable[[Changes], Iterable[SceneFr
 
 @final
 class LiveView:
-    """A scene in a server of its own on 127.0.0.1, for any number of browsers.
-
-    The server lives in a thread of this process and ends with `close()`, with the `with` block, or
-    with the process. Its address holds a random token, without which nothing is answered.
-
-    Args:
-        scene: what to show first; its first instant is the present one.
-        port: 0 takes any free port.
-        token: the secret part of the address; a random one unless a page is to find its server
-            again.
-        open_browser: whether to open the page.
-        at_once: whether to have the address before the page is made; `made` then raises what is
-            wrong with it.
-
-    Raises:
-        InputError: if the port is taken, or a mesh cannot be read.
-    """
+    """A scene in a server of its own on 127.0.0.1, for any number of browsers."""
 
     def __init__(
         self,
@@ -155,10 +134,7 @@ class LiveView:
         self.send(scene.frame(0))
 
     def annotate(self, derivations: tuple[Derivation, ...], verdict: VerdictTable) -> None:
-        """Put equations and a verdict beside the scene; open pages show them without reloading.
-
-        It may be called from any thread. A verdict that disagrees appears in a banner.
-        """
+        """Put equations and a verdict beside the scene; open pages show them without reloading."""
         with self._texts:
             document = replace(self._scene.document, derivations=derivations, verdict=verdict)
             self._scene = replace(self._scene, document=document)
@@ -200,11 +176,7 @@ class LiveView:
         return self._server.seen.is_set()
 
     def stream(self, frames: Frames, *, speed: float = 1.0, hold: bool = False) -> None:
-        """Show each frame at its time; return when there are no more.
-
-        The page's pause and speed are obeyed; its reset and its sliders start the stream again, if
-        `frames` is a function.
-        """
+        """Show each frame at its time; return when there are no more."""
         self._controls.begin(speed)
         self._server.announce()
         while True:

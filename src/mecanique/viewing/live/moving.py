@@ -31,12 +31,7 @@ from mecanique.viewing.scene.texts import document_of
 
 @final
 class Presenter:
-    """Keep open pages up to date across restarts; derive in the background.
-
-    Args:
-        mechanism: what moves at first.
-        complete: its complete scene.
-    """
+    """Keep open pages up to date across restarts; derive in the background."""
 
     def __init__(self, mechanism: Mechanism, complete: Scene) -> None:
         self._mechanism = mechanism
@@ -99,19 +94,7 @@ MOST_AHEAD = 8
 
 @final
 class LiveMotion:
-    """A mechanism and its start; the motion is computed as it is shown.
-
-    Args:
-        mechanism: what moves.
-        q: positions at the start: shape (nq,) or by coordinate name.
-        v: velocities at the start: shape (nv,) or by name.
-        end: when the motion ends [s]; infinity for never.
-        rtol: relative tolerance of each step.
-        speed: seconds shown per second at first.
-
-    Raises:
-        MecaniqueError: if the motion cannot start.
-    """
+    """A mechanism and its start; the motion is computed as it is shown."""
 
     def __init__(
         self,
@@ -161,14 +144,7 @@ class LiveMotion:
 
 @final
 class Recorded:
-    """A recorded motion, computed again over the same time when values change on the page.
-
-    Args:
-        motion: what `simulate` returned.
-
-    Raises:
-        InputError: if it is none.
-    """
+    """A recorded motion, computed again over the same time when values change on the page."""
 
     def __init__(self, motion: Motion) -> None:
         if not isinstance(motion, Motion):

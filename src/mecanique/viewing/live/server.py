@@ -163,16 +163,7 @@ _MOST_PASSED = 240
 
 @final
 class Server:
-    """Serves one scene and its latest frame.
-
-    Args:
-        controls: take what the pages ask for.
-        port: 0 takes any free one.
-        token: the secret part of the address; None makes one.
-
-    Raises:
-        InputError: if the port is taken, or the token could not stand in an address.
-    """
+    """Serves one scene and its latest frame."""
 
     def __init__(self, controls: Controls, *, port: int, token: str | None) -> None:
         if token is not None and not re.fullmatch(r"[\w-]{8,}", token, re.ASCII):

@@ -100,13 +100,7 @@ def compute_first(**arguments: Any) -> tuple[Motion, str]:
 
 @final
 class Stretches:
-    """The complete scenes that follow a first stretch of a motion, one after the other.
-
-    Args:
-        first: the `Motion` so far.
-        end: time of the end [s]; infinity for none.
-        speed: returns the seconds shown per second.
-    """
+    """The complete scenes that follow a first stretch of a motion, one after the other."""
 
     def __init__(self, first: Motion, end: float, speed: Callable[[], float] = lambda: 1.0) -> None:
         self._motion = first

@@ -35,18 +35,7 @@ SHOWN = 10.0
 
 @final
 class Computing:
-    """A motion with the engine of its page; equations and verdict arrive while it moves.
-
-    Args:
-        motion: what the page begins with.
-        end: when the motion ends [s]; infinity for never.
-        rtol: relative tolerance of each step.
-        speed: seconds shown per second at first.
-        remark: why it ends there, for the page.
-
-    Raises:
-        MecaniqueError: if the page cannot compute it.
-    """
+    """A motion with the engine of its page; equations and verdict arrive while it moves."""
 
     def __init__(
         self, motion: Motion, end: float, rtol: float, speed: float, remark: str = ""

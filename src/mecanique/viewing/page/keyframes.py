@@ -34,16 +34,10 @@ _MOST_ORDER = 3
 @final
 @dataclass(frozen=True)
 class Packed:
-    """Key frames ready for the page.
-
-    Args:
-        header: plain data: the grid, each column's step, order of differences and constant, the
-            anchors.
-        body: the columns' integers.
-    """
+    """Key frames ready for the page."""
 
     header: dict[str, Any]
-    body: bytes
+    body: bytes  # the columns' integers
 
 
 def pack(scene: Scene) -> Packed:
@@ -81,10 +75,7 @@ def pack(scene: Scene) -> Packed:
 
 
 def resample(t: Floats) -> Floats:
-    """Return the evenly spaced times a page plays.
-
-    They are 60 a second, at most 7200, and more where all is over in half a second.
-    """
+    """Return the evenly spaced times a page plays."""
     if len(t) < 2:
         return t
     length = float(t[-1] - t[0])
@@ -156,10 +147,8 @@ def _sample(scene: Scene, columns: Floats, t: Floats) -> Floats:
 
 
 def _anchors(scene: Scene, tolerance: float) -> list[tuple[int, int, list[float]]]:
-    """Points that ride on a body: their first column, the body, the place in its frame.
-
-    Most forces and springs act at fixed points of bodies; such points follow from the body's pose.
-    """
+    """Points that ride on a body: their first column, the body, the place in its frame."""
+    # most forces and springs act at fixed points, which then follow from the body's pose
     if len(scene.t) < 3:
         return []
     first = 7 * len(scene.bodies)

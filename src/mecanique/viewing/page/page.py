@@ -93,12 +93,7 @@ _KEPT, _FLEETING = 6, 1
 @final
 @dataclass(frozen=True)
 class Stream:
-    """The source from which the page of a live view gets its frames.
-
-    Args:
-        identity: identifies the scene, so that a page knows when it is out of date.
-        sources: the only addresses the page may connect to.
-    """
+    """The source from which the page of a live view gets its frames."""
 
     identity: str
     sources: tuple[str, ...]
@@ -242,10 +237,7 @@ def _read_asset(name: str) -> str:
 
 @cache
 def join_scripts() -> str:
-    """Return the page's script: all modules in one closure, where they find one another.
-
-    Lines of comments and indentation stay behind, a fifth of the text.
-    """
+    """Return the page's script: all modules in one closure, where they find one another."""
     texts = []
     for name in MODULES:
         text = re.sub(r"^import [^;]*;\n", "", _read_asset(f"{name}.js"), flags=re.MULTILINE)
@@ -271,13 +263,9 @@ def _compressed_viewer() -> str:
 
 @cache
 def _viewer_styles() -> list[str]:
-    """The styles meshcat's viewer puts into the page: an empty one and its control panel's.
-
-    An empty list means that the panel's style was not found, as another version might write it
-    differently.
-    """
+    """The styles meshcat's viewer puts into the page: an empty one and its control panel's."""
     style = re.search(r'"(\.dg ul\{(?:[^"\\]|\\.)*)"', _viewer())
-    if not style:
+    if not style:  # another version may write it differently
         return []
     plain = (
         style[1].replace("\\n", "\n").replace('\\"', '"').replace("\\'", "'").replace("\\\\", "\\")

@@ -60,11 +60,7 @@ class Latest:
 
 @final
 class RecorderWindow:
-    """Keep what a viewer needs to show the present scene: the last writer of each property wins.
-
-    Args:
-        on_change: called after each command, in the sender's thread.
-    """
+    """Keep what a viewer needs to show the present scene: the last writer of each property wins."""
 
     web_url = "about:blank"
 

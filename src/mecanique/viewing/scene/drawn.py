@@ -117,12 +117,7 @@ _SLENDER = 4
 @final
 @dataclass(frozen=True)
 class Spot:
-    """A point of a body.
-
-    Args:
-        body: its name.
-        point: shape (3,), in the body's frame; numbers or expressions in the parameters [m].
-    """
+    """A point of a body."""
 
     body: str
     point: Vector
@@ -131,13 +126,7 @@ class Spot:
 @final
 @dataclass(frozen=True)
 class Span:
-    """Something drawn between two points.
-
-    Args:
-        name: unique in the scene.
-        kind: how it is drawn.
-        ends: the points.
-    """
+    """Something drawn between two points."""
 
     name: str
     kind: LineKind

@@ -25,18 +25,10 @@ REACH = {"rad": math.pi, "m": 1.0}
 @final
 @dataclass(frozen=True)
 class Link:
-    """Where a body's mass is.
-
-    Args:
-        mass: in kg.
-        center: its center of mass in the body's frame, shape (3,) [m].
-        radii: semi-axes of the homogeneous ellipsoid with its mass and inertia [m]; zero where no
-            ellipsoid has them.
-        axes: rows of the rotation from the principal axes into the body's, shape (3, 3).
-    """
+    """Where a body's mass is."""
 
     mass: float
-    center: tuple[float, ...]
+    center: tuple[float, ...]  # its center of mass in the body's frame, shape (3,) [m]
     radii: tuple[float, ...]
     axes: tuple[tuple[float, ...], ...]
 
@@ -44,32 +36,18 @@ class Link:
 @final
 @dataclass(frozen=True)
 class Move:
-    """A turn about or a slide along an axis, by a linear function of sliders.
-
-    Args:
-        kind: "turn" or "slide".
-        axis: unit axis in the frame before it, shape (3,).
-        constant: its value where all sliders are zero [rad or m].
-        factors: number and factor of each slider it follows.
-    """
+    """A turn about or a slide along an axis, by a linear function of sliders."""
 
     kind: Literal["turn", "slide"]
-    axis: tuple[float, float, float]
-    constant: float
+    axis: tuple[float, float, float]  # unit axis in the frame before it, shape (3,)
+    constant: float  # its value where all sliders are zero [rad or m]
     factors: tuple[tuple[int, float], ...]
 
 
 @final
 @dataclass(frozen=True)
 class Path:
-    """How a body stands in another.
-
-    Args:
-        parent: number of the other body.
-        child: number of the body.
-        place: shape (4, 4), where the joint's frame stands in the other body.
-        moves: what moves the body from there, in order.
-    """
+    """How a body stands in another."""
 
     parent: int
     child: int
@@ -80,16 +58,7 @@ class Path:
 @final
 @dataclass(frozen=True)
 class Slider:
-    """A coordinate that can be set.
-
-    Args:
-        name: the coordinate.
-        unit: "rad" or "m".
-        low: least value offered; the joint's limit where it has one.
-        high: greatest value.
-        value: at first.
-        limited: whether the joint has limits.
-    """
+    """A coordinate that can be set."""
 
     name: str
     unit: str
@@ -102,12 +71,7 @@ class Slider:
 @final
 @dataclass(frozen=True)
 class Note:
-    """A finding beside the picture.
-
-    Args:
-        finding: what is found, and how to mend it.
-        bodies: numbers of the bodies that it is about.
-    """
+    """A finding beside the picture."""
 
     finding: Finding
     bodies: tuple[int, ...]
@@ -123,15 +87,7 @@ class Note:
 @final
 @dataclass(frozen=True)
 class Inspection:
-    """A description at rest, as the page shows it.
-
-    Args:
-        links: where each body's mass is, in the order of the scene's bodies.
-        paths: how each body stands in another, parents first.
-        sliders: what can be set.
-        notes: what is wrong with it.
-        closed: whether loops or the like tie it, which sliders do not obey.
-    """
+    """A description at rest, as the page shows it."""
 
     links: tuple[Link, ...]
     paths: tuple[Path, ...]

@@ -16,57 +16,32 @@ from mecanique.viewing.scene.inspection import Inspection
 @final
 @dataclass(frozen=True)
 class DerivationStep:
-    """A step of a derivation.
+    """A step of a derivation."""
 
-    Args:
-        heading: plain text; may be empty.
-        body: MathML, or plain text.
-        note: a sentence below it; may be empty.
-        final: whether it is the final result.
-        lead: a sentence above it; may be empty.
-    """
-
-    heading: str
+    heading: str  # plain text; may be empty
     body: str
-    note: str = ""
+    note: str = ""  # a sentence below it; may be empty
     final: bool = False
-    lead: str = ""
+    lead: str = ""  # a sentence above it; may be empty
 
 
 @final
 @dataclass(frozen=True)
 class Derivation:
-    """The derivation of the equations of motion by one method.
-
-    Args:
-        method: e.g. "Lagrange".
-        blocks: its steps, in order.
-        latex: the equations of motion in LaTeX, to be copied; empty if there are none.
-        listed: whether they are a list of named results, because a closed form is too long.
-    """
+    """The derivation of the equations of motion by one method."""
 
     method: str
     blocks: tuple[DerivationStep, ...]
-    latex: str = ""
+    latex: str = ""  # the equations of motion in LaTeX, to be copied; empty if there are none
     listed: bool = False
 
 
 @final
 @dataclass(frozen=True)
 class VerdictTable:
-    """The outcome of comparing the derivation with the reference.
+    """The outcome of comparing the derivation with the reference."""
 
-    Args:
-        agrees: whether all quantities agree; None if nothing was compared.
-        headline: one sentence.
-        columns: the heads of the table.
-        rows: its cells, as text.
-        notes: sentences below it: likely causes, versions, the seed.
-        own: what the program of the page itself differs by: quantities and numbers.
-        own_note: how it was compared.
-    """
-
-    agrees: bool | None = None
+    agrees: bool | None = None  # whether all quantities agree; None if nothing was compared
     headline: str = ""
     columns: tuple[str, ...] = ()
     rows: tuple[tuple[str, ...], ...] = ()
@@ -78,38 +53,21 @@ class VerdictTable:
 @final
 @dataclass(frozen=True)
 class Knob:
-    """A parameter, or an initial value.
-
-    Args:
-        name: unique among its kind.
-        symbol: MathML or plain text.
-        value: in units of `unit`.
-        unit: empty if it has none.
-        meaning: a few words.
-        low: least value a live view offers; equal to `high` if it cannot be changed.
-        high: greatest value.
-    """
+    """A parameter, or an initial value."""
 
     name: str
     symbol: str
     value: float
-    unit: str = ""
+    unit: str = ""  # empty if it has none
     meaning: str = ""
-    low: float = 0.0
+    low: float = 0.0  # least value a live view offers; equal to `high` if it cannot be changed
     high: float = 0.0
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class LedgerRow:
-    """A force's virtual work, coordinate by coordinate, over time.
-
-    Args:
-        name: the force.
-        kind: as in `Arrow.kind`.
-        displacement: the virtual displacement it works along: MathML or plain text.
-        values: shape (n, nc), its contribution to the generalized force of each coordinate.
-    """
+    """A force's virtual work, coordinate by coordinate, over time."""
 
     name: str
     kind: str
@@ -120,13 +78,7 @@ class LedgerRow:
 @final
 @dataclass(frozen=True, eq=False)
 class WorkLedger:
-    """The principle of virtual work, row by row; each column sums to zero.
-
-    Args:
-        coordinates: nc symbols, MathML or plain text.
-        units: nc units of the generalized forces.
-        rows: the forces, d'Alembert's included.
-    """
+    """The principle of virtual work, row by row; each column sums to zero."""
 
     coordinates: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
@@ -136,31 +88,12 @@ class WorkLedger:
 @final
 @dataclass(frozen=True, eq=False)
 class SceneText:
-    """The texts of a page.
-
-    Args:
-        subtitle: one line below the title: what the system is.
-        about: what the system is, in sentences; empty if nothing is known.
-        source: author, work, page; empty if there is none.
-        figure: the system as a line figure, SVG text; empty if there is none.
-        symbols: each symbol of the equations, MathML, and what it means.
-        derivations: method by method.
-        verdict: what the comparison found.
-        parameters: with their values and units.
-        initial: initial values, with sliders in a live view.
-        freedom: sentences on the count of degrees of freedom.
-        ledger: the virtual work of each force.
-        urdf: the mechanism as URDF text.
-        file_name: stem of the files that can be saved from the page.
-        undetermined: sentences on the forces that are not determined, and why.
-        method: how the motion was computed.
-        recorded: why the page shows a recorded motion and cannot compute another; empty if it can.
-    """
+    """The texts of a page."""
 
     subtitle: str = ""
-    about: str = ""
-    source: str = ""
-    figure: str = ""
+    about: str = ""  # what the system is, in sentences; empty if nothing is known
+    source: str = ""  # author, work, page; empty if there is none
+    figure: str = ""  # the system as a line figure, SVG text; empty if there is none
     symbols: tuple[tuple[str, str], ...] = ()
     derivations: tuple[Derivation, ...] = ()
     verdict: VerdictTable = field(default_factory=VerdictTable)
@@ -178,110 +111,61 @@ class SceneText:
 @final
 @dataclass(frozen=True)
 class Resized:
-    """A shape whose size or place follows the parameters.
-
-    Args:
-        body: number of the body.
-        shape: number of the shape among those of the body that are no meshes.
-        size: what it is drawn with: edges, radius and length, or radius [m].
-    """
+    """A shape whose size or place follows the parameters."""
 
     body: int
-    shape: int
-    size: tuple[float, ...]
+    shape: int  # number of the shape among those of the body that are no meshes
+    size: tuple[float, ...]  # what it is drawn with: edges, radius and length, or radius [m]
 
 
 @final
 @dataclass(frozen=True)
 class Bound:
-    """What ends a motion or sends it back: a number that passes zero.
-
-    Args:
-        words: where that is, e.g. "where x comes to its limit h".
-        direction: +1 for rising through zero, −1 for falling, 0 for both.
-        must: what a start beyond it violates; "" if a motion may start there.
-        restitution: of an impact there, after which the motion continues; None if it ends.
-    """
+    """What ends a motion or sends it back: a number that passes zero."""
 
     words: str
     direction: int
-    must: str = ""
+    must: str = ""  # what a start beyond it violates; "" if a motion may start there
     restitution: float | None = None
 
 
 @final
 @dataclass(frozen=True)
 class Condition:
-    """What numbers that depend on the parameters must be, see `mechanism.rules.Rule`.
-
-    Args:
-        kind: of numbers that are finite, of a gap that is their last, or of a mass and an inertia.
-        where: what they belong to.
-        words: the fault if they are not so, with a {} for each number; two of an inertia.
-        count: how many numbers there are.
-        strict: whether a gap must be above 0.
-        follows: whether it means something only if the condition before it is kept.
-    """
+    """What numbers that depend on the parameters must be, see `mechanism.rules.Rule`."""
 
     kind: Literal["finite", "gap", "inertia"]
     where: str
     words: tuple[str, ...]
     count: int
     strict: bool = False
-    follows: bool = False
+    follows: bool = False  # whether it means something only if the condition before it is kept
 
 
 @final
 @dataclass(frozen=True)
 class PageProgram:
-    """A mechanism's program in JavaScript, and the start of its motion.
+    """A mechanism's program in JavaScript, and the start of its motion."""
 
-    The program is the text of functions (t, y, p, out): `rates` of the state and of the work done;
-    `row`, every number of the scene in the order of its table, with the nine entries of a rotation
-    in place of a quaternion; `shapes`, sizes and places of what follows the parameters; with loops
-    `closure`, what they miss, its rate and the rows of its Jacobian; with bounds `bounds`, the
-    number that passes zero and how near counts as reached, for each, and `gradients`, for each
-    impact, its slopes over time and coordinates; with conditions
-    `rules`, the numbers of each; where contacts or cords may cease to hold
-    `margins`, three forces a, b, c for each: what it has left is a − √(b² + c²).
-
-    Args:
-        script: the text of the functions.
-        coordinates: names, in order.
-        velocities: names, in order.
-        parameters: names, in the order of p.
-        values: of the parameters.
-        start: shape (nq + nv,), the state at the start.
-        first: time at the start [s].
-        duration: length of the motion [s].
-        rtol: relative tolerance of a step.
-        quaternions: where the quaternions stand in the state.
-        loops: number of equations that close loops, hold contacts and restrain velocities.
-        restrained: which of them restrain velocities alone.
-        unknown: columns of the scene's table that the program does not know.
-        resized: shapes that follow the parameters.
-        bounds: what ends a motion or sends it back.
-        conditions: what the numbers of a sound mechanism keep to.
-        holding: what would happen where each of the margins passes zero, e.g. "rim would pull".
-        endless: whether the motion continues beyond its end.
-        python: text of the Python that makes the mechanism, e.g. 'mq.textbook.load("crane")'.
-        options: further arguments of `simulate`, e.g. 'limits="stop"'.
-    """
+    # functions (t, y, p, out): rates (of the state, and the work done), row (every number of the
+    # scene, a rotation's nine entries for a quaternion), shapes; with loops closure (gap, its rate,
+    # Jacobian); with bounds bounds and gradients; with conditions rules; with contacts or cords
+    # margins (a, b, c of each, which has a − √(b² + c²) left)
 
     script: str
     coordinates: tuple[str, ...]
     velocities: tuple[str, ...]
     parameters: tuple[str, ...]
     values: tuple[float, ...]
-    start: tuple[float, ...]
-    first: float
-    duration: float
+    start: tuple[float, ...]  # shape (nq + nv,), the state at the start
+    first: float  # time at the start [s]
+    duration: float  # length of the motion [s]
     rtol: float
     quaternions: tuple[int, ...] = ()
     loops: int = 0
     restrained: tuple[int, ...] = ()
-    unknown: tuple[int, ...] = ()
-    resized: tuple[Resized, ...] = ()
+    unknown: tuple[int, ...] = ()  # columns of the scene's table that the program does not know
+    resized: tuple[Resized, ...] = ()  # shapes that follow the parameters
     bounds: tuple[Bound, ...] = ()
     conditions: tuple[Condition, ...] = ()
     holding: tuple[str, ...] = ()
@@ -308,22 +192,12 @@ def _nowhere() -> Floats:
 @final
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A solid at its place in a body.
-
-    Args:
-        kind: "box", "cylinder", "sphere" or "mesh".
-        size: box: edges along x, y, z [m]; cylinder: radius and length along z [m]; sphere: radius
-            [m]; mesh: factors along x, y, z.
-        pose: shape (4, 4), the shape's frame, at its center, in the body's frame.
-        rgba: color and opacity, each from 0 to 1; a mesh keeps its own colors if this is None or if
-            it has several.
-        path: the file of a mesh: STL, OBJ or DAE.
-    """
+    """A solid at its place in a body."""
 
     kind: ShapeKind
     size: tuple[float, ...]
-    pose: Floats = field(default_factory=_nowhere)
-    rgba: Rgba | None = GREY
+    pose: Floats = field(default_factory=_nowhere)  # shape (4, 4), in the body's frame
+    rgba: Rgba | None = GREY  # None keeps the colors of a mesh
     path: Path | None = None
 
     def __post_init__(self) -> None:
@@ -346,12 +220,7 @@ class Shape:
 @final
 @dataclass(frozen=True, eq=False)
 class SceneBody:
-    """A body and how it looks.
-
-    Args:
-        name: unique in the scene.
-        shapes: what is drawn, in the body's frame.
-    """
+    """A body and how it looks."""
 
     name: str
     shapes: tuple[Shape, ...] = ()
@@ -360,68 +229,39 @@ class SceneBody:
 @final
 @dataclass(frozen=True, eq=False)
 class Arrow:
-    """A force or a moment over time, in world axes.
-
-    Args:
-        name: its label; unique in the scene.
-        kind: "weight", "spring", "damper", "load", "reaction", or "inertia" for d'Alembert's −m a
-            (N) and −(I α + ω × I ω) about the center of mass (N·m).
-        body: the body it acts on.
-        origin: shape (n, 3), point of application [m].
-        vector: shape (n, 3), in units of `unit`.
-        unit: "N" for a force, "N·m" for a moment.
-    """
+    """A force or a moment over time, in world axes."""
 
     name: str
     kind: ArrowKind
     body: str
-    origin: Floats
-    vector: Floats
+    origin: Floats  # shape (n, 3), point of application [m]
+    vector: Floats  # shape (n, 3), in units of `unit`
     unit: ArrowUnit = "N"
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Line:
-    """Something drawn between two moving points: a spring, a damper, a massless rod.
-
-    Args:
-        name: unique in the scene.
-        kind: "spring" draws a coil, "damper" a dashpot, "rod" a thin cylinder.
-        points: shape (n, 2, 3), both ends over time [m].
-    """
+    """Something drawn between two moving points: a spring, a damper, a massless rod."""
 
     name: str
     kind: LineKind
-    points: Floats
+    points: Floats  # shape (n, 2, 3), both ends over time [m]
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """The path that a point traces.
-
-    Args:
-        name: unique in the scene.
-        points: shape (n, 3) [m].
-    """
+    """The path that a point traces."""
 
     name: str
-    points: Floats
+    points: Floats  # shape (n, 3) [m]
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class JointMark:
-    """A joint, marked where it sits in its child body.
-
-    Args:
-        name: unique in the scene.
-        kind: "revolute", "prismatic", "spherical", "fixed" or another word; it chooses the mark.
-        body: the child body.
-        point: shape (3,), the joint's origin in the child's frame [m].
-        axis: shape (3,), its axis in the child's frame; zero if it has none.
-    """
+    """A joint, marked where it sits in its child body."""
 
     name: str
     kind: str
@@ -433,21 +273,12 @@ class JointMark:
 @final
 @dataclass(frozen=True, eq=False)
 class Plot:
-    """A quantity over time, to be plotted.
-
-    Args:
-        name: unique in the scene.
-        label: how it is written: plain text or MathML.
-        unit: e.g. "rad/s"; empty if it has none.
-        values: shape (n,).
-        group: the heading it is listed under, e.g. "Coordinates".
-        shown: whether it is plotted when the page opens.
-    """
+    """A quantity over time, to be plotted."""
 
     name: str
     label: str
-    unit: str
-    values: Floats
+    unit: str  # e.g. "rad/s"; empty if it has none
+    values: Floats  # shape (n,)
     group: str = ""
     shown: bool = False
 
@@ -455,72 +286,36 @@ class Plot:
 @final
 @dataclass(frozen=True)
 class Break:
-    """Where a contact or a cord ceases to hold: what moves on from there is no real mechanism.
-
-    Args:
-        name: what would happen, e.g. "rim would pull".
-        t: when [s].
-    """
+    """Where a contact or a cord ceases to hold: what moves on from there is no real mechanism."""
 
     name: str
-    t: float
+    t: float  # when [s]
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class SceneFrame:
-    """A scene at one instant.
+    """A scene at one instant."""
 
-    Args:
-        t: time [s].
-        positions: shape (nb, 3), the bodies' origins [m].
-        quaternions: shape (nb, 4), x, y, z, w.
-        arrows: shape (na, 2, 3), origin and vector of each arrow.
-        lines: shape (nl, 2, 3).
-        traces: shape (nt, 3).
-        series: shape (ns,), the scene's series, then the ledger's entries row by row.
-    """
-
-    t: float
-    positions: Floats
-    quaternions: Floats
-    arrows: Floats
-    lines: Floats
-    traces: Floats
-    series: Floats
+    t: float  # time [s]
+    positions: Floats  # shape (nb, 3), the bodies' origins [m]
+    quaternions: Floats  # shape (nb, 4), x, y, z, w
+    arrows: Floats  # shape (na, 2, 3), origin and vector of each arrow
+    lines: Floats  # shape (nl, 2, 3)
+    traces: Floats  # shape (nt, 3)
+    series: Floats  # shape (ns,), the scene's series, then the ledger's entries row by row
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A motion ready to be shown.
-
-    Args:
-        title: the page's title.
-        t: shape (n,), increasing [s]; n = 1 is a still.
-        bodies: nb bodies; the ground may be one of them.
-        positions: shape (n, nb, 3), the bodies' origins in the world [m].
-        quaternions: shape (n, nb, 4), x, y, z, w.
-        arrows: forces and moments.
-        lines: springs, dampers, massless rods.
-        traces: paths of points.
-        joints: marks at the joints.
-        series: quantities to plot.
-        document: the texts around the picture.
-        planar: whether the motion stays in planes parallel to x–z; such scenes are viewed from −y.
-        ground: height of the ground [m]; None puts it below everything.
-        bounds: shape (2, 3), the corners of the box the camera frames [m]; None frames the whole
-            motion.
-        engine: computes the motion in the page; None if the page shows this one alone.
-        inspection: a description at rest to be looked into, in place of a motion.
-        breaks: where contacts and cords cease to hold, in order of time.
-    """
+    """A motion ready to be shown."""
 
     title: str
-    t: Floats
+    t: Floats  # shape (n,), increasing [s]; n = 1 is a still
     bodies: tuple[SceneBody, ...]
-    positions: Floats
-    quaternions: Floats
+    positions: Floats  # shape (n, nb, 3), the bodies' origins in the world [m]
+    quaternions: Floats  # shape (n, nb, 4), x, y, z, w
     arrows: tuple[Arrow, ...] = ()
     lines: tuple[Line, ...] = ()
     traces: tuple[Trace, ...] = ()
@@ -528,7 +323,7 @@ class Scene:
     series: tuple[Plot, ...] = ()
     document: SceneText = field(default_factory=SceneText)
     planar: bool = False
-    ground: float | None = None
+    ground: float | None = None  # height of the ground [m]; None puts it below everything
     bounds: Floats | None = None
     engine: PageProgram | None = None
     inspection: Inspection | None = None

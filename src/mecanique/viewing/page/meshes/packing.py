@@ -32,33 +32,18 @@ third; or the triangle's edge is written out."""
 @final
 @dataclass(frozen=True)
 class PackedSurface:
-    """A surface for the page.
-
-    Args:
-        points: how many.
-        triangles: how many.
-        step: the grid's [file's units].
-        low: origin of the grid.
-        rgba: color and opacity; None if the file gives none.
-        body: variable-length integers: each triangle's way in, the edges that are written out, the
-            third corners, then the points, axis by axis.
-    """
+    """A surface for the page."""
 
     points: int
     triangles: int
-    step: float
+    step: float  # the grid's [file's units]
     low: tuple[float, float, float]
-    rgba: Rgba | None
+    rgba: Rgba | None  # color and opacity; None if the file gives none
     body: bytes
 
 
 def pack_surfaces(surfaces: Sequence[Surface], *, quick: bool = False) -> tuple[PackedSurface, ...]:
-    """Pack the surfaces of one file on one grid, so that they still fit together.
-
-    Args:
-        surfaces: with at least one triangle each.
-        quick: whether triangles stay in the order of the file, which takes more bytes.
-    """
+    """Pack the surfaces of one file on one grid, so that they still fit together."""
     if not surfaces:
         return ()
     low = np.min([surface.corners.min(axis=(0, 1)) for surface in surfaces], axis=0)

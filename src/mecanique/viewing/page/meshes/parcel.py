@@ -18,15 +18,7 @@ from mecanique.viewing.scene.scene import GREY, SceneBody, Shape
 def mesh_parcel(
     bodies: Sequence[SceneBody], *, quick: bool = False
 ) -> tuple[dict[str, Any], bytes]:
-    """Return the meshes of a scene's bodies as plain data for the page's header, and as bytes.
-
-    Args:
-        bodies: whose shapes are drawn; all but meshes are skipped.
-        quick: whether to take less time and more bytes, for a page that is not kept.
-
-    Raises:
-        InputError: if a mesh file is missing, broken or of an unknown format.
-    """
+    """Return the meshes of a scene's bodies as plain data for the page's header, and as bytes."""
     places: dict[Path, range] = {}
     surfaces: list[PackedSurface] = []
     drawn = []
