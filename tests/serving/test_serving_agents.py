@@ -17,7 +17,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.checking.budget import SECONDS
-from mecanique.serving import tools
+from mecanique.serving import agents as tools
 from mecanique.serving.agents import make_server
 
 sys.path.insert(0, str(Path(__file__).parent))

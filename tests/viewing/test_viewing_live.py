@@ -32,8 +32,7 @@ from viewing_scenes import about_y, instants, pendulum, swarm, swing
 from viewing_watcher import Watcher
 
 from mecanique.errors import InputError
-from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.live.server import read
+from mecanique.viewing.live.live import LiveView, read
 from mecanique.viewing.scene.scene import SceneFrame
 
 T = TypeVar("T")

@@ -20,8 +20,7 @@ from mecanique.motion import simulate
 from mecanique.urdf import read_urdf
 from mecanique.urdf.meshes import Surface, fan, read_mesh
 from mecanique.urdf.robots import robot
-from mecanique.viewing.page.meshes.packing import STEPS, PackedSurface, pack_surfaces
-from mecanique.viewing.page.meshes.parcel import mesh_parcel
+from mecanique.viewing.page.surfaces import STEPS, PackedSurface, mesh_parcel, pack_surfaces
 from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.scene import SceneBody, Shape
 

@@ -29,7 +29,7 @@ from mecanique.verification import compare as sources
 from mecanique.viewing.live import stretches
 from mecanique.viewing.live.checking import Checking
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.live.moving import LiveMotion, Recorded
+from mecanique.viewing.live.view import LiveMotion, Recorded
 
 IN_HOUSE = sources.derive_all
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.figure.mechanism import figure
+from mecanique.figure.paper.files import svg
 from mecanique.figure.paper.marks import Mark
-from mecanique.figure.paper.svg import svg
 from mecanique.figure.setting import HEIGHT, WIDTH, Setting, posture, setting
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
@@ -129,7 +129,7 @@ def picture(
     if form == ".svg":
         content = svg(marks, title).encode()
     else:
-        from mecanique.figure.paper.raster import raster
+        from mecanique.figure.paper.files import raster
 
         content = raster(marks, form[1:])
     target = Path(path)

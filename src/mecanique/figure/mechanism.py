@@ -3,25 +3,335 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mecanique.figure.connections import connections
+from mecanique.figure.camera import Floats
 from mecanique.figure.coordinates import coordinates
-from mecanique.figure.loads import given_motions, loads
 from mecanique.figure.measures import lengths, masses, slopes
-from mecanique.figure.paper.arrows import arrow
+from mecanique.figure.paper.arrows import arc, arrow
 from mecanique.figure.paper.lettering import clear_letters
-from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, bounds, label, unit
-from mecanique.figure.paper.symbols import pin
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, bounds, label, unit
+from mecanique.figure.paper.symbols import dashpot, hatch, pin, spiral, spring
 from mecanique.figure.setting import Setting, is_zero
-from mecanique.figure.solids import Solid, outline
-from mecanique.figure.supports import nuts, supports
+from mecanique.figure.solids import Solid, outline, unit3
+from mecanique.figure.supports import nuts, stands_on_columns, supports, wall
 from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.force_base import LineLoad, loads_in
+from mecanique.model.expression import Scalar, plain, symbols_in
+from mecanique.model.force_base import BodyLoad, End, JointLoad, LineLoad, WrenchOnBody, loads_in
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
+from mecanique.motion.analysis.forces import Actions
+
+_NEARLY = 0.8
+"""Cosine of the angle to the level or the vertical up to which a wall is not tilted."""
+
+
+def connections(setting: Setting) -> Iterator[Mark]:
+    """Yield every spring and damper with its symbol."""
+    pairs: dict[tuple[End, End], list[LineLoad]] = {}
+    inside: dict[str, list[JointLoad]] = {}
+    for force in setting.mechanism.forces:
+        if isinstance(force, LineLoad):
+            pairs.setdefault(force.ends, []).append(force)
+        elif isinstance(force, JointLoad) and force.kind != "load":
+            inside.setdefault(force.joint, []).append(force)
+    for links in pairs.values():
+        yield from _between(setting, links)
+    for name, loads in inside.items():
+        joint = setting.mechanism.joint(name)
+        if isinstance(joint, Prismatic):
+            yield from _in_slide(setting, joint, loads)
+        elif isinstance(joint, Revolute):
+            yield from _in_hinge(setting, joint, loads)
+
+
+def _between(setting: Setting, links: Sequence[LineLoad]) -> Iterator[Mark]:
+    first, camera = links[0], setting.camera
+    a, b = (camera.at(setting.point(end.body, end.point)) for end in first.ends)
+    along = unit(b - a)
+    ground = [end.body == setting.mechanism.ground for end in first.ends]
+    # a spring ends at the surface of the body it holds
+    a = _surface(setting, first.body_a, a, along)
+    b = _surface(setting, first.body_b, b, -along)
+    if ground[0]:
+        yield from wall(a, _level(along))
+    if ground[1]:
+        yield from wall(b, _level(-along))
+    yield from _bundle(setting, a, b, links)
+
+
+def _level(outward: Point) -> Point:
+    """The way out of a wall: level or upright, unless the spring is far from either."""
+    nearest = np.where(np.abs(outward) == np.abs(outward).max(), np.sign(outward), 0.0)
+    return nearest if float(nearest @ outward) > _NEARLY else outward
+
+
+def _surface(setting: Setting, body: str, at: Point, outward: Point) -> Point:
+    boxes = [s for s in setting.solids if s.body == body and s.kind in ("box", "ball", "cylinder")]
+    for box in boxes:
+        paper = setting.camera.at(box.corners)
+        inside = (
+            np.ptp(paper, axis=0) / 2 + 1
+            >= np.abs(at - (paper.max(axis=0) + paper.min(axis=0)) / 2)
+        ).all()
+        if inside:
+            edge = float((paper @ outward).max()) - float(at @ outward)
+            return at + max(edge, 0.0) * outward
+    return at
+
+
+def _bundle(
+    setting: Setting, a: Point, b: Point, links: Sequence[LineLoad | JointLoad]
+) -> Iterator[Mark]:
+    """Springs and dampers side by side."""
+    side = across(unit(b - a))
+    side = -side if side[1] > 1e-9 else side
+    for k, link in enumerate(links):
+        shift = (k - (len(links) - 1) / 2) * -20.0 * side
+        yield from (spring if link.kind == "spring" else dashpot)(a + shift, b + shift)
+        name = setting.name(link.coefficient)
+        if name:
+            outward = side if k == 0 else -side
+            yield label((a + b) / 2 + shift, name, outward, 10.0)
+
+
+def _in_slide(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) -> Iterator[Mark]:
+    camera = setting.camera
+    a, b = camera.at(setting.seat(joint)), camera.at(setting.point(joint.child))
+    along = unit(camera.at(setting.axis(joint)))
+    solids = {solid.body: solid for solid in setting.solids}
+    if joint.child in solids and stands_on_columns(setting, joint):
+        yield from _columns(setting, joint, loads)
+        return
+    if joint.child not in solids:
+        return
+    if setting.has_teeth(joint.child):
+        # beside the teeth, not among them
+        middle = setting.paper(joint.child).mean(axis=0) - b
+        shift = middle - (middle @ along) * along
+        a, b = a + shift, b + shift
+    if float((b - a) @ along) > 46:
+        yield from _bundle(setting, a, _surface(setting, joint.child, b, -along), loads)
+        return
+    tip = _surface(setting, joint.child, b, -along)
+    foot = tip - 74.0 * along
+    if joint.parent in solids:
+        foot = a + (setting.reach(joint.parent, along) - float(a @ along)) * along
+    else:
+        yield from wall(foot, along)
+    yield from _bundle(setting, foot, tip, loads)
+
+
+def _columns(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) -> Iterator[Mark]:
+    """Two elastic columns that carry a floor above another floor or above the ground."""
+    camera = setting.camera
+    high = camera.at(setting.point(joint.child))
+    parent = camera.at(setting.point(joint.parent))
+    along = unit(camera.at(setting.axis(joint)))
+    up = -np.array([0.0, 1.0])
+    half = setting.reach(joint.child, along) - float(high @ along) - 8
+    bottom, top = parent, _surface(setting, joint.child, high, -up)
+    if joint.parent != setting.mechanism.ground:
+        bottom = _surface(setting, joint.parent, parent, up)
+    else:
+        yield from hatch(bottom - (half + 26) * along, bottom + (half + 26) * along)
+    bend = np.linspace(0.0, 1.0, 25)
+    smooth = bend * bend * (3 - 2 * bend)
+    for sign in (-1, 1):
+        foot, head = bottom + sign * half * along, top + sign * half * along
+        straight, drift = (head - foot) @ up * up, (head - foot) - (head - foot) @ up * up
+        yield Stroke(foot + bend[:, None] * straight + smooth[:, None] * drift, "spring")
+    names: dict[str, str] = {}  # of the first spring and the first damper that has one
+    for load in loads:
+        if name := setting.name(load.coefficient):
+            names.setdefault(load.kind, name)
+    if "spring" in names:
+        yield label((bottom + top) / 2 + half * along, names["spring"], along, 8.0)
+    if "damper" in names:
+        a, b = bottom - 0.5 * half * along, top + 0.3 * half * along
+        yield from dashpot(a, b)
+        yield label((a + b) / 2, names["damper"], along, 10.0)
+
+
+def _in_hinge(setting: Setting, joint: Revolute, loads: Sequence[JointLoad]) -> Iterator[Mark]:
+    at = setting.camera.at(setting.point(joint.child))
+    for load in loads:
+        sprung = load.kind == "spring"
+        name = setting.name(load.coefficient)
+        if sprung:
+            yield from spiral(at, 0.0)
+        if name:
+            side = setting.clear_side(at)
+            yield label(
+                at,
+                name,
+                side if sprung else np.array([side[0], -side[1]]),
+                20.0 if sprung else 14.0,
+            )
+
+
+ARROW = 42.0
+"""Length of an arrow [pt]."""
+
+LONG_NAME = 3
+"""A longer name stands beside an arrow rather than at its tip [characters]."""
+
+BEND, START, SWEEP = 20.0, 0.3, 1.35 * math.pi
+"""Radius of a bent arrow [pt], its first angle and its extent [rad]."""
+
+
+def loads(setting: Setting) -> Iterator[Mark]:
+    """Yield forces, torques and drives as arrows with their symbols."""
+    mechanism, camera = setting.mechanism, setting.camera
+    acting = Actions(mechanism, setting.reference).applied(
+        np.array([setting.t]), setting.q[None], setting.v[None]
+    )
+    now = {
+        action.name: action.force[0]
+        for action in acting
+        if action.kind == "load" and np.abs(action.force).max() > 0
+    }
+    for force in mechanism.forces:
+        if isinstance(force, BodyLoad):
+            wrench = force.wrench
+            if wrench.force is not None:
+                yield from _push(setting, force.name, wrench, now.get(force.name))
+            if wrench.torque is not None:
+                at = camera.at(setting.point(wrench.body))
+                yield from _bend(at, 1.0, force.name, setting.clear_side(at))
+        elif isinstance(force, JointLoad) and force.kind == "load":
+            yield from _drive(setting, force)
+
+
+def _push(setting: Setting, force: str, wrench: WrenchOnBody, now: Floats | None) -> Iterator[Mark]:
+    """A force on a body, as it is at this instant if it has no symbol of its own."""
+    given = wrench.force or ()
+    present = np.array([0.0 if is_zero(c) else 1.0 for c in given])
+    turn = np.eye(3)
+    if wrench.axes != "world":
+        turn = setting.poses[setting.index(wrench.axes), :3, :3]
+    name = next((setting.name(c) for c in given if not is_zero(c)), "")
+    if not name:
+        name, present = force, present if now is None else now @ turn
+    elif name.startswith("-"):
+        name, present = name[1:], -present
+    along = setting.camera.at(turn @ present)
+    if math.hypot(*along) < 1e-9:
+        return
+    along = unit(along)
+    at = setting.camera.at(setting.point(wrench.body, wrench.point))
+    tail = _beyond(setting, wrench.body, at, along)
+    tip = tail + ARROW * along
+    yield from arrow(tail, tip, "force")
+    if len(name) > LONG_NAME and abs(along[0]) < 0.95:
+        side = np.array([-abs(along[1]), -abs(along[0])])
+        yield label((tail + tip) / 2, name, side, 7.0, "force-letter")
+    else:
+        yield label(tip, name, along, 5.0, "force-letter")
+
+
+def _beyond(setting: Setting, body: str, at: Point, along: Point) -> Point:
+    """The tail of an arrow that points away from a body at a place on paper: just outside it."""
+    inside = max(setting.reach(body, along) - float(at @ along), 0.0)
+    return at + (inside + 3.0) * along
+
+
+def _drive(setting: Setting, force: JointLoad) -> Iterator[Mark]:
+    """A drive in a hinge or a slide, acting on the child."""
+    joint, camera = setting.mechanism.joint(force.joint), setting.camera
+    at = camera.at(setting.point(joint.child))
+    name = (setting.name(force.coefficient) or force.name).lstrip("-")
+    if isinstance(joint, Prismatic):
+        along = unit(camera.at(setting.axis(joint)))
+        tail = _beyond(setting, joint.child, at, along)
+        yield from arrow(tail, tail + ARROW * along, "force")
+        yield label(tail + ARROW * along, name, along, 5.0, "force-letter")
+    elif isinstance(joint, Revolute):
+        toward = float(setting.axis(joint) @ camera.toward)
+        yield from _bend(at, toward, name, setting.clear_side(at))
+
+
+def _bend(at: Point, toward: float, name: str, side: Point) -> Iterator[Mark]:
+    """A bent arrow: counterclockwise on paper if its axis points towards the eye."""
+    way, start = (1.0, START) if toward >= 0 else (-1.0, math.pi - START)
+    angles = start - way * np.linspace(0.0, SWEEP, 40)
+    points = at + BEND * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    yield from arc(points, "force")
+    yield label(at, name, side, BEND + 3.0, "force-letter")
+
+
+_LENGTH, _GAP = 34.0, 16.0
+"""Length of the arrow, and its distance from the body that it moves [pt]."""
+
+_RADIUS, _TURN = 22.0, np.linspace(-0.4, 1.6, 33)
+"""Radius of an arc about the axis [pt], and the angles that it spans."""
+
+_FACING = 0.2
+"""Sine of the angle to the view below which an arrow would be seen from its end."""
+
+
+def given_motions(setting: Setting) -> Iterator[Mark]:
+    """Yield an arrow for each slide and each hinge that moves as time prescribes."""
+    mechanism, driven = setting.mechanism, setting.mechanism.coordinates.driven
+    for joint in mechanism.joints:
+        if not isinstance(joint, (Prismatic, Revolute)):
+            continue
+        law = driven.get(joint.coordinate, 0.0)
+        names = symbols_in(law)
+        if "t" not in names or names & set(mechanism.coordinates):
+            continue
+        words = f"{joint.coordinate} = {_write(law)}"
+        if isinstance(joint, Prismatic):
+            yield from _slide(setting, joint, words)
+        else:
+            yield from _turn(setting, joint, words)
+
+
+def _slide(setting: Setting, joint: Prismatic, words: str) -> Iterator[Mark]:
+    """An arrow beside the body that slides."""
+    camera = setting.camera
+    step = camera.at(setting.axis(joint)) / camera.scale
+    if math.hypot(*step) < _FACING:
+        return
+    along = unit(step)
+    middle = (camera.at(setting.seat(joint)) + camera.at(setting.point(joint.child))) / 2
+    side = across(along)
+    side = -side if side[0] > 0 or (abs(side[0]) < 1e-9 and side[1] > 0) else side
+    shift = max(setting.reach(joint.child, side) - float(middle @ side), 0.0) + _GAP
+    tail = middle + shift * side - _LENGTH / 2 * along
+    yield from arrow(tail, tail + _LENGTH * along, "coordinate")
+    yield label(tail + _LENGTH / 2 * along, words, side, 7.0, "coordinate-letter")
+
+
+def _turn(setting: Setting, joint: Revolute, words: str) -> Iterator[Mark]:
+    """An arc about the axis of the body that turns, beyond the body unless seen along the axis."""
+    camera, axis = setting.camera, unit3(setting.axis(joint))
+    step = camera.at(axis) / camera.scale
+    at, facing = camera.at(setting.seat(joint)), math.hypot(*step) < _FACING
+    if not facing:
+        up = unit(step)
+        above = setting.reach(joint.child, up) - float(at @ up)
+        if above > 0:
+            at = at + (above + _GAP) * up
+    # seen along the axis, the arc begins where the body points
+    ahead = setting.poses[setting.index(joint.child), :3, 0]
+    first = unit3(np.cross(ahead, axis) if facing else np.cross(axis, camera.toward))
+    second: Floats = np.cross(axis, first)
+    ways = np.cos(_TURN)[:, None] * first + np.sin(_TURN)[:, None] * second
+    points = at + camera.at(ways * _RADIUS / camera.scale)
+    yield from arc(points, "coordinate")
+    half = points[len(points) // 2]
+    yield label(half, words, half - at, 5.0, "coordinate-letter")
+
+
+def _write(law: Scalar) -> str:
+    """A law as it is printed: factors without signs between them, time last."""
+    text = str(plain(law)).replace("**", "^").replace("*", " ")
+    return re.sub(r"\bt ((?:\w+ )*\w+)", r"\1 t", text)
+
 
 MOST_LABELS = 14
 """A figure of more bodies than this is drawn without letters."""

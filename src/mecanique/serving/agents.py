@@ -4,14 +4,233 @@ from __future__ import annotations
 
 import functools
 import inspect
+import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Literal
 
+from mecanique.checking.check import check as check_formula
+from mecanique.derivation import derive as derive_equations
 from mecanique.errors import InputError, MecaniqueError
-from mecanique.serving.tools import TOOLS
+from mecanique.model.mechanism_units import units
+from mecanique.motion import simulate as simulate_motion
+from mecanique.teaching import make_exercise
+from mecanique.textbook.catalogue import entry, load, names
+from mecanique.urdf import read_urdf
+from mecanique.urdf.lint import lint
+from mecanique.verification import verify
 
 if TYPE_CHECKING:
     from mcp.server import MCPServer
+
+
+_LONGEST_URDF = 500_000
+_MOST_BODIES = 60
+_LONGEST_MOTION = 60.0
+_MOST_INSTANTS = 500
+_MOST_SAMPLES = 100
+_MOST_SECONDS = 20.0
+_WIDEST = 60_000
+"""Longest text that is answered, in characters."""
+
+
+def list_systems(tag: str = "") -> list[dict[str, Any]]:
+    """List the textbook systems: name, title and tags.
+
+    Args:
+        tag: only systems with this tag, e.g. "pendulum"; all by default.
+    """
+    rows = []
+    for name in names():
+        system = entry(name)
+        if not tag or tag in system.tags:
+            rows.append({"name": name, "title": system.title, "tags": list(system.tags)})
+    return rows
+
+
+def describe(system: str) -> dict[str, Any]:
+    """Describe a textbook system: its statement, coordinates, parameters and known facts.
+
+    Args:
+        system: its name, one of those that list_systems gives.
+    """
+    card = entry(system)
+    mechanism = card.mechanism()
+    return {
+        "name": system,
+        "title": card.title,
+        "statement": _statement(system),
+        "source": card.source,
+        "coordinates": {name: units(mechanism)[name] for name in mechanism.coordinates},
+        "velocities": list(mechanism.velocities),
+        "parameters": [
+            {"symbol": p.symbol, "value": p.value, "unit": p.unit, "meaning": p.meaning}
+            for p in card.parameters
+        ],
+        "inputs": [signal.symbol for signal in mechanism.inputs],
+        "facts": [fact.statement for fact in card.facts],
+    }
+
+
+def derive(
+    system: str,
+    method: str = "lagrange",
+    form: Literal["text", "latex"] = "text",
+    steps: bool = False,
+) -> str:
+    """Derive the equations of motion of a textbook system.
+
+    Args:
+        system: its name.
+        method: of derivation: lagrange, newton_euler or virtual_work.
+        form: text or LaTeX.
+        steps: whether to show how they came about.
+    """
+    equations = derive_equations(load(system), method)
+    text = equations.latex(steps) if form == "latex" else equations.text(steps)
+    if len(text) > _WIDEST:
+        raise InputError(f"the equations have {len(text):,} characters; ask without steps")
+    return text
+
+
+def check(
+    system: str,
+    formula: str,
+    ask: str = "equation of motion",
+    let: list[str] | None = None,
+    parameters: dict[str, float] | None = None,
+    seed: int = 0,
+) -> dict[str, Any]:
+    """Check whether a formula is right, and if not, say what is wrong with it.
+
+    Args:
+        system: name of a textbook system.
+        formula: equations in plain text or LaTeX, one per line; they are never executed.
+        ask: what it is meant to be: equation of motion, kinetic energy, potential energy,
+            Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency (also
+            "frequency at q = pi"), damped frequency, equilibrium, equilibrium of BODY (cut free,
+            in its reactions), equilibrium force, steady motion, reaction, state space,
+            Hamiltonian, Hamilton's equations or transfer function of x from F.
+        let: definitions of further letters, e.g. ["J = m l^2/3"].
+        parameters: values that differ from the catalogue's, in SI units.
+        seed: of the random states.
+    """
+    mechanism = load(system, **(parameters or {}))
+    return check_formula(mechanism, formula, ask, let or (), seed).to_dict()
+
+
+def exercise(system: str, ask: str = "equation of motion", seed: int = 0) -> dict[str, str]:
+    """Make an exercise about a textbook system, with its answer and verified solution.
+
+    Args:
+        system: its name.
+        ask: equation of motion, kinetic energy, potential energy, Lagrangian, mass matrix or
+            frequency.
+        seed: of the variant; the same seed gives the same numbers.
+    """
+    made = make_exercise(system, ask, seed)
+    return {"problem": made.problem, "answer": made.answer, "solution": made.solution}
+
+
+def verify_urdf(urdf: str, samples: int = 20) -> dict[str, Any]:
+    """Lint a URDF text, and compare its derived equations of motion with Pinocchio's.
+
+    Args:
+        urdf: the whole text; paths are not read.
+        samples: number of random states, at most 100.
+    """
+    if not urdf.lstrip().startswith("<"):
+        raise InputError("expected the text of a URDF file, which begins with <")
+    if len(urdf) > _LONGEST_URDF:
+        raise InputError(f"expected at most {_LONGEST_URDF:,} characters, got {len(urdf):,}")
+    _refuse_above("samples", samples, 1, _MOST_SAMPLES)
+    findings = [
+        {"code": finding.code, "severity": finding.severity, "text": str(finding)}
+        for finding in lint(urdf)
+    ]
+    if any(finding["code"].startswith("M0") for finding in findings):
+        return {"findings": findings, "verdict": None}
+    mechanism = read_urdf(urdf)
+    if len(mechanism.bodies) > _MOST_BODIES:
+        raise InputError(f"expected at most {_MOST_BODIES} bodies, got {len(mechanism.bodies)}")
+    stop = _stop_after(_MOST_SECONDS, "the comparison", "ask for fewer samples")
+    verdict = verify(mechanism, samples, progress=lambda _, done: stop(done))
+    return {"findings": findings, "verdict": verdict.to_dict()}
+
+
+def simulate(
+    system: str,
+    q: dict[str, float] | None = None,
+    v: dict[str, float] | None = None,
+    parameters: dict[str, float] | None = None,
+    duration: float = 10.0,
+    instants: int = 101,
+) -> dict[str, Any]:
+    """Simulate a textbook system; returns times, coordinates and velocities by name.
+
+    Args:
+        system: its name.
+        q: coordinates at the start, in rad or m; the catalogue's start by default.
+        v: velocities at the start, by coordinate; zero by default.
+        parameters: values that differ from the catalogue's, in SI units.
+        duration: at most 60 [s].
+        instants: number of times returned, at most 500.
+    """
+    if not 0 < duration <= _LONGEST_MOTION:
+        raise InputError(f"expected a duration up to {_LONGEST_MOTION:g} s, got {duration!r}")
+    _refuse_above("instants", instants, 2, _MOST_INSTANTS)
+    card = entry(system)
+    mechanism = load(system, **(parameters or {}))
+    start = card.start if q is None else q
+    velocities = v
+    if q is None and v is None:
+        velocities = {n.removesuffix("'"): value for n, value in card.start_velocity.items()}
+    motion = simulate_motion(
+        mechanism,
+        q=start,
+        v=velocities,
+        duration=duration,
+        samples=instants,
+        progress=_stop_after(_MOST_SECONDS, "the motion", "shorten it"),
+    )
+    return {
+        "t": motion.t.tolist(),
+        "q": {name: motion.q[:, k].tolist() for k, name in enumerate(mechanism.coordinates)},
+        "v": {name: motion.v[:, k].tolist() for k, name in enumerate(mechanism.velocities)},
+    }
+
+
+def _statement(system: str) -> str:
+    text = inspect.getdoc(import_module(f"mecanique.textbook.systems.{system}")) or ""
+    return text.partition("\n")[2].strip()
+
+
+def _refuse_above(name: str, value: int, least: int, most: int) -> None:
+    if not least <= value <= most:
+        raise InputError(f"expected {name} from {least} to {most}, got {value}")
+
+
+def _stop_after(seconds: float, what: str, remedy: str) -> Callable[[float], None]:
+    """Return a progress that stops work which takes too long."""
+    end = time.monotonic() + seconds
+
+    def stop(_: float) -> None:
+        if time.monotonic() > end:
+            raise InputError(f"{what} takes more than {seconds:g} s to compute; {remedy}")
+
+    return stop
+
+
+TOOLS: tuple[Callable[..., Any], ...] = (
+    list_systems,
+    describe,
+    derive,
+    check,
+    exercise,
+    verify_urdf,
+    simulate,
+)
+"""The tools of the server, each a function with its schema in its signature."""
 
 
 _INSTRUCTIONS = (

@@ -15,8 +15,8 @@ from importlib.resources import files
 from typing import Any, final
 
 from mecanique.viewing.page.keyframes import pack
-from mecanique.viewing.page.meshes.parcel import mesh_parcel
 from mecanique.viewing.page.panels import badge, panels, safe
+from mecanique.viewing.page.surfaces import mesh_parcel
 from mecanique.viewing.page.window import RecorderWindow, draw_bodies, solids_of, viewer_directory
 from mecanique.viewing.scene.inspection import Inspection
 from mecanique.viewing.scene.scene import Scene

@@ -1,4 +1,4 @@
-"""Surfaces in few bytes: corners on a fine grid, each point once, all as differences.
+"""The meshes of a scene for its page, in few bytes: corners on a fine grid, as differences.
 
 Every coordinate is rounded to 1/8192 of the mesh's longest edge, finer than any screen shows.
 Equal points become one. Triangles are put in an order in which neighbors follow one another, and
@@ -10,16 +10,19 @@ triangle before; what is written is how it differs. Normals are not written: the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import final
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mecanique.urdf.meshes import Surface
+from mecanique.errors import InputError
+from mecanique.urdf.meshes import Surface, read_mesh
 from mecanique.viewing.page.keyframes import varints
-from mecanique.viewing.scene.scene import Floats, Rgba
+from mecanique.viewing.scene.scene import GREY, Floats, Rgba, SceneBody, Shape
 
 STEPS = 2**13
 _BITS = 20  # of a coordinate on the grid, where three are one key
@@ -49,11 +52,11 @@ def pack_surfaces(surfaces: Sequence[Surface], *, quick: bool = False) -> tuple[
     low = np.min([surface.corners.min(axis=(0, 1)) for surface in surfaces], axis=0)
     high = np.max([surface.corners.max(axis=(0, 1)) for surface in surfaces], axis=0)
     step = max(float(np.max(high - low)) / STEPS, 1e-300)
-    packed = (_pack(surface, low, step, quick) for surface in surfaces)
+    packed = (_pack_surface(surface, low, step, quick) for surface in surfaces)
     return tuple(each for each in packed if each.triangles)
 
 
-def _pack(surface: Surface, low: Floats, step: float, quick: bool) -> PackedSurface:
+def _pack_surface(surface: Surface, low: Floats, step: float, quick: bool) -> PackedSurface:
     whole = np.round((surface.corners - low) / step).astype(np.int64).reshape(-1, 3)
     keys = (whole[:, 0] << 2 * _BITS) | (whole[:, 1] << _BITS) | whole[:, 2]
     _, place, numbers = np.unique(keys, return_index=True, return_inverse=True)
@@ -138,3 +141,49 @@ def _guess(
     corner = points[i] + points[j] - points[left]
     guessed[third] = np.where(left[:, None] < 0, points[j], corner)
     return guessed
+
+
+def mesh_parcel(
+    bodies: Sequence[SceneBody], *, quick: bool = False
+) -> tuple[dict[str, Any], bytes]:
+    """Return the meshes of a scene's bodies as plain data for the page's header, and as bytes."""
+    places: dict[Path, range] = {}
+    surfaces: list[PackedSurface] = []
+    drawn = []
+    for k, path, shape in _meshes(bodies):
+        if path not in places:
+            packed = _pack(path, quick)
+            places[path] = range(len(surfaces), len(surfaces) + len(packed))
+            surfaces += packed
+        matrix = (shape.pose @ np.diag([*map(float, shape.size), 1.0])).ravel().tolist()
+        for place in places[path]:
+            in_file, given = surfaces[place].rgba, shape.rgba
+            # one color must not paint over a mesh that has several
+            rgba = (in_file or given if len(places[path]) > 1 else given or in_file) or GREY
+            kept = [min(max(float(c), 0.0), 1.0) for c in rgba]
+            drawn.append({"body": k, "surface": place, "rgba": kept, "matrix": matrix})
+    heads = [
+        {"points": s.points, "triangles": s.triangles, "step": s.step, "low": s.low}
+        for s in surfaces
+    ]
+    return {"surfaces": heads, "drawn": drawn}, b"".join(surface.body for surface in surfaces)
+
+
+def _meshes(bodies: Sequence[SceneBody]) -> Iterator[tuple[int, Path, Shape]]:
+    for k, body in enumerate(bodies):
+        for shape in body.shapes:
+            if shape.path is not None:
+                yield k, shape.path, shape
+
+
+def _pack(path: Path, quick: bool) -> tuple[PackedSurface, ...]:
+    """A file's surfaces; a file is packed again only if it has changed."""
+    if not path.is_file():
+        raise InputError(f"mesh file {path}: there is no such file")
+    return _remember(path, path.stat().st_mtime_ns, quick)
+
+
+@lru_cache(maxsize=64)
+def _remember(path: Path, changed: int, quick: bool) -> tuple[PackedSurface, ...]:
+    del changed  # enough to tell one version of the file from the next
+    return pack_surfaces(read_mesh(path), quick=quick)

@@ -1,0 +1,169 @@
+"""Marks as files: SVG with colors for light and dark paper, PNG and PDF by matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from io import BytesIO
+
+from mecanique.errors import InputError
+from mecanique.figure.paper.marks import STYLES, Circle, Mark, Stroke, Style, Words, bounds
+
+MARGIN = 12
+FONT = "'STIX Two Text','Libertinus Serif','Latin Modern Roman','Times New Roman',Times,serif"
+
+
+def svg(marks: Sequence[Mark], title: str) -> str:
+    """Return marks as an SVG document."""
+    x, y, width, height = _frame(marks)
+    used = {mark.style for mark in marks}
+    lines = [
+        '<svg xmlns="http://www.w3.org/2000/svg"'
+        f' viewBox="{x:g} {y:g} {width:g} {height:g}" width="{width:g}"'
+        f' height="{height:g}" role="img" aria-label="{_clean(title)}">',
+        f"<title>{_clean(title)}</title>",
+        f"<style>{_styles(used)}</style>",
+        *map(_write, marks),
+        "</svg>",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _frame(marks: Sequence[Mark]) -> tuple[float, float, float, float]:
+    """The paper of a figure: its left and upper edge, its width and height [pt]."""
+    left, top, right, bottom = bounds(marks)
+    width, height = right - left, bottom - top
+    return left - MARGIN, top - MARGIN, width + 2 * MARGIN, height + 2 * MARGIN
+
+
+def _styles(used: set[str]) -> str:
+    rules = [
+        f"text{{font-family:{FONT};white-space:pre}}",
+        "path,circle{stroke-linejoin:round;stroke-linecap:round}",
+    ]
+    light = [f".{name}{{{_rule(style, False)}}}" for name, style in STYLES.items() if name in used]
+    dark = [f".{name}{{{_rule(style, True)}}}" for name, style in STYLES.items() if name in used]
+    return "".join([*rules, *light, "@media(prefers-color-scheme:dark){", *dark, "}"])
+
+
+def _rule(style: Style, dark: bool) -> str:
+    fill = style.night_fill if dark else style.fill
+    ink = style.night if dark else style.ink
+    rule = f"fill:{fill or 'none'};stroke:{ink or 'none'}"
+    if not dark and ink:
+        rule += f";stroke-width:{style.width:g}"
+        rule += f";stroke-dasharray:{style.dash}" if style.dash else ""
+    return rule
+
+
+def _write(mark: Mark) -> str:
+    match mark:
+        case Stroke(points, style, closed):
+            path = " ".join(f"{_short(x)},{_short(y)}" for x, y in points)
+            return f'<path class="{style}" d="M{path}{"z" if closed else ""}"/>'
+        case Circle(center, radius, style):
+            cx, cy, r = map(_short, (*center, radius))
+            return f'<circle class="{style}" cx="{cx}" cy="{cy}" r="{r}"/>'
+        case Words(at, parts, style, anchor, size):
+            inner, sunk = "", False
+            for text, how in parts:
+                look = ' font-style="italic"' if how == "italic" else ""
+                look += f' font-size="{_short(0.72 * size)}"' if how == "below" else ""
+                shift, drop = "", 0.22 * size
+                if (how == "below") != sunk:
+                    sunk = not sunk
+                    shift = f' dy="{_short(drop if sunk else -drop)}"'
+                inner += f"<tspan{look}{shift}>{_clean(text)}</tspan>"
+            # a third of the size below the point puts the middle of small letters on it
+            place = f'x="{_short(at[0])}" y="{_short(at[1] + 0.33 * size)}"'
+            look = f'font-size="{size:g}" text-anchor="{anchor}"'
+            return f'<text class="{style}" {place} {look}>{inner}</text>'
+
+
+def _short(x: float) -> str:
+    return f"{round(float(x), 1) + 0.0:g}"
+
+
+def _clean(text: str) -> str:
+    """Escape text for XML, without the characters that XML does not allow."""
+    kept = "".join(
+        c for c in text if c >= " " and not 0xD800 <= ord(c) <= 0xDFFF and c not in "\ufffe\uffff"
+    )
+    return escape(kept)
+
+
+DPI = 192  # of a PNG
+
+
+def raster(marks: Sequence[Mark], form: str) -> bytes:
+    """Return marks as a PNG or PDF file."""
+    try:
+        from matplotlib.figure import Figure
+        from matplotlib.patches import Circle as Disk
+        from matplotlib.patches import Polygon
+    except ImportError:
+        raise InputError(
+            f"a figure as {form.upper()} needs matplotlib: pip install 'mecanique[plot]'; "
+            "or write an SVG"
+        ) from None
+    x, y, width, height = _frame(marks)
+    figure = Figure(figsize=(width / 72, height / 72))
+    axes = figure.add_axes(
+        (0.0, 0.0, 1.0, 1.0), xlim=(x, x + width), ylim=(y + height, y), aspect="equal"
+    )
+    axes.set_axis_off()
+    for depth, mark in enumerate(marks):
+        style = STYLES[mark.style]
+        look = {
+            "facecolor": style.fill or "none",
+            "edgecolor": style.ink or "none",
+            "linewidth": style.width,
+            "zorder": depth,
+        }
+        if style.dash:
+            look["linestyle"] = (
+                0,
+                tuple(float(length) / style.width for length in style.dash.split()),
+            )
+        match mark:
+            case Stroke(points, _, closed):
+                axes.add_patch(
+                    Polygon(points, closed=closed, fill=bool(style.fill), joinstyle="round", **look)
+                )
+            case Circle(center, radius):
+                axes.add_patch(Disk((float(center[0]), float(center[1])), radius, **look))
+            case Words(at, _, _, anchor, size):
+                aligned = {"start": "left", "middle": "center", "end": "right"}[anchor]
+                words = axes.text(
+                    float(at[0]),
+                    float(at[1]),
+                    _text(mark),
+                    fontsize=size,
+                    color=style.fill,
+                    zorder=depth,
+                )
+                words.set(ha=aligned, va="center_baseline", math_fontfamily="stix")
+    stream = BytesIO()
+    # the same figure gives the same file
+    undated = {"CreationDate": None} if form == "pdf" else {"Software": None}
+    figure.savefig(stream, format=form, dpi=DPI, metadata=undated)
+    return stream.getvalue()
+
+
+def _text(words: Words) -> str:
+    """Write text in matplotlib's mathtext, with every character taken literally."""
+    written = ""
+    for text, how in words.parts:
+        plain = "".join(f"\\{sign}" if sign in "\\$%#&_{}^~" else sign for sign in text)
+        plain = (
+            plain.replace("\\\\", "/")
+            .replace("\\^", "")
+            .replace("\\~", "")
+            .replace(" ", "\\ ")
+            .replace("\u2009", "\\,")
+        )
+        if how == "below":
+            written += f"_{{\\mathrm{{{plain}}}}}"
+        else:
+            written += plain if how == "italic" else f"\\mathrm{{{plain}}}"
+    return f"${written}$"

@@ -1,1 +1,0 @@
-"""Meshes for the page: files read here, written small."""
