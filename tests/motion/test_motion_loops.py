@@ -197,10 +197,26 @@ def test_a_linkage_near_its_change_point_turns_sharply_in_little_time(eps: float
     assert motion.statistics.evaluations < 80_000
 
 
-def test_where_rounding_decides_the_branch_a_motion_stops() -> None:
-    linkage = textbook.load("four_bar_linkage", a=1, b=2, c=1 + 1e-11, d=2)
-    with pytest.raises(IntegrationError, match="come within 7e-12 of crossing, so that rounding"):
+@pytest.mark.parametrize(
+    ("eps", "gap"), [(1e-10, "7e-11"), (1e-11, "7e-12"), (1e-12, "7e-13"), (1e-13, "7e-14")]
+)
+def test_where_rounding_decides_the_branch_a_motion_stops(eps: float, gap: str) -> None:
+    linkage = textbook.load("four_bar_linkage", a=1, b=2, c=1 + eps, d=2)
+    with pytest.raises(IntegrationError, match=f"come within {gap} of crossing, so that rounding"):
         simulate(linkage, q={"phi": 1}, v={"phi'": 3}, duration=6)
+
+
+def test_what_differs_from_a_change_point_by_rounding_alone_crosses_it() -> None:
+    motions = [
+        simulate(
+            textbook.load("four_bar_linkage", a=1, b=2, c=1 + eps, d=2),
+            q={"phi": 1},
+            v={"phi'": 3},
+            duration=6,
+        )
+        for eps in (0, 1e-15)
+    ]
+    np.testing.assert_allclose(motions[1].q[-1], motions[0].q[-1], rtol=0, atol=1e-8)
 
 
 def test_a_bar_next_to_a_singular_position_accelerates_as_anywhere_else() -> None:

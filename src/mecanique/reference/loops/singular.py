@@ -28,7 +28,7 @@ from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.loops.assembly import NewtonResult, Tangent, displace, newton
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.nullspace import Metric, split
-from mecanique.reference.tolerances import BRANCH, CROSSED, EVIDENT, LANDED, TURNED, WEAK
+from mecanique.reference.tolerances import BRANCH, EVIDENT, LANDED, TURNED, WEAK
 
 _NEAR, _FAR = 0.3, 0.6
 """Distances from a singular position, in characteristic lengths or radians.
@@ -293,11 +293,12 @@ def _interpolate(closed: Closed, way: _Way, state: _State) -> Array | None:
 
 def _turns_ahead(closed: Closed, way: _Way, state: _State, ahead: float) -> bool | None:
     """Return whether the branches that come near each other ahead do not cross; None if unknown."""
-    gaps = []
+    gaps, rounding = [], 0.0
     for apart in (2 * _APART, _APART, _APART / 2):
         landings = _land_around(closed, way, state, ahead, apart)
         if landings is None:
             break  # nearer to the turn than this, loops cannot be closed on every side
+        rounding = max(rounding, *(landing.rounding for landing in landings))
         bend = sum(w * landing.bend for w, landing in zip(_WEIGHTS * 2, landings, strict=True))
         there = way.metric.columns @ (ahead * way.along + way.right @ bend)
         middle = displace(closed, state.q, there)
@@ -307,7 +308,7 @@ def _turns_ahead(closed: Closed, way: _Way, state: _State, ahead: float) -> bool
         return None
     # an error of the interpolation would fall by 2^16
     gap = gaps[-1] if gaps[-1] > 0.1 * gaps[0] else 0.0
-    if CROSSED < gap < TURNED:
+    if rounding < gap < TURNED:
         raise EngineError(
             f"mechanism {closed.mechanism.name!r}: near q = {state.q.tolist()} branches of its "
             f"motion come within {gap:.0e} of crossing, so that rounding decides which one it "
