@@ -107,7 +107,6 @@ ORDER: dict[str, list[str]] = {
     ],
     "derivation.numeric": [
         "dynamics momenta paths",
-        "chart",
         "recursion",
         "free_bodies lagrange",
         "constraints elements",

@@ -45,7 +45,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.derivation.numeric.chart import CoordinateMap, Motions
+from mecanique.derivation.mechanics.chart import JointMotion
 from mecanique.derivation.numeric.constraints.loops import Constraints
 from mecanique.derivation.numeric.constraints.multipliers import constraints
 from mecanique.derivation.numeric.paths import driven_paths
@@ -249,7 +249,7 @@ def entry_rounding(mechanism: Mechanism, states: States) -> dict[str, Array]:
         return {}
     recursion = Recursion(mechanism)
     tree = recursion.tree
-    chart = _Chart.of(mechanism, tree, states)
+    chart = _Chart.of(recursion.at(states).chart, tree, states)
     weights: list[Array] = []
     pull, weight = np.zeros_like(chart.u), np.zeros_like(chart.u)
     kinetic, momentum, angular = np.zeros((3, len(states)))
@@ -287,12 +287,13 @@ def entry_rounding(mechanism: Mechanism, states: States) -> dict[str, Array]:
     pull += np.abs(rotors) * chart.gamma
     unit = ENTRY * chart.turned
     bounds = {
-        "mass matrix": unit[:, None, None] * chart.motions.projected_matrix(M),
-        "gravity": unit[:, None] * chart.motions.project(weight),
+        "mass matrix": unit[:, None, None]
+        * np.moveaxis(chart.motion.project_matrix(np.moveaxis(M, 0, -1)), -1, 0),
+        "gravity": unit[:, None] * np.stack(chart.motion.project(weight.T), axis=-1),
     }
     if chart.linear:
         bounds |= {
-            "bias": unit[:, None] * chart.motions.project(pull),
+            "bias": unit[:, None] * np.stack(chart.motion.project(pull.T), axis=-1),
             "kinetic energy": unit * kinetic,
             "momentum": np.tile(unit * momentum, (3, 1)).T,
             "angular momentum": np.tile(unit * angular, (3, 1)).T,
@@ -335,7 +336,7 @@ class _Rates:
 class _Chart:
     """Magnitudes of joint coordinates and velocities."""
 
-    motions: Motions  # the joint coordinates, with G replaced by its magnitude
+    motion: JointMotion  # the joint coordinates, with G replaced by its magnitude
     sizes: dict[str, Array]  # magnitude of each joint coordinate, shape (n,)
     u: Array  # of the joint velocities, shape (n, nu)
     gamma: Array  # of their rates at constant generalized velocities, shape (n, nu)
@@ -344,25 +345,26 @@ class _Chart:
     linear: bool  # whether joint coordinates are linear in the generalized ones
 
     @classmethod
-    def of(cls, mechanism: Mechanism, tree: tuple[Link, ...], states: States) -> _Chart:
-        move = CoordinateMap(mechanism, tree).motions(states)
+    def of(cls, move: JointMotion, tree: tuple[Link, ...], states: States) -> _Chart:
         n, linear = len(states), True
-        sizes = {name: np.abs(np.broadcast_to(value, (n,))) for name, value in move.r.items()}
-        if move.G is not None:
-            G, names = np.abs(move.G), [name for link in tree for name in link.velocities]
+        coordinates = [name for link in tree for name in link.coordinates]
+        sizes = {name: np.abs(np.broadcast_to(move.r[name], (n,))) for name in coordinates}
+        if move.order is None:
+            G = np.array(np.broadcast_to(np.abs(move.G), (*move.G.shape[:2], n)))
+            names = [name for link in tree for name in link.velocities]
             for name, driven in _drive(states).items():
                 sizes[name] = driven.size
-                G[:, names.index(f"{name}'")] = driven.slope
+                G[names.index(f"{name}'")] = driven.slope.T
                 linear = linear and driven.linear
             move = replace(move, G=G)
         angles = [sizes[link.coordinates[0]] for link in tree if link.kind == "turn"]
         turned = np.max([np.full(n, 1.0), *(angle / _TURN for angle in angles)], axis=0)
         turns = np.concatenate([np.zeros(0, dtype=bool), *map(_turns, tree)])
         return cls(
-            motions=move,
+            motion=move,
             sizes=sizes,
-            u=np.abs(move.u),
-            gamma=np.abs(move.gamma),
+            u=np.abs(move.u.T),
+            gamma=np.abs(np.stack(np.broadcast_arrays(*move.gamma, move.u[0])[:-1], axis=-1)),
             turns=turns,
             turned=turned,
             linear=linear,

@@ -13,7 +13,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple, final
 
-from mecanique.derivation.mechanics.chart import along
 from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.recursion import TreeRecursion, World
@@ -105,7 +104,7 @@ def velocity_rows(letters: Letters, recursion: TreeRecursion) -> list[Constraint
     ground = recursion.ground
     for k, contact in enumerate(mechanism.contacts):
         place, directions, gap = touch(mechanism, contact, ground)
-        place_rate = along(letters, place, world.pose_rates)
+        place_rate = letters.along(place, world.pose_rates)
         sides = [(contact.body, 1.0), (contact.on, -1.0)]
         slip = add(*(scale(s, world.velocity(body, place)) for body, s in sides))
         change = add(*(scale(s, world.change(body, place, place_rate)) for body, s in sides))
@@ -123,7 +122,7 @@ def velocity_rows(letters: Letters, recursion: TreeRecursion) -> list[Constraint
                     slip=dot(direction, slip),
                     slopes=recursion.chart.project(slopes),
                     rate=dot(direction, change)
-                    + dot(along(letters, direction, world.pose_rates), slip),
+                    + dot(letters.along(direction, world.pose_rates), slip),
                     place=place,
                     direction=direction,
                 )
@@ -137,7 +136,7 @@ def _constrain(letters: Letters, constraint: VelocityConstraint, block: int) -> 
     entries = constraint.along(letters.mechanism.velocities)
     slopes = [letters.arithmetic(entry, letters.values) for entry in entries]
     b = letters.arithmetic(constraint.rate, letters.values)
-    *turning, b_rate = along(letters, [*slopes, b])
+    *turning, b_rate = letters.along([*slopes, b])
     slip, rate = dot(slopes, letters.v) - b, dot(turning, letters.v) - b_rate
     return ConstraintRow(
         name=constraint.name, block=block, gap=0.0, slip=slip, slopes=slopes, rate=rate

@@ -1,8 +1,4 @@
-"""Springs, dampers, drives and loads: on bodies, and as generalized forces by virtual work.
-
-A force F at a point x(q, t) has the generalized forces F·∂x/∂q: one reverse sweep from all points,
-weighted with the forces on them.
-"""
+"""Springs, dampers, drives and loads: on bodies, and as generalized forces along the tree."""
 
 from __future__ import annotations
 
@@ -14,7 +10,6 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.laws import Travel, laws_of
-from mecanique.derivation.mechanics.chart import along
 from mecanique.derivation.mechanics.letters import Letters, Values
 from mecanique.derivation.mechanics.recursion import TreeRecursion
 from mecanique.derivation.mechanics.vectors import (
@@ -125,29 +120,9 @@ class Forces:
         return {joint.name: columns[joint.velocities[-1]] for joint in moving}
 
     def project(self) -> list[Any]:
-        """Return the generalized forces by a sweep of the tape, shape (nv,)."""
-        letters, chart = self._letters, self._recursion.chart
-        assert isinstance(letters, Letters)
-        tau: list[Any] = [0.0] * len(chart.u)
-        moved: list[Any] = []
-        weights: list[Any] = []
-        for force in letters.mechanism.forces:
-            match force:
-                case LineLoad():
-                    span = self._span(force)
-                    for law in laws_of(force, self._number):
-                        moved += span.reach
-                        weights += [-c for c in law.pull(span)]
-                case JointLoad():
-                    k = self._column[force.joint]
-                    tau[k] = tau[k] + self._push_joint(force)
-                case BodyLoad():
-                    self._load(force, moved, weights)
-                case _:
-                    kind = type(force).__name__
-                    raise DerivationError(f"no program is known for force {force.name!r}, a {kind}")
-        found = on_velocities(letters, moved, weights)
-        return [x + y for x, y in zip(chart.project(tau), found, strict=True)]
+        """Return the generalized forces, shape (nv,)."""
+        tau: list[Any] = self._recursion.chart.project(self.in_joints())
+        return tau
 
     def in_joints(self) -> list[Any]:
         """Return the forces along the joint velocities, collected along the tree, shape (nu,)."""
@@ -228,7 +203,7 @@ class Forces:
         if not isinstance(joint, Single):
             raise DerivationError(f"force {force.name!r} acts in a joint of several coordinates")
         pose = self._recursion.pose(joint.child)
-        axis = self._recursion.vector(joint.axis)
+        axis = self._letters.vector(joint.axis)
         along_axis = scale(self._push_joint(force), apply(pose, axis))
         pair = (NOTHING, along_axis) if joint.turns else (along_axis, NOTHING)
         one = Action(force.name, force.kind, joint.child, position(pose), *pair)
@@ -264,7 +239,7 @@ class Forces:
         return apply(self._recursion.pose(force.wrench.axes), vector)
 
     def _vector(self, components: Sequence[Scalar]) -> Triple:
-        return self._recursion.vector([self._number(c) for c in components])
+        return self._letters.vector([self._number(c) for c in components])
 
     def _number(self, scalar: Any) -> Any:
         return self._letters.number(scalar, self._recursion.chart.r)
@@ -275,7 +250,7 @@ class Forces:
 
         def parting() -> Triple:
             if isinstance(self._letters, Letters):
-                return along(self._letters, reach)
+                return self._letters.along(reach)
             before, after = (
                 self._recursion.velocity(end.body, self._vector(end.point)) for end in force.ends
             )
@@ -289,20 +264,6 @@ class Forces:
     def _locate(self, end: End) -> Triple:
         """Return a point of a body in the world."""
         return times_point(self._recursion.pose(end.body), self._vector(end.point))
-
-    def _load(self, force: BodyLoad, moved: list[Any], weights: list[Any]) -> None:
-        wrench, pose = force.wrench, self._recursion.pose(force.wrench.body)
-        if wrench.force is not None:
-            moved += times_point(pose, self._vector(wrench.point))
-            weights += self._in_world(force, wrench.force)
-        if wrench.torque is not None:
-            # δW = C·δθ = ½ Σ δe·(C × e) over the body's axes e
-            x, y, z = self._in_world(force, wrench.torque)
-            for k in range(3):
-                e = [row[k] for row in pose]
-                moved += e
-                crossed = [y * e[2] - z * e[1], z * e[0] - x * e[2], x * e[1] - y * e[0]]
-                weights += scale(0.5, crossed)
 
 
 def on_velocities(letters: Letters, moved: Sequence[Any], weights: Sequence[Any]) -> list[Any]:

@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property
 from math import inf
-from typing import Any, Protocol, final
+from typing import Any, NamedTuple, Protocol, final
 
 from mecanique.derivation.tree.poses import Arithmetic
 from mecanique.derivation.tree.quaternions import quaternion_rotation
-from mecanique.model.expression import Scalar
+from mecanique.errors import DerivationError
+from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.program.tape import Tape
-from mecanique.program.traced import trace, value_of
+from mecanique.program.sweeps import push_forward
+from mecanique.program.tape import Tape, Value
+from mecanique.program.traced import Traced, trace, value_of, values_of
+
+
+class DrivenPath(NamedTuple):
+    """A joint coordinate r = φ(q, t) that the coordinate map drives."""
+
+    r: Any
+    rate: Any
+    second: Any  # rate of the rate at constant generalized velocities
+    slopes: Any  # derivatives of the rate by the generalized velocities
 
 
 class Values(Protocol):
@@ -27,6 +38,12 @@ class Values(Protocol):
 
     def call(self, function: str, *arguments: Any) -> Any:
         """Return a function's value, e.g. "sqrt" of one argument."""
+
+    def vector(self, components: Sequence[Any]) -> Any:
+        """Return scalars, or vectors of them, as one vector of the kind that laws compute with."""
+
+    def driven_paths(self) -> dict[str, DrivenPath]:
+        """Return the path of each coordinate that the coordinate map drives, by name."""
 
 
 @final
@@ -104,6 +121,41 @@ class Letters:
     def call(self, function: str, *arguments: Any) -> Any:
         """Return a function's value on the tape, e.g. "sqrt" of one argument."""
         return trace(self.tape, self.tape.call(function, *map(value_of, arguments)))
+
+    def vector(self, components: Sequence[Any]) -> list[Any]:
+        """Return scalars as a list."""
+        return list(components)
+
+    def driven_paths(self) -> dict[str, DrivenPath]:
+        """Return the path of each coordinate that the coordinate map drives, by name."""
+        mechanism, paths = self.mechanism, dict[str, DrivenPath]()
+        velocities = [f"{name}'" for name in mechanism.coordinates]
+        for name, scalar in mechanism.coordinates.driven.items():
+            for symbol in self.signals:
+                if symbol in symbols_in(scalar):
+                    raise DerivationError(
+                        f"the map of coordinate {name!r} depends on input {symbol!r}, whose rates "
+                        "are not known; give it as an expression in t"
+                    )
+            r = self.arithmetic(scalar, self.values)
+            (rate,) = self.along([r])
+            (second,) = self.along([rate])
+            slopes: list[Any] = [0.0] * mechanism.nv
+            for q, velocity in zip(self.q, velocities, strict=True):
+                if velocity in mechanism.velocities and isinstance(r, Traced):
+                    (slope,) = push_forward(self.tape, [r.place], {q.place: 1.0})
+                    slopes[mechanism.velocities.index(velocity)] = trace(self.tape, slope)
+            paths[name] = DrivenPath(r, rate, second, slopes)
+        return paths
+
+    def along(self, scalars: Sequence[Any], known: Mapping[int, Value] | None = None) -> list[Any]:
+        """Return the rates of scalars at constant v; those known on the tape are taken as given."""
+        places = [q.place for q in self.q]
+        rates: dict[int, Value] = dict(known or {})
+        rates |= zip(places, values_of(self.rates), strict=True)
+        rates[self.t.place] = 1.0
+        moved = push_forward(self.tape, values_of(scalars), rates)
+        return [trace(self.tape, value) for value in moved]
 
     def _input(self, name: str) -> Any:
         return trace(self.tape, self.tape.input(name))

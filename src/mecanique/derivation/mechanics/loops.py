@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, final
 
-from mecanique.derivation.mechanics.chart import along
 from mecanique.derivation.mechanics.contacts import ConstraintRow, velocity_rows
 from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.forces import on_velocities
@@ -62,7 +61,7 @@ def loops_of(letters: Letters, recursion: TreeRecursion) -> Loops:
         names += [f"{loop.name}: {row}" for row in CLOSED[loop.kind]]
         blocks += [2 * k + row.startswith("r") for row in CLOSED[loop.kind]]
         residual += closure(loop, recursion.ground, angle)
-    rate = along(letters, residual)
+    rate = letters.along(residual)
     rows = velocity_rows(letters, recursion)
     return Loops(
         letters=letters,
@@ -70,7 +69,7 @@ def loops_of(letters: Letters, recursion: TreeRecursion) -> Loops:
         blocks=(*blocks, *(2 * len(letters.mechanism.loops) + row.block for row in rows)),
         residual=[*residual, *(row.gap for row in rows)],
         rate=[*rate, *(row.slip for row in rows)],
-        gamma=[*along(letters, rate), *(row.rate for row in rows)],
+        gamma=[*letters.along(rate), *(row.rate for row in rows)],
         velocity_rows=rows,
     )
 

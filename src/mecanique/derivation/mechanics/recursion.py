@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
 
-from mecanique.derivation.mechanics.chart import JointMotion, chart_of
+from mecanique.derivation.mechanics.chart import CoordinateMap, JointMotion
 from mecanique.derivation.mechanics.elements import Ground, ground_of
 from mecanique.derivation.mechanics.letters import Letters, Values
 from mecanique.derivation.mechanics.vectors import (
@@ -419,15 +419,15 @@ class TreeRecursion:
             pose = pose + factor * slope
         return pose
 
-    def inverse_dynamics(self, a: Sequence[Any], outside: Sequence[Wrench] = ()) -> list[Any]:
+    def inverse_dynamics(self, a: Sequence[Any], outside: Sequence[Wrench] = ()) -> Triple:
         """Return M a + bias, minus the generalized forces of external wrenches; a (nv,)."""
         return self.chart.project(self.joint_forces(self.chart.spread(a), outside))
 
-    def bias(self) -> list[Any]:
+    def bias(self) -> Triple:
         """Return Coriolis, centrifugal and rheonomic inertia terms and gravity."""
         return self.chart.project(self.joint_forces(self.chart.gamma))
 
-    def gravity_forces(self) -> list[Any]:
+    def gravity_forces(self) -> Triple:
         """Return gravity's part of the bias."""
         return self.chart.project(self.joint_weights())
 
@@ -606,12 +606,6 @@ class TreeRecursion:
         """Return the pose of a frame in the world."""
         return product(self.poses[seat.place], seat.pose) if seat.place >= 0 else seat.pose
 
-    def vector(self, components: Sequence[Any]) -> Triple:
-        """Return three scalars as a vector of the kind with which the tree computes."""
-        if not isinstance(self.chart.u, np.ndarray):
-            return list(components)
-        return np.stack(np.broadcast_arrays(*map(np.atleast_1d, components)))
-
     def velocity(self, body: str, point: Triple) -> Triple:
         """Return the velocity of a point of a body, given in the body's axes, in the world."""
         seat = self.seats[body]
@@ -644,7 +638,8 @@ class TreeRecursion:
 
 def recursion_on_tape(letters: Letters) -> TreeRecursion:
     """Return the recursion of a mechanism's tree on a tape."""
-    chart = chart_of(letters, links(letters.mechanism))
+    mechanism = letters.mechanism
+    chart = CoordinateMap(mechanism, links(mechanism)).at(letters)
     return TreeRecursion(letters, skeleton_on_tape(letters), chart)
 
 

@@ -46,6 +46,23 @@ def transpose(A: Rows) -> Rows:
     return [list(column) for column in zip(*A, strict=True)]
 
 
+def take(rows: Rows, places: Any) -> Rows:
+    """Return some rows, by their indices."""
+    if type(rows) is np.ndarray or type(places) is slice:
+        return rows[places]
+    return [rows[k] for k in places]
+
+
+def as_rows(scalars: Sequence[Any]) -> np.ndarray:
+    """Return scalars, or vectors, of n states or of all as the rows of an array."""
+    shapes = [scalar.shape for scalar in scalars if isinstance(scalar, np.ndarray)]
+    shape = next((shape for shape in shapes if shape[-1] != 1), shapes[0] if shapes else (1,))
+    rows = np.empty((len(scalars), *shape))
+    for row, scalar in zip(rows, scalars, strict=True):
+        row[:] = scalar
+    return rows
+
+
 def products(A: Rows, B: Rows) -> Rows:
     """Return A Bᵀ: the products of all rows of A with all rows of B."""
     if type(A) is np.ndarray:
@@ -139,7 +156,7 @@ def apply(R: Rows, vector: Triple) -> Triple:
         return STILL
     if type(vector) is np.ndarray:
         # einsum takes twice as long for few states
-        return np.add.reduce(R[:, :3] * vector, 1)
+        return np.add.reduce(R[:, : len(vector)] * vector, 1)
     return [dot(row[: len(vector)], vector) for row in R]
 
 

@@ -8,6 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
+from mecanique.derivation.mechanics.chart import JointMotion
 from mecanique.derivation.mechanics.forces import Forces
 from mecanique.derivation.mechanics.recursion import TreeRecursion, World
 from mecanique.derivation.mechanics.vectors import (
@@ -15,13 +16,13 @@ from mecanique.derivation.mechanics.vectors import (
     Triple,
     add,
     apply,
+    as_rows,
     cross,
     position,
     rotation,
     scale,
     times_point,
 )
-from mecanique.derivation.numeric.chart import Motions, efforts_in_joints
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.expression import Scalar
@@ -72,19 +73,15 @@ class Snapshot:
     """All free bodies of a mechanism at n states."""
 
     bodies: tuple[FreeBody, ...]  # each after its parent
-    motions: Motions  # joint coordinates and velocities
+    u: np.ndarray  # shape (n, nu), joint velocities
+    gamma: np.ndarray  # shape (n, nu), their rates at constant generalized velocities
+    rates: np.ndarray  # shape (n, nu, nv), their derivatives ∂u/∂v
     # shape (n, 6, nu), wrench at the seat of the body that does unit power with each joint velocity
     axes: np.ndarray
     # shape (nu,), index of the free body that each joint velocity moves relative to its parent
     holders: np.ndarray
     armature: np.ndarray  # shape (nu,), inertia of each joint's rotor [kg·m² or kg]
     springs: np.ndarray  # shape (n,), energy of the springs [J]
-
-    @property
-    def rates(self) -> np.ndarray:
-        """Derivatives of the joint velocities, ∂u/∂v, shape (n, nu, nv)."""
-        nu = len(self.armature)
-        return spread(np.broadcast_to(np.eye(nu), (len(self.springs), nu, nu)), self.motions)
 
 
 @final
@@ -115,24 +112,33 @@ class FreeBodies:
 
     def at(self, states: States) -> Snapshot:
         """Return the free bodies at n states."""
-        tree, move = self._recursion.at(states)
-        world, n = World(tree), len(states)
+        tree = self._recursion.at(states)
+        chart, world, n = tree.chart, World(tree), len(states)
         slides, turns = np.zeros((2, 3, len(self._holders), n))
         for place in range(len(tree.links)):
             for k, (slide, turn) in world.motion(place).columns.items():
                 slides[:, k], turns[:, k] = as_fill(slide), as_fill(turn)
         axes = np.concatenate([slides, turns]).transpose(2, 0, 1)
-        bodies = [self._body(k, tree, world, move) for k in range(len(self._joints))]
+        bodies = [self._body(k, tree, world, n) for k in range(len(self._joints))]
         forces = Forces(tree.letters, tree)
         self._load(bodies, forces)
         drives = np.zeros((n, len(self._holders)))
         for u, push in forces.pushes_in_joints().items():
             drives[:, u] = push
-        efforts = efforts_in_joints(states, move, self._recursion.velocity_places)
-        self._drive(bodies, (drives if efforts is None else drives + efforts)[:, None] * axes)
+        efforts = self._recursion.efforts_in_joints(states, chart)
+        if efforts is not None:
+            drives += efforts.T
+        self._drive(bodies, drives[:, None] * axes)
+        gamma = np.zeros((n, len(self._holders)))
+        for column, rate in zip(gamma.T, chart.gamma, strict=True):
+            column[:] = rate
+        rates = np.zeros((n, len(self._holders), self.mechanism.nv))
+        rates[:] = np.moveaxis(as_rows([as_rows(row) for row in chart.G]), -1, 0)
         return Snapshot(
             bodies=tuple(bodies),
-            motions=move,
+            u=np.broadcast_to(chart.u.T, gamma.shape),
+            gamma=gamma,
+            rates=rates,
             axes=axes,
             holders=self._holders,
             armature=self._armature,
@@ -141,12 +147,12 @@ class FreeBodies:
 
     def moving(self, states: States) -> list[FreeBody]:
         """Return the free bodies that can move relative to the ground."""
-        seats = self._recursion.at(states)[0].seats
+        seats = self._recursion.at(states).seats
         return [body for body in self.at(states).bodies if seats[body.name].place >= 0]
 
-    def _body(self, k: int, tree: TreeRecursion, world: World, move: Motions) -> FreeBody:
+    def _body(self, k: int, tree: TreeRecursion, world: World, n: int) -> FreeBody:
         """Return a body without its loads."""
-        n, joint, (mass, center, inertia) = len(move.u), self._joints[k], self._masses[k]
+        joint, (mass, center, inertia) = self._joints[k], self._masses[k]
         seat, before = tree.seats[joint.child], tree.seats[joint.parent]
         pose, motion = tree.pose(joint.child), world.motion(seat.place)
         # from the origin of the link to the center of mass, and along the links to each joint;
@@ -198,9 +204,9 @@ class FreeBodies:
             velocity=velocity,
             spin=spin,
             inertia=turn @ inertia @ turn.transpose(0, 2, 1),
-            J=spread(J.transpose(2, 0, 1), move),
+            J=_project_jacobian(J, tree.chart),
             gamma=gamma,
-            J_spin=spread(J_spin.transpose(2, 0, 1), move),
+            J_spin=_project_jacobian(J_spin, tree.chart),
             gamma_spin=gamma_spin,
             force=force,
             moment=moment,
@@ -276,17 +282,11 @@ def total_momentum(
     return linear, angular, angular - cross_rows(center, linear)
 
 
-def spread(columns: np.ndarray, move: Motions) -> np.ndarray:
-    """Turn a Jacobian in the joint velocities into one in the generalized velocities.
-
-    Shape (n, k, nv).
-    Shapes: columns (n, k, nu).
-    """
-    if move.G is not None:
-        return np.asarray(columns @ move.G)
-    out = np.empty_like(columns)
-    out[:, :, move.order] = columns
-    return out
+def _project_jacobian(J: np.ndarray, chart: JointMotion) -> np.ndarray:
+    """Return a Jacobian in the generalized velocities, shape (n, 3, nv); J (3, nu, n)."""
+    if chart.places is not None:
+        return np.asarray(J[:, chart.places].transpose(2, 0, 1))
+    return np.asarray(J.transpose(2, 0, 1) @ chart.G.transpose(2, 0, 1))
 
 
 def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:

@@ -152,7 +152,7 @@ class Balances(BatchDynamics):
         carried, along = self._push(at)
         end = m.nv + 6 * len(m.joints)  # the multipliers follow
         totals = [solved[:, k : k + 6] for k in range(m.nv, end, 6)]
-        u = times(at.rates, solved[:, : m.nv]) + at.motions.gamma
+        u = times(at.rates, solved[:, : m.nv]) + at.gamma
         demand = self._along(at, [total[..., None] for total in totals])[..., 0] + at.armature * u
         sizes = size(m, self.guides, along, demand)
         pressed = self._transmit(at, unit_needs(m, at, pressed=True))
@@ -200,7 +200,7 @@ class Balances(BatchDynamics):
             np.concatenate([b.mass * (b.gamma - g), b.tumbling], axis=1)[..., None]
             for b in at.bodies
         ]
-        rotors = np.einsum("nuv,nu->nv", at.rates, at.armature * at.motions.gamma)
+        rotors = np.einsum("nuv,nu->nv", at.rates, at.armature * at.gamma)
         return np.asarray(self._project(at, needs)[..., 0] + rotors)
 
     def forces(self, states: States) -> np.ndarray:
@@ -312,7 +312,7 @@ class Balances(BatchDynamics):
             A[:, joints, wrench] += G[:, u, :, None] * at.axes[:, None, :, u]
         rotors = G * at.armature[:, None]
         A[:, joints, :nv] += np.swapaxes(G, 1, 2) @ rotors
-        known[:, joints] -= np.einsum("nuv,nu->nv", rotors, at.motions.gamma)
+        known[:, joints] -= np.einsum("nuv,nu->nv", rotors, at.gamma)
         return A, known
 
     def _held_system(self, at: Snapshot, states: States) -> tuple[np.ndarray, np.ndarray]:
@@ -346,7 +346,7 @@ def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.n
 
     The kinetic energy is that of Fundamentals of Dynamics, eq. 1.31.
     """
-    T = 0.5 * np.sum(at.armature * at.motions.u**2, axis=-1)
+    T = 0.5 * np.sum(at.armature * at.u**2, axis=-1)
     V = at.springs
     for body in at.bodies:
         T = T + 0.5 * body.mass * (body.velocity**2).sum(-1)

@@ -11,21 +11,22 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from mecanique.derivation.mechanics.chart import JointMotion
+from mecanique.derivation.mechanics.chart import CoordinateMap, JointMotion
 from mecanique.derivation.mechanics.forces import Forces
+from mecanique.derivation.mechanics.letters import DrivenPath
 from mecanique.derivation.mechanics.recursion import Numbers, Skeleton, TreeRecursion, skeleton_of
 from mecanique.derivation.mechanics.vectors import (
     STILL,
     Triple,
     apply_to_columns,
+    as_rows,
     cross,
     product,
 )
-from mecanique.derivation.numeric.chart import CoordinateMap, Motions, efforts_in_joints
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.tree.links import Link, links, place_of
 from mecanique.derivation.tree.poses import Arithmetic, moments, placement_matrix
-from mecanique.errors import DerivationError
+from mecanique.errors import DerivationError, InputError
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -39,11 +40,9 @@ class ArrayLetters:
 
     arithmetic = _FLOATS
 
-    def __init__(
-        self, mechanism: Mechanism, values: dict[str, Any], constants: dict[Scalar, float | None]
-    ) -> None:
-        self.mechanism, self.values = mechanism, values
-        self._constants = constants
+    def __init__(self, states: States, constants: dict[Scalar, float | None]) -> None:
+        self.mechanism, self.values = states.mechanism, states.values
+        self._states, self._constants = states, constants
 
     def number(self, scalar: Scalar, values: Mapping[str, Any]) -> Any:
         """Evaluate a scalar; one that depends on parameters alone is evaluated only once."""
@@ -57,6 +56,30 @@ class ArrayLetters:
         """Return a function's value, e.g. "sqrt" of one argument."""
         apply: Callable[..., Any] = getattr(np, function)
         return apply(*arguments)
+
+    def vector(self, components: Sequence[Any]) -> np.ndarray:
+        """Return scalars, or vectors, as the rows of an array."""
+        return as_rows(components)
+
+    def driven_paths(self) -> dict[str, DrivenPath]:
+        """Return the path of each coordinate that the coordinate map drives, by name."""
+        from mecanique.derivation.numeric.paths import driven_paths
+
+        with np.errstate(invalid="ignore", divide="ignore"):
+            jets = driven_paths(self._states)
+        for name, c in jets.items():
+            bad = ~np.isfinite(c).all(axis=(0, 1))
+            if bad.any():
+                position = zip(self.mechanism.coordinates, self._states.q[bad][0], strict=True)
+                at = ", ".join(f"{q} = {x:g}" for q, x in position)
+                raise InputError(
+                    f"the coordinate map of mechanism {self.mechanism.name!r} gives no smooth "
+                    f"{name!r} at {at}; expected coordinates inside its range"
+                )
+        # the second derivative is twice the coefficient of ε²
+        return {
+            name: DrivenPath(c[0, 0], c[1, 0], 2 * c[2, 0], c[0, 1:]) for name, c in jets.items()
+        }
 
 
 class _Numbers(NamedTuple):
@@ -114,42 +137,56 @@ class Recursion(BatchDynamics):
 
     def mass_matrix(self, states: States) -> np.ndarray:
         """Return M, shape (n, nv, nv)."""
-        tree, move = self.at(states)
-        M = np.moveaxis(tree.joint_mass_matrix(), -1, 0)
-        return move.projected_matrix(np.ascontiguousarray(M))
+        M = np.zeros((len(states), self._mechanism.nv, self._mechanism.nv))
+        M[:] = np.moveaxis(self.at(states).mass_matrix(), -1, 0)
+        return M
 
     def bias(self, states: States) -> np.ndarray:
         """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""
-        tree, move = self.at(states)
-        return move.project(_columns(tree.joint_forces(tree.chart.gamma), len(states)))
+        return _columns(self.at(states).bias(), len(states))
 
     def forces(self, states: States) -> np.ndarray:
         """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
-        tree, move = self.at(states)
-        tau = _columns(Forces(tree.letters, tree).in_joints(), len(states))
-        efforts = efforts_in_joints(states, move, self.velocity_places)
-        return move.project(tau if efforts is None else tau + efforts)
+        tree = self.at(states)
+        tau = Forces(tree.letters, tree).in_joints()
+        efforts = self.efforts_in_joints(states, tree.chart)
+        if efforts is not None:
+            tau = [push + effort for push, effort in zip(tau, efforts, strict=True)]
+        return _columns(tree.chart.project(tau), len(states))
+
+    def efforts_in_joints(self, states: States, chart: JointMotion) -> np.ndarray | None:
+        """Return the torques given with the states as forces in the joints; None without any.
+
+        Shape (nu, n); generalized forces become the least torques that do the same virtual work.
+        """
+        efforts = states.efforts
+        if efforts is None:
+            return None
+        tau = np.zeros((len(chart.u), len(states)))
+        for name, column in efforts.in_joints.items():
+            tau[self.velocity_places[name]] = column
+        if efforts.generalized is not None and chart.order is None:
+            inverse = np.linalg.pinv(np.moveaxis(chart.G, -1, 0).swapaxes(1, 2))
+            tau += (inverse @ efforts.generalized[..., None])[..., 0].T
+        return tau
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
         """Return M a + bias, shape (n, nv)."""
-        tree, move = self.at(states)
-        rates = (move.gamma + move.spread(a)).T
-        return move.project(_columns(tree.joint_forces(rates), len(states)))
+        return _columns(self.at(states).inverse_dynamics(a.T), len(states))
 
     def gravity(self, states: States) -> np.ndarray:
         """Return gravity's part of the bias, shape (n, nv)."""
-        tree, move = self.at(states)
-        return move.project(_columns(tree.joint_weights(), len(states)))
+        return _columns(self.at(states).gravity_forces(), len(states))
 
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the momenta, linear, angular about the origin and about the center of mass."""
-        tree, _ = self.at(states)
-        linear, angular, central = (_columns(part, len(states)) for part in tree.momentum())
+        parts = self.at(states).momentum()
+        linear, angular, central = (_columns(part, len(states)) for part in parts)
         return linear, angular, central
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
         """Return the kinetic energy T and the potential energy V, each shape (n,) [J]."""
-        tree, _ = self.at(states)
+        tree = self.at(states)
         T, V = tree.energy()
         zero = np.zeros(len(states))
         return T + zero, V + Forces(tree.letters, tree).energy() + zero
@@ -162,24 +199,19 @@ class Recursion(BatchDynamics):
 
     def poses(self, states: States) -> list[np.ndarray]:
         """Return the pose of every link, in the order of the tree, each shape (n, 4, 4)."""
-        tree, _ = self.at(states)
-        found = []
+        tree = self.at(states)
+        poses = []
         for seat in self._skeleton.seats:
             pose = np.zeros((len(states), 4, 4))
             pose[:, :3] = np.moveaxis(tree.pose_of(seat), -1, 0)
             pose[:, 3, 3] = 1.0
-            found.append(pose)
-        return found
+            poses.append(pose)
+        return poses
 
-    def at(self, states: States) -> tuple[TreeRecursion, Motions]:
+    def at(self, states: States) -> TreeRecursion:
         """Return the tree at n states, its vectors with the states along the last axis."""
-        values = states.values
-        move = self._chart.motions(states)
-        # without driven joints γ is zero, and costs nothing
-        gamma = [0.0] * len(move.order) if move.G is None else move.gamma.T
-        chart = JointMotion(r={**values, **move.r}, u=move.u.T, gamma=gamma, G=[])
-        letters = ArrayLetters(self._mechanism, values, self._constants)
-        return TreeRecursion(letters, self._skeleton, chart), move
+        letters = ArrayLetters(states, self._constants)
+        return TreeRecursion(letters, self._skeleton, self._chart.at(letters))
 
     @property
     def velocity_places(self) -> dict[str, int]:
@@ -237,9 +269,10 @@ class Recursion(BatchDynamics):
         Shape (n, nv, links, 4, 4).
         Shapes: a (n, nv).
         """
-        (tree, move), n = self.at(states), len(states)
-        fields = tree.fields(tree.chart.u, (move.gamma + move.spread(a)).T)
-        Y = np.zeros((n, len(tree.chart.u), len(self._tree), 4, 4))
+        tree, n = self.at(states), len(states)
+        chart = tree.chart
+        fields = tree.fields(chart.u, chart.spread(a.T))
+        Y = np.zeros((n, len(chart.u), len(self._tree), 4, 4))
         for k, seat in enumerate(self._skeleton.seats):
             if seat.place < 0:
                 continue
@@ -261,11 +294,9 @@ class Recursion(BatchDynamics):
                 field = apply_to_columns(link.pose[:, :3], field)
                 X = product(link.pose, X)
                 at = link.parent
-        if move.G is not None:
-            return np.asarray(np.einsum("nukab,nuv->nvkab", Y, move.G))
-        out = np.empty_like(Y)
-        out[:, move.order] = Y
-        return out
+        if chart.places is not None:
+            return Y[:, chart.places]
+        return np.asarray(np.einsum("nukab,uvn->nvkab", Y, chart.G))
 
 
 def solve(mechanism: Mechanism, M: np.ndarray, rest: np.ndarray) -> np.ndarray:
@@ -287,6 +318,6 @@ def _last(matrices: np.ndarray) -> np.ndarray:
 def _columns(scalars: Triple | Sequence[Any], n: int) -> np.ndarray:
     """Return scalars of n states, or of all states, as columns, shape (n, scalars)."""
     columns = np.zeros((n, len(scalars)))
-    for k, scalar in enumerate(scalars):
-        columns[:, k] = scalar
+    for column, scalar in zip(columns.T, scalars, strict=True):
+        column[:] = scalar
     return columns

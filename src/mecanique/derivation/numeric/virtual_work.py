@@ -58,7 +58,7 @@ class NumericVirtualWork(BatchDynamics):
     def bias(self, states: States) -> np.ndarray:
         """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""
         at = self._bodies.at(states)
-        out: np.ndarray = np.einsum("nuv,nu->nv", at.rates, at.armature * at.motions.gamma)
+        out: np.ndarray = np.einsum("nuv,nu->nv", at.rates, at.armature * at.gamma)
         for body in at.bodies:
             out = out + self._work(body.J, body.mass * (body.gamma - self._bodies.gravity))
             out = out + self._work(body.J_spin, body.tumbling)

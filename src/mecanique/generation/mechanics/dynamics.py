@@ -53,7 +53,7 @@ class Tree:
         """Return M."""
         return self.recursion.mass_matrix()
 
-    def bias(self) -> list[Any]:
+    def bias(self) -> Any:
         """Return the bias."""
         return self.recursion.bias()
 
