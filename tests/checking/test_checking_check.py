@@ -213,3 +213,18 @@ def test_definitions_are_a_list_and_questions_are_known() -> None:
         mq.check(mechanism, "q'' = 0", let="J = 3")
     with pytest.raises(mq.UnknownNameError, match="question"):
         mq.check(mechanism, "q'' = 0", ask="weather")
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("cart_pole", "m g l (1 s)"),
+        ("simple_pendulum", "1/2 m l^2 q'^2W"),
+        ("cart_pole", r"3   \boxed{ W and \boxed{"),
+    ],
+)
+def test_a_unit_in_a_wrong_answer_is_no_part_of_the_state(name: str, text: str) -> None:
+    judgement = mq.check(mq.textbook.load(name), text)
+    assert judgement.outcome == "wrong"
+    assert judgement.at is not None
+    assert not any(letter.startswith("[") for letter in judgement.at)

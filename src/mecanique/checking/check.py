@@ -430,7 +430,9 @@ def _line(residual: Residual, causes: tuple[Cause, ...], factor: str, *, sound: 
 def _state(residual: Residual) -> dict[str, float]:
     """Return the state with the largest difference, by letters that occur, except accelerations."""
     k = int(np.argmax(residual.relative))
-    names = sorted(residual.root.letters - set(residual.truth.accelerations) - {"pi"})
+    letters = residual.root.letters - set(residual.truth.accelerations) - {"pi"}
+    # units, e.g. "[s]", are letters of the formula, but no part of the state
+    names = sorted(letters & residual.sample.letters.keys())
     values = {
         name: np.broadcast_to(residual.sample.letters[name], (residual.sample.count,))
         for name in names
