@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from uncovered import without_coverage
 
 import mecanique as mq
 from mecanique.cli import app, derive
@@ -169,7 +170,11 @@ main()
 def test_ctrl_c_ends_with_130(interruptible: None) -> None:
     words = [sys.executable, "-c", ANNOUNCE, "simulate", "double_pendulum", "--duration", "3000"]
     with subprocess.Popen(
-        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        words,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=without_coverage(),
     ) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "simulating\n"

@@ -27,6 +27,7 @@ from playwright.sync_api import Browser, Error
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.iostream import IOStream
 from tornado.websocket import WebSocketClientConnection, WebSocketHandler, websocket_connect
+from uncovered import without_coverage
 from viewing_browser import Visit, until
 from viewing_scenes import about_y, instants, pendulum, swarm, swing
 from viewing_watcher import Watcher
@@ -329,7 +330,11 @@ def test_control_c_ends_it_and_leaves_nothing(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     with subprocess.Popen(
-        [sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, str(script)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=without_coverage(),
     ) as run:
         assert run.stdout is not None
         address = urlsplit(run.stdout.readline().strip())

@@ -21,6 +21,7 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from playwright.sync_api import Error
+from uncovered import without_coverage
 from viewing_browser import Visit, until
 from viewing_watcher import Watcher
 
@@ -92,7 +93,12 @@ def processor_time(pid: int) -> float:
 @pytest.mark.slow
 def test_a_robot_falls_in_real_time_and_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
     run = subprocess.Popen(
-        FALLING, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+        FALLING,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        env=without_coverage(),
     )
     try:
         assert run.stdout is not None
@@ -124,7 +130,12 @@ def test_a_robot_falls_in_real_time_and_ctrl_c_leaves_nothing(tmp_path: Path) ->
 
 def test_ctrl_c_before_any_page_has_come_ends_it_too(tmp_path: Path) -> None:
     run = subprocess.Popen(
-        FALLING, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+        FALLING,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        env=without_coverage(),
     )
     try:
         assert run.stdout is not None
@@ -151,7 +162,12 @@ def test_the_motion_waits_for_its_first_page(tmp_path: Path) -> None:
         "    forces=(force,), parameters=(m,), inputs=(push,)), open_browser=False)\n",
         encoding="utf-8",
     )
-    run = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
+    run = subprocess.Popen(
+        [sys.executable, str(script)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=without_coverage(),
+    )
     try:
         assert run.stdout is not None
         address = run.stdout.readline().strip()

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
+from uncovered import without_coverage
 from viewing_browser import Visit, until
 from viewing_scenes import reach
 
@@ -220,6 +221,7 @@ def live(tmp_path: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
         stderr=subprocess.PIPE,
         text=True,
         cwd=tmp_path,
+        env=without_coverage(),
     )
     try:
         assert run.stdout is not None
@@ -296,6 +298,7 @@ def moving(
         stderr=subprocess.PIPE,
         text=True,
         cwd=tmp_path,
+        env=without_coverage(),
     )
     try:
         assert run.stdout is not None
