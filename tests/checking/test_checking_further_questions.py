@@ -28,6 +28,15 @@ ANSWERED = (
         *("m l^2 q'^2/2 + m g l cos q + m l sqrt(g l) q q'", "right", ""),
     ),
     ("simple_pendulum", "Lagrangian", "m l^2 q'^2/2 + m g l cos q + m l^2 q q'^2", "wrong", ""),
+    # only the formula for L alone may differ by a rate, and only by one in its unit
+    (
+        *("simple_pendulum", "Lagrangian"),
+        *("m l^2 q'^2/2 + m g l cos q + 3 m l sqrt(g l) q q' = L", "right", ""),
+    ),
+    ("simple_pendulum", "Lagrangian", "L = m l^2 q'^2/2 + m g l cos q + q q'", "wrong", "units"),
+    ("simple_pendulum", "Lagrangian", "q L = m l^2 q'^2/2 + m g l cos q", "wrong", "factor q"),
+    ("simple_pendulum", "Lagrangian", "7 L = m l^2 q'^2/2 + m g l cos q", "wrong", "7"),
+    ("simple_pendulum", "Lagrangian", "q L", "wrong", ""),
     ("simple_pendulum", "frequency at q = 0", "sqrt(g/l)", "right", ""),
     (
         *("bead_on_hoop", "frequency at theta = acos(g/(W^2 R))"),

@@ -120,7 +120,8 @@ class Checker:
         # what is right does not depend on the text: it is derived before the clock starts
         self.truth.prepare()
         try:
-            with bound_work():
+            # a stranger's formula may overflow; what has no value is judged as such
+            with bound_work(), np.errstate(all="ignore"):
                 if quantity is None:
                     letters = self._letters(let, self.truth.further_letters)
                     reading = read_answer(text, letters)
@@ -200,8 +201,11 @@ class Checker:
         matrix = self._explain_matrix(judged, quantity)
         several = len(judged) > 1
         lines = []
+        proven = [self._is_proven(formula, quantity) for formula in judged]
         for number, formula in enumerate(judged, 1):
             causes: tuple[Cause, ...] = ()
+            if formula.holds and not proven[number - 1] and truth is self.truth:
+                formula = self._judge_units(formula, quantity, text)
             if formula.fault:
                 causes = (Cause("emptiness", formula.fault, "", number if several else 0),)
             elif not formula.holds and formula.residual is not None:
@@ -219,7 +223,7 @@ class Checker:
             if formula.holds and shown:
                 outcome = "right except for form"
             lines.append(Line(formula.statement.text, outcome, formula.worst, shown, causes))
-        exact = bool(judged) and all(self._is_proven(formula, quantity) for formula in judged)
+        exact = bool(judged) and all(proven)
         forms = [form for line in lines for form in line.forms]
         wrong = any(line.outcome == "wrong" for line in lines)
         whole: Outcome = "wrong" if wrong else "right"
@@ -260,6 +264,15 @@ class Checker:
             self.search.of_quantities.explain_matrix(given), key=lambda one: one.weight
         )
         return tuple(Cause(one.kind, one.text) for one in mistakes)
+
+    def _judge_units(self, judged: Judged, quantity: Quantity, text: str) -> Judged:
+        """Return a formula that holds at the random states, wrong if its units do not match."""
+        residual = judged.residual
+        if residual is None:
+            return judged
+        if not self.search.has_unit_fault(residual, text, quantity.dimensions):
+            return judged
+        return replace(judged, fault="the units do not match")
 
     def _is_proven(self, judged: Judged, quantity: Quantity) -> bool:
         """Return whether a formula that holds can also be proven by algebra."""

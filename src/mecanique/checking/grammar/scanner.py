@@ -121,25 +121,25 @@ def normalize(text: str) -> tuple[str, list[int]]:
         else:
             for sign in unicodedata.normalize("NFD", original):
                 put(_DOTS.get(sign, sign), place)
-    signs, places = _drop_spaces(signs, places)
-    plain, places = _drop_fonts(_drop_numbers("".join(signs)), places)
+    plain, places = _drop_spaces("".join(signs), places)
+    plain, places = _drop_fonts(_drop_numbers(plain), places)
     return _open_boxes(plain), places
 
 
-def _drop_spaces(signs: list[str], places: list[int]) -> tuple[list[str], list[int]]:
+def _drop_spaces(plain: str, places: list[int]) -> tuple[str, list[int]]:
     """Keep one sign of each run of spaces, a line end if there is one.
 
     Patterns with several optional spaces would otherwise try every way to share a run among them.
     """
     kept: list[str] = []
     where: list[int] = []
-    for sign, place in zip(signs, places, strict=True):
+    for sign, place in zip(plain, places, strict=True):
         if not (sign.isspace() and kept and kept[-1].isspace()):
             kept.append(sign)
             where.append(place)
         elif sign == "\n":
             kept[-1] = sign
-    return kept, where
+    return "".join(kept), where
 
 
 def _drop_numbers(plain: str) -> str:
@@ -343,6 +343,8 @@ class Tokens:
                 long.start(),
             )
         self._set_prose_aside()
+        # boxes and prose became spaces
+        self.plain, self._places = _drop_spaces(self.plain, self._places)
 
     def _set_prose_aside(self) -> None:
         """Replace words around formulas by spaces, or by a line end between two of them."""

@@ -86,8 +86,9 @@ def _judge_value(
             rates = sorted(one.root.letters & set(truth.velocities))
             forms = (f"in {', '.join(rates)}, not in momenta alone",) if rates else ()
             judged = replace(judged, forms=forms)
-        if not judged.holds and quantity.name == "Lagrangian" and is_equivalent(one, truth):
-            judged = replace(judged, worst=0.0, residual=None, root=None)
+        lagrangian = quantity.name == "Lagrangian"
+        if lagrangian and not judged.holds and is_equivalent(one, truth, quantity.letters):
+            judged = replace(judged, worst=0.0, root=None)
         found.append(replace(judged, fault=fault) if judged.holds and fault else judged)
     return found
 
@@ -540,17 +541,19 @@ def _find_foreign_rate(one: Residual, roots: Array, name: str, reach: float) -> 
     return ""
 
 
-def is_equivalent(one: Residual, truth: Truth) -> bool:
+def is_equivalent(one: Residual, truth: Truth, letters: Sequence[str]) -> bool:
     """Return whether two Lagrangians give the same equations, for any motion.
 
     They may differ by the total time derivative of a function of coordinates and time.
+    ``letters`` are those that stand for the Lagrangian itself.
     """
     derivation, sample = truth.derivation, truth.sample
-    if derivation is None or len(one.statement.sides) > 2:
+    formulas = [side for side in one.statement.sides if side.name not in letters]
+    if derivation is None or len(formulas) != 1 or formulas[0].letters & set(letters):
         return False
     if any(not velocity.endswith("'") for velocity in truth.velocities):
         return False
-    answer = one.statement.sides[-1]
+    answer = formulas[0]
     # T − V without the forces that have no potential
     true = Lagrange(truth.mechanism, derivation.algebra)
     moving = Letters.of(truth.mechanism).rate_nodes
@@ -593,7 +596,8 @@ def find_rounding(one: Residual, text: str) -> str:
         written = _WRITTEN.fullmatch(text[node.start : node.end])
         if node.kind != "number" or written is None:
             continue
-        digits = text[node.start : node.end].strip("0.,").replace(".", "").replace(",", "")
+        # zeros behind the decimal mark are digits, those before the first other digit are not
+        digits = re.sub("[.,]", "", text[node.start : node.end]).lstrip("0")
         usable = one.finite & np.isfinite(exact)
         if len(digits) < 2 or usable.sum() < min(3, one.sample.count):
             continue

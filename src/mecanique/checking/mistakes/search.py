@@ -603,9 +603,12 @@ class Search:
             pass
         return _rank([], listed)
 
-    def has_unit_fault(self, one: Residual, text: str) -> bool:
+    def has_unit_fault(
+        self, residual: Residual, text: str, asked: Mapping[str, Dimension] = MappingProxyType({})
+    ) -> bool:
         """Return whether the units in an equation do not match."""
-        return bool(_misfits(self.units, one, 0, text))
+        units = Units(self._truth.mechanism, asked) if asked else self.units
+        return bool(_misfits(units, residual, 0, text))
 
     def _mend(self, residual: Residual, number: int, text: str) -> list[tuple[float, Cause]]:
         """Return the single changes that would make an equation right, with their weights."""
