@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import pytest
@@ -125,6 +126,39 @@ def test_a_press_shows_a_phase_portrait_of_each_coordinate(
     for expected in (["q1", "q1'"], ["q2", "q2'"], first):
         seen.page.click("#portrait")
         assert seen.js(shown) == expected
+    seen.clean()
+
+
+def test_a_phase_portrait_folds_angles_and_shows_both_motions(show: Callable[..., Visit]) -> None:
+    """A pendulum that turns over goes on to the right, or through one strip again and again."""
+    over = scene(mq.simulate(load("simple_pendulum"), q=[0.0], v=[8.0], duration=5.0))
+    seen = show(over)
+    seen.js(
+        "mecanique.setup.change([['beside', 'q', 0.5], ['beside', \"q'\", -6], ['rtol', '', 1e-9]])"
+    )
+    seen.page.click("#tab-plots")
+    assert not seen.page.is_visible("#fold")  # time is no angle
+    seen.page.click("#portrait")
+    curves = seen.page.locator("#charts polyline")
+    ends = "() => [...document.querySelectorAll('#charts polyline')].map((e) => e.points).map("
+    ends += "(p) => [p[0].x, p[p.length - 1].x])"
+    assert curves.count() == 2
+    turned, swung = seen.js(ends)
+    assert turned[1] - turned[0] > 200
+    assert abs(swung[1] - swung[0]) < 100
+    turns = seen.js("mecanique.clock.table.stateAt(5)[0]") / (2 * math.pi)
+    seen.page.check("#fold")
+    assert curves.count() == round(turns) + 2  # once more for each turn
+    for piece in seen.js(ends)[1:-2]:  # from one side to the other
+        assert piece[1] - piece[0] > 0.8 * (seen.js("mecanique.plots.width") - 62)
+    label = "q' over q, with the second motion"
+    assert seen.page.get_attribute("#charts svg", "aria-label") == label
+    seen.page.click("#tab-parameters")
+    seen.page.select_option("#beside-name", "q'")
+    assert seen.page.input_value("#beside-by") == "-6"
+    seen.page.click("#beside-off")
+    seen.page.click("#tab-plots")
+    assert seen.page.get_attribute("#charts svg", "aria-label") == "q' over q"
     seen.clean()
 
 

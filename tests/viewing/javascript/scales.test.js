@@ -6,10 +6,17 @@ import { assets } from "./pages.js";
 const { isNothing, powerOfTen, rangeOf, ticks, ticksAlong } = await import(
   new URL("data/scales.js", assets)
 );
+const { fold } = await import(new URL("panels/phase.js", assets));
 const { measure } = await import(new URL("data/numbers.js", assets));
 
 test("powers of ten are written with superscripts", () => {
   assert.equal(powerOfTen(-12), "10⁻¹²");
+});
+
+test("angles fold to one turn, π included and −π not", () => {
+  const folded = [0, Math.PI, -Math.PI, 4, -4, 7 * Math.PI].map(fold);
+  const expected = [0, Math.PI, Math.PI, 4 - 2 * Math.PI, 2 * Math.PI - 4, Math.PI];
+  folded.forEach((angle, k) => assert.ok(Math.abs(angle - expected[k]) < 1e-14));
 });
 
 test("ticks are round numbers, each written once", () => {

@@ -171,8 +171,26 @@ test("a second motion starts beside the first, and a link keeps it", () => {
     () => own.set([["beside", "x", NaN]]),
     /finite number for the difference in x, got nan/,
   );
-  assert.equal(own.neighbor.by, 0.01);
+  assert.deepEqual(own.neighbor, { x: 0.01 });
   assert.equal(own.set([["beside", "x", 0]]).other, null);
+});
+
+test("a second motion may start otherwise in several numbers", () => {
+  const own = bench();
+  const velocity = own.machine.names[1];
+  const table = own.set([
+    ["beside", "x", 0.3],
+    ["beside", velocity, -0.4],
+  ]);
+  const [first, second] = [table, table.other].map((each) => [...each.stateAt(each.first)]);
+  near(second[0] - first[0], 0.3, 1e-12);
+  near(second[1] - first[1], -0.4, 1e-12);
+  assert.deepEqual(own.changes(), [
+    ["beside", "x", 0.3],
+    ["beside", velocity, -0.4],
+  ]);
+  own.set([["beside", "x", 0]]);
+  assert.deepEqual(own.neighbor, { [velocity]: -0.4 });
 });
 
 test("displacements and turns from rest are multiplied", () => {

@@ -94,6 +94,7 @@ def _plots(scene: Scene) -> str:
         '<label class="pick" hidden>where <select id="plot-at">'
         '<option value="">always</option></select></label>'
         '<button type="button" id="portrait" title="Each coordinate with its rate">Phase</button>'
+        '<label class="pick" hidden><input type="checkbox" id="fold">fold to ±π</label>'
         '<button type="button" id="csv" title="Save the chosen quantities">CSV</button>'
         '<button type="button" id="svg" title="Save the plots as a picture">SVG</button></div>'
         '<div id="charts"></div>'
@@ -362,7 +363,8 @@ _SETUP = (
 
 _BESIDE = (
     '<section class="study"><h3>Second motion</h3>'
-    '<p class="note">From a start next to this one; its bodies are drawn transparent.</p>'
+    '<p class="note">From another start, which may differ in several values; its bodies are drawn'
+    " transparent, its phase portrait pale.</p>"
     '<div class="bar"><select id="beside-name" aria-label="What starts otherwise"></select> by '
     '<input type="number" step="any" id="beside-by" value="0.01" aria-label="By how much">'
     '<button type="button" id="beside-on">Show beside</button>'

@@ -18,7 +18,7 @@ export class Bench {
     this.setting = machine.initial();
     this.past = [];
     this.table = null;
-    this.neighbor = null; // { name, by }: which number of the start a second motion has otherwise
+    this.neighbor = null; // by how much each number of a second motion's start differs, by name
   }
 
   // The number that is set, by its kind: parameter, initial, duration or rtol.
@@ -52,8 +52,15 @@ export class Bench {
     requireFinite([kind, name, value], engine.coordinates);
     if (kind === "parameter") setting.p[engine.parameters.indexOf(name)] = value;
     else if (kind === "initial") setting.start[names.indexOf(name)] = value;
-    else if (kind === "beside") this.neighbor = value ? { name, by: value } : null;
+    else if (kind === "beside") this.differ(name, value);
     else setting[kind] = value;
+  }
+
+  // Lets a second motion start otherwise; there is none without a difference.
+  differ(name, by) {
+    const differences = { ...this.neighbor, [name]: by };
+    const kept = Object.entries(differences).filter(([, difference]) => difference);
+    this.neighbor = kept.length ? Object.fromEntries(kept) : null;
   }
 
   // Takes a setting as it is and computes its motion.
@@ -114,13 +121,13 @@ export class Bench {
     return this.adopt({ ...setting, first: table.last, start }, { keep: false });
   }
 
-  // The motion from a start next to that of a setting, if there is one.
+  // The motion from another start.
   moveOther(setting, table) {
-    const { name, by } = this.neighbor;
     const { machine } = this;
     const start = [...setting.start];
-    start[machine.names.indexOf(name)] += by;
-    const y = machine.begin({ ...setting, start }, [name]);
+    for (const [name, by] of Object.entries(this.neighbor))
+      start[machine.names.indexOf(name)] += by;
+    const y = machine.begin({ ...setting, start }, Object.keys(this.neighbor));
     const path = machine.move(setting, y, table.last);
     const { layout, bodies } = this;
     return new Computed(machine, setting, path, { layout, bodies, last: table.last });
@@ -153,7 +160,7 @@ export class Bench {
     });
     for (const kind of ["duration", "rtol"])
       if (setting[kind] !== first[kind]) found.push([kind, "", setting[kind]]);
-    if (this.neighbor) found.push(["beside", this.neighbor.name, this.neighbor.by]);
+    for (const [name, by] of Object.entries(this.neighbor ?? {})) found.push(["beside", name, by]);
     return found;
   }
 

@@ -41,7 +41,7 @@ export function drawAxes(picture, x, y, title) {
 
 const STYLE =
   "text{font:11px sans-serif;fill:#444}.rule{stroke:#ddd}.curve{fill:none;stroke-width:1.5}" +
-  ".cursor{stroke:#000}.dot{stroke:#fff}";
+  ".cursor{stroke:#000}.dot{stroke:#fff}.ring{stroke-width:1.5}";
 
 // All plots as the text of one file, each below its legend.
 export function stack(charts) {

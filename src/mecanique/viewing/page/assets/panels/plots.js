@@ -57,6 +57,8 @@ export class Plots {
       over.append(new Option(unit ? `${text} [${unit}]` : text, id));
     over.onchange = () => this.setOver(over.value === "" ? -1 : Number(over.value));
     this.wirePhase(document.getElementById("portrait"));
+    this.folding = document.getElementById("fold");
+    this.folding.onchange = () => this.draw();
     this.over = -1;
     this.section = null; // the states of a section, where one is shown
     this.holder.closest("[role=tabpanel]").addEventListener("opened", () => this.refresh());
@@ -87,6 +89,7 @@ export class Plots {
   setOver(id) {
     this.over = id;
     document.getElementById("plot-x").value = id < 0 ? "" : String(id);
+    this.folding.parentElement.hidden = this.list[id]?.unit !== "rad";
     this.draw();
   }
 
@@ -104,6 +107,11 @@ export class Plots {
       this.choose(rate === undefined ? this.before : [rate]);
       if (rate === undefined) this.before = null;
     };
+  }
+
+  // Whether what lies across is an angle that starts anew after each turn.
+  folds({ unit }) {
+    return unit === "rad" && this.folding.checked;
   }
 
   // Shows some quantities and no others.
@@ -313,12 +321,12 @@ export class Plots {
     this.clock.seek(t);
   }
 
-  at({ value }, t) {
-    if (!this.data.n) return NaN;
-    const x = this.data.index(t);
+  at({ value }, t, data = this.data) {
+    if (!data.n) return NaN;
+    const x = data.index(t);
     const k = Math.floor(x);
-    const low = value(this.data, k);
-    return k + 1 < this.data.n ? low + (value(this.data, k + 1) - low) * (x - k) : low;
+    const low = value(data, k);
+    return k + 1 < data.n ? low + (value(data, k + 1) - low) * (x - k) : low;
   }
 
   follow(anew = false) {

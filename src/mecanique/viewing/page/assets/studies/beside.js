@@ -1,4 +1,4 @@
-// A second motion from a start next to the first: what it starts with, and how the two part.
+// A second motion from another start: what it starts with, and how the two part.
 
 import { measure } from "../data/numbers.js";
 
@@ -61,11 +61,21 @@ export class Beside {
     this.told = find("beside-told");
     for (const name of setup.bench.machine.names) this.names.append(new Option(name, name));
     find("beside-on").onclick = () => this.set(Number(this.by.value));
-    this.off.onclick = () => this.set(0);
+    this.off.onclick = () => {
+      const names = Object.keys(setup.bench.neighbor);
+      setup.change(names.map((name) => ["beside", name, 0]));
+    };
+    this.names.onchange = () => this.showDifference();
   }
 
   set(by) {
     this.setup.change([["beside", this.names.value, by]]);
+  }
+
+  // By how much the chosen number differs, where it does.
+  showDifference() {
+    const by = this.setup.bench.neighbor?.[this.names.value];
+    if (by !== undefined && document.activeElement !== this.by) this.by.value = by;
   }
 
   // After every motion: shows which second one there is.
@@ -79,10 +89,8 @@ export class Beside {
       this.plots.choose(neighbor ? [...others, this.distance] : others);
     }
     this.off.disabled = !neighbor;
-    if (neighbor) {
-      this.names.value = neighbor.name;
-      if (document.activeElement !== this.by) this.by.value = neighbor.by;
-    }
+    if (neighbor && !(this.names.value in neighbor)) [this.names.value] = Object.keys(neighbor);
+    this.showDifference();
     this.told.textContent = table?.other ? describeParting(table, this.columns) : "";
   }
 }
