@@ -14,6 +14,7 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 from playwright.sync_api import Error as PlaywrightError
 from viewing_browser import FLAGS, UNDRAWN, Visit
+from viewing_firefox import Firefox, firefox, missing
 from viewing_scenes import write_page
 
 from mecanique.viewing.scene.scene import Scene
@@ -45,6 +46,16 @@ def browser() -> Iterator[Browser]:
         started = playwright.chromium.launch(executable_path=path, args=FLAGS.split())
         yield started
         started.close()
+
+
+@pytest.fixture(scope="session")
+def fox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
+    if reason := missing():
+        if "firefox" in os.environ.get("MECANIQUE_REQUIRE_BROWSERS", ""):
+            pytest.fail(reason)
+        pytest.skip(reason)
+    with firefox(tmp_path_factory.mktemp("firefox")) as started:
+        yield started
 
 
 @pytest.fixture(scope="session")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
-from collections.abc import Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -13,7 +11,7 @@ import pytest
 from PIL import Image
 from scipy.special import ellipj, ellipk
 from viewing_engines import engine_of, write_runner
-from viewing_firefox import Firefox, firefox, missing
+from viewing_firefox import Firefox
 from viewing_scenes import about_y, pendulum, swing, write_page
 
 from mecanique.motion import simulate
@@ -26,16 +24,6 @@ from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.show import scene as scene_with_texts
 
 pytestmark = pytest.mark.slow  # what Chromium shows, once more in another browser
-
-
-@pytest.fixture(scope="module")
-def fox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
-    if reason := missing():
-        if "firefox" in os.environ.get("MECANIQUE_REQUIRE_BROWSERS", ""):
-            pytest.fail(reason)
-        pytest.skip(reason)
-    with firefox(tmp_path_factory.mktemp("firefox")) as started:
-        yield started
 
 
 def opened(fox: Firefox, scene: Scene, folder: Path) -> Firefox:

@@ -9,7 +9,7 @@ import os
 import re
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Thread
@@ -109,6 +109,18 @@ class Firefox:
         actions = [{"type": "keyDown", "value": key}, {"type": "keyUp", "value": key}]
         keyboard = {"type": "key", "id": "keyboard", "actions": actions}
         self.call("input.performActions", context=self._tab, actions=[keyboard])
+
+    def point(self, *steps: tuple[str, Sequence[float]]) -> None:
+        """Move the mouse, and press and release its button."""
+        actions: list[dict[str, Any]] = []
+        for kind, (x, y) in steps:
+            if kind == "move":
+                place = {"x": round(x), "y": round(y)}
+                actions.append({"type": "pointerMove", **place, "duration": 30})
+            else:
+                actions.append({"type": f"pointer{kind.capitalize()}", "button": 0})
+        mouse = {"type": "pointer", "id": "mouse", "actions": actions}
+        self.call("input.performActions", context=self._tab, actions=[mouse])
 
     def resize(self, width: int, height: int) -> None:
         size = {"width": width, "height": height}
