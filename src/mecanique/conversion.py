@@ -28,9 +28,8 @@ from mecanique.verification.verdict import EngineReading
 _STATES = 100
 """Number of random states at which source and result are compared."""
 
-_ALIKE = 1e-10
-"""Largest relative difference of a conversion that is proved: near a pitch of a quarter turn, roll,
-pitch and yaw keep a rotation to about 1e-11 (5e-12 seen, ur5)."""
+_ALIKE = 1e-12
+"""Largest relative difference of a conversion that is proved."""
 
 _ENGINES = {"URDF": ("pinocchio", "mujoco"), "MJCF": ("mujoco",)}
 """The engines of each format that read the result by themselves, where they are installed."""

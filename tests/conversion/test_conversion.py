@@ -31,8 +31,7 @@ def test_urdf_to_mjcf_and_back_is_the_same_robot(name: str) -> None:
     assert out.lost == ()
     assert any(reading.engine.startswith("MuJoCo") for reading in out.readings)
     back = mq.convert(mq.read(out.text), "URDF", states=20)
-    # ur5 has pitches near a quarter turn, where roll, pitch and yaw are ill determined
-    assert max(out.worst, back.worst) <= (1e-11 if name == "ur5_robot" else 1e-12), str(back)
+    assert max(out.worst, back.worst) <= 1e-12, str(back)
     assert mq.verify(mechanism, against=mq.read_urdf(back.text), samples=5).agrees
 
 

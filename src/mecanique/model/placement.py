@@ -15,8 +15,8 @@ from mecanique.model.expression import Scalar, Vector, plain
 Matrix3: TypeAlias = "tuple[tuple[Scalar, Scalar, Scalar], ...]"
 """Three rows of three scalars."""
 
-_UPRIGHT = 1e-9
-"""Cosine of the pitch below which roll and yaw turn about one axis."""
+_UPRIGHT = 1e-15
+"""Cosine of the pitch, of the size of rounding, below which roll and yaw turn about one axis."""
 
 
 @final
@@ -76,11 +76,14 @@ def rpy_of(turn: Array) -> tuple[float, float, float]:
 
     Shapes: turn (3, 3).
     """
-    (a, d, _), (b, e, _), (c, s, k) = turn.tolist()
+    (a, d, g), (b, e, h), (c, s, k) = turn.tolist()
     level = math.hypot(a, b)
-    if level < _UPRIGHT:
-        return 0.0, math.atan2(-c, 0.0), math.atan2(-d, e)
-    return math.atan2(s, k), math.atan2(-c, level), math.atan2(b, a)
+    roll = math.atan2(s, k) if level >= _UPRIGHT else 0.0
+    # near a pitch of a quarter turn only the sum of roll and yaw is well determined: yaw follows
+    # from what roll leaves of the matrix, not from the small entries a and b
+    cr, sr = math.cos(roll), math.sin(roll)
+    yaw = math.atan2(sr * g - cr * d, cr * e - sr * h)
+    return roll, math.atan2(-c, level), yaw
 
 
 def pose_of(place: Placement) -> Array:
