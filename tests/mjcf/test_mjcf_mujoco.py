@@ -214,6 +214,84 @@ TEXTS |= {
     ).replace("<worldbody>", '<default><general armature="0.2"/></default><worldbody>'),
 }
 
+MEDIUM = '<option density="1.2" viscosity="0.03"/>'
+TILTED = (
+    '<inertial pos="0.1 0.2 -0.1" mass="2" diaginertia="0.3 0.2 0.4" euler="10 20 30"/>'
+    '<geom size="0.1"/>'
+)
+
+TEXTS |= {
+    "ball with damping": body(
+        '<joint type="ball" damping="0.3" pos="0.1 0.2 0.3"/>' + GEOM + SECOND
+    ),
+    "ball with damping on a link": body(
+        f'{HINGE}{GEOM}<body pos="0.3 0 0" euler="10 20 30"><joint type="ball" damping="0.3"/>{GEOM}'
+        "</body>"
+    ),
+    "free with damping": body('<joint type="free" damping="0.4"/>' + GEOM + SECOND),
+    "free with damping by class": body(
+        '<joint type="free"/>' + GEOM + SECOND, '<default><joint damping="0.4"/></default>'
+    ),
+    "ball without damping by flag": body(
+        '<joint type="ball" damping="0.3"/>' + GEOM,
+        '<option><flag damper="disable"/></option>',
+    ),
+    "a drone in air": world(f"<body>{TILTED}<freejoint/></body>", MEDIUM),
+    "a drone in thin air": world(f"<body>{TILTED}<freejoint/></body>", '<option density="1.2"/>'),
+    "a drone in oil": world(f"<body>{TILTED}<freejoint/></body>", '<option viscosity="2"/>'),
+    "what stands in air": world(f"<body>{TILTED}<body>{GEOM}</body></body>", MEDIUM).replace(
+        "</worldbody>", f"<body><freejoint/>{GEOM}</body></worldbody>"
+    ),
+    "autolimits off": body(
+        '<joint name="a" axis="0 1 0" limited="false" range="-10 20" stiffness="2"/>' + GEOM,
+        '<compiler autolimits="false"/>',
+    ),
+    "degrees of an axis and an angle": world(
+        f'<body axisangle="1 2 3 0.7">{HINGE.replace("0.3 -1", "1 -1")}{GEOM}</body>',
+        '<compiler angle="radian"/>',
+    ),
+    "reference in radians": body(
+        '<joint axis="1 1 0" ref="0.4" springref="-0.2" stiffness="3" damping="1"/>' + GEOM,
+        '<compiler angle="radian"/>',
+    ),
+    "a slide's reference has no degrees": body(
+        '<joint type="slide" axis="1 1 0" ref="0.4" springref="-0.2" stiffness="3"/>' + GEOM
+    ),
+    "mass over density": body(HINGE + '<geom size="0.1" pos="0.2 0 0" mass="2" density="9"/>'),
+    "massless among others": body(HINGE + GEOM + '<geom size="0.4" pos="0.2 0 0" mass="0"/>'),
+    "geoms count beside an inertial": body(
+        HINGE + '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>' + GEOM,
+        '<compiler inertiafromgeom="auto"/>',
+    ),
+    "class of a class": body(
+        f'<joint class="in" axis="0 1 0"/>{GEOM}',
+        '<default><default class="out"><joint stiffness="2" armature="0.1"/><default class="in">'
+        '<joint stiffness="3"/></default></default></default>',
+    ),
+    "childclass of a frame": body(
+        f'<frame childclass="k"><joint axis="0 1 0"/>{GEOM}</frame>',
+        '<default><default class="k"><joint armature="0.3" damping="1"/></default></default>',
+    ),
+    "frame in a frame": body(
+        f'<frame pos="0 0 1" euler="10 0 0"><frame axisangle="1 0 1 40" pos="1 0 0">{HINGE}{GEOM}'
+        "</frame></frame>"
+    ),
+    "two compilers": body(HINGE + GEOM, '<compiler angle="radian"/><compiler eulerseq="zxz"/>'),
+    "a mocap body": world(
+        f'<body mocap="true" pos="1 0 0"><geom size="0.1"/></body><body>{HINGE}{GEOM}</body>'
+    ),
+    "gravcomp of a link": body(
+        HINGE + GEOM + SECOND.replace("<body ", '<body gravcomp="1.3" '),
+        '<option gravity="1 0 -9"/>',
+    ),
+    "quaternion of any length": world(f'<body quat="2 -1 0.5 3">{HINGE}{GEOM}{SECOND}</body>'),
+    "zaxis down": world(f'<body zaxis="0 0 -2">{HINGE}{GEOM}</body>'),
+    "zaxis aslant": world(f'<body zaxis="1 2 -2">{HINGE}{GEOM}</body>'),
+    "ellipsoid of two points": body(
+        HINGE + '<geom type="ellipsoid" size="0.1" fromto="0 0 0 0 -1 -2"/>'
+    ),
+}
+
 
 def norm(text: str, q: Any, v: Any) -> tuple[Any, Any, Any]:
     """MuJoCo's mass matrix, bias and passive forces in this package's velocities."""

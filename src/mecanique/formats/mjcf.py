@@ -55,6 +55,7 @@ from mecanique.model.forces import (
     JointForce,
     JointSpring,
     Spring,
+    Torque,
 )
 from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, Spherical
@@ -82,6 +83,9 @@ _SECTIONS = {
 """Sections below <mujoco>, and what the dynamics do without of them, in words."""
 
 _ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
+_NO_MASS = 1e-15
+"""MuJoCo's mjMINVAL."""
+
 _IN_PARTS = {"size", "polycoef"}
 """Attributes of which an element may give the first numbers, and its class the rest."""
 
@@ -110,7 +114,7 @@ _READ = {
     "boundinertia balanceinertia settotalmass coordinate alignfree meshdir assetdir fitaabb "
     "strippath | texturedir fusestatic discardvisual usethread convexhull exactmeshinertia "
     "saveinertial conflict",
-    "option": "gravity density viscosity | timestep impratio wind magnetic integrator cone "
+    "option": "gravity density viscosity wind | timestep impratio magnetic integrator cone "
     "jacobian solver iterations tolerance ls_iterations ls_tolerance noslip_iterations "
     "noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations mpr_tolerance sdf_iterations "
     "sdf_initpoints o_margin o_solref o_solimp o_friction actuatorgroupdisable apirate collision "
@@ -149,6 +153,8 @@ class _Settings:
     balance: bool = False
     total: float = -1.0
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    density: float = 0.0  # of the medium around
+    viscosity: float = 0.0
     springs: bool = True
     dampers: bool = True
     fits_box: bool = False
@@ -301,9 +307,11 @@ class _Reader(Source):
     def _set_options(self, element: Element) -> None:
         texts, s = self._attributes(element, "option", {}), self._settings
         s.gravity = self.numbers(element, texts, "gravity", s.gravity, 3)
-        for name in ("density", "viscosity"):
-            if self.number(element, texts, name, 0.0):
-                raise self.refuse(element, f"forces of a medium ({name} of <option>) are not read")
+        s.density = self.number(element, texts, "density", s.density)
+        s.viscosity = self.number(element, texts, "viscosity", s.viscosity)
+        if s.density or s.viscosity:
+            if any(self.numbers(element, texts, "wind", (0, 0, 0), 3)):
+                raise self.refuse(element, "wind=… of <option> is not read")
         for flag in element.all("flag"):
             off = {name for name, text in flag.attributes.items() if text == "disable"}
             if "gravity" in off:
@@ -542,12 +550,14 @@ class _Reader(Source):
         if values["frictionloss"]:
             self._rubbing.append(name)
         if form in ("free", "ball"):
-            for what in ("stiffness", "damping", "armature"):
+            for what in ("stiffness", "armature"):
                 if values[what]:
                     raise self.refuse(element, f"{what} of a {form} joint is not read")
+            if form == "free" and parent != GROUND:
+                raise self.refuse(element, "a free joint expects a body of the world")
+            if values["damping"] and self._settings.dampers:
+                self._damp(name, form, parent, child, values["damping"])
             if form == "free":
-                if parent != GROUND:
-                    raise self.refuse(element, "a free joint expects a body of the world")
                 self._joints.append(Floating(name, parent, child))
                 return np.eye(4)
         at = np.eye(4)
@@ -598,6 +608,52 @@ class _Reader(Source):
             self._forces.append(JointDamper(f"{name}_damper", name, values["damping"]))
         return np.asarray(np.linalg.inv(at))
 
+    def _damp(self, name: str, form: str, parent: str, child: str, damping: float) -> None:
+        """Add the resistance to each velocity of a free or ball joint, in the child's axes."""
+        wx, wy, wz = (-damping * coordinate(f"{name}_w{k}") for k in "xyz")
+        self._forces.append(Torque(f"{name}_damper", child, (wx, wy, wz), axes=child))
+        if form == "free":
+            fx, fy, fz = (-damping * coordinate(f"{name}_v{k}") for k in "xyz")
+            drag = Force(f"{name}_drag", child, (0.0, 0.0, 0.0), (fx, fy, fz), axes=child)
+            self._forces.append(drag)
+        elif parent != GROUND:
+            reaction = Torque(f"{name}_damper_on_{parent}", parent, (-wx, -wy, -wz), axes=child)
+            self._forces.append(reaction)
+
+    def _immerse(self, option: Element) -> None:
+        """Add the forces of the medium on the boxes that have the inertia of the bodies.
+
+        MuJoCo documentation, "Fluid forces", inertia model.
+        """
+        s, still = self._settings, {GROUND}
+        for joint in self._joints:
+            if isinstance(joint, Fixed) and joint.parent in still:
+                still.add(joint.child)
+        free = {joint.child: joint.name for joint in self._joints if isinstance(joint, Floating)}
+        for link in self._links:
+            mass = link.mass
+            if link.name in still or mass.mass < _NO_MASS:
+                continue
+            if link.name not in free:
+                message = f"forces of a medium on {link.name!r}, which no free joint carries"
+                raise self.refuse(option, f"{message}, are not read")
+            names = [f"{free[link.name]}_{what}" for what in ("vx", "vy", "vz", "wx", "wy", "wz")]
+            rates = np.array([coordinate(name) for name in names], dtype=object)
+            moments, axes = np.linalg.eigh(mass.inertia)
+            box = np.sqrt(6 * np.maximum(moments.sum() - 2 * moments, _NO_MASS) / mass.mass)
+            size, faces = box.mean(), box.prod() / box
+            paddles = box * ((box**4).sum() - box**4) / 64
+            slide = axes.T @ (rates[:3] + np.cross(rates[3:], mass.center))
+            spin = axes.T @ rates[3:]
+            force = -3 * math.pi * size * s.viscosity * slide
+            force = axes @ (force - 0.5 * s.density * faces * np.abs(slide) * slide)
+            torque = -math.pi * size**3 * s.viscosity * spin
+            torque = axes @ (torque - s.density * paddles * np.abs(spin) * spin)
+            x, y, z = mass.center.tolist()
+            on = {"body": link.name, "axes": link.name}
+            drag = Force(f"{link.name}_drag", point=(x, y, z), force=tuple(force), **on)
+            self._forces += [drag, Torque(f"{link.name}_spin_drag", torque=tuple(torque), **on)]
+
     # masses
 
     def _inertial(self, element: Element) -> Mass:
@@ -629,6 +685,9 @@ class _Reader(Source):
         density = self.number(element, texts, "density", 1000.0)
         if mass == 0 or (mass is None and density == 0):
             counts = False
+        medium = self._settings.density or self._settings.viscosity
+        if medium and texts.get("fluidshape", "none") != "none":
+            raise self.refuse(element, "fluidshape=… of <geom> is not read")
         shell = texts.get("shellinertia") == "true"
         if "mesh" in texts and form in {*SIZES, "mesh"}:
             return self._mesh_geom(element, texts, form, frame, link, counts)
@@ -1034,6 +1093,8 @@ class _Reader(Source):
         total = sum(link.mass.mass for link in self._links)
         scale = s.total / total if s.total > 0 and total > 0 else 1.0
         loops, follows = self._close(root)
+        if s.density or s.viscosity:
+            self._immerse(root.child("option") or root)
         self._forces = [_in_free_joints(force, follows) for force in self._forces]
         bodies = []
         for link in self._links:
