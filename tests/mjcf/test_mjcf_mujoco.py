@@ -225,8 +225,8 @@ TEXTS |= {
         '<joint type="ball" damping="0.3" pos="0.1 0.2 0.3"/>' + GEOM + SECOND
     ),
     "ball with damping on a link": body(
-        f'{HINGE}{GEOM}<body pos="0.3 0 0" euler="10 20 30"><joint type="ball" damping="0.3"/>{GEOM}'
-        "</body>"
+        f'{HINGE}{GEOM}<body pos="0.3 0 0" euler="10 20 30"><joint type="ball" damping="0.3"/>'
+        f"{GEOM}</body>"
     ),
     "free with damping": body('<joint type="free" damping="0.4"/>' + GEOM + SECOND),
     "free with damping by class": body(

@@ -309,9 +309,9 @@ class _Reader(Source):
         s.gravity = self.numbers(element, texts, "gravity", s.gravity, 3)
         s.density = self.number(element, texts, "density", s.density)
         s.viscosity = self.number(element, texts, "viscosity", s.viscosity)
-        if s.density or s.viscosity:
-            if any(self.numbers(element, texts, "wind", (0, 0, 0), 3)):
-                raise self.refuse(element, "wind=… of <option> is not read")
+        wind = self.numbers(element, texts, "wind", (0, 0, 0), 3)
+        if (s.density or s.viscosity) and any(wind):
+            raise self.refuse(element, "wind=… of <option> is not read")
         for flag in element.all("flag"):
             off = {name for name, text in flag.attributes.items() if text == "disable"}
             if "gravity" in off:
