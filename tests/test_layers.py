@@ -189,7 +189,7 @@ ORDER: dict[str, list[str]] = {
         "motion",
         "ensemble inertial linear",
     ],
-    "motion.switching": ["rows", "law", "corners"],
+    "motion.switching": ["rows", "law", "compiled", "corners"],
     "motion.simulation": [
         "problem",
         "integrators",

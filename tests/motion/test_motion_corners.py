@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -11,6 +12,17 @@ from scipy.special import ellipkinc
 
 import mecanique as mq
 from mecanique.motion.motion import Motion
+from mecanique.motion.switching.compiled import SwitchingEquations
+from mecanique.motion.switching.corners import Corners
+from mecanique.motion.switching.law import (
+    BACKWARD,
+    CLOSED,
+    FORWARD,
+    OPEN,
+    STICKS,
+    ElementState,
+)
+from mecanique.motion.switching.rows import ElementRows
 from mecanique.viewing.scene.inspection import inspection_of
 
 G = 9.81
@@ -408,3 +420,87 @@ def test_a_ball_leaves_a_ball_at_ten_seventeenths() -> None:
     leaves = next(event for event in motion.events if event.name == "dome: open")
     cosine = leaves.q[1] / (R + r)
     np.testing.assert_allclose(cosine, 10 / 17 * math.cos(lean), rtol=0, atol=1e-5)
+
+
+SYSTEMS = {
+    "stick and slip": slider(
+        mq.Friction("belt", "slide", 0.2, G, mu_static=0.4, speed=0.2),
+        mq.Stop("stop", "slide", 1.0),
+        stiffness=100.0,
+    ),
+    "elastic stop": slider(mq.Stop("stop", "slide", 0.2, stiffness=50.0)),
+    "ball": flat(mq.ball(1.0, 0.1), mq.Contact("floor", "body", radius=0.1, mu=0.3)),
+    "particle": particle(mq.Contact("floor", "p", mu=0.4)),
+}
+
+
+def list_states(element: ElementRows) -> list[ElementState]:
+    """Return the states an element of a planar mechanism may be in."""
+    states = [ElementState(OPEN)] if element.normal is not None else []
+    if not element.tangents:
+        return [*states, ElementState(CLOSED)]
+    slips = [ElementState(FORWARD, (1.0,)), ElementState(BACKWARD, (-1.0,))]
+    return [*states, ElementState(STICKS), *slips]
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_programs_of_modes_give_what_the_engine_s_quantities_do(system: str) -> None:
+    corners = Corners(SYSTEMS[system])
+    equations = SwitchingEquations(corners.rows)
+    base, random = corners.rows.base, np.random.default_rng(7)
+    choices = [list_states(element) for element in corners.elements]
+    written = 0
+    for mode in product(*choices):
+        program = equations.write(mode)
+        if program is None:
+            continue
+        written += 1
+        for _ in range(5):
+            q, v = random.normal(size=(2, base.nv))
+            t, y = random.normal(), np.concatenate([q, v])
+            terms = corners.rows.at(q, v, t)
+            solution = corners.laws.solve(terms, mode)
+            assert solution is not None
+            np.testing.assert_allclose(
+                program.rates(t, y), [*v, *solution.a], rtol=1e-10, atol=1e-10
+            )
+            margins, load = program.margins(t, y)
+            expected = corners.laws.margins(terms, mode)
+            np.testing.assert_allclose(margins, expected, rtol=1e-10, atol=1e-10)
+            assert load == pytest.approx(np.abs(terms.load).max(), rel=1e-12)
+    assert written > 1
+
+
+def test_a_mode_asked_for_often_is_computed_by_its_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    mechanism = slider(mq.Friction("dry", "slide", 0.1, G), stiffness=100.0)
+    by_program = mq.simulate(mechanism, q={"x": 0.1}, duration=2.0)
+    states: list[float] = []
+    engine = Corners._rates
+
+    def count(corners: Corners, t: float, y: np.ndarray) -> np.ndarray:
+        states.append(t)
+        return engine(corners, t, y)
+
+    monkeypatch.setattr(Corners, "_rates", count)
+    mq.simulate(mechanism, q={"x": 0.1}, duration=2.0)
+    some = len(states)
+    # a program that disagrees is not used
+    monkeypatch.setattr(Corners, "_agrees", lambda *_: False)
+    by_engine = mq.simulate(mechanism, q={"x": 0.1}, duration=2.0)
+    assert len(states) - some > 3 * some
+    np.testing.assert_allclose(by_program["x"], by_engine["x"], rtol=0, atol=1e-10)
+    assert by_program["x"][-1] == pytest.approx(-0.0019, abs=1e-12)
+
+
+def test_a_program_that_differs_from_the_engine_is_not_used(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    corners = Corners(slider(mq.Friction("dry", "slide", 0.1, G), stiffness=100.0))
+    corners.begin(0.0, np.array([0.1, 0.0]))
+    y = np.array([0.05, -0.3])
+    program = SwitchingEquations(corners.rows).write(corners.mode(0.0))
+    assert program is not None
+    assert corners._agrees(program, 0.0, y)
+    right = program.rates
+    program.rates = lambda t, y: np.asarray(right(t, y)) * (1 + 1e-6)
+    assert not corners._agrees(program, 0.0, y)

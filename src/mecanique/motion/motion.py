@@ -43,7 +43,6 @@ from mecanique.motion.simulation.watching.limits import (
     report_end,
 )
 from mecanique.motion.simulation.watching.validity import find_breaks
-from mecanique.motion.switching.corners import Corners
 from mecanique.notebook import draw
 from mecanique.threads import one_thread_for_loops
 
@@ -271,8 +270,11 @@ def simulate(
     """
     begin = perf_counter()
     refuse_still(mechanism)
-    corners = Corners(mechanism) if mechanism.switching else None
-    if corners is not None:
+    corners = None
+    if mechanism.switching:
+        from mecanique.motion.switching.corners import Corners
+
+        corners = Corners(mechanism)
         refuse_corners(mechanism, method, reference)
         mechanism = corners.rows.base
     start = np.concatenate([mechanism.position(q), mechanism.velocity(v)])

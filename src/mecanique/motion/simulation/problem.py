@@ -13,9 +13,9 @@ from mecanique.motion.compile.cache import Compiled, compile_once
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.events import Event, Occurrence
 from mecanique.motion.record.loops import ClosedLoops
-from mecanique.motion.switching.corners import Corners
 
 if TYPE_CHECKING:
+    from mecanique.motion.switching.corners import Corners
     from mecanique.reference import Reference
 
 

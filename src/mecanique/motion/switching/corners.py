@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import inf
 from typing import ClassVar, NoReturn, TypeVar, final
 
 import numpy as np
@@ -19,6 +20,7 @@ from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.parameters import Input
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence
+from mecanique.motion.switching.compiled import ModeProgram, SwitchingEquations
 from mecanique.motion.switching.law import (
     CLOSED,
     OPEN,
@@ -61,6 +63,12 @@ MOST_KEPT = 100_000
 _COMPONENTS = (*((f"F{axis}", "N") for axis in "xyz"), *((f"M{axis}", "N·m") for axis in "xyz"))
 """Letter and unit of each component of a wrench."""
 
+OFTEN = 100
+"""So many evaluations of a mode by the engine take as long as to write its program."""
+
+AGREE = 1e-9
+"""A program agrees with the engine's quantities to this part of the largest."""
+
 LEFT = 1e-13
 """A state that is brought back onto the rows held by more than this has drifted."""
 
@@ -97,6 +105,11 @@ class Corners:
         self._nq = mechanism.nq
         self._times: list[float] = []
         self._modes: list[Mode] = []
+        self._programs: dict[Mode, ModeProgram | None] = {}
+        self._asked: dict[Mode, int] = {}
+        # from when to when the program of the last mode asked for holds; hashing a mode takes time
+        self._present_program: tuple[float, float, ModeProgram | None] = (inf, -inf, None)
+        self._equations: SwitchingEquations | None = None
         self._last: tuple[bytes, float, Array] | None = None
         self._at_once = 0
         self._ended: frozenset[Mode] = frozenset()
@@ -115,9 +128,52 @@ class Corners:
 
     def rhs(self, t: float, y: Array) -> Array:
         """Return the rates of a state, shape (nq + nv,)."""
+        program = self._program(t, y)
+        if program is not None:
+            try:
+                return program.rates(t, y)
+            except (ArithmeticError, ValueError):
+                pass  # the engine may know, or says why not
+        return self._rates(t, y)
+
+    def _rates(self, t: float, y: Array) -> Array:
+        """Return the rates of a state by the engine's quantities."""
         q, v = y[: self._nq], y[self._nq :]
         solution = self._solve(self.rows.at(q, v, t), self.mode(t), t)
         return np.concatenate([self.rows.rates.first(q, v), solution.a])
+
+    def _program(self, t: float, y: Array) -> ModeProgram | None:
+        """Return the program of the mode at a time, once that mode has been asked for often."""
+        begin, end, program = self._present_program
+        if begin <= t < end:
+            return program
+        mode = self.mode(t)
+        if mode in self._programs:
+            program = self._programs[mode]
+            k = max(bisect_right(self._times, t) - 1, 0)
+            end = self._times[k + 1] if k + 1 < len(self._times) else inf
+            self._present_program = self._times[k], end, program
+            return program
+        self._asked[mode] = self._asked.get(mode, 0) + 1
+        if self._asked[mode] <= OFTEN:
+            return None
+        if self._equations is None:
+            self._equations = SwitchingEquations(self.rows)
+        program = self._equations.write(mode)
+        if program is not None and not self._agrees(program, t, y):
+            program = None
+        self._programs[mode] = program
+        return program
+
+    def _agrees(self, program: ModeProgram, t: float, y: Array) -> bool:
+        """Return whether a program gives what the engine's quantities do."""
+        try:
+            rates, (margins, _) = program.rates(t, y), program.margins(t, y)
+        except (ArithmeticError, ValueError):
+            return False
+        terms = self.rows.at(y[: self._nq], y[self._nq :], t)
+        pairs = (rates, self._rates(t, y)), (margins, self.laws.margins(terms, self.mode(t)))
+        return all(np.allclose(a, b, rtol=AGREE, atol=AGREE * np.abs(b).max()) for a, b in pairs)
 
     def _solve(self, terms: Terms, mode: Mode, t: float) -> Solution:
         solution = self.laws.solve(terms, mode)
@@ -137,9 +193,15 @@ class Corners:
         key = q.tobytes() + v.tobytes()
         if self._last is not None and self._last[0] == key and self._last[1] == t:
             return self._last[2]
-        terms, mode = self.rows.at(q, v, t), self.mode(t)
-        margins = self.laws.margins(terms, mode)
-        pull = DEAD * float(np.abs(terms.load).max(initial=0.0)) + LEAST
+        mode, y = self.mode(t), np.concatenate([q, v])
+        program = self._program(t, y)
+        if program is not None:
+            margins, load = program.margins(t, y)
+        else:
+            terms = self.rows.at(q, v, t)
+            margins = self.laws.margins(terms, mode)
+            load = float(np.abs(terms.load).max(initial=0.0))
+        pull = DEAD * load + LEAST
         for k, state in enumerate(mode):
             if state.name == OPEN:
                 margins[k, 0] += EVEN * self.length
@@ -321,6 +383,7 @@ class Corners:
         self._times.append(t)
         self._modes.append(mode)
         self._last = None
+        self._present_program = (inf, -inf, None)
         return y, occurrences
 
     def _still(self, terms: Terms, v: Array) -> float:

@@ -10,11 +10,11 @@ counted: Coulomb's law with rigid bodies may have none, or several (Painlevé, 1
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-from math import prod
-from typing import NamedTuple, final
+from math import hypot, prod
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
@@ -104,8 +104,8 @@ def hold(
 ) -> Held:
     """Return what a mode holds."""
     rows = list(permanent)
-    m = len(terms.jacobian)
-    known = np.zeros(m)
+    m, scalars = len(terms.jacobian), terms.gaps.dtype
+    known = np.zeros(m, scalars)
     sliding: dict[int, list[tuple[int, float]]] = {}
     for k, (element, state) in enumerate(zip(elements, mode, strict=True)):
         normal = element.normal
@@ -125,7 +125,7 @@ def hold(
                     known[row] = share
             else:
                 sliding[normal] = shares
-    friction = np.zeros((len(rows), m))
+    friction = np.zeros((len(rows), m), scalars)
     for i, row in enumerate(rows):
         friction[i, row] = 1.0
         for tangent, share in sliding.get(row, ()):
@@ -187,6 +187,37 @@ def solve(
     return Solution(mode, a, total, null.shape[1] > 0, null, tuple(rows))
 
 
+def list_margins(
+    terms: Terms,
+    elements: Sequence[ElementRows],
+    mode: Mode,
+    forces: Array | None,
+    length: Callable[..., Any],
+) -> list[tuple[Any, Any]]:
+    """Return what each element has left in its state, see `Laws.margins`.
+
+    It holds for numbers and for scalars on a tape; `length` gives that of a force by its parts.
+    """
+    margins: list[tuple[Any, Any]] = []
+    for k, (element, state) in enumerate(zip(elements, mode, strict=True)):
+        normal = element.normal
+        if normal is not None and (state.name == OPEN or element.stiffness is not None):
+            gap = terms.gaps[normal]
+            margins.append((gap if state.name == OPEN else -gap, 1.0))
+            continue
+        press = 1.0 if normal is None or forces is None else forces[normal]
+        friction: Any = 1.0
+        if state.name == STICKS and forces is not None:
+            pulls = [forces[row] for row in element.tangents]
+            friction = terms.static[k] * press - length(*pulls)
+        elif state.direction:
+            # the slip along the direction in which it began
+            pairs = zip(element.tangents, state.direction, strict=True)
+            friction = sum(terms.rates[row] * part for row, part in pairs)
+        margins.append((press, friction))
+    return margins
+
+
 @final
 class Laws:
     """The laws of a mechanism's elements."""
@@ -219,27 +250,11 @@ class Laws:
         The first is the gap while it is open and the normal force while it is closed, the second
         the reserve of static friction or the speed of slip; 1 where there is none.
         """
-        margins = np.ones((len(self.elements), 2))
         solution = self.solve(terms, mode)
         if solution is not None and solution.redundant:
-            return self._shared_margins(terms, solution, margins)
-        for k, (element, state) in enumerate(zip(self.elements, mode, strict=True)):
-            normal = element.normal
-            if normal is not None and (state.name == OPEN or element.stiffness is not None):
-                margins[k, 0] = terms.gaps[normal] * (1 if state.name == OPEN else -1)
-                continue
-            if solution is not None and normal is not None:
-                margins[k, 0] = solution.forces[normal]
-            tangents = list(element.tangents)
-            if state.name == STICKS and solution is not None:
-                friction = float(np.linalg.norm(solution.forces[tangents]))
-                margins[k, 1] = (
-                    self._friction_limit(terms, k, solution.forces, terms.static) - friction
-                )
-            elif state.direction:
-                # along the direction in which it began to slip
-                margins[k, 1] = float(terms.rates[tangents] @ np.array(state.direction))
-        return margins
+            return self._shared_margins(terms, solution, np.ones((len(self.elements), 2)))
+        forces = None if solution is None else solution.forces
+        return np.array(list_margins(terms, self.elements, mode, forces, hypot))
 
     def _shared_margins(self, terms: Terms, solution: Solution, margins: Array) -> Array:
         """Return the margins where forces can be shared: what sticks does so while a share exists.

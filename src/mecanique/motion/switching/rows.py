@@ -6,21 +6,27 @@ engine gives them; the rows of joints are the gradients of their coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeAlias, final
+from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
+from mecanique.derivation.mechanics.letters import Letters
 from mecanique.errors import InputError
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
-from mecanique.model.expression import Scalar, compile_scalars, coordinate
+from mecanique.model.expression import Scalar, coordinate, symbols_in
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.python import list_values
 from mecanique.motion.record.rates import Rates
+from mecanique.program.sweeps import push_forward
+from mecanique.program.tape import Value
+from mecanique.program.traced import trace, values_of
 
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
@@ -40,6 +46,11 @@ class Terms(NamedTuple):
     drift: Array  # shape (m,)
     kinetic: Array  # shape (elements,), μ, or the kinetic force where the load is stated
     static: Array  # shape (elements,), the same of static friction
+
+
+def as_scalars(scalars: Sequence[Any]) -> npt.NDArray[Any]:
+    """Return scalars on a tape as an array of objects."""
+    return np.array(scalars, dtype=object)
 
 
 @final
@@ -70,8 +81,8 @@ class Rows:
         self.base = replace(mechanism, switching=())
         closed = tuple(e.closed for e in mechanism.switching if isinstance(e, Contact))
         # kept alive, as what is loaded for it is
-        self._whole = replace(self.base, contacts=(*self.base.contacts, *closed))
-        self._tree, self._closed = load_once(self._whole)
+        self.whole = replace(self.base, contacts=(*self.base.contacts, *closed))
+        self._tree, self._closed = load_once(self.whole)
         self.rates = Rates.of(self.base)
         self._bodies = [body.name for body in self.base.bodies]
         names = list(self._closed.closures.names) if self._closed is not None else []
@@ -83,8 +94,10 @@ class Rows:
             self._positional = np.array(self._closed.closures.positional, dtype=bool)
         self._from_engine = len(names)
         self._in_joints = [e for e in mechanism.switching if not isinstance(e, Contact)]
-        self._measure_joints = self._compile_joints()
-        self._measure_friction = self._compile_friction()
+        self.letters = Letters(self.whole)
+        self._measure = self._compile()
+        self.names = names
+        """Of the rows of the engine; those of the elements in joints come after them."""
         self.elements = self._assign(names)
 
     def _assign(self, names: list[str]) -> tuple[ElementRows, ...]:
@@ -125,7 +138,7 @@ class Rows:
         from mecanique.reference.engine.tree import random_states
 
         largest = np.zeros(self._from_engine)
-        for q, v, t in random_states(self._whole):
+        for q, v, t in random_states(self.whole):
             with np.errstate(all="ignore"):  # balls may be anywhere around each other
                 jacobian = self._closed.closures.at(q, v, t).jacobian
             largest = np.fmax(largest, np.abs(jacobian).max(axis=1))
@@ -137,91 +150,100 @@ class Rows:
         stops = [isinstance(element, Stop) for element in self._in_joints]
         return np.concatenate([self._positional, np.array(stops, dtype=bool)])
 
-    def _names(self) -> list[str]:
-        m = self.base
-        signals = [signal.symbol for signal in m.inputs]
-        return [*m.coordinates, *m.velocities, "t", *m.values, *signals]
+    def on_tape(self) -> Terms:
+        """Return the terms of the elements in joints as scalars on the tape of the letters.
 
-    def _call(self, scalars: list[Scalar]) -> Callable[[Array, Array, float], Array]:
-        """Return scalars as a function of q, v and t."""
-        values = self.base.values
-        constants = list(values.values())
-        signals = [signal.function(values) for signal in self.base.inputs]
-        function = compile_scalars(scalars, self._names())
-
-        def call(q: Array, v: Array, t: float) -> Array:
-            inputs = [signal(t) for signal in signals]
-            return np.array(function(*q.tolist(), *v.tolist(), t, *constants, *inputs))
-
-        return call
-
-    def _compile_joints(self) -> Callable[[Array, Array, float], Array]:
-        """Return the function that gives gap, ∂/∂q, ∂/∂t and γ of each joint's row."""
-        from sympy import Symbol, diff, sympify
-
-        m = self.base
-        moving = {f"{name}'" for name in m.coordinates} & {*m.velocities}
-        scalars: list[Scalar] = []
+        Mass and load are left out, and so are the rows of contacts.
+        """
+        letters, nv = self.letters, self.base.nv
+        gaps, slopes, drifts, rates, gammas = [list[Any]() for _ in range(5)]
         for element in self._in_joints:
-            joint = m.joint(element.joint)
-            assert isinstance(joint, Single), "validated"
-            place = sympify(
-                m.coordinates.driven.get(joint.coordinate, coordinate(joint.coordinate))
-            )
+            place = letters.number(self._place_of(element), letters.values)
+            speed: Any = 0.0
             if isinstance(element, Stop):
-                place = element.side * (element.at - place)
-                speed: Scalar = 0
+                place = element.side * (letters.number(element.at, letters.values) - place)
             else:
-                speed = element.speed
-            names = [name for name in m.coordinates if Symbol(name) in place.free_symbols]
-            for name in names:
-                if f"{name}'" not in moving:
-                    raise InputError(
-                        f"{element.name!r}: its joint follows {name!r}, part of a quaternion, "
-                        "which elements that switch do not treat; put it into another joint"
-                    )
-            slopes = [diff(place, Symbol(name)) for name in m.coordinates]
-            by_t = diff(place, Symbol("t"))
-            rate = by_t - speed
-            for name, slope in zip(m.coordinates, slopes, strict=True):
-                if slope != 0:
-                    rate += slope * Symbol(f"{name}'")
-            gamma = diff(rate, Symbol("t"))
-            for name in names:
-                gamma += diff(rate, Symbol(name)) * Symbol(f"{name}'")
-            gap = place if isinstance(element, Stop) else 0
-            scalars += [gap, *slopes, by_t - speed, gamma]
-        return self._call([sympify(scalar) for scalar in scalars])
+                speed = letters.number(element.speed, letters.values)
+            (rate,) = letters.along([place])
+            (gamma,) = letters.along([rate - speed])
+            by_letters = [{letters.t.place: 1.0}, *({q.place: 1.0} for q in letters.q)]
+            by_t, *by_q = [self._slope(place, direction) for direction in by_letters]
+            row = [0.0] * nv
+            for name, slope in zip(self.base.coordinates, by_q, strict=True):
+                if f"{name}'" in self.base.velocities:
+                    row[self.base.velocities.index(f"{name}'")] = slope
+            gaps.append(place if isinstance(element, Stop) else 0.0)
+            slopes.append(row)
+            drifts.append(by_t - speed)
+            rates.append(rate - speed)
+            gammas.append(gamma)
+        kinetic, static = [list[Any]() for _ in range(2)]
+        for switching in self.mechanism.switching:
+            pair: tuple[Scalar, Scalar] = (0.0, 0.0)
+            if isinstance(switching, Friction):
+                pair = (switching.mu * switching.load, switching.holding * switching.load)
+            elif isinstance(switching, Contact):
+                pair = (switching.mu, switching.holding)
+            kinetic.append(letters.number(pair[0], letters.values))
+            static.append(letters.number(pair[1], letters.values))
+        return Terms(
+            mass=as_scalars([]),
+            load=as_scalars([]),
+            jacobian=as_scalars(slopes).reshape(-1, nv),
+            gamma=as_scalars(gammas),
+            gaps=as_scalars(gaps),
+            rates=as_scalars(rates),
+            drift=as_scalars(drifts),
+            kinetic=as_scalars(kinetic),
+            static=as_scalars(static),
+        )
 
-    def _compile_friction(self) -> Callable[[Array, Array, float], Array]:
-        scalars: list[Scalar] = []
-        for element in self.mechanism.switching:
-            if isinstance(element, Friction):
-                scalars += [element.mu * element.load, element.holding * element.load]
-            elif isinstance(element, Contact):
-                scalars += [element.mu, element.holding]
-            else:
-                scalars += [0.0, 0.0]
-        return self._call(scalars)
+    def _slope(self, scalar: Any, direction: dict[int, Value]) -> Any:
+        tape = self.letters.tape
+        (slope,) = push_forward(tape, values_of([scalar]), direction)
+        return trace(tape, slope)
+
+    def _place_of(self, element: Friction | Stop) -> Scalar:
+        """Return the coordinate of an element's joint, in those of the mechanism."""
+        m = self.base
+        joint = m.joint(element.joint)
+        assert isinstance(joint, Single), "validated"
+        place = m.coordinates.driven.get(joint.coordinate, coordinate(joint.coordinate))
+        for name in symbols_in(place):
+            if name in m.coordinates and f"{name}'" not in m.velocities:
+                raise InputError(
+                    f"{element.name!r}: its joint follows {name!r}, part of a quaternion, "
+                    "which elements that switch do not treat; put it into another joint"
+                )
+        return place
+
+    def _compile(self) -> Callable[[float, Array], tuple[float, ...]]:
+        """Return the function that gives gap, drift, γ and slopes of each joint's row, and μ."""
+        terms = self.on_tape()
+        parts = (terms.gaps, terms.drift, terms.gamma, terms.jacobian, terms.kinetic, terms.static)
+        values = values_of(np.concatenate([part.ravel() for part in parts]))
+        return list_values(self.program(()), values)
+
+    def program(self, rates: Sequence[Value]) -> Program:
+        """Return values on the tape as a program."""
+        return Program(self.whole, self.letters.tape, tuple(rates), (), tuple(self.letters.signals))
 
     def at(self, q: Array, v: Array, t: float) -> Terms:
         """Return the terms in a state."""
         mass = np.array(self._tree.mass(q, v, t))
         load = self._tree.forces(q, v, t) - self._tree.bias(q, v, t)
-        nq, nv = len(q), len(v)
-        values = self._measure_joints(q, v, t).reshape(-1, nq + 3)
-        slopes = values[:, 1 : 1 + nq]
-        jacobian = slopes
-        if not self.rates.trivial:
-            jacobian = slopes @ self.rates.first(np.repeat(q[None], nv, axis=0), np.eye(nv)).T
-        drift, gamma, gaps = values[:, -2], values[:, -1], values[:, 0]
+        nv, joints = len(v), len(self._in_joints)
+        values = np.array(self._measure(t, np.concatenate([q, v])))
+        gaps, drift, gamma = values[: 3 * joints].reshape(3, joints)
+        end = (3 + nv) * joints
+        jacobian = values[3 * joints : end].reshape(joints, nv)
+        kinetic, static = values[end:].reshape(2, -1)
         if self._closed is not None:
             closure = self._closed.closures.at(q, v, t)
             jacobian = np.concatenate([closure.jacobian, jacobian])
             gamma = np.concatenate([closure.gamma, gamma])
             gaps = np.concatenate([closure.residual, gaps])
             drift = np.concatenate([closure.drift, drift])
-        friction = self._measure_friction(q, v, t).reshape(-1, 2)
         return Terms(
             mass=mass,
             load=load,
@@ -230,8 +252,8 @@ class Rows:
             gaps=gaps,
             rates=jacobian @ v + drift,
             drift=drift,
-            kinetic=friction[:, 0],
-            static=friction[:, 1],
+            kinetic=kinetic,
+            static=static,
         )
 
     def contact_wrenches(self, q: Array, t: float, forces: Array) -> dict[tuple[str, str], Array]:
@@ -245,7 +267,7 @@ class Rows:
         pull, moment, place = self._closed.closures.wrenches(forces[: self._from_engine])
         poses = self._tree.poses(q, v, t)
         wrenches: dict[tuple[str, str], Array] = {}
-        parts = (*self._whole.loops, *self._whole.contacts)
+        parts = (*self.whole.loops, *self.whole.contacts)
         for k, part in enumerate(parts):
             if not isinstance(part, Rolling):
                 continue
