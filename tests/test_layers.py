@@ -19,7 +19,8 @@ SOURCE = Path(__file__).parents[1] / "src" / "mecanique"
 ORDER: dict[str, list[str]] = {
     "": [
         "lazy notebook version wording",
-        "arrays errors files safe_xml",
+        "arrays errors safe_xml",
+        "files",
         "doors plugins",
         "model",
         "textbook",
@@ -219,8 +220,8 @@ ORDER: dict[str, list[str]] = {
     "viewing.page": ["keyframes panels window", "surfaces", "page"],
     "viewing.live": ["live", "checking stretches", "view"],
     "cli": [
-        "linear options printing",
-        "words",
+        "options printing",
+        "linear words",
         "derive describe formulas motions pictures verify",
         "commands",
     ],

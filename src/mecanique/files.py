@@ -9,6 +9,8 @@ from pathlib import Path
 from secrets import token_hex
 from typing import IO
 
+from mecanique.errors import InputError
+
 _PAGE = "Save the file itself, not the page that shows it."
 _MISTAKEN = (
     (b"<!doctype html", "a web page", _PAGE),
@@ -49,6 +51,22 @@ def write_whole(path: Path) -> Iterator[IO[bytes]]:
         raise
     finally:
         beside.unlink(missing_ok=True)
+
+
+def require_directory(path: str | os.PathLike[str]) -> Path:
+    """Return a path to write to, whose directory exists."""
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise InputError(f"expected a path in a directory that exists, got {os.fspath(path)!r}")
+    return target
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> Path:
+    """Write text to a file as a whole or not at all, and return its path."""
+    target = require_directory(path)
+    with write_whole(target) as file:
+        file.write(text.encode())
+    return target
 
 
 def as_bytes(content: str | bytes) -> bytes:

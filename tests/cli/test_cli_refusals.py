@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from uncovered import without_coverage
 
 import mecanique as mq
-from mecanique.cli import app, derive
+from mecanique.cli import app, words
 
 COMMANDS = sorted(app.commands)
 
@@ -138,7 +138,7 @@ def test_ctrl_c_before_there_is_a_motion_needs_no_message(monkeypatch: pytest.Mo
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(derive, "choose", interrupt)
+    monkeypatch.setattr(words, "choose", interrupt)
     result = CliRunner().invoke(app, ["derive", "two_blocks"])
     assert (result.exit_code, result.output) == (130, "")
 

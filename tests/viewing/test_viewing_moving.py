@@ -40,7 +40,7 @@ def shown(
     source: LiveMotion | Recorded, speed: float = 1.0, patient: bool = False
 ) -> Iterator[LiveView]:
     """A view that streams in a thread, as `mecanique.viewing` does in the main one."""
-    with LiveView(source.presenter.first) as live:
+    with LiveView(source.presenter.scene) as live:
 
         def stream() -> None:
             if patient:
@@ -212,7 +212,7 @@ def test_slow_motion_is_as_smooth_and_what_takes_long_comes_piece_by_piece(
         assert angle(row) == pytest.approx(swung(seen.times[-1], 2.0), abs=1e-5)
     monkeypatch.setattr(stretches, "PATIENCE", 0.0)
     impatient = pendulum()
-    assert impatient.presenter.first.t[-1] < 0.3
+    assert impatient.presenter.scene.t[-1] < 0.3
     with shown(impatient) as live, Watcher(live.url) as seen:
         row = seen.reach(0.6, 60.0)
         assert angle(row) == pytest.approx(swung(seen.times[-1], 2.0), abs=1e-5)
@@ -372,7 +372,7 @@ def asked(seen: Visit, expression: str) -> Any:
 
 def test_equations_and_verdict_arrive_while_it_moves(visit: Callable[..., Visit]) -> None:
     source = pendulum()
-    first = source.presenter.first.document
+    first = source.presenter.scene.document
     assert (first.verdict.agrees, first.verdict.headline) == (None, "checking …")
     with shown(source) as live:
         seen = visit(live.url)
@@ -408,7 +408,7 @@ def test_a_disagreement_is_told_loudly(
         until(lambda: bool(seen.js("mecanique.clock.time") > moved))
         # a scene that takes its place keeps it, though it was made before the verdict came
         before = seen.js("mecanique.scene.live.id")
-        live.show(source.presenter.first, keep=True)
+        live.show(source.presenter.scene, keep=True)
         until(lambda: asked(seen, "window.mecanique?.scene.live.id") not in (None, before))
         seen.page.wait_for_selector("#alarm:not([hidden])")
         assert seen.page.inner_text(".badge") == "✗ disagrees"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -11,9 +10,8 @@ import click
 
 import mecanique as mq
 from mecanique.cli import options
-from mecanique.cli.options import Reading, reads_files
-from mecanique.cli.printing import inform, say, working
-from mecanique.cli.words import choose, report_errors, start_of
+from mecanique.cli.printing import inform, say, to_json, working
+from mecanique.cli.words import Chosen, takes_system
 
 Form: TypeAlias = Literal["text", "latex", "mathml"]
 
@@ -55,11 +53,9 @@ Form: TypeAlias = Literal["text", "latex", "mathml"]
     is_flag=True,
     help="Solve for the accelerations and the forces of constraints, where short enough.",
 )
-@options.parameters
-@report_errors
-@reads_files
+@takes_system
 def derive(
-    system: str,
+    chosen: Chosen,
     method: str,
     form: Literal["text", "latex", "mathml"],
     steps: bool,
@@ -68,9 +64,6 @@ def derive(
     routh: bool,
     alone: str | None,
     solved: bool,
-    parameters: tuple[str, ...],
-    *,
-    reading: Reading,
 ) -> None:
     """Derive the equations of motion; explain the symbols."""
     if units and (form != "text" or steps or document or method == "all"):
@@ -78,11 +71,10 @@ def derive(
     reduced = alone is not None or solved
     if (routh and reduced) or ((routh or reduced) and (units or method != "lagrange")):
         raise click.BadParameter("expected one of --routh, --in or --solve, --units, --method")
-    chosen = choose(system, parameters, reading)
     form, steps = ("latex" if document else form), steps or document
     with working("Deriving the equations of motion"):
         if routh:
-            text = reduction(chosen.mechanism, form, steps)
+            text = getattr(mq.routh(chosen.mechanism), form)(steps=steps)
         elif reduced:
             text = solution(chosen.mechanism, alone or "", form, steps)
         elif method == "all":
@@ -116,38 +108,28 @@ def derive(
     metavar="DIR",
     help="Directory to write in.",
 )
-@options.parameters
 @click.option("--numbers", is_flag=True, help="Write parameters as numbers, not as arguments.")
 @click.option("--name", metavar="NAME", help="Prefix of functions and files.")
 @click.option("--samples", default=100, metavar="NUMBER", help="Number of states to compare.")
 @options.seed
-@options.coordinates
-@options.velocities
+@options.start
 @options.as_json
-@report_errors
-@reads_files
+@takes_system
 def code(
-    system: str,
+    chosen: Chosen,
     target: str,
     what: str,
     output: Path,
-    parameters: tuple[str, ...],
     numbers: bool,
     name: str | None,
     samples: int,
     seed: int,
-    q: tuple[str, ...],
-    v: tuple[str, ...],
     as_json: bool,
-    *,
-    reading: Reading,
 ) -> None:
     """Write the equations of motion as code, checked by running it.
 
     A comparison test is written alongside. -q and -v apply to FMUs only.
     """
-    chosen = choose(system, parameters, reading)
-    start, start_velocity = start_of(chosen, q, v)
     with working(f"Writing and running {target}"):
         made = mq.generate(
             mq.derive(chosen.mechanism),
@@ -155,26 +137,20 @@ def code(
             what,
             parameters=() if numbers else None,
             name=name,
-            q=start,
-            v=start_velocity,
+            q=chosen.start,
+            v=chosen.velocity,
             samples=samples,
             seed=seed,
         )
     paths = made.write(output)
     if as_json:
-        say(
-            json.dumps(
-                {
-                    "files": [str(path) for path in paths],
-                    "operations": {
-                        answer.quantity.name: made.count(answer.quantity.name).total
-                        for answer in made.program.answers
-                    },
-                    "worst": None if made.verdict is None else made.verdict.worst,
-                },
-                indent=2,
-            )
-        )
+        names = [answer.quantity.name for answer in made.program.answers]
+        figures = {
+            "files": [str(path) for path in paths],
+            "operations": {name: made.count(name).total for name in names},
+            "worst": None if made.verdict is None else made.verdict.worst,
+        }
+        say(to_json(figures))
         return
     for path in paths:
         say(f"Wrote {path}")
@@ -221,12 +197,6 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     shown = {"text": said, "mathml": f"<p>{said}</p>", "latex": to_latex(said, ())}
     parts.append(shown[form])
     return ("\n\n\n" if form == "text" else "\n\n").join(parts)
-
-
-def reduction(mechanism: mq.Mechanism, form: Form, steps: bool) -> str:
-    """Return the equations reduced by the momenta of the cyclic coordinates."""
-    written: str = getattr(mq.routh(mechanism), form)(steps=steps)
-    return written
 
 
 def solution(mechanism: mq.Mechanism, keep: str, form: Form, steps: bool) -> str:

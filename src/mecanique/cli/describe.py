@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,8 +11,9 @@ from click.exceptions import Exit
 import mecanique as mq
 from mecanique.cli import options
 from mecanique.cli.options import Reading, reads_files
-from mecanique.cli.printing import inform, say, write_text
-from mecanique.cli.words import choose, find_file, report_errors
+from mecanique.cli.printing import inform, say, to_json
+from mecanique.cli.words import Chosen, choose, find_file, report_errors, takes_system
+from mecanique.files import write_text
 
 if TYPE_CHECKING:
     from mecanique.model.mechanism.origin import Finding
@@ -32,7 +32,7 @@ def list_(tag: tuple[str, ...], as_json: bool) -> None:
             raise mq.UnknownNameError("tag", word, known)
     rows = [_row(name) for name, entry in entries.items() if set(tag) <= set(entry.tags)]
     if as_json:
-        say(json.dumps(rows, ensure_ascii=False, indent=2))
+        say(to_json(rows))
         return
     name_width = max((len(row["name"]) for row in rows), default=0)
     title_width = max((len(row["title"]) for row in rows), default=0)
@@ -44,18 +44,13 @@ def list_(tag: tuple[str, ...], as_json: bool) -> None:
 @click.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")
 @options.system
 @click.option("--output", "-o", type=options.PATH, help="Write to this file instead of printing.")
-@options.parameters
-@report_errors
-@reads_files
-def urdf(
-    system: str, output: Path | None, parameters: tuple[str, ...], *, reading: Reading
-) -> None:
+@takes_system
+def urdf(chosen: Chosen, output: Path | None) -> None:
     """Write a system as URDF."""
-    mechanism = choose(system, parameters, reading).mechanism
     if output is None:
-        click.echo(mq.write_urdf(mechanism), nl=False)
+        click.echo(mq.write_urdf(chosen.mechanism), nl=False)
     else:
-        mq.write_urdf(mechanism, output)
+        mq.write_urdf(chosen.mechanism, output)
         say(f"Wrote {output}")
 
 
@@ -101,8 +96,7 @@ def lint(
     form = "text"
     if as_json or as_sarif:
         form = "json" if as_json else "sarif"
-    code = lint_file(file, form, reading, fix=fix, output=output, balance=balance, meshes=meshes)
-    raise Exit(code)
+    raise Exit(_lint(file, form, reading, fix, balance, output, meshes))
 
 
 @click.command(epilog="Example: mecanique diff old.urdf new.urdf")
@@ -116,7 +110,7 @@ def diff(first: str, second: str, as_json: bool, *, reading: Reading) -> None:
 
     Differences are weighed by their part in the dynamics. The exit code is 1 if there are any.
     """
-    comparison = mq.diff(*(choose(word, (), reading).mechanism for word in (first, second)))
+    comparison = mq.diff(*(choose(word, reading=reading).mechanism for word in (first, second)))
     say(comparison.to_json() if as_json else str(comparison))
     if not comparison.same:
         raise Exit(1)
@@ -135,9 +129,8 @@ _SUFFIXES: dict[str, Literal["URDF", "MJCF"]] = {".urdf": "URDF", ".xml": "MJCF"
     required=True,
     help="The file to write: .urdf for URDF, .xml or .mjcf for MJCF.",
 )
-@report_errors
-@reads_files
-def convert(system: str, output: Path, *, reading: Reading) -> None:
+@takes_system
+def convert(chosen: Chosen, output: Path) -> None:
     """Convert a description to URDF or MJCF, and prove the result.
 
     The result is read again, by mecanique and by the format's engines where they are installed, and
@@ -147,7 +140,7 @@ def convert(system: str, output: Path, *, reading: Reading) -> None:
     form = _SUFFIXES.get(output.suffix.lower())
     if form is None:
         raise mq.InputError(f"expected a file ending in .urdf, .xml or .mjcf, got {output.name!r}")
-    conversion = mq.convert(choose(system, (), reading).mechanism, form)
+    conversion = mq.convert(chosen.mechanism, form)
     write_text(output, conversion.text)
     say(str(conversion))
     inform(f"Wrote {output}")
@@ -204,15 +197,14 @@ def inertia(
         inform(f"Wrote {output}")
 
 
-def lint_file(
+def _lint(
     file: str,
     form: str,
     reading: Reading,
-    *,
     fix: bool,
+    balance: bool,
     output: Path | None,
-    balance: bool = False,
-    meshes: bool = False,
+    meshes: bool,
 ) -> int:
     """Report what is wrong in a URDF file, or repair it; return the exit code."""
     from mecanique.urdf.lint import as_json, as_sarif, as_text, find_balances, lint, mend

@@ -10,9 +10,9 @@ from click.exceptions import Exit
 
 import mecanique as mq
 from mecanique.cli import options
-from mecanique.cli.options import Reading, reads_files
-from mecanique.cli.printing import progress, say, working, write_text
-from mecanique.cli.words import choose, report_errors
+from mecanique.cli.printing import progress, say, working
+from mecanique.cli.words import Chosen, report_errors, takes_system
+from mecanique.files import write_text
 
 
 @click.command(
@@ -42,22 +42,17 @@ from mecanique.cli.words import choose, report_errors
     "--let", multiple=True, metavar="LETTER=FORMULA", help='Define a letter: --let "J = m l^2/3"'
 )
 @click.option("--letters", is_flag=True, help="List the letters that the question knows.")
-@options.parameters
 @options.seed
 @options.as_json
-@report_errors
-@reads_files
+@takes_system
 def check(
-    system: str,
+    chosen: Chosen,
     formulas: tuple[str, ...],
     ask: str,
     let: tuple[str, ...],
     letters: bool,
-    parameters: tuple[str, ...],
     seed: int,
     as_json: bool,
-    *,
-    reading: Reading,
 ) -> None:
     """Check whether an equation is right, and if not, why not.
 
@@ -66,7 +61,7 @@ def check(
     for word in formulas:
         if word.startswith("--"):
             raise click.NoSuchOption(word)
-    mechanism = choose(system, parameters, reading).mechanism
+    mechanism = chosen.mechanism
     if letters:
         from mecanique.checking.check import list_letters
 

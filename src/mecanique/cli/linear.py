@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mecanique.cli.printing import to_json
 from mecanique.errors import DerivationError
 
 if TYPE_CHECKING:
@@ -58,16 +59,14 @@ def figures(linearization: Linearization) -> str:
         "stable": linearization.stable,
         **symbolic,
         "deviations": list(_independent(linearization)),
-        "M": linearization.M.tolist(),
-        "C": linearization.C.tolist(),
-        "K": linearization.K.tolist(),
+        **_matrices(linearization),
         "frequencies_rad_per_s": linearization.frequencies.tolist(),
         "frequencies_hz": (linearization.frequencies / (2 * np.pi)).tolist(),
         "damping_ratios": [None if np.isnan(z) else z for z in linearization.damping.tolist()],
         "eigenvalues": [[x.real, x.imag] for x in linearization.eigenvalues.tolist()],
         "modes": dict(zip(linearization.deviations, parts.tolist(), strict=True)),
     }
-    return json.dumps(data, ensure_ascii=False, indent=2, allow_nan=False)
+    return to_json(data)
 
 
 def inertial_figures(check: InertialCheck) -> str:
@@ -79,18 +78,11 @@ def inertial_figures(check: InertialCheck) -> str:
         "inertial": check.inertial,
         "tolerance": check.tolerance,
         "rows": [
-            {
-                "name": row.name,
-                "size": row.size,
-                "change": row.change,
-                "relative": row.relative if np.isfinite(row.relative) else None,
-                "unit": row.unit,
-                "time": row.time,
-            }
+            {**asdict(row), "relative": row.relative if np.isfinite(row.relative) else None}
             for row in check.rows
         ],
     }
-    return json.dumps(data, ensure_ascii=False, indent=2, allow_nan=False)
+    return to_json(data)
 
 
 def response_table(response: Response) -> str:
@@ -159,13 +151,11 @@ def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
             "velocities": steady.velocities,
             "cyclic": steady.cyclic,
             "A": steady.A.tolist(),
-            "M": steady.M.tolist(),
-            "C": steady.C.tolist(),
-            "K": steady.K.tolist(),
+            **_matrices(steady),
             "exponents": _pairs(steady.exponents),
             "stable": steady.stable,
         }
-        return json.dumps(figures, ensure_ascii=False, indent=2)
+        return to_json(figures)
     lines = [f"{steady.mechanism.name}: {'stable' if steady.stable else 'unstable'} steady motion"]
     lines.append(f"independent positions   {', '.join(steady.positions)}")
     lines.append(f"independent velocities  {', '.join(steady.velocities)}")
@@ -184,18 +174,16 @@ def speed_figures(table: SpeedRange) -> str:
         "exponents": [_pairs(row) for row in table.eigenvalues],
         "limits": table.limits,
     }
-    return json.dumps(figures, ensure_ascii=False, indent=2)
+    return to_json(figures)
 
 
 def matrix_figures(matrices: SpeedMatrices) -> str:
     """Return matrices as functions of the speed as JSON: of C and K by its power."""
-    figures = {
-        "coordinates": matrices.names,
-        "M": matrices.M.tolist(),
-        "C": matrices.C.tolist(),
-        "K": matrices.K.tolist(),
-    }
-    return json.dumps(figures, ensure_ascii=False, indent=2)
+    return to_json({"coordinates": matrices.names, **_matrices(matrices)})
+
+
+def _matrices(source: Linearization | SteadyLinearization | SpeedMatrices) -> dict[str, Any]:
+    return {"M": source.M.tolist(), "C": source.C.tolist(), "K": source.K.tolist()}
 
 
 def _pairs(values: np.ndarray) -> list[list[float]]:

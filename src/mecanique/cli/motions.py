@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict
 from pathlib import Path
@@ -12,9 +11,8 @@ import click
 
 import mecanique as mq
 from mecanique.cli import options
-from mecanique.cli.options import Reading, reads_files
-from mecanique.cli.printing import say, working
-from mecanique.cli.words import choose, numbers, report_errors, simulate_motion
+from mecanique.cli.printing import say, to_json, working
+from mecanique.cli.words import Chosen, numbers, simulate_motion, takes_system
 
 _MOST_SPEEDS = 1000
 
@@ -23,9 +21,7 @@ _MOST_SPEEDS = 1000
     epilog="Example: mecanique simulate cart_pole -q q=0.5 -v q=1 --duration 5 --csv cart.csv"
 )
 @options.system
-@options.parameters
-@options.coordinates
-@options.velocities
+@options.start
 @options.duration
 @options.tolerance
 @click.option(
@@ -38,41 +34,30 @@ _MOST_SPEEDS = 1000
     "--npz", type=options.PATH, metavar="FILE", help="Save the motion for Motion.load in Python."
 )
 @options.as_json
-@report_errors
-@reads_files
+@takes_system
 def simulate(
-    system: str,
-    parameters: tuple[str, ...],
-    q: tuple[str, ...],
-    v: tuple[str, ...],
+    chosen: Chosen,
     duration: float | None,
     rtol: float,
     limits: str | None,
     csv: Path | None,
     npz: Path | None,
     as_json: bool,
-    *,
-    reading: Reading,
 ) -> None:
     """Simulate a motion; print its final state and energy balance.
 
     Exit code 2 if nothing can move: there are no coordinates, or the mechanism is locked.
     """
-    motion = simulate_motion(choose(system, parameters, reading), q, v, duration, rtol, limits)
+    motion = simulate_motion(chosen, duration, rtol, limits)
     if csv is not None:
         motion.to_csv(csv)
     if npz is not None:
         motion.save(npz)
-    say(
-        json.dumps(_figures(motion), ensure_ascii=False, indent=2, allow_nan=False)
-        if as_json
-        else motion.summary()
-    )
+    say(to_json(_figures(motion)) if as_json else motion.summary())
 
 
 @click.command(epilog="Example: mecanique linearize two_blocks --compare --page mode.html --mode 2")
 @options.system
-@options.parameters
 @click.option(
     "--at",
     multiple=True,
@@ -102,11 +87,9 @@ def simulate(
     help="Print the frequency response to this harmonic force as CSV.",
 )
 @options.as_json
-@report_errors
-@reads_files
+@takes_system
 def linearize(
-    system: str,
-    parameters: tuple[str, ...],
+    chosen: Chosen,
     at: tuple[str, ...],
     mode: int | None,
     amplitude: float | None,
@@ -114,8 +97,6 @@ def linearize(
     page: Path | None,
     force: tuple[str, ...],
     as_json: bool,
-    *,
-    reading: Reading,
 ) -> None:
     """Linearize about an equilibrium: M, C, K, frequencies, modes.
 
@@ -124,8 +105,7 @@ def linearize(
     """
     from mecanique.cli.linear import figures, response_table, small_motions
 
-    mechanism = choose(system, parameters, reading).mechanism
-    linearization = mq.linearize(mechanism, near=numbers(at, "--at") or None)
+    linearization = mq.linearize(chosen.mechanism, near=numbers(at, "--at") or None)
     if force:
         say(response_table(linearization.response(numbers(force, "--force"))))
         return
@@ -144,7 +124,6 @@ def linearize(
     epilog="Example: mecanique steady whipple_bicycle --at z=0.3 -v x=1 --speeds 0:10:11"
 )
 @options.system
-@options.parameters
 @click.option("--at", multiple=True, metavar="NAME=VALUE", help="Position, in rad or m: --at z=0.3")
 @options.velocities
 @click.option(
@@ -165,20 +144,15 @@ def linearize(
     "--plot", type=options.PATH, metavar="FILE", help="Plot the table as SVG, PDF or PNG."
 )
 @options.as_json
-@report_errors
-@reads_files
+@takes_system
 def steady(
-    system: str,
-    parameters: tuple[str, ...],
+    chosen: Chosen,
     at: tuple[str, ...],
-    v: tuple[str, ...],
     speeds: str | None,
     by: tuple[str, ...],
     expand: tuple[str, ...],
     plot: Path | None,
     as_json: bool,
-    *,
-    reading: Reading,
 ) -> None:
     """Linearize about a steady motion: exponents, stability.
 
@@ -186,8 +160,8 @@ def steady(
     """
     from mecanique.cli.linear import exponents, matrix_figures, speed_figures
 
-    mechanism = choose(system, parameters, reading).mechanism
-    place, moving = numbers(at, "--at"), numbers(v, "-v")
+    mechanism = chosen.mechanism
+    place, moving = numbers(at, "--at"), numbers(chosen.v, "-v")
     if expand:
         matrices = mq.expand_in_speed(mechanism, place, moving, expand, by=by)
         say(matrix_figures(matrices) if as_json else str(matrices))
@@ -235,24 +209,16 @@ def _range(text: str) -> list[float]:
     default="south",
     help="Direction of the x axis; z points up.",
 )
-@options.parameters
-@options.coordinates
-@options.velocities
+@options.start
 @options.duration
 @options.as_json
-@report_errors
-@reads_files
+@takes_system
 def inertial(
-    system: str,
+    chosen: Chosen,
     latitude: float,
     facing: Literal["south", "east", "north", "west"],
-    parameters: tuple[str, ...],
-    q: tuple[str, ...],
-    v: tuple[str, ...],
     duration: float | None,
     as_json: bool,
-    *,
-    reading: Reading,
 ) -> None:
     """Check whether the ground may be taken as inertial.
 
@@ -260,7 +226,7 @@ def inertial(
     """
     from mecanique.cli.linear import inertial_figures
 
-    motion = simulate_motion(choose(system, parameters, reading), q, v, duration, 1e-10)
+    motion = simulate_motion(chosen, duration, 1e-10)
     with working("Repeating the motion on the rotating earth"):
         check = mq.inertial_check(motion.mechanism, motion, math.radians(latitude), facing=facing)
     say(inertial_figures(check) if as_json else str(check))

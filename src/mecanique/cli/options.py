@@ -15,41 +15,41 @@ import click
 
 import mecanique as mq
 
+R = TypeVar("R")
+
 PATH = click.Path(path_type=Path)
 
 
-system = click.argument(
+_number: dict[str, Any] = {"multiple": True, "metavar": "NAME=VALUE"}
+
+_system = click.argument(
     "system",
     metavar="SYSTEM",
     help="A textbook system (see 'mecanique list'), the path of a URDF file, "
     "or the name of a robot, e.g. panda.",
 )
 
-
 parameters = click.option(
-    "--parameter",
-    "-p",
-    "parameters",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="Set a parameter, in SI units: -p l=2",
+    "--parameter", "-p", "parameters", **_number, help="Set a parameter, in SI units: -p l=2"
 )
 
 
-coordinates = click.option(
-    "-q",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="Set an initial coordinate, in rad or m: -q theta=1.5",
-)
+def system(command: Callable[..., R]) -> Callable[..., R]:
+    """Give a command the system it works on, and the option that sets its parameters."""
+    return _system(parameters(command))
 
 
 velocities = click.option(
-    "-v",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="Set an initial velocity, in rad/s or m/s: -v theta=0.5",
+    "-v", **_number, help="Set an initial velocity, in rad/s or m/s: -v theta=0.5"
 )
+
+
+def start(command: Callable[..., R]) -> Callable[..., R]:
+    """Give a command the options of a motion's start."""
+    coordinates = click.option(
+        "-q", **_number, help="Set an initial coordinate, in rad or m: -q theta=1.5"
+    )
+    return coordinates(velocities(command))
 
 
 duration = click.option(
@@ -82,9 +82,6 @@ page = click.option(
 
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON for scripts.")
-
-
-R = TypeVar("R")
 
 
 Root: TypeAlias = Literal["fixed", "floating"]

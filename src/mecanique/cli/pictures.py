@@ -9,7 +9,6 @@ from click.exceptions import Exit
 
 import mecanique as mq
 from mecanique.cli import options
-from mecanique.cli.options import Reading, reads_files
 from mecanique.cli.printing import (
     complain,
     heading,
@@ -19,39 +18,30 @@ from mecanique.cli.printing import (
     verdict_table,
     working,
 )
-from mecanique.cli.words import choose, find_file, report_errors, simulate_motion, start_of
+from mecanique.cli.words import Chosen, find_file, report_errors, simulate_motion, takes_system
 from mecanique.wording import say_count
 
 
 @click.command(epilog="Example: mecanique run rigid_bar_pendulum -p l=2 -q q=1")
 @options.system
-@options.parameters
-@options.coordinates
-@options.velocities
+@options.start
 @options.duration
 @options.samples
 @options.seed
 @options.tolerance
 @options.page
-@report_errors
-@reads_files
+@takes_system
 def run(
-    system: str,
-    parameters: tuple[str, ...],
-    q: tuple[str, ...],
-    v: tuple[str, ...],
+    chosen: Chosen,
     duration: float | None,
     samples: int | None,
     seed: int,
     rtol: float,
     output: Path | None,
-    *,
-    reading: Reading,
 ) -> None:
     """Derive, verify, simulate, and write an offline page."""
     from mecanique.reference.engine.package import engine_name
 
-    chosen = choose(system, parameters, reading)
     mechanism = chosen.mechanism
     with working("Deriving the equations of motion"):
         equations = mq.derive(mechanism)
@@ -66,7 +56,7 @@ def run(
     show(verdict_table(verdict))
     for remark in verdict.remarks:
         say(remark)
-    motion = simulate_motion(chosen, q, v, duration, rtol)
+    motion = simulate_motion(chosen, duration, rtol)
     say("")
     heading("Motion")
     say(motion.summary())
@@ -82,27 +72,13 @@ def run(
 @click.command(epilog="Example: mecanique export double_pendulum -o chaos.html --duration 20")
 @options.system
 @options.page
-@options.parameters
-@options.coordinates
-@options.velocities
+@options.start
 @options.duration
 @options.tolerance
-@report_errors
-@reads_files
-def export(
-    system: str,
-    output: Path | None,
-    parameters: tuple[str, ...],
-    q: tuple[str, ...],
-    v: tuple[str, ...],
-    duration: float | None,
-    rtol: float,
-    *,
-    reading: Reading,
-) -> None:
+@takes_system
+def export(chosen: Chosen, output: Path | None, duration: float | None, rtol: float) -> None:
     """Write a motion as one offline page with its verdict."""
-    chosen = choose(system, parameters, reading)
-    motion = simulate_motion(chosen, q, v, duration, rtol)
+    motion = simulate_motion(chosen, duration, rtol)
     path = output or Path(f"{chosen.mechanism.name}.html")
     with working(f"Writing {path}"):
         mq.export(motion, path)
@@ -111,9 +87,7 @@ def export(
 
 @click.command(epilog="Example: mecanique view panda")
 @options.system
-@options.parameters
-@options.coordinates
-@options.velocities
+@options.start
 @click.option(
     "--duration",
     type=float,
@@ -142,45 +116,37 @@ def export(
     help="Simulate a file or a robot. Without this, -v, --duration or --speed, it is shown at "
     "rest with its findings and a slider for each joint.",
 )
-@report_errors
-@reads_files
+@takes_system
 def view(
-    system: str,
-    parameters: tuple[str, ...],
-    q: tuple[str, ...],
-    v: tuple[str, ...],
+    chosen: Chosen,
     duration: float | None,
     rtol: float,
     speed: float | None,
     port: int,
     open_browser: bool,
     move: bool,
-    *,
-    reading: Reading,
 ) -> None:
     """Show a live motion, or a robot at rest, in a browser.
 
     Ctrl-C ends it.
     """
-    chosen = choose(system, parameters, reading)
-    start, velocity = start_of(chosen, q, v)
-    moving = move or v or duration is not None or speed is not None
-    if not moving and not mq.textbook.catalogue.is_known(system):
+    reading = chosen.reading
+    moving = move or chosen.v or duration is not None or speed is not None
+    if not moving and not mq.textbook.catalogue.is_known(chosen.system):
         findings = mq.lint(
-            find_file(system),
+            find_file(chosen.system),
             package_path=reading.package_path or None,
             arguments=reading.arguments,
         )
-        mq.inspect(
-            chosen.mechanism, findings, q=start or None, port=port, open_browser=open_browser
-        )
+        start = chosen.start or None
+        mq.inspect(chosen.mechanism, findings, q=start, port=port, open_browser=open_browser)
         return
     if speed is None:
         speed = 1.0 if chosen.duration > 0.5 else chosen.duration / 10
     mq.view(
         chosen.mechanism,
-        q=start,
-        v=velocity,
+        q=chosen.start,
+        v=chosen.velocity,
         duration=duration,
         rtol=rtol,
         speed=speed,
@@ -203,35 +169,26 @@ def view(
     "--resultants", is_flag=True, help="Draw each reaction as one arrow, with --free-body."
 )
 @click.option("--numbers", is_flag=True, help="Write the values of the forces, with --free-body.")
-@options.parameters
-@options.coordinates
-@options.velocities
+@options.start
 @options.tolerance
-@report_errors
-@reads_files
+@takes_system
 def picture(
-    system: str,
+    chosen: Chosen,
     output: Path | None,
     time: float | None,
     free_body: str | None,
     resultants: bool,
     numbers: bool,
-    parameters: tuple[str, ...],
-    q: tuple[str, ...],
-    v: tuple[str, ...],
     rtol: float,
-    *,
-    reading: Reading,
 ) -> None:
     """Draw a system as a textbook figure, or one body cut free."""
-    chosen = choose(system, parameters, reading)
     path = output or Path(f"{chosen.mechanism.name}.svg")
-    if time is None and free_body is None and not q and not v:
+    if time is None and free_body is None and not (chosen.q or chosen.v):
         from mecanique.figure.setting import posture
 
         mq.picture(chosen.mechanism, path=path, q=posture(chosen.mechanism, chosen.start).tolist())
     else:
-        motion = simulate_motion(chosen, q, v, max(time or 0.0, 0.1), rtol)
+        motion = simulate_motion(chosen, max(time or 0.0, 0.1), rtol)
         mq.picture(motion, time, path, free_body=free_body, resultants=resultants, numbers=numbers)
     say(f"Wrote {path}")
 

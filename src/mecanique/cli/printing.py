@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-
-from mecanique.errors import InputError
-from mecanique.files import write_whole
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,6 +21,11 @@ if TYPE_CHECKING:
 def say(text: str) -> None:
     """Print text as it is."""
     click.echo(text)
+
+
+def to_json(data: object) -> str:
+    """Return data as JSON text."""
+    return json.dumps(data, ensure_ascii=False, indent=2, allow_nan=False)
 
 
 def heading(text: str, style: str = "bold") -> None:
@@ -47,14 +49,6 @@ def complain(text: str) -> None:
 def inform(text: str) -> None:
     """Print a remark to standard error."""
     click.echo(text, err=True)
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file as a whole or not at all."""
-    if not path.parent.is_dir():
-        raise InputError(f"expected a path in a directory that exists, got {str(path)!r}")
-    with write_whole(path) as file:
-        file.write(text.encode())
 
 
 def working(text: str) -> AbstractContextManager[Status]:

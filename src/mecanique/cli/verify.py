@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from click.exceptions import Exit
 import mecanique as mq
 from mecanique.cli import options
 from mecanique.cli.options import Reading, reads_files
-from mecanique.cli.printing import named_progress, progress, say, working
+from mecanique.cli.printing import named_progress, progress, say, to_json, working
 from mecanique.cli.words import choose, numbers, report_errors, source
 
 if TYPE_CHECKING:
@@ -51,8 +50,7 @@ class SystemCheck:
     def to_json(self) -> str:
         """Return the verdict as JSON text, with the facts if there are any."""
         facts = {"facts": [fact.to_dict() for fact in self.facts]} if self.facts else {}
-        whole = {**self.verdict.to_dict(), **facts}
-        return json.dumps(whole, ensure_ascii=False, allow_nan=False, indent=2)
+        return to_json({**self.verdict.to_dict(), **facts})
 
     def __str__(self) -> str:
         states = self.verdict.worst_states if self.states else ()
@@ -170,7 +168,7 @@ def book(as_json: bool) -> None:
 
     with working("Checking the equations of the chapter"):
         rows = register()
-    say(register_as_json(rows) if as_json else register_as_text(rows))
+    say(to_json([row.to_dict() for row in rows]) if as_json else register_as_text(rows))
     if not all(row.sound for row in rows):
         raise Exit(1)
 
@@ -201,13 +199,6 @@ def register_as_text(rows: tuple[Row, ...]) -> str:
     left = len(rows) - len(checked)
     head = f"Fundamentals of Dynamics, chapter 1: {'; '.join(parts)}; {left} points not checked"
     return "\n".join([head, "", *map(str, rows)])
-
-
-def register_as_json(rows: tuple[Row, ...]) -> str:
-    """Return the register as JSON text."""
-    return json.dumps(
-        [row.to_dict() for row in rows], ensure_ascii=False, indent=2, allow_nan=False
-    )
 
 
 def _count(kind: str, checked: Sequence[Row]) -> str:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, final
 from click.exceptions import Exit
 
 import mecanique as mq
-from mecanique.cli.options import Reading
+from mecanique.cli.options import Reading, reads_files
 from mecanique.cli.printing import complain, progress
 
 if TYPE_CHECKING:
@@ -29,17 +29,28 @@ _PLAINLY = Reading()
 @final
 @dataclass(frozen=True)
 class Chosen:
-    """The mechanism a command works on, and its default motion."""
+    """The mechanism a command works on, and the motion that its words describe."""
 
     mechanism: mq.Mechanism
-    start: Mapping[str, float] = field(default_factory=dict)
-    start_velocity: Mapping[str, float] = field(default_factory=dict)
+    system: str  # the word that names it
+    reading: Reading
+    q: Sequence[str] = ()  # as given after -q
+    v: Sequence[str] = ()
+    start: dict[str, float] = field(default_factory=dict)  # position, with what is given
+    velocity: dict[str, float] = field(default_factory=dict)
     duration: float = 10.0  # of the motion [s]
 
 
-def choose(system: str, parameters: Sequence[str], reading: Reading = _PLAINLY) -> Chosen:
+def choose(
+    system: str,
+    parameters: Sequence[str] = (),
+    reading: Reading = _PLAINLY,
+    q: Sequence[str] = (),
+    v: Sequence[str] = (),
+) -> Chosen:
     """Return the mechanism that a word names: a textbook system, else a file, else a robot."""
     values = numbers(parameters, "-p")
+    start, velocity = numbers(q, "-q"), numbers(v, "-v")
     if mq.textbook.catalogue.is_known(system):
         for option, given in (
             ("--root floating", reading.root == "floating"),
@@ -52,11 +63,13 @@ def choose(system: str, parameters: Sequence[str], reading: Reading = _PLAINLY) 
                     f"expected a URDF file or a robot for {option}, got the system {system!r}"
                 )
         entry = mq.textbook.entry(system)
-        return Chosen(
-            mq.textbook.load(system, **values), entry.start, entry.start_velocity, entry.duration
-        )
-    mechanism = reading.read(find_file(system))
-    return Chosen(mechanism.replace(**values) if values else mechanism)
+        mechanism, duration = mq.textbook.load(system, **values), entry.duration
+        start, velocity = {**entry.start, **start}, {**entry.start_velocity, **velocity}
+    else:
+        mechanism, duration = reading.read(find_file(system)), Chosen.duration
+        mechanism = mechanism.replace(**values) if values else mechanism
+    rates = {name.removesuffix("'"): value for name, value in velocity.items()}
+    return Chosen(mechanism, system, reading, q, v, start, rates, duration)
 
 
 def find_file(system: str) -> Path:
@@ -84,9 +97,8 @@ def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Pa
     if path.suffix.lower() in (".csv", ".fmu", ".so", ".dylib", ".dll"):
         return path
     if path.suffix != ".py":
-        return choose(
-            word, (), _PLAINLY if mq.textbook.catalogue.is_known(word) else reading
-        ).mechanism
+        known = mq.textbook.catalogue.is_known(word)
+        return choose(word, reading=_PLAINLY if known else reading).mechanism
     if not path.is_file():
         raise mq.InputError(f"expected a Python file, but there is no file {word!r}")
     try:
@@ -94,7 +106,7 @@ def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Pa
     except (Exception, SystemExit) as error:
         # an exit of the file would end this program as if all agreed
         raise mq.InputError(f"{word} raised {type(error).__name__}: {error}") from error
-    known = (
+    answers = (
         "M",
         "C",
         "g",
@@ -107,9 +119,9 @@ def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Pa
         "acceleration",
         "energy",
     )
-    functions = {name: defined[name] for name in known if callable(defined.get(name))}
+    functions = {name: defined[name] for name in answers if callable(defined.get(name))}
     if not functions:
-        raise mq.InputError(f"expected functions among {', '.join(known)} in {word}, found none")
+        raise mq.InputError(f"expected functions among {', '.join(answers)} in {word}, found none")
     return functions
 
 
@@ -130,26 +142,10 @@ def numbers(words: Sequence[str], option: str) -> dict[str, float]:
     return values
 
 
-def start_of(
-    chosen: Chosen, q: Sequence[str], v: Sequence[str]
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Return coordinates and velocities at the start, by name."""
-    velocities = {**chosen.start_velocity, **numbers(v, "-v")}
-    return {**chosen.start, **numbers(q, "-q")}, {
-        name.removesuffix("'"): value for name, value in velocities.items()
-    }
-
-
 def simulate_motion(
-    chosen: Chosen,
-    q: Sequence[str],
-    v: Sequence[str],
-    duration: float | None,
-    rtol: float,
-    limits: str | None = None,
+    chosen: Chosen, duration: float | None, rtol: float, limits: str | None = None
 ) -> Motion:
     """Simulate the motion that the words describe."""
-    start, start_velocity = start_of(chosen, q, v)
     try:
         bounce = limits if limits in (None, "stop") else float(limits or "")
     except ValueError:
@@ -160,8 +156,8 @@ def simulate_motion(
     with progress(f"Simulating {seconds:g} s") as advance:
         return mq.simulate(
             chosen.mechanism,
-            q=start,
-            v=start_velocity,
+            q=chosen.start,
+            v=chosen.velocity,
             duration=seconds,
             rtol=rtol,
             limits=bounce,
@@ -189,3 +185,23 @@ def report_errors(command: Callable[P, R]) -> Callable[P, R]:
         raise Exit(2)
 
     return safe
+
+
+def takes_system(command: Callable[..., R]) -> Callable[..., R]:
+    """Give a command the options of reading; it takes SYSTEM, -p, -q and -v as `chosen`."""
+
+    @report_errors
+    @reads_files
+    @functools.wraps(command)
+    def takes(
+        *args: Any,
+        system: str,
+        parameters: Sequence[str],
+        reading: Reading,
+        q: Sequence[str] = (),
+        v: Sequence[str] = (),
+        **kwargs: Any,
+    ) -> R:
+        return command(*args, chosen=choose(system, parameters, reading, q, v), **kwargs)
+
+    return takes

@@ -15,7 +15,7 @@ from mecanique.figure.mechanism import figure
 from mecanique.figure.paper.files import svg
 from mecanique.figure.paper.marks import Mark
 from mecanique.figure.setting import HEIGHT, WIDTH, Setting, posture, setting
-from mecanique.files import write_whole
+from mecanique.files import require_directory, write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.motion import Motion
 from mecanique.reference import Reference
@@ -145,8 +145,7 @@ def _check(path: str | os.PathLike[str]) -> str:
         raise InputError(
             f"expected a path that ends in {', '.join(FORMS)}, got {os.fspath(path)!r}"
         )
-    if not Path(path).parent.is_dir():
-        raise InputError(f"expected a path in a directory that exists, got {os.fspath(path)!r}")
+    require_directory(path)
     return form
 
 

@@ -15,7 +15,7 @@ from typing import final
 
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.figure.draw import figure_text
-from mecanique.files import write_whole
+from mecanique.files import write_text
 from mecanique.motion.motion import Motion, simulate
 from mecanique.reference import degrees_of_freedom
 from mecanique.textbook import entry, load, names
@@ -57,17 +57,8 @@ def gallery(
         except MecaniqueError as error:
             fault = str(error)
         picture, freedom = picture_of(name, small=True), _count_freedom(name)
-        cards.append(
-            Card(
-                name=name,
-                title=system.title,
-                tags=system.tags,
-                picture=picture,
-                fault=fault,
-                freedom=freedom,
-            )
-        )
-    _write(folder / "index.html", index(cards))
+        cards.append(Card(name, system.title, system.tags, picture, fault, freedom))
+    write_text(folder / "index.html", index(cards))
     return tuple(cards)
 
 
@@ -79,7 +70,7 @@ def pictures(
     folder = _folder(directory)
     paths = tuple(folder / f"{name}.svg" for name in entries)
     for name, path in zip(entries, paths, strict=True):
-        _write(path, picture_of(name))
+        write_text(path, picture_of(name))
     return paths
 
 
@@ -92,11 +83,6 @@ def _folder(directory: str | os.PathLike[str]) -> Path:
             f"expected a directory to write to, got {os.fspath(directory)!r}: {error.strerror}"
         ) from None
     return folder
-
-
-def _write(path: Path, text: str) -> None:
-    with write_whole(path) as file:
-        file.write(text.encode())
 
 
 def picture_of(name: str, *, small: bool = False) -> str:

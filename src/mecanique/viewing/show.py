@@ -11,7 +11,7 @@ from pathlib import Path
 from mecanique.derivation import derive, readable
 from mecanique.derivation.equations import Equations
 from mecanique.errors import InputError, MecaniqueError
-from mecanique.files import write_whole
+from mecanique.files import require_directory, write_text
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.motion import Motion
 from mecanique.verification import verify
@@ -82,13 +82,8 @@ def export(
         >>> mq.export(motion, "pendulum.html").name
         'pendulum.html'
     """
-    target = Path(path)
-    if not target.parent.is_dir():
-        raise InputError(f"expected a path in a directory that exists, got {os.fspath(path)!r}")
-    text = page(scene(motion, equations, verdict))
-    with write_whole(target) as file:
-        file.write(text.encode())
-    return target
+    target = require_directory(path)
+    return write_text(target, page(scene(motion, equations, verdict)))
 
 
 def frame(motion: Motion) -> str:

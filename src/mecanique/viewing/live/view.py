@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import final
 
@@ -48,7 +48,7 @@ class Presenter:
         self._names = names_of(complete)
         self._parameters = _values(mechanism)
         self._checking: Checking | None = None
-        self.first = fit(complete, self._names)
+        self.scene = fit(complete, self._names)
 
     def check(self, live: LiveView) -> None:
         """Derive and compare what moves, unless this has already begun."""
@@ -336,41 +336,40 @@ def view(
     end = float("inf") if duration is None else duration
     computing = begin(shown, q, v, end, rtol, speed)
     if computing:
-        _serve(computing, port, open_browser, speed)
-    elif isinstance(shown, Mechanism):
-        _stream(LiveMotion(shown, q, v, end, rtol, speed), port, open_browser, speed)
+        _show(computing, None, port, open_browser, speed)
+        return
+    motion: LiveMotion | Recorded
+    if isinstance(shown, Mechanism):
+        motion = LiveMotion(shown, q, v, end, rtol, speed)
     else:
-        _stream(Recorded(shown), port, open_browser, speed)
+        motion = Recorded(shown)
+    _show(motion.presenter, motion, port, open_browser, speed)
 
 
-def _serve(computing: Computing, port: int, open_browser: bool, speed: float) -> None:
-    """Serve a page that computes its motion by itself."""
-    with LiveView(computing.scene, port=port, open_browser=open_browser, at_once=True) as live:
+def _show(
+    shown: Computing | Presenter,
+    streamed: LiveMotion | Recorded | None,
+    port: int,
+    open_browser: bool,
+    speed: float,
+) -> None:
+    """Serve a page that computes its motion by itself, or stream one that is computed here."""
+
+    def frames(changes: Changes) -> Iterable[SceneFrame]:
+        return streamed.frames(live, changes) if streamed else ()
+
+    with LiveView(shown.scene, port=port, open_browser=open_browser, at_once=True) as live:
         try:
             live.announce()
-            computing.check(live)
-            live.stream(lambda changes: (), speed=speed, hold=True)
+            shown.check(live)
+            if streamed:
+                # a page takes its time to load, but shows the motion from its start
+                live.wait()
+            live.stream(frames, speed=speed, hold=True)
         except KeyboardInterrupt:
             return
         finally:
-            computing.close()
-
-
-def _stream(source: LiveMotion | Recorded, port: int, open_browser: bool, speed: float) -> None:
-    """Stream a motion that is computed here."""
-    with LiveView(
-        source.presenter.first, port=port, open_browser=open_browser, at_once=True
-    ) as live:
-        try:
-            live.announce()
-            source.presenter.check(live)
-            # a page takes its time to load, but shows the motion from its start
-            live.wait()
-            live.stream(lambda changes: source.frames(live, changes), speed=speed, hold=True)
-        except KeyboardInterrupt:
-            return
-        finally:
-            source.presenter.close()
+            shown.close()
 
 
 def inspect(

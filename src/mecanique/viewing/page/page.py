@@ -175,16 +175,7 @@ def _header(scene: Scene) -> dict[str, Any]:
         ],
         "lines": [{"name": line.name, "kind": line.kind} for line in scene.lines],
         "traces": [{"name": trace.name} for trace in scene.traces],
-        "joints": [
-            {
-                "name": joint.name,
-                "kind": joint.kind,
-                "body": number[joint.body],
-                "point": list(map(float, joint.point)),
-                "axis": list(map(float, joint.axis)),
-            }
-            for joint in scene.joints
-        ],
+        "joints": [{**asdict(joint), "body": number[joint.body]} for joint in scene.joints],
         "series": [
             {
                 "name": curve.name,
@@ -213,12 +204,7 @@ def _inspection(inspection: Inspection) -> dict[str, Any]:
         }
         for note in inspection.notes
     ]
-    return {
-        "links": list(map(asdict, inspection.links)),
-        "paths": list(map(asdict, inspection.paths)),
-        "sliders": list(map(asdict, inspection.sliders)),
-        "notes": notes,
-    }
+    return {**asdict(inspection), "notes": notes}
 
 
 def _parcel(header: dict[str, Any], parts: list[bytes], effort: int) -> str:

@@ -152,16 +152,11 @@ def _parameters(mechanism: Mechanism) -> Iterator[Knob]:
         value = parameter.value
         # a slider from nothing to three times the value keeps masses and lengths sound
         low, high = sorted((0.05 * value, 3 * value)) if value else (0.0, 0.0)
-        unit = "" if parameter.unit == "1" else parameter.unit
-        yield Knob(
-            name=parameter.symbol,
-            symbol=letter(parameter.symbol),
-            value=value,
-            unit=unit,
-            meaning=parameter.meaning,
-            low=low,
-            high=high,
-        )
+        yield _knob(parameter.symbol, value, parameter.unit, parameter.meaning, (low, high))
+
+
+def _knob(name: str, value: float, unit: str, meaning: str, ends: tuple[float, float]) -> Knob:
+    return Knob(name, letter(name), value, "" if unit == "1" else unit, meaning, *ends)
 
 
 def quantities_of_inputs(mechanism: Mechanism) -> tuple[Knob, ...]:
@@ -170,20 +165,13 @@ def quantities_of_inputs(mechanism: Mechanism) -> tuple[Knob, ...]:
     for signal in mechanism.inputs:
         if isinstance(signal.signal, float):
             reach = max(10.0, 2 * abs(signal.signal))
-            unit = "" if signal.unit == "1" else signal.unit
-            symbol = letter(signal.symbol)
             quantities.append(
-                Knob(
-                    name=signal.symbol,
-                    symbol=symbol,
-                    value=signal.signal,
-                    unit=unit,
-                    meaning=signal.meaning,
-                    low=-reach,
-                    high=reach,
-                )
+                _knob(signal.symbol, signal.signal, signal.unit, signal.meaning, (-reach, reach))
             )
     return tuple(quantities)
+
+
+_START = "at the start"
 
 
 def _initial(motion: Motion) -> Iterator[Knob]:
@@ -193,27 +181,11 @@ def _initial(motion: Motion) -> Iterator[Knob]:
     for name, value, is_free in zip(mechanism.coordinates, motion.q[0], free, strict=True):
         reach = math.pi if unit[name] == "rad" else max(1.0, 2 * abs(float(value)))
         if is_free:
-            low, high = min(-reach, float(value)), max(reach, float(value))
-            yield Knob(
-                name=name,
-                symbol=letter(name),
-                value=float(value),
-                unit=unit[name],
-                meaning="at the start",
-                low=low,
-                high=high,
-            )
+            ends = min(-reach, float(value)), max(reach, float(value))
+            yield _knob(name, float(value), unit[name], _START, ends)
     for name, value in zip(mechanism.velocities, motion.v[0], strict=True):
         reach = max(10.0, 2 * abs(float(value)))
-        yield Knob(
-            name=name,
-            symbol=letter(name),
-            value=float(value),
-            unit=unit[name],
-            meaning="at the start",
-            low=-reach,
-            high=reach,
-        )
+        yield _knob(name, float(value), unit[name], _START, (-reach, reach))
 
 
 def _freedom(motion: Motion) -> tuple[str, ...]:
