@@ -155,7 +155,7 @@ ORDER: dict[str, list[str]] = {
         "rows",
         "diff engines facts rounding transformation",
         "causes",
-        "against",
+        "against modes",
         "compare",
         "chapter survey",
     ],

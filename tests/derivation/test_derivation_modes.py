@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -163,3 +164,37 @@ def test_more_modes_than_are_written_out_are_refused() -> None:
     )
     with pytest.raises(mq.DerivationError, match="'many' has 243 modes, more than 81; expected"):
         mq.derive_modes(many)
+
+
+def test_constraints_that_hold_in_every_mode_are_refused() -> None:
+    linkage = mq.textbook.load("four_bar_linkage")
+    dry = mq.Friction("dry", linkage.joints[0].name, 0.1, 1.0)
+    with pytest.raises(mq.DerivationError, match="'four_bar_linkage' has constraints that hold in"):
+        mq.derive_modes(replace(linkage, switching=(dry,)))
+
+
+def test_slip_along_two_directions_is_refused() -> None:
+    ball = mq.Mechanism(
+        "ball",
+        (mq.Body("ground"), mq.Body("body", mq.ball(1.0, 0.1))),
+        (mq.Floating("free", "ground", "body"),),
+        switching=(mq.Contact("floor", "body", radius=0.1, mu=0.3),),
+    )
+    with pytest.raises(mq.DerivationError, match="'floor' slips along two directions"):
+        mq.derive_modes(ball)
+
+
+def test_friction_meets_a_rate_that_time_prescribes() -> None:
+    shaken = mq.textbook.load("base_excited_mass")
+    names = [joint.name for joint in shaken.joints]
+    dry = tuple(mq.Friction(f"dry in {name}", name, 0.1, 1.0) for name in names)
+    first, _ = mq.derive_modes(replace(shaken, switching=dry))["slips +", "slips +"].conditions
+    assert "cos(" in first
+    assert first.endswith("> 0")
+
+
+def test_a_contact_with_a_body_that_time_moves_is_refused() -> None:
+    shaken = mq.textbook.load("base_excited_mass")
+    touch = mq.Contact("touch", shaken.bodies[-1].name)
+    with pytest.raises(mq.DerivationError, match="'touch': the coordinate map depends on time"):
+        mq.derive_modes(replace(shaken, switching=(touch,)))

@@ -8,6 +8,7 @@ open.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
@@ -89,15 +90,21 @@ class _ElementForces:
     normal: Any
     tangent: Any
     gap: Scalar  # of a stop; 0 otherwise
-    speed: Scalar  # of what it rubs on
+    speed: Scalar  # what its row lacks when nothing moves but what time and belts do
+    sideways: Any = None  # a force across the tangent, which must not matter in a plane
+
+
+def force_symbol(letter: str, element: Switching) -> str:
+    """Return the symbol of a force of an element, N, T or R with its name."""
+    return f"{letter}_{re.sub(r'[^0-9a-zA-Z]', '_', element.name)}"
 
 
 def derive_modes(mechanism: Mechanism) -> Modes:
     """Derive the equations of every mode of a mechanism with elements that switch.
 
     Args:
-        mechanism: with `Friction`, `Stop` or `Contact` among its `switching` elements; contacts
-            with planes of the ground that move in a plane.
+        mechanism: a tree with `Friction`, `Stop` or `Contact` among its `switching` elements;
+            contacts with planes of the ground, those with friction in plane motion.
 
     Returns:
         The modes, each with its accelerations, the forces of the elements and its conditions.
@@ -115,14 +122,24 @@ def derive_modes(mechanism: Mechanism) -> Modes:
         >>> print(mq.derive_modes(dry_block)["slips +"].conditions[0])
         while q1' > 0
     """
-    from sympy import Matrix, Symbol, diff, sympify
+    from sympy import Matrix, Symbol, diff, simplify, sympify
 
     loaded, unknown = _load(mechanism)
     equations = derive(loaded)
     M, h, Q = equations.M, equations.h, equations.Q
     symbols = [s for forces in unknown for s in (forces.normal, forces.tangent) if s is not None]
     slopes = {symbol: Q.diff(symbol) for symbol in symbols}
-    rest = Q.subs(dict.fromkeys(symbols, 0))
+    sideways = [f.sideways for f in unknown if f.sideways is not None]
+    rest = Q.subs(dict.fromkeys([*symbols, *sideways], 0))
+    for forces in unknown:
+        if (
+            forces.sideways is not None
+            and not Q.diff(forces.sideways).applyfunc(simplify).is_zero_matrix
+        ):
+            raise DerivationError(
+                f"contact {forces.element.name!r} slips along two directions; the equations of its "
+                "modes are written out for motion in a plane alone"
+            )
     velocities = [Symbol(name) for name in mechanism.velocities]
     accelerations = [Symbol(f"{name}'") for name in mechanism.velocities]
     balance = M * Matrix(accelerations) + h - rest
@@ -171,13 +188,21 @@ def derive_modes(mechanism: Mechanism) -> Modes:
 
 def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
     """Return the smooth mechanism with the elements' forces as inputs, and these."""
-    from sympy import Symbol
+    from sympy import Symbol, diff, sympify
+
+    if mechanism.loops or mechanism.contacts or mechanism.velocity_constraints:
+        raise DerivationError(
+            f"mechanism {mechanism.name!r} has constraints that hold in every mode; the equations "
+            "of its modes are written out for trees alone"
+        )
+    driven = mechanism.coordinates.driven
+    guided = any(Symbol("t") in sympify(place).free_symbols for place in driven.values())
 
     inputs, forces = list(mechanism.inputs), list(mechanism.forces)
     unknown: list[_ElementForces] = []
 
     def add(letter: str, element: Switching, unit: str) -> Any:
-        symbol = f"{letter}_{element.name}"
+        symbol = force_symbol(letter, element)
         inputs.append(Input(symbol, 0.0, unit, f"force of {element.name}"))
         return Symbol(symbol)
 
@@ -188,13 +213,20 @@ def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
                     f"contact {element.name!r} is not with a plane of the ground; the equations of "
                     "its modes are not written out yet"
                 )
-            x, _, n = zip(*element.plane.rotation, strict=True)
+            if guided:
+                raise DerivationError(
+                    f"contact {element.name!r}: the coordinate map depends on time, so its body "
+                    "may move by itself; the equations of such modes are not written out yet"
+                )
+            x, y, n = zip(*element.plane.rotation, strict=True)
             normal = add("N", element, "N")
             tangent = add("T", element, "N") if element.rubs else None
+            sideways = add("Y", element, "N") if element.rubs else None
             cx, cy, cz = element.center
             pull = [entry * normal for entry in n]
-            if tangent is not None:
-                pull = [total + entry * tangent for total, entry in zip(pull, x, strict=True)]
+            for direction, force in ((x, tangent), (y, sideways)):
+                if force is not None:
+                    pull = [a + b * force for a, b in zip(pull, direction, strict=True)]
             lever = [-element.radius * component for component in n]
             turn = (
                 lever[1] * pull[2] - lever[2] * pull[1],
@@ -205,22 +237,22 @@ def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
             forces.append(Force(f"{name}, force", element.body, (cx, cy, cz), tuple(pull)))
             if element.radius != 0:
                 forces.append(Torque(f"{name}, moment", element.body, turn))
-            unknown.append(_ElementForces(element, normal, tangent, 0, 0))
+            unknown.append(_ElementForces(element, normal, tangent, 0, 0, sideways))
             continue
         joint = mechanism.joint(element.joint)
         assert isinstance(joint, Single), "validated"
         unit = "N·m" if joint.turns else "N"
+        place = driven.get(joint.coordinate, coordinate(joint.coordinate))
+        drift = diff(place, Symbol("t"))
         if isinstance(element, Friction):
             tangent = add("R", element, unit)
             forces.append(JointForce(element.name, element.joint, tangent))
-            unknown.append(_ElementForces(element, None, tangent, 0, element.speed))
+            unknown.append(_ElementForces(element, None, tangent, 0, element.speed - drift))
         else:
             normal = add("N", element, unit)
             forces.append(JointForce(element.name, element.joint, -element.side * normal))
-            driven = mechanism.coordinates.driven
-            place = driven.get(joint.coordinate, coordinate(joint.coordinate))
             gap = element.side * (element.at - place)
-            unknown.append(_ElementForces(element, normal, None, gap, 0))
+            unknown.append(_ElementForces(element, normal, None, gap, element.side * drift))
     loaded = replace(mechanism, switching=(), inputs=tuple(inputs), forces=tuple(forces))
     return loaded, unknown
 
@@ -244,7 +276,7 @@ def _constrain(forces: _ElementForces, state: str, hold: Any) -> Iterator[Any]:
         if isinstance(element, Stop) and element.stiffness is not None:
             yield normal + element.stiffness * forces.gap
         else:
-            yield hold(normal, 0)
+            yield hold(normal, forces.speed)
     if tangent is None or isinstance(element, Stop):
         return
     if state == "sticks":

@@ -473,7 +473,8 @@ def verify(
     against Pinocchio, which gets the mechanism as URDF text only; the reactions in all joints, and
     the forces of all contacts. Of what rolls, Lagrange's equations have multipliers, Newton and
     Euler's balances unknown forces, and virtual work independent quasi-velocities.
-    Where they disagree, the verdict ranks likely causes.
+    Where they disagree, the verdict ranks likely causes. Of elements that switch every mode is
+    compared, its accelerations and its forces.
 
     Args:
         mechanism: what to verify.
@@ -519,7 +520,12 @@ def verify(
     if against is not None:
         from mecanique.verification.against import compare_with
 
+        mechanism.refuse_switching("a comparison with another source does")
         return compare_with(mechanism, against, samples, seed, tolerance or TOLERANCE, header)
+    if mechanism.switching:
+        from mecanique.verification.modes import compare_modes
+
+        return compare_modes(mechanism, samples, seed, tolerance)
     verdict = compare(mechanism, samples, seed, tolerance=tolerance, progress=progress)
     explained = verdict if verdict.agrees else _explain(verdict, mechanism)
     if mechanism.origin is None and not engines:

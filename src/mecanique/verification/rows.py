@@ -47,6 +47,7 @@ QUANTITIES = (
     "angular momentum",
     "reactions",
     "contact forces",
+    "forces of elements",
 )
 """What is compared, in the order of the table."""
 
