@@ -147,6 +147,9 @@ def test_results_name_themselves_in_one_line_and_print_whole() -> None:
     shown = [mq.verify(pendulum, samples=3), mq.linearize(pendulum), mq.derive(pendulum).steps[0]]
     shown += [mq.derive(pendulum).equations[0], mq.textbook.entry("rigid_bar_pendulum")]
     shown += [mq.Reference(pendulum), mq.degrees_of_freedom(pendulum)]
+    shown += [mq.convert(pendulum, "MJCF", states=3), mq.inertial_check(pendulum, motion, 0.8)]
+    shown += [mq.derive_modes(pendulum), mq.write_recursion(mq.derive(pendulum))]
+    shown += mq.lint("<robot name='r'><link name='a'/><link name='b'/></robot>")
     for result in shown:
         assert repr(result).startswith(f"<{type(result).__name__}")
         assert len(repr(result)) < 120

@@ -24,6 +24,7 @@ from mecanique.urdf.read import read_urdf
 from mecanique.urdf.write import chains, load_lines, write_urdf
 from mecanique.verification.engines import read_text_by
 from mecanique.verification.verdict import EngineReading
+from mecanique.wording import Legible
 
 _STATES = 100
 """Number of random states at which source and result are compared."""
@@ -36,8 +37,8 @@ _ENGINES = {"URDF": ("pinocchio", "mujoco"), "MJCF": ("mujoco",)}
 
 
 @final
-@dataclass(frozen=True)
-class Conversion:
+@dataclass(frozen=True, repr=False)
+class Conversion(Legible):
     """A description in another format, with the proof.
 
     Args:
@@ -62,6 +63,10 @@ class Conversion:
     readings: tuple[EngineReading, ...]
 
     @property
+    def _caption(self) -> str:
+        return str(self).splitlines()[-1]
+
+    @property
     def proved(self) -> bool:
         """Whether the result, but for what is lost, says what the source says."""
         refused = any(reading.refused or reading.differs for reading in self.readings)
@@ -73,7 +78,7 @@ class Conversion:
             lines += reading.sentences() or [f"{reading.engine} reads the result alike."]
             if reading.refused:
                 lines.append(reading.refused)
-        if not any(reading.worst is not None for reading in self.readings):
+        if not any(reading.worst is not None or reading.refused for reading in self.readings):
             lines.append(
                 f"No engine of {self.form} itself is installed; mecanique read the result."
             )

@@ -80,6 +80,13 @@ def test_a_wrong_result_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "The MJCF differs from the source" in str(conversion)
 
 
+def test_an_engine_that_refuses_the_result_is_not_said_to_be_missing() -> None:
+    pytest.importorskip("mujoco")
+    told = str(mq.convert(mq.textbook.load("rigid_bar_pendulum"), "MJCF", states=3))
+    assert "refuses the file itself" in told
+    assert "No engine" not in told
+
+
 def test_the_command_writes_and_judges(tmp_path: Path) -> None:
     source, result = tmp_path / "arm.sdf", tmp_path / "arm.xml"
     source.write_text(ARM, encoding="utf-8")

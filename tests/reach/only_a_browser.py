@@ -9,6 +9,7 @@ import _thread
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Sequence
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
@@ -47,6 +48,7 @@ def block() -> None:
     for name in ("_start_new_thread", "_start_joinable_thread"):
         if hasattr(threading, name):
             setattr(threading, name, refuse)
+    del time.thread_time
     subprocess.Popen = refuse  # type: ignore[misc, assignment]
     sys.path.insert(0, sys.argv[1])
 

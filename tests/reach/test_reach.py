@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -46,14 +47,18 @@ def test_other_systems_are_asked_for_what_they_have(platform: str, engine: bool)
     assert ("pin" in names) == engine
 
 
-def test_all_runs_without_what_a_browser_lacks(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def archive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """What the documentation's page unpacks."""
     monkeypatch.syspath_prepend(ROOT / "docs")
     from pack import pack
 
-    archive = tmp_path / "mecanique.zip"
-    pack(archive)
+    path = tmp_path / "mecanique.zip"
+    pack(path)
+    return path
+
+
+def test_all_runs_without_what_a_browser_lacks(archive: Path, tmp_path: Path) -> None:
     assert archive.stat().st_size < 4e6
     folder = tmp_path / "unpacked"
     with zipfile.ZipFile(archive) as packed:
@@ -68,3 +73,23 @@ def test_all_runs_without_what_a_browser_lacks(
         timeout=300,
     )
     assert done.stdout == "all runs in a browser\n", done.stderr
+
+
+def test_what_needs_no_numbers_runs_in_pyodide(archive: Path) -> None:
+    """Every module compiles there without a warning, and a fifth needs none of its builds."""
+    node = shutil.which("node")
+    if node is None or not (ROOT / "node_modules" / "pyodide").is_dir():
+        pytest.skip("no Pyodide found; run npm install")
+    here = Path(__file__)
+    done = subprocess.run(
+        [node, here.with_name("in_pyodide.mjs"), archive, here.with_name("in_pyodide.py")],
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+        timeout=300,
+    )
+    told = re.fullmatch(r"(\d+) compiled, (\d+) imported\n", done.stdout)
+    assert told, done.stderr[-2000:]
+    compiled, imported = map(int, told.groups())
+    assert compiled > 400
+    assert imported > 50

@@ -90,6 +90,24 @@ def test_it_shows_what_a_program_shows_and_why_it_stops(
     page.close()
 
 
+def test_it_names_the_build_that_the_distribution_lacks(
+    site: tuple[Path, str], browser: Browser
+) -> None:
+    """Pyodide's own loader, whose package on npm has Python alone."""
+    folder, address = site
+    core = DOCS.parent / "node_modules" / "pyodide"
+    if not core.is_dir():
+        pytest.skip("no Pyodide found; run npm install")
+    (folder / "pyodide").symlink_to(core)
+    page = browser.new_page()
+    page.goto(address)
+    page.click("button")
+    page.wait_for_selector("#shown .error", timeout=120_000)
+    assert "numpy" in page.inner_text("#shown .error")
+    assert page.inner_text("#state") == "Stopped."
+    page.close()
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(not DISTRIBUTION, reason="MECANIQUE_PYODIDE names no distribution of Pyodide")
 def test_it_derives_verifies_and_moves_a_mechanism(

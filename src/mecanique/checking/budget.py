@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from time import thread_time
 from typing import final
 
 from mecanique.errors import FormulaError
+
+# Pyodide has no clock of a thread; its only one is the process's
+processor_time = getattr(time, "thread_time", time.process_time)
 
 SECONDS = 5.0
 """Longest processor time to read and judge one text; deriving the right answer is not counted."""
@@ -36,7 +39,7 @@ class _Budget:
 
     def __init__(self) -> None:
         self.left = MOST_PARTS
-        self.end = thread_time() + SECONDS
+        self.end = processor_time() + SECONDS
 
     def spend(self, parts: int) -> None:
         """Take parts from what is left."""
@@ -48,7 +51,7 @@ class _Budget:
 
     def look(self) -> None:
         """Read the clock."""
-        if thread_time() > self.end:
+        if processor_time() > self.end:
             raise OutOfTimeError(
                 f"the formulas are not judged within {SECONDS:g} s; write them shorter"
             )
@@ -74,14 +77,14 @@ def bound_work() -> Iterator[None]:
 def stop_clock() -> Iterator[None]:
     """Stop the clock in the context: what is done does not depend on the text."""
     budget = _CURRENT.get()
-    start = thread_time()
+    start = processor_time()
     token = _CURRENT.set(None)
     try:
         yield
     finally:
         _CURRENT.reset(token)
         if budget is not None:
-            budget.end += thread_time() - start
+            budget.end += processor_time() - start
 
 
 def spend(parts: int = 0) -> None:

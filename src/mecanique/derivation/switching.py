@@ -23,6 +23,7 @@ from mecanique.model.forces import Force, JointForce, Torque
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
+from mecanique.wording import Legible, say_count
 
 MOST_MODES = 81
 """So many modes at most are written out."""
@@ -58,8 +59,8 @@ class ModeEquations:
 
 
 @final
-@dataclass(frozen=True)
-class Modes:
+@dataclass(frozen=True, repr=False)
+class Modes(Legible):
     """The modes of a mechanism with elements that switch; its text lists them.
 
     Args:
@@ -80,6 +81,10 @@ class Modes:
 
     def __str__(self) -> str:
         return "\n".join(map(str, self.modes))
+
+    @property
+    def _caption(self) -> str:
+        return f"{self.mechanism.name}: {say_count(len(self.modes), 'mode')}"
 
 
 @dataclass(frozen=True)

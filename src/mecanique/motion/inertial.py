@@ -26,6 +26,7 @@ from mecanique.model.joints import Fixed, Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length, units
 from mecanique.motion.motion import Motion, simulate
+from mecanique.wording import Legible
 
 EARTH_RATE = 7.292115e-5
 """Rate of the earth's rotation [rad/s] (WGS 84, NIMA TR8350.2, 2000, table 3.1)."""
@@ -141,8 +142,8 @@ class InertialRow:
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class InertialCheck:
+@dataclass(frozen=True, eq=False, repr=False)
+class InertialCheck(Legible):
     """A motion on fixed ground compared with that on the rotating earth; its text is a table.
 
     Args:

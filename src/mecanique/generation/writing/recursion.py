@@ -33,6 +33,7 @@ from mecanique.model.mechanism_units import units
 from mecanique.program.listing import Notation, list_program
 from mecanique.program.tape import Tape
 from mecanique.program.traced import Traced, trace, values_of
+from mecanique.wording import Legible
 
 _MEANINGS = {
     "w": "angular velocity of {} [rad/s]",
@@ -148,8 +149,8 @@ class WrittenPart:
 
 
 @final
-@dataclass(frozen=True)
-class Written:
+@dataclass(frozen=True, repr=False)
+class Written(Legible):
     """Equations of motion as a list of named results."""
 
     title: str
@@ -231,6 +232,10 @@ class Written:
 
     def __str__(self) -> str:
         return self.text()
+
+    @property
+    def _caption(self) -> str:
+        return self.title
 
     @property
     def _parts(self) -> tuple[WrittenPart, ...]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, final
 
+from mecanique.wording import Legible
+
 Severity: TypeAlias = Literal["error", "warning", "info"]
 
 
 @final
-@dataclass(frozen=True)
-class Finding:
+@dataclass(frozen=True, repr=False)
+class Finding(Legible):
     """One finding about a URDF text.
 
     Args:
@@ -40,6 +42,10 @@ class Finding:
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}: {self.severity} {self.code} {self.sentence}"
+
+    @property
+    def _caption(self) -> str:
+        return f"{self.severity} {self.code} {self.sentence}"
 
     @property
     def sentence(self) -> str:
