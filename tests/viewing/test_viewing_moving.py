@@ -192,8 +192,8 @@ def test_a_reset_starts_again_without_loading_the_page_anew() -> None:
         seen.ask(do="reset")
         seen.until(lambda watcher: any(state["restart"] for state in watcher.states))
         seen.begin_again(0.3)
-        row = seen.reach(0.5)
-        assert angle(row) == pytest.approx(swung(seen.times[-1], 2.0), abs=1e-5)
+        frame = seen.reach(0.5)
+        assert angle(frame.row) == pytest.approx(swung(frame.t, 2.0), abs=1e-5)
         assert seen.scene == scene
 
 
@@ -204,18 +204,18 @@ def test_slow_motion_is_as_smooth_and_what_takes_long_comes_piece_by_piece(
         mq.textbook.load("rigid_bar_pendulum"), {"q": 2.0}, None, math.inf, 1e-10, speed=0.05
     )
     with shown(slow, speed=0.05, patient=True) as live, Watcher(live.url) as seen:
-        row = seen.reach(0.12)
+        frame = seen.reach(0.12)
         steps = np.diff([t for t in seen.times if t > 0])
         # a busy machine leaves frames out
         assert np.quantile(steps, 0.2) == pytest.approx(0.05 / 60, rel=0.05)
         assert seen.states[-1]["speed"] == 0.05
-        assert angle(row) == pytest.approx(swung(seen.times[-1], 2.0), abs=1e-5)
+        assert angle(frame.row) == pytest.approx(swung(frame.t, 2.0), abs=1e-5)
     monkeypatch.setattr(stretches, "PATIENCE", 0.0)
     impatient = pendulum()
     assert impatient.presenter.scene.t[-1] < 0.3
     with shown(impatient) as live, Watcher(live.url) as seen:
-        row = seen.reach(0.6, 60.0)
-        assert angle(row) == pytest.approx(swung(seen.times[-1], 2.0), abs=1e-5)
+        frame = seen.reach(0.6, 60.0)
+        assert angle(frame.row) == pytest.approx(swung(frame.t, 2.0), abs=1e-5)
         assert seen.notes["warning"] == ""
 
 
@@ -228,15 +228,15 @@ def test_a_changed_start_restarts_and_a_changed_parameter_loads_a_new_scene() ->
         seen.until(lambda watcher: watcher.states[-1]["values"] == [["initial", "q", 0.7]])
         other.until(lambda watcher: watcher.states[-1]["values"] == [["initial", "q", 0.7]])
         seen.begin_again(0.2)
-        row = seen.reach(0.6)
-        assert angle(row) == pytest.approx(swung(seen.times[-1], 0.7), abs=1e-5)
+        frame = seen.reach(0.6)
+        assert angle(frame.row) == pytest.approx(swung(frame.t, 0.7), abs=1e-5)
         assert seen.scene == scene
         seen.forget()
         seen.ask(do="parameter", name="l", value=2.5)
         seen.until(lambda watcher: watcher.scene != scene)
         seen.begin_again(0.2)
-        row = seen.reach(0.6)
-        assert angle(row) == pytest.approx(swung(seen.times[-1], 0.7, l=2.5), abs=1e-5)
+        frame = seen.reach(0.6)
+        assert angle(frame.row) == pytest.approx(swung(frame.t, 0.7, l=2.5), abs=1e-5)
         assert other.scene == seen.scene
         assert (
             live.scene.document.parameters[0].value == 2.5

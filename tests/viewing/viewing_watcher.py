@@ -10,13 +10,22 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 import numpy as np
 from numpy.typing import NDArray
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import WebSocketClientConnection, WebSocketClosedError, websocket_connect
+
+
+class Frame(NamedTuple):
+    """A frame that was shown."""
+
+    t: float  # [s]
+    wall: float  # when it came [s]
+    row: NDArray[np.float32]
+    passed: NDArray[np.float32]
 
 
 class Watcher:
@@ -28,10 +37,8 @@ class Watcher:
     """
 
     def __init__(self, url: str, pause: float = 0.0) -> None:
-        self.times: list[float] = []
-        self.walls: list[float] = []
-        self.rows: list[NDArray[np.float32]] = []
-        self.passed: list[NDArray[np.float32]] = []
+        # one list, because it is written by one thread and read by another
+        self.frames: list[Frame] = []
         self.states: list[dict[str, Any]] = []
         self.notes: dict[str, str] = {}
         self._url, self._pause = url, pause
@@ -75,10 +82,30 @@ class Watcher:
             )
             time.sleep(0.01)
 
-    def reach(self, t: float, seconds: float = 60.0) -> NDArray[np.float32]:
-        """Wait for a time to be shown; return the row."""
-        self.until(lambda watcher: bool(watcher.times) and watcher.times[-1] >= t, seconds)
-        return self.rows[-1]
+    @property
+    def times(self) -> list[float]:
+        """When each frame is [s]."""
+        return [frame.t for frame in self.frames]
+
+    @property
+    def walls(self) -> list[float]:
+        """When each frame came [s]."""
+        return [frame.wall for frame in self.frames]
+
+    @property
+    def rows(self) -> list[NDArray[np.float32]]:
+        """Each frame's numbers."""
+        return [frame.row for frame in self.frames]
+
+    @property
+    def passed(self) -> list[NDArray[np.float32]]:
+        """What each frame passed."""
+        return [frame.passed for frame in self.frames]
+
+    def reach(self, t: float, seconds: float = 60.0) -> Frame:
+        """Wait for a time to be shown; return the frame."""
+        self.until(lambda watcher: bool(watcher.frames) and watcher.frames[-1].t >= t, seconds)
+        return self.frames[-1]
 
     def begin_again(self, t: float) -> None:
         """Wait until a time below this one was shown, since the record began."""
@@ -86,7 +113,7 @@ class Watcher:
 
     def forget(self) -> None:
         """Start the record again."""
-        self.times, self.walls, self.rows, self.passed = [], [], [], []
+        self.frames = []
 
     def _run(self) -> None:
         self._loop.run_until_complete(self._watch())
@@ -109,11 +136,9 @@ class Watcher:
             kind, number, count = struct.unpack_from("<III", message)
             if kind == 1:
                 (t,) = struct.unpack_from("<d", message, 16)
-                self.walls.append(time.monotonic())
                 numbers = np.frombuffer(message, "<f4", offset=24)
-                self.rows.append(numbers[: len(numbers) - count])
-                self.passed.append(numbers[len(numbers) - count :])
-                self.times.append(t)
+                row, passed = np.split(numbers, [len(numbers) - count])
+                self.frames.append(Frame(t, time.monotonic(), row, passed))
                 if self._pause:
                     await asyncio.sleep(self._pause)
                 with suppress(WebSocketClosedError):  # it left while this frame was shown
