@@ -166,3 +166,14 @@ def test_a_picture_is_shown_and_written_only_where_asked(
     assert drawing.svg in drawing._repr_html_()
     path = mq.picture(pendulum, path="drawn.svg")
     assert path.read_text("utf-8") == drawing.svg
+
+
+def test_letters_of_sentences_are_set_as_in_formulas() -> None:
+    from mecanique.derivation.printing.prose import to_html
+
+    said = to_html("A force R_pin_n acts on a rod, m l²/12 & a couple about O", {"l"})
+    assert said == (
+        "A force <math><msub><mi>R</mi><mrow><mi>pin</mi><mtext>,</mtext><mi>n</mi></mrow></msub>"
+        "</math> acts on a rod, <math><mi>m</mi></math> <math><msup><mi>l</mi><mn>2</mn></msup>"
+        "</math>/12 &amp; a couple about <math><mi>O</mi></math>"
+    )

@@ -76,8 +76,6 @@ class Conversion(Legible):
         lines = [f"{self.form} cannot express: {line}" for line in self.lost]
         for reading in self.readings:
             lines += reading.sentences() or [f"{reading.engine} reads the result alike."]
-            if reading.refused:
-                lines.append(reading.refused)
         if not any(reading.worst is not None or reading.refused for reading in self.readings):
             lines.append(
                 f"No engine of {self.form} itself is installed; mecanique read the result."

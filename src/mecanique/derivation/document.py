@@ -14,7 +14,7 @@ from mecanique.derivation.matrix_form import Linear, linear
 from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.lines import PAGE, align, display, width
 from mecanique.derivation.printing.prose import escape as tex
-from mecanique.derivation.printing.prose import find_points, spell_greek, to_latex
+from mecanique.derivation.printing.prose import find_points, spell_greek, to_html, to_latex
 from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import without_common_divisor
 from mecanique.derivation.symbolic.derivation import REACTIONS, Derivation, Result
@@ -196,17 +196,20 @@ class Document:
         out = [*self._open_html(listed, steps, _COLUMNS)]
         if steps:
             out += [stage._repr_html_() for stage in self.derivation.stages]
-            out += ["<h4>Equations of motion</h4>", f"<p>{escape(self._closing)}</p>"]
+            out += ["<h4>Equations of motion</h4>", f"<p>{to_html(self._closing, self._names)}</p>"]
         out += [line._repr_html_() for line in self.equations] or [f"<p>{self._nothing}</p>"]
         if not steps:
             out += [stage._repr_html_() for stage in reactions]
             return "\n".join(out)
         if self._matrices is not None:
             out += ["<p>They are linear:</p>", self._matrices.mathml()]
-        out += [f"<p>{escape(sentence)}</p>" for sentence in self._state_assumptions(Text())]
+        out += [
+            f"<p>{to_html(sentence, self._names)}</p>"
+            for sentence in self._state_assumptions(Text())
+        ]
         said, solved = self.result
         if solved:
-            out += ["<h4>Result</h4>", f"<p>{escape(self._spell(said))}</p>"]
+            out += ["<h4>Result</h4>", f"<p>{to_html(said, self._names)}</p>"]
             out += [line._repr_html_() for line in solved]
         return "\n".join(out)
 

@@ -1,13 +1,14 @@
-"""Convert sentences to LaTeX, with the letters and formulas in them set as mathematics."""
+"""Convert sentences to LaTeX or HTML, with the letters and formulas in them set as mathematics."""
 
 from __future__ import annotations
 
+import html
 import re
 from collections.abc import Collection
 from typing import NamedTuple, final
 
 from mecanique.derivation.printing.letters import GREEK
-from mecanique.derivation.printing.writers import Latex
+from mecanique.derivation.printing.writers import Latex, MathML
 
 _NAMES = {sign: name for name, sign in GREEK.items()}
 _TOKEN = re.compile(
@@ -65,6 +66,11 @@ def find_points(sentence: str) -> frozenset[str]:
 def to_latex(sentence: str, names: Collection[str], points: Collection[str] = ()) -> str:
     """Convert a sentence to LaTeX's text mode, with its formulas set as mathematics."""
     return _Sentence(sentence, names, points).latex()
+
+
+def to_html(sentence: str, names: Collection[str] = ()) -> str:
+    """Convert a sentence to HTML, with the letters in it set as in formulas."""
+    return _Sentence(sentence, names).html()
 
 
 def spell_greek(sentence: str, names: Collection[str]) -> str:
@@ -128,6 +134,16 @@ class _Sentence:
                 out += f"\\texttt{{{plain}}}" if code else escape(token.text)
                 at += 1
         return out
+
+    def html(self) -> str:
+        """Return the sentence for a page; signs between letters stay text."""
+        out = []
+        for at, token in enumerate(self.tokens):
+            core, power = self._split_power(token.text)
+            is_letter = token.kind == "word" and self._is_letter(core, at, within=False)
+            letter = f"<math>{MathML().letter(core, False, power)}</math>" if is_letter else ""
+            out += [" " if token.apart else "", letter or html.escape(token.text)]
+        return "".join(out)
 
     def _text(self, at: int) -> str:
         return self.tokens[at].text if 0 <= at < len(self.tokens) else ""
@@ -234,16 +250,20 @@ class _Sentence:
 
     def _letter(self, at: int, within: bool) -> _Part | None:
         """Read a letter: a symbol, a point or an axis."""
-        text = self._text(at)
-        core, _, power = text.partition("^")
-        if core[-1] in _POWERS:
-            core, power = core[:-1], _POWERS[core[-1]].strip("^{}")
+        core, power = self._split_power(self._text(at))
         if not self._is_letter(core, at, within):
             return None
         bare = core.rstrip("'")
         if bare not in self.names and bare.isascii() and bare.isupper():  # a point, B' is another
             return _Part(core, at + 1, lettered=True)
         return _Part(Latex().letter(core, False, power), at + 1, lettered=True)
+
+    def _split_power(self, text: str) -> tuple[str, str]:
+        """Return a letter without its exponent, and the exponent."""
+        core, _, power = text.partition("^")
+        if core[-1:] in _POWERS:
+            return core[:-1], _POWERS[core[-1]].strip("^{}")
+        return core, power
 
     def _is_letter(self, core: str, at: int, within: bool) -> bool:
         bare = core.rstrip("'")

@@ -9,6 +9,7 @@ from html import escape
 from typing import Any, Protocol, TypeAlias, final
 
 from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.printing.prose import to_html
 from mecanique.derivation.printing.writers import (
     Equation,
     Expression,
@@ -134,7 +135,7 @@ class Stage:
     def _repr_html_(self) -> str:
         """Show the step in a notebook: title, explanation and formulas in MathML."""
         lines = [result._repr_html_() for result in self.results]
-        head = f"<h4>{escape(self.title)}</h4>\n<p>{escape(self.explanation)}</p>"
+        head = f"<h4>{escape(self.title)}</h4>\n<p>{to_html(self.explanation)}</p>"
         return "\n".join([head, *lines])
 
 
