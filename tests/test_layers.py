@@ -77,7 +77,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "urdf.reading": [
         "fields letters packages",
-        "contacts loops velocities xacro",
+        "contacts loops switching velocities xacro",
         "elements joints",
         "links",
         "extensions",

@@ -250,7 +250,7 @@ def test_the_balls_of_newtons_cradle_pass_the_momentum_on() -> None:
 
 def test_what_treats_no_elements_that_switch_names_them() -> None:
     block = slider(mq.Friction("dry", "slide", 0.1, G))
-    for ask in (mq.derive, mq.Reference, mq.write_urdf, mq.linearize):
+    for ask in (mq.derive, mq.Reference, mq.linearize):
         with pytest.raises(mq.MecaniqueError, match="elements that switch, 'dry'"):
             ask(block)
     with pytest.raises(mq.InputError, match="which inspections do not treat yet"):

@@ -21,6 +21,7 @@ from mecanique.model.constraints.friction import Contact, Friction, Stop, Switch
 from mecanique.model.expression import Scalar, coordinate
 from mecanique.model.forces import Force, JointForce, Torque
 from mecanique.model.joint_base import Single
+from mecanique.model.joints import Fixed
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
 from mecanique.wording import Legible, say_count
@@ -213,7 +214,11 @@ def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
 
     for element in mechanism.switching:
         if isinstance(element, Contact):
-            if element.curved_or_moving or element.axis is not None:
+            if (
+                element.closed.curved
+                or element.axis is not None
+                or not _is_fixed(mechanism, element.on)
+            ):
                 raise DerivationError(
                     f"contact {element.name!r} is not with a plane of the ground; the equations of "
                     "its modes are not written out yet"
@@ -239,9 +244,10 @@ def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
                 lever[0] * pull[1] - lever[1] * pull[0],
             )
             name = element.name
-            forces.append(Force(f"{name}, force", element.body, (cx, cy, cz), tuple(pull)))
+            axes = "world" if element.on == mechanism.ground else element.on
+            forces.append(Force(f"{name}, force", element.body, (cx, cy, cz), tuple(pull), axes))
             if element.radius != 0:
-                forces.append(Torque(f"{name}, moment", element.body, turn))
+                forces.append(Torque(f"{name}, moment", element.body, turn, axes))
             unknown.append(_ElementForces(element, normal, tangent, 0, 0, sideways))
             continue
         joint = mechanism.joint(element.joint)
@@ -260,6 +266,14 @@ def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
             unknown.append(_ElementForces(element, normal, None, gap, element.side * drift))
     loaded = replace(mechanism, switching=(), inputs=tuple(inputs), forces=tuple(forces))
     return loaded, unknown
+
+
+def _is_fixed(mechanism: Mechanism, body: str) -> bool:
+    """Return whether a body is the ground or welded to it."""
+    above = {joint.child: joint for joint in mechanism.joints}
+    while body in above and isinstance(above[body], Fixed):
+        body = above[body].parent
+    return body == mechanism.ground
 
 
 def _list_states(forces: _ElementForces) -> list[str]:

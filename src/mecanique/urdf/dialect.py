@@ -40,6 +40,15 @@ VELOCITY_CONSTRAINT = "mecanique:velocity_constraint"
 TERM = "mecanique:term"
 """Below a velocity constraint: a joint, and the coefficient of its velocity."""
 
+FRICTION = "mecanique:friction"
+"""Below robot: dry friction in a joint."""
+
+STOP = "mecanique:stop"
+"""Below robot: a stop of a joint, rigid or elastic."""
+
+CONTACT = "mecanique:contact"
+"""Below robot: a contact of a link with a plane or sphere of another that opens and closes."""
+
 GEAR = "mecanique:gear"
 """Below robot: two wheels in mesh, with the joints that carry them and their pitch radii."""
 

@@ -179,6 +179,7 @@ def mechanism_of(
             contacts=tuple(document.extensions.contacts),
             velocity_constraints=tuple(constraint.of(named) for constraint in constraints),
             elements=tuple(document.extensions.elements),
+            switching=tuple(document.extensions.switching),
             coordinates=Coordinates((), _map(document, joints)),
             gravity=vector(gravity, "gravity"),
             ground=ground,

@@ -13,6 +13,7 @@ from mecanique.errors import InputError, UrdfError
 from mecanique.files import write_whole
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Visual
+from mecanique.model.constraints.friction import Contact
 from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, loads_in
 from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring, Spring
@@ -37,6 +38,7 @@ from mecanique.urdf.markup import Comment, Node, Tag, number, numbers, text
 from mecanique.urdf.reading.contacts import contact_tag
 from mecanique.urdf.reading.elements import element_nodes
 from mecanique.urdf.reading.loops import has_own_loops, loop_nodes
+from mecanique.urdf.reading.switching import switching_tag
 from mecanique.urdf.reading.velocities import constraint_node
 
 _KNOWN_COLORS: dict[Rgba, str] = {
@@ -66,8 +68,10 @@ def write_urdf(
     - the armature of a joint becomes the rotor inertia of an actuator with gear ratio 1;
     - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`;
     - other loops become `mecanique:loop`, what rolls `mecanique:rolling`, a blade `mecanique:blade`
-      and a cord `mecanique:cord`, as `mecanique.urdf.reading.elements` describes them; other
-      programs ignore these, so their loops are open and their wheels slip.
+      and a cord `mecanique:cord`, as `mecanique.urdf.reading.elements` describes them; friction,
+      stops and contacts that open become `mecanique:friction`, `mecanique:stop` and
+      `mecanique:contact`. Other programs ignore these, so their loops are open and their wheels
+      slip.
 
     A joint that follows one other joint linearly gets a `mimic`; other maps are comments, and the
     tree is written as if it were free. Planar and universal joints become slides and hinges with
@@ -86,19 +90,18 @@ def write_urdf(
         The text, whether written or not.
 
     Raises:
-        InputError: if the mechanism has elements that switch, which URDF does not express.
-        UrdfError: if a number is not finite or the file cannot be written.
+        UrdfError: if a number is not finite, a coefficient of friction varies or the file cannot
+            be written.
         UnknownNameError: if a visual depends on a symbol that is no parameter.
 
     Example:
         >>> mq.write_urdf(mq.textbook.load('rigid_bar_pendulum')).splitlines()[0]
         '<?xml version="1.0"?>'
     """
-    mechanism.refuse_switching("URDF does")
     links = chains(mechanism, spherical)
     prefixes = {"xmlns:drake": DRAKE_NAMESPACE}
     has_screws = any(isinstance(joint, Helical) for joint in mechanism.joints)
-    if has_screws or has_own_loops(mechanism) or mechanism.rolls:
+    if has_screws or has_own_loops(mechanism) or mechanism.rolls or mechanism.switching:
         prefixes["xmlns:mecanique"] = OWN_NAMESPACE
     written = text(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **prefixes))
     if path is not None:
@@ -428,7 +431,8 @@ def ends_of_tags(mechanism: Mechanism) -> set[str]:
             ends |= {joint.parent, joint.child}
     for closure in (*mechanism.loops, *mechanism.elements):
         ends |= {*closure.bodies}
-    for contact in mechanism.contacts:
+    touching = [element for element in mechanism.switching if isinstance(element, Contact)]
+    for contact in (*mechanism.contacts, *touching):
         ends |= {contact.body, contact.on}
     return ends
 
@@ -462,6 +466,8 @@ def forces_and_loops(
     for constraint in mechanism.velocity_constraints:
         yield constraint_node(mechanism, constraint)
     yield from element_nodes(mechanism, anchors, mimicked=mimicked)
+    for element in mechanism.switching:
+        yield switching_tag(mechanism, element, anchors)
 
 
 def dynamics(mechanism: Mechanism, joint: str, where: str) -> Iterator[Tag]:

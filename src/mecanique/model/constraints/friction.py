@@ -209,11 +209,6 @@ class Contact(SwitchingElement):
         return self.mu if self.mu_static is None else self.mu_static
 
     @property
-    def curved_or_moving(self) -> bool:
-        """Whether it is not with a plane of the ground."""
-        return self.on != "ground" or self.closed.curved
-
-    @property
     def closed(self) -> Rolling:
         """The contact that holds while this one is closed and sticks."""
         return Rolling(

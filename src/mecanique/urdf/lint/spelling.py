@@ -10,21 +10,25 @@ from mecanique.urdf.dialect import (
     ACTUATOR_INERTIA,
     BELT,
     BLADE,
+    CONTACT,
     CORD,
     CORD_STOPS,
     EXTENSIONS,
+    FRICTION,
     GEAR,
     LOOP,
     LOOP_FRAMES,
     RACK,
     ROLLING,
     SCREW,
+    STOP,
     TERM,
     VELOCITY_CONSTRAINT,
 )
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
 from mecanique.urdf.reading.document import Document
+from mecanique.urdf.reading.switching import words_of
 
 _JOINT = (
     {"name", "type"},
@@ -48,6 +52,7 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
             *("link", "joint", "drake:joint", "material", "frame"),
             *EXTENSIONS,
             *(LOOP, ROLLING, BLADE, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT),
+            *(FRICTION, STOP, CONTACT),
         },
     ),
     "link": ({"name"}, {"inertial", "visual", "collision"}),
@@ -74,9 +79,13 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     "mimic": ({"joint", "multiplier", "offset"}, ()),
     "frame": ({"name", "link", "xyz", "rpy"}, ()),
     ROLLING: (
-        {"name", "link", "on", "radius", "crown", "center", "axis", "plane_xyz", "plane_rpy"},
+        {
+            *("name", "link", "on", "radius", "crown", "center", "axis", "plane_xyz", "plane_rpy"),
+            *("stretch", "bowl", "friction"),
+        },
         (),
     ),
+    **{tag: (words_of(tag), ()) for tag in (FRICTION, STOP, CONTACT)},
     BLADE: ({"name", "link", "on", "point", "along", "normal"}, ()),
     LOOP: ({"name", "type", "redundant", "length"}, set(LOOP_FRAMES)),
     GEAR: ({"name", "wheel", "other", "radius", "other_radius", "internal", "pressure_angle"}, ()),

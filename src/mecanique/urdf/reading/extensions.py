@@ -11,6 +11,7 @@ import numpy as np
 
 from mecanique.model.constraints.contacts import Contact
 from mecanique.model.constraints.elements import Element as AnyElement
+from mecanique.model.constraints.friction import Switching
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import Damper, JointDamper, JointSpring, Spring
@@ -22,14 +23,17 @@ from mecanique.urdf.dialect import (
     BELT,
     BLADE,
     BUSHING,
+    CONTACT,
     CORD,
     DISTANCE_CONSTRAINT,
     EXTENSIONS,
+    FRICTION,
     GEAR,
     LOOP,
     RACK,
     ROLLING,
     SPRING_DAMPER,
+    STOP,
     VELOCITY_CONSTRAINT,
     Extension,
 )
@@ -41,6 +45,7 @@ from mecanique.urdf.reading.elements import read_belt, read_cord, read_teeth
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement_of, single
 from mecanique.urdf.reading.joints import MOVING, SINGLE, JointText
 from mecanique.urdf.reading.loops import is_redundant, read_loop
+from mecanique.urdf.reading.switching import read_switching
 from mecanique.urdf.reading.velocities import Between, read_velocity_constraint
 
 _CLOSE = 1e-9
@@ -125,7 +130,7 @@ def in_joint(
 
 _NOT_MODELED = ("drake:tendon_constraint", "loop_joint")
 
-_OWN = (LOOP, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT, ROLLING, BLADE)
+_OWN = (LOOP, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT, ROLLING, BLADE, FRICTION, STOP, CONTACT)
 """Elements that mecanique alone reads."""
 
 
@@ -139,6 +144,7 @@ class Extensions:
     contacts: list[Contact] = field(default_factory=list)  # what rolls, and blades
     velocity_constraints: list[Between] = field(default_factory=list)  # in the names of joints
     elements: list[AnyElement] = field(default_factory=list)
+    switching: list[Switching] = field(default_factory=list)
     used: list[Element] = field(default_factory=list)  # the elements of Drake's that they come from
     own: list[Element] = field(default_factory=list)  # the elements that mecanique alone reads
     names: Names = field(default_factory=Names)
@@ -219,6 +225,9 @@ def _read_own(
     elif element.tag == VELOCITY_CONSTRAINT:
         constraint = read_velocity_constraint(element, joints, names, report)
         extensions.velocity_constraints += [constraint] if constraint is not None else []
+    elif element.tag in (FRICTION, STOP, CONTACT):
+        switching = read_switching(element, links, joints, names, report)
+        extensions.switching += [switching] if switching is not None else []
     else:
         contact = read_contact(element, links, names, report)
         extensions.contacts += [contact] if contact is not None else []
