@@ -44,6 +44,7 @@ nb_execution_in_temp = True
 nb_mime_priority_overrides = [("html", "text/latex", None)]
 
 autodoc_typehints = "signature"
+python_maximum_signature_line_length = 75  # longer ones have a line for each argument
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "inherited-members": "object,BaseException,tuple"}
 napoleon_google_docstring = True
@@ -65,9 +66,17 @@ def write_math_block(writer: HTML5Translator, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
+def write_dashes(app: Sphinx, page: nodes.document) -> None:
+    """Set an argument and its meaning apart by a dash, which Sphinx writes as two hyphens."""
+    for text in list(page.findall(nodes.Text)):
+        if text.astext() == " -- ":
+            text.parent.replace(text, nodes.Text(" – "))
+
+
 def setup(app: Sphinx) -> None:
     """Write what the code already says before anything is read."""
     import generate
 
+    app.connect("doctree-read", write_dashes)
     app.add_html_math_renderer("mathml", (write_math, None), (write_math_block, None))
     generate.write_all(HERE / "_generated")
