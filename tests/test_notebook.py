@@ -177,3 +177,9 @@ def test_letters_of_sentences_are_set_as_in_formulas() -> None:
         "</math> acts on a rod, <math><mi>m</mi></math> <math><msup><mi>l</mi><mn>2</mn></msup>"
         "</math>/12 &amp; a couple about <math><mi>O</mi></math>"
     )
+
+
+def test_initials_of_a_source_are_no_letters() -> None:
+    shown = mq.derive(mq.textbook.load("four_bar_linkage"))._repr_html_()
+    assert "<p>Source: F. Freudenstein, Trans. ASME 77 (1955) 853;" in shown
+    assert "A crank of length <math><mi>a</mi></math> and mass" in shown

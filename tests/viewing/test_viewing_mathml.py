@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mecanique.viewing.page.panels import safe
+from mecanique.viewing.page.panels import safe, write_equations
+from mecanique.viewing.scene.scene import Derivation, DerivationStep, SceneText
 
 
 def test_equations_pass() -> None:
@@ -52,3 +53,9 @@ def test_plain_text_is_escaped(text: str) -> None:
         assert "<" not in found
     else:
         ElementTree.fromstring(found)
+
+
+def test_letters_of_a_steps_sentence_are_set() -> None:
+    step = DerivationStep("Reactions", "", lead="R_pin_n pulls along the rod.")
+    shown = write_equations(SceneText(derivations=(Derivation("Newton", (step,)),)))
+    assert "</msub></math> pulls along the rod.</p>" in shown

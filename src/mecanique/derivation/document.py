@@ -219,17 +219,20 @@ class Document:
         """Yield title, description, symbols and warnings as lines of HTML."""
         writer = MathML()
         yield f"<h3>{escape(self._heading)}</h3>"
-        yield from (f"<p>{escape(self._spell(sentence))}</p>" for sentence in self._about)
+        for sentence in self._about:
+            # initials of authors are no letters of formulas
+            is_source = sentence.startswith("Source:")
+            yield f"<p>{escape(sentence) if is_source else to_html(sentence, self._names)}</p>"
         yield symbols
         for meaning in listed:
             written = [writer.letter(name, False, "") for name in meaning.names]
             symbol = ", ".join(_MATH.format("inline", letter) for letter in written)
-            said = escape(self._spell(meaning.sentence))
+            said = to_html(meaning.sentence, self._names)
             if meaning.definition is not None:
                 said += f", {_MATH.format('inline', _write_equality(meaning, writer))}"
             yield f"<dt>{symbol}</dt><dd>{said}</dd>"
         yield "</dl>"
-        yield from (f"<p>{escape(sentence)}</p>" for sentence in self._warn(steps))
+        yield from (f"<p>{to_html(sentence, self._names)}</p>" for sentence in self._warn(steps))
 
     @property
     def introduction(self) -> str:

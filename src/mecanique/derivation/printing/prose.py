@@ -19,6 +19,8 @@ _TOKEN = re.compile(
     r"|(?P<word>[^\W\d]\w*'*(?:[²³]|\^\d)?)"
     r"|(?P<sign>\S)"
 )
+_NUMBERED = re.compile(r"[a-gi-zA-GI-Z]\d'*")
+"""A letter with a number; H1 to H9 are rows of the table of homogeneous bodies."""
 _GREEK_WORD = re.compile(rf"\b({'|'.join(GREEK)})(\d*)\b")
 _PARTIAL = re.compile(r"∂(\w+)/∂(\w+'?)")
 _SLOPE = re.compile(r"d(²?)(\w+)/d(\w+?)(²?)")
@@ -141,6 +143,7 @@ class _Sentence:
         for at, token in enumerate(self.tokens):
             core, power = self._split_power(token.text)
             is_letter = token.kind == "word" and self._is_letter(core, at, within=False)
+            is_letter |= _NUMBERED.fullmatch(core) is not None
             letter = f"<math>{MathML().letter(core, False, power)}</math>" if is_letter else ""
             out += [" " if token.apart else "", letter or html.escape(token.text)]
         return "".join(out)

@@ -83,62 +83,42 @@ class Controls:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._wake = threading.Event()
-        self._speed = 1.0
-        self._paused = False
-        self._closed = False
-        self._restart = False
+        self.speed = 1.0  # seconds shown per second when not paused
+        self.paused = False
+        self.closed = False
+        self.restart_wanted = False
         self._values: dict[tuple[str, str], float] = {}
 
     def begin(self, speed: float) -> None:
         """Start a stream: running, at a speed, with nothing asked for."""
         with self._lock:
-            self._speed, self._paused, self._restart = float(speed), False, False
+            self.speed, self.paused, self.restart_wanted = float(speed), False, False
 
     def obey(self, message: dict[str, Any]) -> None:
         """Note what a page asks for."""
         do, value = message["do"], float(message.get("value", 0.0))
         with self._lock:
             if do in ("pause", "resume"):
-                self._paused = do == "pause"
+                self.paused = do == "pause"
             elif do == "speed":
-                self._speed = value
+                self.speed = value
             elif do == "reset":
-                self._restart = True
+                self.restart_wanted = True
             elif do in ("parameter", "initial"):
                 self._values[do, message["name"]] = value
-                self._restart = True
+                self.restart_wanted = True
         self._wake.set()
 
     @property
     def rate(self) -> float:
         """Seconds shown per second, 0 while paused."""
         with self._lock:
-            return 0.0 if self._paused else self._speed
-
-    @property
-    def speed(self) -> float:
-        """Seconds shown per second when not paused."""
-        return self._speed
-
-    @property
-    def paused(self) -> bool:
-        """Whether a page asked for a pause."""
-        return self._paused
-
-    @property
-    def closed(self) -> bool:
-        """Whether the view has been closed."""
-        return self._closed
-
-    @property
-    def restart_wanted(self) -> bool:
-        """Whether a page asked to start again."""
-        return self._restart
+            return 0.0 if self.paused else self.speed
 
     def take_restart(self) -> bool:
         """Return whether a page asked to start again, and forget it."""
         with self._lock:
-            wanted, self._restart = self._restart, False
+            wanted, self.restart_wanted = self.restart_wanted, False
         return wanted
 
     def changes(self) -> dict[tuple[str, str], float]:
@@ -153,7 +133,7 @@ class Controls:
 
     def close(self) -> None:
         """Signal the stream to stop."""
-        self._closed = True
+        self.closed = True
         self._wake.set()
 
 
@@ -200,23 +180,10 @@ class Server:
                 f"port {port} of {ADDRESS}: {error.strerror}; expected a free one, or 0"
             ) from error
         self.port: int = self._socket.getsockname()[1]
+        self.hosts = f"{ADDRESS}:{self.port}", f"localhost:{self.port}"
+        self.url = f"http://{self.hosts[0]}/{self._token}/"
         self._thread = threading.Thread(target=self._serve, name="mecanique live view", daemon=True)
         self._thread.start()
-
-    @property
-    def url(self) -> str:
-        """The page's address."""
-        return f"http://{ADDRESS}:{self.port}/{self._token}/"
-
-    @property
-    def viewers(self) -> int:
-        """How many pages are open."""
-        return len(self.clients)
-
-    @property
-    def hosts(self) -> tuple[str, str]:
-        """The names under which the server answers."""
-        return f"{ADDRESS}:{self.port}", f"localhost:{self.port}"
 
     def show(self, scene: Scene) -> Future[str]:
         """Serve a new scene; pages that show another one load it."""
@@ -545,9 +512,10 @@ class LiveView:
         at_once: bool = False,
     ) -> None:
         self._controls = Controls()
-        self._scene = scene
+        self.scene = scene  # what is shown
         self._texts = threading.Lock()
         self._server = Server(self._controls, port=port, token=token)
+        self.url = self._server.url  # the address to open, with its token
         self._page = self._server.show(scene)
         self._alarm()
         self.send(scene.frame(0))
@@ -557,11 +525,6 @@ class LiveView:
             webbrowser.open(self.url)
 
     @property
-    def url(self) -> str:
-        """The address to open, with its token."""
-        return self._server.url
-
-    @property
     def window(self) -> RecorderWindow:
         """A window for `meshcat.Visualizer(window=…)`, to draw your own things into the scene."""
         return self._server.window
@@ -569,31 +532,21 @@ class LiveView:
     @property
     def viewers(self) -> int:
         """How many pages are open."""
-        return self._server.viewers
+        return len(self._server.clients)
 
     @property
     def speed(self) -> float:
         """Seconds shown per second, as last set."""
         return self._controls.speed
 
-    @property
-    def scene(self) -> Scene:
-        """What is shown."""
-        return self._scene
-
-    @property
-    def latest(self) -> SceneFrame:
-        """The instant that is shown."""
-        return self._latest
-
     def show(self, scene: Scene, *, keep: bool = False) -> None:
         """Replace the scene; open pages load the new one."""
         with self._texts:
             if keep:
-                now = self._scene.document
+                now = self.scene.document
                 document = replace(scene.document, derivations=now.derivations, verdict=now.verdict)
                 scene = replace(scene, document=document)
-            self._scene = scene
+            self.scene = scene
             self._page = self._server.show(scene)
             self._alarm()
         self._page.result()
@@ -602,13 +555,13 @@ class LiveView:
     def annotate(self, derivations: tuple[Derivation, ...], verdict: VerdictTable) -> None:
         """Put equations and a verdict beside the scene; open pages show them without reloading."""
         with self._texts:
-            document = replace(self._scene.document, derivations=derivations, verdict=verdict)
-            self._scene = replace(self._scene, document=document)
-            self._server.note({**late(self._scene), "alarm": ""})
+            document = replace(self.scene.document, derivations=derivations, verdict=verdict)
+            self.scene = replace(self.scene, document=document)
+            self._server.note({**late(self.scene), "alarm": ""})
             self._alarm()
 
     def _alarm(self) -> None:
-        verdict = self._scene.document.verdict
+        verdict = self.scene.document.verdict
         if verdict.agrees is False:
             self._server.note({"alarm": f"Derivation and reference disagree: {verdict.headline}"})
 
@@ -619,8 +572,8 @@ class LiveView:
     def send(self, frame: SceneFrame) -> None:
         """Show an instant at once, without waiting for any clock."""
         points = np.asarray(frame.traces).astype("<f4").tobytes()
-        self._server.publish(frame.t, row(frame, self._scene), points)
-        self._latest = frame
+        self._server.publish(frame.t, row(frame, self.scene), points)
+        self.latest = frame
 
     def await_page(self) -> None:
         """Wait until the page is made; a view without one is closed."""

@@ -12,6 +12,7 @@ from html import escape
 from math import degrees
 from xml.etree.ElementTree import Element
 
+from mecanique.derivation.printing.prose import to_html
 from mecanique.safe_xml import XmlRefusedError, tree_of
 from mecanique.viewing.scene.inspection import Inspection, Note, Slider
 from mecanique.viewing.scene.scene import (
@@ -320,7 +321,7 @@ _FEW_STEPS = 3
 def _block(block: DerivationStep) -> str:
     heading = f"<h4>{escape(block.heading)}</h4>" if block.heading else ""
     lead, note = (
-        f'<p class="note">{escape(text)}</p>' if text else "" for text in (block.lead, block.note)
+        f'<p class="note">{to_html(text)}</p>' if text else "" for text in (block.lead, block.note)
     )
     kind = "equation result" if block.final else "equation"
     body = f'<div class="{kind}">{safe(block.body, display=True)}</div>' if block.body else ""
