@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -200,3 +201,49 @@ def test_the_command_and_the_verdict_show_the_summary_first(
     verdict = mq.verify(mq.read_urdf(ARM), samples=5, against=str(tmp_path / "b.urdf"))
     assert str(verdict).startswith("arm and the other arm: 1 difference, 1 likely slip\n")
     assert not verdict.agrees
+
+
+GROUPS = ("forces", "loops", "contacts", "velocity_constraints", "elements")
+
+
+@pytest.mark.parametrize("name", mq.textbook.names())
+def test_every_element_that_is_left_out_is_told(name: str) -> None:
+    mechanism = mq.textbook.load(name)
+    assert mq.diff(mechanism, mechanism).same
+    for group in GROUPS:
+        elements = getattr(mechanism, group)
+        if not elements or (group == "elements" and mechanism.coordinates.driven):
+            continue
+        bare = replace(mechanism, **{group: ()})  # type: ignore[arg-type]
+        changes = mq.diff(mechanism, bare).changes
+        assert {change.what for change in changes} <= {"removed", "damping"}
+        assert len(changes) == len(elements)
+
+
+def test_numbers_and_ends_of_elements_are_compared() -> None:
+    blocks = mq.read_urdf(mq.write_urdf(mq.textbook.load("two_blocks")))
+    spring, *rest = blocks.forces
+    assert isinstance(spring, mq.Spring)
+    stiff = replace(blocks, forces=(replace(spring, stiffness=2 * spring.stiffness), *rest))
+    assert [str(change) for change in mq.diff(blocks, stiff).changes] == [
+        "spring 'ground_block1_spring': stiffness 40 → 80"
+    ]
+    moved = replace(blocks, forces=(replace(spring, body_b="block2"), *rest))
+    assert str(mq.diff(blocks, moved).changes[0]).endswith("body b block1 → block2")
+    up = replace(blocks, gravity=(0.0, 0.0, 9.81))
+    assert "gravity 0 0 -9.81 → 0 0 9.81 m/s²" in str(mq.diff(blocks, up).changes[0])
+
+
+def test_elements_that_switch_are_compared() -> None:
+    blocks = mq.textbook.load("two_blocks")
+    joint = blocks.joints[0].name
+    dry = replace(blocks, switching=(mq.Friction("dry", joint, 0.1, 9.81),))
+    drier = replace(blocks, switching=(mq.Friction("dry", joint, 0.2, 9.81),))
+    changes = [str(change) for change in mq.diff(dry, drier).changes]
+    assert changes == ["friction 'dry': mu 0.1 → 0.2", "friction 'dry': mu static 0.1 → 0.2"]
+    assert str(mq.diff(dry, blocks).changes[0]) == "friction 'dry': removed"
+    bounded = replace(blocks, switching=(mq.Stop("dry", joint, 1.0),))
+    assert {str(c) for c in mq.diff(dry, bounded).changes} == {
+        "friction 'dry': removed",
+        "stop 'dry': added",
+    }

@@ -161,6 +161,8 @@ def derivation(
     mechanism: mq.Mechanism, method: str, form: Form, steps: bool, *, units: bool = False
 ) -> str:
     """Return the equations of motion by one method, with what each symbol means."""
+    if mechanism.switching:
+        return modes(mechanism, method, form, units or steps)
     equations = mq.derive(mechanism, method=method)
     if not equations.legible:
         if equations.symbolic:
@@ -180,12 +182,24 @@ def derivation(
     )
 
 
+def modes(mechanism: mq.Mechanism, method: str, form: Form, more: bool) -> str:
+    """Return the equations of every mode of a mechanism with elements that switch."""
+    if method != "lagrange" or form != "text" or more:
+        raise mq.InputError(
+            f"mechanism {mechanism.name!r} has elements that switch; expected no --method, "
+            "--format, --steps, --units or --document, as its modes are written as text by Lagrange"
+        )
+    return str(mq.derive_modes(mechanism))
+
+
 def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     """Return the derivations by all methods with every step, and whether they agree."""
     from mecanique.derivation import readable
     from mecanique.derivation.methods import agreement
     from mecanique.derivation.printing.prose import to_latex
 
+    if mechanism.switching:
+        return modes(mechanism, "all", form, more=True)
     shortest = mq.derive(mechanism)
     if shortest.symbolic and not shortest.legible:  # the others are longer and take minutes
         return derivation(mechanism, shortest.method, form, steps=True)

@@ -44,8 +44,9 @@ def run(
 
     mechanism = chosen.mechanism
     with working("Deriving the equations of motion"):
-        equations = mq.derive(mechanism)
-        text = str(equations)
+        # an element that switches has its equations mode by mode
+        equations = None if mechanism.switching else mq.derive(mechanism)
+        text = str(equations or mq.derive_modes(mechanism))
     heading(f"Equations of motion of {mechanism.name}")
     say(text)
     with named_progress(f"Comparing with {engine_name()}") as advance:

@@ -330,7 +330,11 @@ def _say_conditions(
         yield f"while {element.name} is apart"
         return
     if normal is not None and normal in solution:
-        yield f"while {_write(solution[normal])} ≥ 0"
+        pressed = solution[normal]
+        if pressed.is_number and pressed < 0:
+            yield f"never, as {normal} would be {_write(pressed)}"
+        else:
+            yield f"while {_write(pressed)} ≥ 0"
     if tangent is None or isinstance(element, Stop):
         return
     if state != "sticks":
@@ -346,4 +350,5 @@ def _say_conditions(
 
 def _write(value: Any) -> str:
     """Return a sympy expression as a line of text."""
-    return str(value).replace("**", "^").replace("*", " ")
+    text = str(value).replace("**", "^").replace("*", " ")
+    return re.sub(r"\d+\.\d+", lambda digits: f"{float(digits[0]):.15g}", text)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -17,10 +18,12 @@ from mecanique.formats.read import read
 from mecanique.model import slips
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
+from mecanique.model.expression import plain, symbols_in
+from mecanique.model.force_base import JointLoad
 from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Fixed, Joint, Planar
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement
+from mecanique.model.placement import Placement, rpy_rotation
 from mecanique.model.slips import DIGITS, LEFT_OUT, Factor, Slip
 from mecanique.verification.rows import relative_difference, scale
 from mecanique.verification.states import random_states
@@ -236,7 +239,7 @@ def diff(
     a, b = map(_read, (first, second))
     pairs = pair(a, b)
     notes: list[str] = []
-    numeric = [*_bodies(a, b, pairs), *_joints(a, b, pairs)]
+    numeric = [*_bodies(a, b, pairs), *_joints(a, b, pairs), *_elements(a, b, pairs)]
     weighed = _weigh(a, numeric, notes)
     weighed.sort(key=lambda change: -change.weight if change.weight == change.weight else 0.0)
     names = (a.name, b.name if b.name != a.name else f"the other {b.name}")
@@ -421,6 +424,100 @@ def _single(
     laws = [str(m.coordinates.driven.get(j.coordinate, "")) for m, j in ((a, joint_a), (b, twin))]
     if laws[0] != laws[1]:
         yield Change(where, "law of its coordinate", laws[0] or "free", laws[1] or "free"), None
+
+
+def _elements(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
+    """What differs in gravity, forces, constraints and all else that is neither link nor joint."""
+    here, there = (np.array(m.evaluate_all(m.gravity)) for m in (a, b))
+    if _differ(here, there):
+        yield _change("", "gravity", here, there, "m/s²", axis_slip(here, there)), None
+    for group in _GROUPS:
+        for element, twin in _pair_elements(_members(a, group), _members(b, group)):
+            present = element or twin
+            where = f"{_kind_of(present)} {present.name!r}"
+            if element is None or twin is None:
+                yield Change(where, "added" if element is None else "removed"), None
+                continue
+            before, after = dict(_parts(a, element, pairs)), dict(_parts(b, twin, None))
+            for what in dict.fromkeys([*before, *after]):
+                old, new = before.get(what, "none"), after.get(what, "none")
+                if isinstance(old, str) or isinstance(new, str):
+                    if not (isinstance(old, str) and old == new):
+                        shown = [x if isinstance(x, str) else _write(x, 6) for x in (old, new)]
+                        yield Change(where, what, shown[0], shown[1]), None
+                elif old.shape != new.shape or _differ(old, new):
+                    yield _change(where, what, old, new, "", ""), None
+
+
+_GROUPS = ("forces", "loops", "contacts", "velocity_constraints", "elements", "switching")
+"""What a mechanism has beside bodies and joints."""
+
+
+def _members(m: Mechanism, group: str) -> list[Any]:
+    """Return a group of elements, but dampers in joints, which are compared with these."""
+    members = getattr(m, group)
+    return [x for x in members if not (isinstance(x, JointLoad) and x.kind == "damper")]
+
+
+def _kind_of(element: Any) -> str:
+    """Return what an element is called, e.g. "joint spring"."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(element).__name__).lower()
+
+
+def _pair_elements(first: Sequence[Any], second: Sequence[Any]) -> Iterator[tuple[Any, Any]]:
+    """Yield elements of one type with their twins: of one name, else in order; None without one."""
+    rest = list(second)
+    unpaired = []
+    for element in first:
+        alike = [x for x in rest if type(x) is type(element) and x.name == element.name]
+        if alike:
+            rest.remove(alike[0])
+            yield element, alike[0]
+        else:
+            unpaired.append(element)
+    for element in unpaired:
+        alike = [x for x in rest if type(x) is type(element)]
+        if alike:
+            rest.remove(alike[0])
+        yield element, alike[0] if alike else None
+    for twin in rest:
+        yield None, twin
+
+
+def _parts(m: Mechanism, record: Any, pairs: Pairs | None) -> Iterator[tuple[str, Array | str]]:
+    """Yield the fields of an element but its name: numbers as an array, all else as words."""
+    for field in fields(record):
+        if field.name == "name" or field.name.startswith("_"):
+            continue
+        what = field.name.replace("_", " ")
+        for k, (inner, value) in enumerate(_values(m, getattr(record, field.name), pairs)):
+            yield " ".join([what, *([inner] if inner else []), *([str(k)] if k else [])]), value
+
+
+def _values(m: Mechanism, value: Any, pairs: Pairs | None) -> Iterator[tuple[str, Array | str]]:
+    """Yield a value's parts, each with its name within the value."""
+    if isinstance(value, Placement):
+        yield "xyz", np.array(m.evaluate_all(value.xyz))
+        yield "rotation", np.ravel(np.array(rpy_rotation(m.evaluate_all(value.rpy)), dtype=float))
+    elif is_dataclass(value):
+        yield from _parts(m, value, pairs)
+    elif isinstance(value, Mapping):
+        for key, entry in value.items():
+            yield from ((f"of {key}", part) for _, part in _values(m, entry, pairs))
+    elif isinstance(value, str):
+        known = {} if pairs is None else {**pairs.bodies, **pairs.joints}
+        yield "", known.get(value, value)
+    elif value is None or isinstance(value, bool) or callable(value):
+        yield "", str(value)
+    elif isinstance(value, tuple) and any(isinstance(x, str) or is_dataclass(x) for x in value):
+        for entry in value:
+            yield from _values(m, entry, pairs)
+    else:
+        scalars = [plain(x) for x in (value if isinstance(value, tuple) else (value,))]
+        if any(symbols_in(scalar) - m.values.keys() for scalar in scalars):
+            yield "", ", ".join(map(str, scalars))
+        else:
+            yield "", np.array([m.evaluate(scalar) for scalar in scalars])
 
 
 _BOUNDS = ("effort", "velocity")

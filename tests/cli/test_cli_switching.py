@@ -1,0 +1,57 @@
+"""Commands on a file with friction and a stop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import mecanique as mq
+from mecanique.cli import app
+
+
+@pytest.fixture
+def block(tmp_path: Path) -> str:
+    """The path of a block on a slide with friction and a stop, as URDF."""
+    mechanism = mq.Mechanism(
+        "block",
+        (mq.Body("ground"), mq.Body("block", mq.box(1.0, (0.1, 0.1, 0.1)))),
+        (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="slide"),),
+        switching=(
+            mq.Friction("dry", "slide", 0.2, 9.81),
+            mq.Stop("wall", "slide", at=1.0, restitution=0.5),
+        ),
+    )
+    path = tmp_path / "block.urdf"
+    mq.write_urdf(mechanism, path)
+    return str(path)
+
+
+def test_derive_prints_every_mode_with_its_condition(block: str) -> None:
+    done = CliRunner().invoke(app, ["derive", block])
+    assert done.exit_code == 0
+    assert "dry slips -, wall open:\n  slide'' = 1.962\n" in done.output
+    assert "never, as N_wall would be -1.962" in done.output
+    refused = CliRunner().invoke(app, ["derive", block, "--steps"])
+    assert refused.exit_code == 2
+    assert "its modes are written as text by Lagrange" in refused.output
+
+
+def test_run_derives_verifies_simulates_and_writes_a_page(block: str, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    done = CliRunner().invoke(app, ["run", block, "-v", "slide=3", "-o", str(page)])
+    assert done.exit_code == 0, done.output
+    assert "dry sticks, wall open:" in done.output
+    assert "block: agrees at 100 random states" in done.output
+    assert "wall: impact: t = 0.38" in done.output
+    assert page.stat().st_size > 100_000
+
+
+def test_diff_tells_another_coefficient(block: str, tmp_path: Path) -> None:
+    other = tmp_path / "other.urdf"
+    text = Path(block).read_text(encoding="utf-8")
+    other.write_text(text.replace('mu="0.2"', 'mu="0.1"'), encoding="utf-8")
+    done = CliRunner().invoke(app, ["diff", block, str(other)])
+    assert done.exit_code == 1
+    assert "friction 'dry': mu 0.2 → 0.1" in done.output
