@@ -59,11 +59,9 @@ duration = click.option(
     help="How long to simulate; each system has its default.",
 )
 
-
 tolerance = click.option(
     "--rtol", default=1e-10, metavar="NUMBER", help="Relative tolerance of the integration."
 )
-
 
 samples = click.option(
     "--samples",
@@ -72,17 +70,13 @@ samples = click.option(
     help="Number of random states to compare; 100 by default, fewer above 60 velocities.",
 )
 
-
 seed = click.option("--seed", default=0, metavar="NUMBER", help="Seed of the random states.")
-
 
 page = click.option(
     "--output", "-o", type=PATH, help="The page to write; ./SYSTEM.html by default."
 )
 
-
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON for scripts.")
-
 
 Root: TypeAlias = Literal["fixed", "floating"]
 

@@ -157,11 +157,6 @@ class Recorded:
     """A recorded motion, computed again over the same time when values change on the page."""
 
     def __init__(self, motion: Motion) -> None:
-        if not isinstance(motion, Motion):
-            raise InputError(
-                "expected a Motion, as simulate returns it, or a Mechanism, "
-                f"got {type(motion).__name__}"
-            )
         self._motion = motion
         self._first = _stage(motion)
         self.presenter = Presenter(motion.mechanism, self._first)

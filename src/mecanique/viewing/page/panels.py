@@ -36,7 +36,7 @@ def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
         ("findings", "Findings", lambda: write_findings(scene.inspection)),
         ("joints", "Joints", lambda: write_joints(scene.inspection)),
         ("equations", "Equations", lambda: write_equations(scene.document)),
-        ("plots", "Plots", lambda: _plots(scene)),
+        ("plots", "Plots", lambda: _PLOTS),
         ("parameters", "Parameters", lambda: write_parameters(scene, live)),
         ("forces", "Forces", lambda: _forces(scene)),
         ("ledger", "Virtual work", lambda: _ledger(scene)),
@@ -80,28 +80,27 @@ def late(scene: Scene) -> dict[str, str]:
     }
 
 
-def _plots(scene: Scene) -> str:
-    del scene  # every scene has something to plot, or will have
-    return (
-        '<div class="bar"><details class="menu"><summary>Quantities</summary>'
-        '<div id="picker" role="group" aria-label="Quantities to plot"></div></details>'
-        '<div class="group" role="group" aria-label="Zoom">'
-        '<button type="button" id="zoom-in" aria-label="Zoom in"'
-        ' title="Zoom in around the cursor">+</button>'
-        '<button type="button" id="zoom-out" aria-label="Zoom out" title="Zoom out">−</button>'
-        '<button type="button" id="zoom-all" title="Whole motion">All</button></div>'
-        '<label class="pick">over <select id="plot-x">'
-        '<option value="">time</option></select></label>'
-        '<label class="pick" hidden>where <select id="plot-at">'
-        '<option value="">always</option></select></label>'
-        '<button type="button" id="portrait" title="Each coordinate with its rate">Phase</button>'
-        '<label class="pick" hidden><input type="checkbox" id="fold">fold to ±π</label>'
-        '<button type="button" id="csv" title="Save the chosen quantities">CSV</button>'
-        '<button type="button" id="svg" title="Save the plots as a picture">SVG</button></div>'
-        '<div id="charts"></div>'
-        '<p class="note bar">'
-        "Click or drag to move the clock; shift-drag or ctrl-scroll to zoom.</p>"
-    )
+_PLOTS = (
+    '<div class="bar"><details class="menu"><summary>Quantities</summary>'
+    '<div id="picker" role="group" aria-label="Quantities to plot"></div></details>'
+    '<div class="group" role="group" aria-label="Zoom">'
+    '<button type="button" id="zoom-in" aria-label="Zoom in"'
+    ' title="Zoom in around the cursor">+</button>'
+    '<button type="button" id="zoom-out" aria-label="Zoom out" title="Zoom out">−</button>'
+    '<button type="button" id="zoom-all" title="Whole motion">All</button></div>'
+    '<label class="pick">over <select id="plot-x">'
+    '<option value="">time</option></select></label>'
+    '<label class="pick" hidden>where <select id="plot-at">'
+    '<option value="">always</option></select></label>'
+    '<button type="button" id="portrait" title="Each coordinate with its rate">Phase</button>'
+    '<label class="pick" hidden><input type="checkbox" id="fold">fold to ±π</label>'
+    '<button type="button" id="csv" title="Save the chosen quantities">CSV</button>'
+    '<button type="button" id="svg" title="Save the plots as a picture">SVG</button></div>'
+    '<div id="charts"></div>'
+    '<p class="note bar">'
+    "Click or drag to move the clock; shift-drag or ctrl-scroll to zoom.</p>"
+)
+"""The panel of plots: every scene has something to plot, or will have."""
 
 
 def _forces(scene: Scene) -> str:
