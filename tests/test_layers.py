@@ -65,7 +65,7 @@ ORDER: dict[str, list[str]] = {
         "mechanism",
     ],
     "formats": ["sources", "solids", "mjcf mjcf_write sdf", "read"],
-    "textbook": ["facts", "charts system", "systems", "catalogue"],
+    "textbook": ["facts", "charts system", "corners systems", "catalogue"],
     "urdf": [
         "dialect limits markup meshes names robots",
         "rules",

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 @report_errors
 def list_(tag: tuple[str, ...], as_json: bool) -> None:
     """List the textbook systems with their degrees of freedom N."""
-    entries = {name: mq.textbook.entry(name) for name in mq.textbook.names()}
+    everyone = sorted((*mq.textbook.names(), *mq.textbook.names(corners=True)))
+    entries = {name: mq.textbook.entry(name) for name in everyone}
     known = sorted(set().union(*(entry.tags for entry in entries.values())))
     for word in tag:
         if word not in known:

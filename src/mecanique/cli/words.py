@@ -88,7 +88,9 @@ def find_file(system: str) -> Path:
     try:
         return mq.robot(system)
     except mq.UnknownNameError:
-        raise mq.UnknownNameError("system", system, (*mq.textbook.names(), *robots)) from None
+        raise mq.UnknownNameError(
+            "system", system, (*mq.textbook.names(), *mq.textbook.names(corners=True), *robots)
+        ) from None
 
 
 def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Path | mq.Mechanism:

@@ -1,7 +1,8 @@
 """Find the systems of the catalogue.
 
-Every module of `mecanique.textbook.systems` is one; other packages add theirs by entry points of
-the group `mecanique.systems`, each a `System`.
+Every module of `mecanique.textbook.systems` is one, and every module of
+`mecanique.textbook.corners` one with friction, stops or contacts that open; other packages add
+theirs by entry points of the group `mecanique.systems`, each a `System`.
 """
 
 from __future__ import annotations
@@ -17,14 +18,20 @@ from mecanique.textbook.system import System
 
 
 @cache
-def names() -> tuple[str, ...]:
-    """Return the names of all systems, in alphabetical order."""
-    return tuple(sorted({*_own(), *list_plugins("systems")}))
+def names(*, corners: bool = False) -> tuple[str, ...]:
+    """Return the names of all smooth systems, in alphabetical order.
+
+    Args:
+        corners: whether to return those with friction, stops and contacts that open instead.
+    """
+    if corners:
+        return tuple(sorted(_own("corners")))
+    return tuple(sorted({*_own("systems"), *list_plugins("systems")}))
 
 
 def is_known(name: str) -> bool:
     """Return whether there is a system of a name; what other packages add takes long to list."""
-    return name in _own() or name in names()
+    return name in _own("systems") | _own("corners") or name in names()
 
 
 @cache
@@ -35,11 +42,15 @@ def entry(name: str) -> System:
         UnknownNameError: if there is no such system; it carries the near matches.
         InputError: if another package adds it, and it cannot be loaded.
     """
-    if name not in _own():
-        if not is_known(name):
-            raise UnknownNameError("system", name, names())
-        return load_plugin("systems", name, System)
-    system: System = import_module(f"mecanique.textbook.systems.{name}").SYSTEM
+    system: System
+    if name in _own("systems"):
+        system = import_module(f"mecanique.textbook.systems.{name}").SYSTEM
+    elif name in _own("corners"):
+        system = import_module(f"mecanique.textbook.corners.{name}").SYSTEM
+    elif is_known(name):
+        system = load_plugin("systems", name, System)
+    else:
+        raise UnknownNameError("system", name, (*names(), *names(corners=True)))
     return system
 
 
@@ -47,7 +58,7 @@ def load(name: str, **parameters: float) -> Mechanism:
     """Build a system of the catalogue.
 
     Args:
-        name: its name, one of `names()`.
+        name: its name, one of `names()` or of `names(corners=True)`.
         parameters: value of each parameter to change, by symbol, in its SI unit.
 
     Raises:
@@ -59,7 +70,9 @@ def load(name: str, **parameters: float) -> Mechanism:
 
 
 @cache
-def _own() -> frozenset[str]:
-    from mecanique.textbook import systems
+def _own(folder: str) -> frozenset[str]:
+    """Return the names of the modules of a folder of this package."""
+    from mecanique.textbook import corners, systems
 
-    return frozenset(module.name for module in iter_modules(systems.__path__))
+    path = {"systems": systems, "corners": corners}[folder].__path__
+    return frozenset(module.name for module in iter_modules(path))

@@ -27,7 +27,7 @@ from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.reference.engine.package import engine_name
 from mecanique.reference.loops.loading import load_once
-from mecanique.verification.rows import rows_of
+from mecanique.verification.rows import OF_ELEMENTS, rows_of
 from mecanique.verification.states import random_states
 from mecanique.verification.verdict import TOLERANCE, Row, Verdict, conclude
 
@@ -70,12 +70,12 @@ def compare_modes(
         solved = np.asarray(np.linalg.solve(system, right[..., None])[..., 0], dtype=np.float64)
         expected = _evaluate(mechanism, [*mode.accelerations.values()], states)
         named = [mode.forces.get(force.symbol, 0.0) for force in forces]
-        ours = {"acceleration": expected, "forces of elements": _evaluate(base, named, states)}
+        ours = {"acceleration": expected, OF_ELEMENTS: _evaluate(base, named, states)}
         nv = base.nv
         theirs = {
             "mass matrix": mass,
             "acceleration": solved[:, :nv],
-            "forces of elements": solved[:, nv:],
+            OF_ELEMENTS: solved[:, nv:],
         }
         bound = EPSILON * _condition(system) * np.linalg.norm(solved, axis=1)
         rows += rows_of(

@@ -47,9 +47,11 @@ QUANTITIES = (
     "angular momentum",
     "reactions",
     "contact forces",
-    "forces of elements",
 )
 """What is compared, in the order of the table."""
+
+OF_ELEMENTS = "forces of elements"
+"""What is compared besides the accelerations in each mode of what switches."""
 
 SMALL = 1e-3
 """Part of the typical size below which a value is judged against the typical size."""
@@ -131,7 +133,7 @@ def _sizes(x: Array, y: Array, least: float) -> Array:
 Values: TypeAlias = Mapping[str, Array]
 """What one source gives at all states: quantity -> shape (n, …)."""
 
-_BY_MASS = QUANTITIES[6:]
+_BY_MASS = (*QUANTITIES[6:], OF_ELEMENTS)
 """Quantities whose typical size is the moving mass at 1 m/s or 1 m/s²."""
 
 
@@ -214,7 +216,7 @@ def rows_of(
     usual = TOLERANCE if tolerance is None else tolerance
     M, bounds = theirs["mass matrix"], entries or {}
     rows = []
-    for quantity in (name for name in QUANTITIES if name in ours):
+    for quantity in (name for name in (*QUANTITIES, OF_ELEMENTS) if name in ours):
         x, y = (scale(quantity, values[quantity], M) for values in (ours, theirs))
         least, least_allowed, remark = least_size(quantity, mass), usual, ""
         by_entry = quantity in bounds

@@ -1,0 +1,1 @@
+"""Systems with friction, stops and contacts that open: one module each."""

@@ -1,0 +1,43 @@
+"""Billiard ball that slides until it rolls.
+
+A ball of mass m and radius r is pushed along a cloth with coefficient of friction mu, under gravity
+g. The generalized coordinates x and z are those of its center, th is its angle against the sense of
+rolling. From the speed v it rolls at 5/7 of it, from 2 v/(7 mu g) on.
+"""
+
+from mecanique.model import Body, Contact, Mechanism, Parameter, Planar, ball
+from mecanique.textbook.system import System
+
+
+def build(
+    m: Parameter,
+    r: Parameter,
+    mu: Parameter,
+    g: Parameter,
+) -> Mechanism:
+    """Return the mechanism."""
+    return Mechanism(
+        name="billiard_ball",
+        bodies=(Body("ground"), Body("ball", ball(m, r))),
+        joints=(Planar("plane", "ground", "ball", axis=(0, -1, 0), names=("x", "z", "th")),),
+        parameters=(m, r, mu, g),
+        gravity=(0, 0, -g),
+        switching=(Contact("cloth", "ball", radius=r, mu=mu),),
+    )
+
+
+SYSTEM = System(
+    title="Billiard ball that slides until it rolls",
+    source="Coriolis, Théorie mathématique des effets du jeu de billard, 1835",
+    parameters=(
+        Parameter("m", 0.17, "kg", "mass of the ball"),
+        Parameter("r", 0.03, "m", "radius of the ball"),
+        Parameter("mu", 0.2, "1", "coefficient of friction"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"z": 0.03},
+    start_velocity={"x": 1.0},
+    duration=1.0,
+    tags=("planar", "friction", "corners"),
+)

@@ -1,0 +1,46 @@
+"""Block on an incline with dry friction.
+
+A block m lies on a plane inclined by alpha, with static friction mu_0 and kinetic friction mu,
+under gravity g. The generalized coordinate x is its way down the incline. It rests while tan(alpha)
+is at most mu_0; otherwise x'' = g (sin(alpha) - mu cos(alpha)).
+"""
+
+from mecanique.model import Body, Friction, Mechanism, Parameter, Prismatic, box
+from mecanique.textbook.system import System
+
+
+def build(
+    m: Parameter,
+    alpha: Parameter,
+    mu: Parameter,
+    mu_0: Parameter,
+    g: Parameter,
+) -> Mechanism:
+    """Return the mechanism."""
+    from sympy import cos, sin
+
+    return Mechanism(
+        name="block_on_incline",
+        bodies=(Body("ground"), Body("block", box(m, (0.3, 0.2, 0.2)))),
+        joints=(Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        parameters=(m, alpha, mu, mu_0, g),
+        gravity=(g * sin(alpha), 0, -g * cos(alpha)),
+        switching=(Friction("dry", "slide", mu, m * g * cos(alpha), mu_static=mu_0),),
+    )
+
+
+SYSTEM = System(
+    title="Block on an incline with dry friction",
+    source="Meriam & Kraige, Engineering Mechanics: Statics, sect. 6/3; Beer & Johnston, ch. 8",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the block"),
+        Parameter("alpha", 0.4, "rad", "inclination of the plane"),
+        Parameter("mu", 0.2, "1", "coefficient of kinetic friction"),
+        Parameter("mu_0", 0.3, "1", "coefficient of static friction"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start_velocity={"x": -1.0},
+    duration=2.0,
+    tags=("planar", "friction", "corners"),
+)

@@ -1,0 +1,51 @@
+"""Ball that bounces to rest.
+
+A ball of mass m and radius r falls on a level floor under gravity g, and each impact leaves e of
+its speed. The generalized coordinate z is the height of its lowest point. Dropped from h, its
+impacts end at sqrt(2 h/g) (1 + e)/(1 - e).
+"""
+
+from mecanique.model import Body, Contact, Mechanism, Parameter, Placement, Prismatic, ball
+from mecanique.textbook.system import System
+
+
+def build(
+    m: Parameter,
+    r: Parameter,
+    e: Parameter,
+    g: Parameter,
+) -> Mechanism:
+    """Return the mechanism."""
+    return Mechanism(
+        name="bouncing_ball",
+        bodies=(Body("ground"), Body("ball", ball(m, r))),
+        joints=(
+            Prismatic(
+                "fall",
+                "ground",
+                "ball",
+                axis=(0, 0, 1),
+                origin=Placement((0, 0, r)),
+                coordinate="z",
+            ),
+        ),
+        parameters=(m, r, e, g),
+        gravity=(0, 0, -g),
+        switching=(Contact("floor", "ball", radius=r, restitution=e),),
+    )
+
+
+SYSTEM = System(
+    title="Ball that bounces to rest",
+    source="Meriam & Kraige, Dynamics, sect. 3/12; Goldsmith, Impact, ch. 1",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the ball"),
+        Parameter("r", 0.1, "m", "radius of the ball"),
+        Parameter("e", 0.8, "1", "coefficient of restitution"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"z": 1.0},
+    duration=5.0,
+    tags=("planar", "impact", "corners"),
+)

@@ -1,0 +1,49 @@
+"""Clutch that slips until it locks.
+
+A shaft with inertia J_1 drives another with J_2, each a disk of radius R, through plates that
+transmit at most the torque T. The generalized coordinates are the angle p of the first shaft and
+the slip s of the second against it. From the slip w they are locked after w/(T (1/J_1 + 1/J_2)).
+"""
+
+from mecanique.model import Body, Friction, Mechanism, Parameter, Revolute, disk
+from mecanique.textbook.system import System
+
+
+def build(
+    J_1: Parameter,
+    J_2: Parameter,
+    T: Parameter,
+    R: Parameter,
+) -> Mechanism:
+    """Return the mechanism."""
+    return Mechanism(
+        name="clutch",
+        bodies=(
+            Body("ground"),
+            Body("drive", disk(2 * J_1 / R**2, R)),
+            Body("load", disk(2 * J_2 / R**2, R)),
+        ),
+        joints=(
+            Revolute("shaft", "ground", "drive", coordinate="p"),
+            Revolute("clutch", "drive", "load", coordinate="s"),
+        ),
+        parameters=(J_1, J_2, T, R),
+        gravity=(0, 0, 0),
+        switching=(Friction("plates", "clutch", 1.0, T),),
+    )
+
+
+SYSTEM = System(
+    title="Clutch that slips until it locks",
+    source="Shigley, Mechanical Engineering Design, sect. 16-1",
+    parameters=(
+        Parameter("J_1", 0.5, "kg·m²", "inertia of the driving shaft"),
+        Parameter("J_2", 0.2, "kg·m²", "inertia of the driven shaft"),
+        Parameter("T", 3.0, "N·m", "torque at which the plates slip"),
+        Parameter("R", 0.3, "m", "radius of the disks"),
+    ),
+    build=build,
+    start_velocity={"p": 40.0, "s": -40.0},
+    duration=3.0,
+    tags=("friction", "corners"),
+)

@@ -1,0 +1,49 @@
+"""Painlevé's rod.
+
+A uniform rod of mass m and length 2 l stands with one end on a rough floor with coefficient of
+friction mu and leans, under gravity g. The generalized coordinates x and z are those of its center,
+th is its angle. Where mu is above 4/3 there are positions in which sliding has no solution, or two.
+"""
+
+from math import atan, cos, pi
+
+from mecanique.model import Body, Contact, Mechanism, Parameter, Planar, rod
+from mecanique.textbook.system import System
+
+
+def build(
+    m: Parameter,
+    l: Parameter,
+    mu: Parameter,
+    g: Parameter,
+) -> Mechanism:
+    """Return the mechanism."""
+    return Mechanism(
+        name="painleve_rod",
+        bodies=(Body("ground"), Body("rod", rod(m, 2 * l).at((0, 0, l)))),
+        joints=(Planar("plane", "ground", "rod", axis=(0, -1, 0), names=("x", "z", "th")),),
+        parameters=(m, l, mu, g),
+        gravity=(0, 0, -g),
+        switching=(Contact("floor", "rod", center=(0, 0, -l), mu=mu),),
+    )
+
+
+LEAN = pi / 2 - atan(2.0)
+"""The lean at which the least coefficient of friction gives the paradox."""
+
+
+SYSTEM = System(
+    title="Painlevé's rod, which slides on its end",
+    source="Painlevé, C. R. Acad. Sci. 121 (1895) 112; Champneys & Várkonyi, arXiv 1601.03545",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the rod"),
+        Parameter("l", 1.0, "m", "half the length of the rod"),
+        Parameter("mu", 1.3, "1", "coefficient of friction"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"z": cos(LEAN), "x": 0.0, "th": LEAN},
+    start_velocity={"x": 1.0},
+    duration=0.2,
+    tags=("planar", "friction", "contact", "corners"),
+)

@@ -1,0 +1,42 @@
+"""Bar pendulum that strikes a stop.
+
+A bar of mass m and length l swings about a pin at its end under gravity g; a stop below the pin
+throws it back with e of its rate. The generalized coordinate q is the angle from the downward
+vertical.
+"""
+
+from mecanique.model import Body, Mechanism, Parameter, Revolute, Stop, rod
+from mecanique.textbook.system import System
+
+
+def build(
+    m: Parameter,
+    l: Parameter,
+    e: Parameter,
+    g: Parameter,
+) -> Mechanism:
+    """Return the mechanism."""
+    return Mechanism(
+        name="pendulum_with_stop",
+        bodies=(Body("ground"), Body("bar", rod(m, l))),
+        joints=(Revolute("pin", "ground", "bar", axis=(0, -1, 0), coordinate="q"),),
+        parameters=(m, l, e, g),
+        gravity=(0, 0, -g),
+        switching=(Stop("stop", "pin", at=0.0, side=-1, restitution=e),),
+    )
+
+
+SYSTEM = System(
+    title="Bar pendulum that strikes a stop",
+    source="Shaw & Rand, Int. J. Non-Linear Mech. 24 (1989) 41; Goldsmith, Impact, ch. 2",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the bar"),
+        Parameter("l", 1.0, "m", "length of the bar"),
+        Parameter("e", 0.5, "1", "coefficient of restitution"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"q": 1.0},
+    duration=6.0,
+    tags=("planar", "pendulum", "impact", "corners"),
+)

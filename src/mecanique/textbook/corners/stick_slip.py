@@ -1,0 +1,49 @@
+"""Mass on a moving belt, held by a spring.
+
+A block m lies on a belt that runs with speed v and is tied to the frame by a spring of stiffness k;
+mu_0 is its coefficient of static friction, mu that of kinetic friction, under gravity g. The
+generalized coordinate x is the stretch of the spring. It sticks until k x = mu_0 m g, then swings
+about mu m g/k until its speed is the belt's again.
+"""
+
+from mecanique.model import Body, Friction, JointSpring, Mechanism, Parameter, Prismatic, box
+from mecanique.textbook.system import System
+
+
+def build(
+    m: Parameter,
+    k: Parameter,
+    v: Parameter,
+    mu: Parameter,
+    mu_0: Parameter,
+    g: Parameter,
+) -> Mechanism:
+    """Return the mechanism."""
+    return Mechanism(
+        name="stick_slip",
+        bodies=(Body("ground"), Body("block", box(m, (0.1, 0.1, 0.1)))),
+        joints=(Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        forces=(JointSpring("spring", "slide", k),),
+        parameters=(m, k, v, mu, mu_0, g),
+        gravity=(0, 0, -g),
+        switching=(Friction("belt", "slide", mu, m * g, mu_static=mu_0, speed=v),),
+    )
+
+
+SYSTEM = System(
+    title="Mass on a moving belt, held by a spring",
+    source="Den Hartog, Mechanical Vibrations, sect. 7.6; Popp & Stelter, Phil. Trans. A 332 "
+    "(1990) 89",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the block"),
+        Parameter("k", 100.0, "N/m", "stiffness of the spring"),
+        Parameter("v", 0.1, "m/s", "speed of the belt"),
+        Parameter("mu", 0.2, "1", "coefficient of kinetic friction"),
+        Parameter("mu_0", 0.4, "1", "coefficient of static friction"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start_velocity={"x": 0.1},
+    duration=10.0,
+    tags=("planar", "spring", "friction", "corners"),
+)
