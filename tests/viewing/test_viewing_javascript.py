@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from mecanique.viewing.page.page import MODULES, join_scripts
+from mecanique.viewing.page.page import join_scripts, script_modules
 
 ASSETS = Path(__file__).parents[2] / "src" / "mecanique" / "viewing" / "page" / "assets"
 TESTS = Path(__file__).parent / "javascript"
@@ -45,7 +45,7 @@ def test_the_unit_tests_of_the_scripts_pass(node: str) -> None:
 
 def test_every_script_of_the_page_is_in_it() -> None:
     found = {path.relative_to(ASSETS).with_suffix("").as_posix() for path in ASSETS.rglob("*.js")}
-    assert found - {"boot", "gallery"} == set(MODULES)
+    assert found - {"boot", "gallery"} == set(script_modules())
 
 
 def test_no_folder_holds_more_than_a_dozen_assets() -> None:
@@ -53,7 +53,7 @@ def test_no_folder_holds_more_than_a_dozen_assets() -> None:
     assert max(count.values()) <= 12, count
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize("name", script_modules())
 def test_a_script_imports_what_is_there_under_its_own_name(name: str) -> None:
     lines = [line for line in text(name).splitlines() if line.startswith("import")]
     found = IMPORT.findall(text(name))
@@ -66,7 +66,7 @@ def test_a_script_imports_what_is_there_under_its_own_name(name: str) -> None:
 
 def test_no_two_scripts_declare_the_same_name() -> None:
     """They share one closure in the page."""
-    counts = Counter(found for name in MODULES for found in DECLARED.findall(text(name)))
+    counts = Counter(found for name in script_modules() for found in DECLARED.findall(text(name)))
     assert [name for name, count in counts.items() if count > 1] == []
 
 
@@ -75,7 +75,7 @@ def test_nothing_of_modules_is_left_in_the_page() -> None:
     assert not re.search(r"^(import|export)\b", joined, re.MULTILINE)
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize("name", script_modules())
 def test_no_text_of_a_script_goes_over_lines(name: str) -> None:
     """The page leaves out indentation, which would change such a text."""
     assert [line for line in text(name).splitlines() if line.count("`") % 2] == []

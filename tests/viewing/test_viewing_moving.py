@@ -30,15 +30,13 @@ from mecanique.verification import compare as sources
 from mecanique.viewing.live import stretches
 from mecanique.viewing.live.checking import Checking
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.live.view import LiveMotion, Recorded
+from mecanique.viewing.live.view import LiveMotion
 
 IN_HOUSE = sources.derive_all
 
 
 @contextmanager
-def shown(
-    source: LiveMotion | Recorded, speed: float = 1.0, patient: bool = False
-) -> Iterator[LiveView]:
+def shown(source: LiveMotion, speed: float = 1.0, patient: bool = False) -> Iterator[LiveView]:
     """A view that streams in a thread, as `mecanique.viewing` does in the main one."""
     with LiveView(source.presenter.scene) as live:
 
@@ -319,7 +317,7 @@ def test_what_goes_wrong_is_told_in_words_and_the_server_stays() -> None:
 
 def test_a_value_that_makes_no_motion_is_told_and_the_next_one_moves_again() -> None:
     motion = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q={"q": 1.0}, duration=1.0)
-    for source in (pendulum(1.0), Recorded(motion)):
+    for source in (pendulum(1.0), LiveMotion(motion)):
         with shown(source) as live, Watcher(live.url) as seen:
             seen.reach(0.1)
             seen.ask(do="parameter", name="m", value=-1.0)

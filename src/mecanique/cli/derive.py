@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -57,7 +56,7 @@ Form: TypeAlias = Literal["text", "latex", "mathml"]
 def derive(
     chosen: Chosen,
     method: str,
-    form: Literal["text", "latex", "mathml"],
+    form: Form,
     steps: bool,
     units: bool,
     document: bool,
@@ -81,7 +80,11 @@ def derive(
             text = derivations(chosen.mechanism, form)
         else:
             text = derivation(chosen.mechanism, method, form, steps, units=units)
-    say(as_document([text]) if document else text)
+    if document:
+        from mecanique.derivation.document import to_page
+
+        text = to_page([text])
+    say(text)
 
 
 @click.command(epilog="Example: mecanique code cart_pole --target c --what rhs,energy -o cart")
@@ -171,15 +174,15 @@ def derivation(
                 "results; in Python, mecanique.derive(…).text() writes them out"
             )
         written = mq.write_recursion(equations)
-        return {"text": written.text, "latex": written.latex, "mathml": written.mathml}[form]()
+        listed: str = getattr(written, form)()
+        return listed
     if units:
         from mecanique.model.mechanism_units import add_unit
 
         lines = zip(map(str, equations.equations), equations.units, strict=True)
         return "\n".join(add_unit(line, unit) for line, unit in lines)
-    return {"text": equations.text, "latex": equations.latex, "mathml": equations.mathml}[form](
-        steps=steps, symbols=True
-    )
+    closed_form: str = getattr(equations, form)(steps=steps, symbols=True)
+    return closed_form
 
 
 def modes(mechanism: mq.Mechanism, method: str, form: Form, more: bool) -> str:
@@ -224,10 +227,3 @@ def solution(mechanism: mq.Mechanism, keep: str, form: Form, steps: bool) -> str
         names = [name.strip() for name in keep.split(",") if name.strip()]
         written = getattr(mq.derive(mechanism).solved(names), form)(symbols=True)
     return written
-
-
-def as_document(fragments: Sequence[str]) -> str:
-    """Return fragments of LaTeX as a complete file."""
-    from mecanique.derivation.document import to_page
-
-    return to_page(fragments)

@@ -94,10 +94,36 @@ def lint(
 
     The exit code is 1 if there are errors, 2 if the file cannot be read.
     """
-    form = "text"
+    from mecanique.urdf import lint as linting
+
+    if output is not None and not fix:
+        raise mq.InputError("expected --fix with --output, which takes the repaired copy")
+    if fix and Path(file).suffix == ".xacro":
+        raise mq.InputError("expected a URDF file with --fix: repair a xacro file by hand")
+    if balance and not fix:
+        raise mq.InputError("expected --fix with --balance, which repairs a copy")
+    path = Path(file) if Path(file).exists() or not _is_word(file) else mq.robot(file)
+    findings = linting.lint(
+        path,
+        package_path=reading.package_path or None,
+        arguments=reading.arguments,
+        meshes=meshes,
+    )
+    if fix and not any(_unreadable(finding.code) for finding in findings):
+        given = path.read_text(encoding="utf-8-sig")
+        text = linting.mend(given, name=path.stem, balance=balance)
+        for change in linting.find_balances(given) if balance else ():
+            inform(f"nearest possible inertia, {change}")
+        if output is None:
+            click.echo(text, nl=False)
+            raise Exit(_code(linting.lint(text)))
+        write_text(output, text)
+        findings = linting.lint(output)
+    write = linting.as_text
     if as_json or as_sarif:
-        form = "json" if as_json else "sarif"
-    raise Exit(_lint(file, form, reading, fix, balance, output, meshes))
+        write = linting.as_json if as_json else linting.as_sarif
+    say(write(findings))
+    raise Exit(_code(findings))
 
 
 @click.command(epilog="Example: mecanique diff old.urdf new.urdf")
@@ -196,45 +222,6 @@ def inertia(
     if output is not None:
         write_text(output, comparison.write(links))
         inform(f"Wrote {output}")
-
-
-def _lint(
-    file: str,
-    form: str,
-    reading: Reading,
-    fix: bool,
-    balance: bool,
-    output: Path | None,
-    meshes: bool,
-) -> int:
-    """Report what is wrong in a URDF file, or repair it; return the exit code."""
-    from mecanique.urdf.lint import as_json, as_sarif, as_text, find_balances, lint, mend
-
-    if output is not None and not fix:
-        raise mq.InputError("expected --fix with --output, which takes the repaired copy")
-    if fix and Path(file).suffix == ".xacro":
-        raise mq.InputError("expected a URDF file with --fix: repair a xacro file by hand")
-    if balance and not fix:
-        raise mq.InputError("expected --fix with --balance, which repairs a copy")
-    path = Path(file) if Path(file).exists() or not _is_word(file) else mq.robot(file)
-    findings = lint(
-        path,
-        package_path=reading.package_path or None,
-        arguments=reading.arguments,
-        meshes=meshes,
-    )
-    if fix and not any(_unreadable(finding.code) for finding in findings):
-        given = path.read_text(encoding="utf-8-sig")
-        text = mend(given, name=path.stem, balance=balance)
-        for change in find_balances(given) if balance else ():
-            inform(f"nearest possible inertia, {change}")
-        if output is None:
-            click.echo(text, nl=False)
-            return _code(lint(text))
-        write_text(output, text)
-        findings = lint(output)
-    say({"text": as_text, "json": as_json, "sarif": as_sarif}[form](findings))
-    return _code(findings)
 
 
 def _code(findings: tuple[Finding, ...]) -> int:

@@ -7,9 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import final
 
@@ -20,6 +18,7 @@ from mecanique.motion.motion import Motion, simulate
 from mecanique.reference import degrees_of_freedom
 from mecanique.textbook import entry, load, names
 from mecanique.viewing.page.page import policy
+from mecanique.viewing.page.panels import fill, read_asset
 from mecanique.viewing.show import export
 from mecanique.wording import say_count
 
@@ -118,22 +117,17 @@ def index(cards: Sequence[Card]) -> str:
     )
     counts = sorted({card.freedom for card in cards if card.freedom is not None})
     choices = "".join(f'<option value="{n}">{n}</option>' for n in counts)
-    style, script = _read_asset("gallery.css"), _read_asset("gallery.js")
-    allowed = escape(policy([script], [style], "'none'"))
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{allowed}">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<meta name="color-scheme" content="light dark">\n<title>Mechanisms</title>\n'
-        f"<style>{style}</style>\n</head>\n<body>\n<header><h1>Mechanisms</h1>"
-        f'<p id="count" role="status">{say_count(len(cards), "system")}</p></header>\n'
-        '<div class="find"><label>Search <input type="search" id="search"></label>'
-        '<label>Degrees of freedom <select id="freedom"><option value="">any</option>'
-        f"{choices}</select></label></div>\n"
-        f'<nav aria-label="Tags">{buttons}</nav>\n<main>\n'
-        + "\n".join(map(_card, cards))
-        + f"\n</main>\n<script>{script}</script>\n</body>\n</html>\n"
-    )
+    style, script = read_asset("gallery.css"), read_asset("gallery.js")
+    parts = {
+        "policy": escape(policy([script], [style], "'none'")),
+        "style": style,
+        "count": say_count(len(cards), "system"),
+        "choices": choices,
+        "buttons": buttons,
+        "cards": "\n".join(map(_card, cards)),
+        "script": script,
+    }
+    return fill(read_asset("gallery.html"), parts)
 
 
 def _card(card: Card) -> str:
@@ -148,8 +142,3 @@ def _card(card: Card) -> str:
     else:
         inner = f'<a class="card" href="{escape(card.name)}.html">{image}{words}</a>'
     return f"<article {attributes}>{inner}<ul>{tags}</ul></article>"
-
-
-@cache
-def _read_asset(name: str) -> str:
-    return (files("mecanique.viewing.page") / "assets" / name).read_text(encoding="utf-8")

@@ -193,16 +193,14 @@ class Columns:
     def _series(self, name: str) -> Any:
         letters, mechanism = self._letters, self._mechanism
         T, V = self._energy()
-        known = dict(zip((f"{v}'" for v in mechanism.velocities), self._a, strict=True))
+        known = dict(
+            zip((f"{v}'" for v in mechanism.velocities), self._dynamics.acceleration, strict=True)
+        )
         known |= dict(zip(mechanism.velocities, letters.v, strict=True))
         known |= dict(zip(mechanism.coordinates, letters.q, strict=True))
         work = trace(letters.tape, self._work)
         energies = {"kinetic": T, "potential": V, "total": T + V, "work": work}
         return known.get(name, energies.get(name.removeprefix("energy ")))
-
-    @property
-    def _a(self) -> Sequence[Any]:
-        return self._dynamics.acceleration
 
     def _ledger(self, scene: Scene) -> Iterator[Any]:
         groups = dict(group_work(self._mechanism, self.shown))

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from typing import final
 
-from mecanique.derivation.equations import Equations
+from mecanique.derivation import derive, readable
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
+from mecanique.verification import verify
 from mecanique.viewing.scene.scene import Derivation, SceneText, VerdictTable
 from mecanique.viewing.scene.texts import derivation_of, fits_page, table_of
 
@@ -59,43 +60,25 @@ class Checking:
     def _run(self) -> None:
         derivations: tuple[Derivation, ...] = ()
         try:
-            for method in self._methods():
+            written_out = self._mechanism.nv <= MOST_DERIVED
+            for method in readable(self._mechanism) if written_out else ():
                 if self._cancelled:
                     return
                 with suppress(MecaniqueError):
-                    equations = self._derive(method)
+                    equations = derive(self._mechanism, method)
                     derivations += (derivation_of(equations),)
                     if not fits_page(equations):
                         break  # the other methods cannot be written out either
             if derivations:
                 self._tell(derivations, WAITING)
             if not self._cancelled:
-                verdict = self._compare()
+                verdict = table_of(verify(self._mechanism))
                 self._tell(derivations, verdict)
                 if verdict.agrees and not self._cancelled:
                     self._tell(derivations, self._prove(verdict))
         except Exception as error:  # a page must not wait forever: it says why there is no verdict
-            self._tell(
-                derivations, VerdictTable(headline=f"not checked: {type(error).__name__}: {error}")
-            )
-
-    def _methods(self) -> Iterable[str]:
-        from mecanique.derivation import readable
-
-        return readable(self._mechanism) if self._mechanism.nv <= MOST_DERIVED else ()
-
-    def _derive(self, method: str) -> Equations:
-        from mecanique.derivation import derive
-
-        return derive(self._mechanism, method)
-
-    def _compare(self) -> VerdictTable:
-        from mecanique.verification import verify
-
-        try:
-            return table_of(verify(self._mechanism))
-        except MecaniqueError as error:
-            return VerdictTable(headline=f"not checked: {error}")
+            kind = "" if isinstance(error, MecaniqueError) else f"{type(error).__name__}: "
+            self._tell(derivations, VerdictTable(headline=f"not checked: {kind}{error}"))
 
     def _tell(self, derivations: tuple[Derivation, ...], verdict: VerdictTable) -> None:
         # under the lock, so that nothing arrives once `cancel` has returned

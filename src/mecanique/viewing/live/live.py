@@ -217,7 +217,7 @@ class Server:
 
     def announce(self, *, restart: bool = False) -> None:
         """Send all pages the state of the view."""
-        self._call(self._tell, restart)
+        self._call(self._spread, self.state(restart=restart))
 
     def close(self) -> None:
         """Stop answering, release the port and end the thread."""
@@ -261,12 +261,9 @@ class Server:
         if not self._closed:
             self._loop.call_soon_threadsafe(function, *arguments)
 
-    def _tell(self, restart: bool) -> None:
-        self._spread(self.state(restart=restart))
-
     def _spread(self, text: str) -> None:
         for client in list(self.clients):
-            client.tell(text)
+            client.transmit(text)
 
     def _flush(self) -> None:
         with self._lock:
@@ -393,9 +390,9 @@ class _Socket(tornado.websocket.WebSocketHandler):
 
     def open(self, *args: str, **kwargs: str) -> None:
         self.set_nodelay(True)
-        self.tell(self.server.state())
+        self.transmit(self.server.state())
         if notes := self.server.notes():
-            self.tell(json.dumps({"notes": notes}))
+            self.transmit(json.dumps({"notes": notes}))
         for command in self.server.window.commands():
             self._write_command(command)
         self.server.clients.add(self)
@@ -417,9 +414,6 @@ class _Socket(tornado.websocket.WebSocketHandler):
     def on_close(self) -> None:
         self.server.clients.discard(self)
 
-    def tell(self, text: str) -> None:
-        self._write(text)
-
     def catch_up(self) -> None:
         """Send the present frame, unless the page has it or is still busy with earlier ones."""
         if len(self.sent) >= IN_FLIGHT:
@@ -432,12 +426,12 @@ class _Socket(tornado.websocket.WebSocketHandler):
             return
         self.sent.append(number)
         self.last = number
-        self._write(frame)
+        self.transmit(frame)
 
     def _write_command(self, command: bytes) -> None:
-        self._write(struct.pack("<IIII", _COMMAND, 0, 0, 0) + command)
+        self.transmit(struct.pack("<IIII", _COMMAND, 0, 0, 0) + command)
 
-    def _write(self, message: str | bytes) -> None:
+    def transmit(self, message: str | bytes) -> None:
         try:
             writing = self.write_message(message, binary=isinstance(message, bytes))
         except tornado.websocket.WebSocketClosedError:

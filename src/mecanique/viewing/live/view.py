@@ -104,81 +104,64 @@ MOST_AHEAD = 8
 
 @final
 class LiveMotion:
-    """A mechanism and its start; the motion is computed as it is shown."""
+    """What moves from its start, computed as it is shown; or a motion, till values change."""
 
     def __init__(
         self,
-        mechanism: Mechanism,
-        q: Values | None,
-        v: Values | None,
-        end: float,
-        rtol: float,
+        shown: Mechanism | Motion,
+        q: Values | None = None,
+        v: Values | None = None,
+        end: float = math.inf,
+        rtol: float = 1e-10,
         speed: float = 1.0,
     ) -> None:
         self._end, self._rtol, self._speed = end, rtol, speed
-        self._restart = self._start(mechanism, q, v)
-        self._first = self._stage(self._restart)
-        self.presenter = Presenter(mechanism, self._first)
+        if isinstance(shown, Motion):
+            self._end, self._rtol = float(shown.t[-1]), shown.statistics.rtol
+            self._subtitle = ""
+            self._restart = shown
+        else:
+            length = "" if math.isinf(end) else f"{end:g} s, "
+            self._subtitle = f"{length}computed while it is shown"
+            self._restart = self._start(shown, q, v)
+        self._first = _stage(self._restart, self._subtitle)
+        self.presenter = Presenter(self._restart.mechanism, self._first)
 
     def frames(self, live: LiveView, changes: Changes) -> Iterator[SceneFrame]:
         """Yield the motion's instants; the page reports what cannot be computed."""
         live.warn("")
+        ending = "There is no motion"
         try:
             motion, scene = self._restart, self._first
             if changes:
                 self._speed = live.speed
-                motion = self._start(*_restart(motion, changes))
-                scene = self._stage(motion)
+                motion = self._start(*_restart(motion, changes), t0=float(motion.t[0]))
+                scene = _stage(motion, self._subtitle)
             shown = self.presenter.begin(live, motion.mechanism, scene)
+            ending = "The motion stops here"
             yield from (shown.frame(k) for k in range(len(shown.t)))
             for complete in Stretches(motion, self._end, lambda: live.speed):
                 shown = self.presenter.go_on(live, complete)
                 yield from (shown.frame(k) for k in range(1, len(shown.t)))
         except MecaniqueError as error:
             # a reset or the next change starts anew
-            live.warn(f"The motion stops here: {str(error).removesuffix(FOR_PROGRAMS)}")
+            live.warn(f"{ending}: {str(error).removesuffix(FOR_PROGRAMS)}")
 
-    def _start(self, mechanism: Mechanism, q: Values | None, v: Values | None) -> Motion:
+    def _start(
+        self, mechanism: Mechanism, q: Values | None, v: Values | None, t0: float = 0.0
+    ) -> Motion:
         length = (FIRST if mechanism.nv <= MOST_AHEAD else STRETCH) * min(self._speed, 1.0)
-        fps = density(self._speed)
         # what stops the motion is reported when the next stretch cannot start
         motion, _ = compute_first(
-            mechanism=mechanism, q=q, v=v, duration=min(length, self._end), rtol=self._rtol, fps=fps
+            mechanism=mechanism,
+            q=q,
+            v=v,
+            t0=t0,
+            duration=min(length, self._end - t0),
+            rtol=self._rtol,
+            fps=density(self._speed),
         )
         return motion
-
-    def _stage(self, motion: Motion) -> Scene:
-        length = "" if np.isinf(self._end) else f"{self._end:g} s, "
-        return _stage(motion, f"{length}computed while it is shown")
-
-
-@final
-class Recorded:
-    """A recorded motion, computed again over the same time when values change on the page."""
-
-    def __init__(self, motion: Motion) -> None:
-        self._motion = motion
-        self._first = _stage(motion)
-        self.presenter = Presenter(motion.mechanism, self._first)
-
-    def frames(self, live: LiveView, changes: Changes) -> Iterator[SceneFrame]:
-        """Yield the motion's instants; the page reports what cannot be computed."""
-        from mecanique.motion import simulate
-
-        live.warn("")
-        try:
-            motion, scene = self._motion, self._first
-            if changes:
-                mechanism, q, v = _restart(motion, changes)
-                span, rtol = float(motion.t[-1] - motion.t[0]), motion.statistics.rtol
-                motion = simulate(
-                    mechanism, q=q, v=v, t0=float(motion.t[0]), duration=span, rtol=rtol
-                )
-                scene = _stage(motion)
-            shown = self.presenter.begin(live, motion.mechanism, scene)
-            yield from (shown.frame(k) for k in range(len(shown.t)))
-        except MecaniqueError as error:
-            live.warn(f"There is no motion: {error}")
 
 
 def _restart(
@@ -333,17 +316,13 @@ def view(
     if computing:
         _show(computing, None, port, open_browser, speed)
         return
-    motion: LiveMotion | Recorded
-    if isinstance(shown, Mechanism):
-        motion = LiveMotion(shown, q, v, end, rtol, speed)
-    else:
-        motion = Recorded(shown)
+    motion = LiveMotion(shown, q, v, end, rtol, speed)
     _show(motion.presenter, motion, port, open_browser, speed)
 
 
 def _show(
     shown: Computing | Presenter,
-    streamed: LiveMotion | Recorded | None,
+    streamed: LiveMotion | None,
     port: int,
     open_browser: bool,
     speed: float,

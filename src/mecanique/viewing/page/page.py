@@ -6,85 +6,21 @@ import base64
 import gzip
 import hashlib
 import json
+import posixpath
 import re
 import struct
 from dataclasses import asdict, dataclass
 from functools import cache
 from html import escape
-from importlib.resources import files
+from pathlib import PurePosixPath
 from typing import Any, final
 
 from mecanique.viewing.page.keyframes import pack
-from mecanique.viewing.page.panels import badge, panels, safe
+from mecanique.viewing.page.panels import badge, fill, panels, read_asset, safe
 from mecanique.viewing.page.surfaces import mesh_parcel
 from mecanique.viewing.page.window import RecorderWindow, draw_bodies, solids_of, viewer_directory
 from mecanique.viewing.scene.inspection import Inspection
 from mecanique.viewing.scene.scene import Scene
-
-MODULES = (
-    "data/unpack",
-    "panels/tabs",
-    "data/vectors",
-    "sketch/framing",
-    "sketch/solids",
-    "sketch/sketch",
-    "picture/meshes",
-    "picture/stage",
-    "picture/camera",
-    "data/scales",
-    "data/numbers",
-    "picture/gauge",
-    "picture/arrows",
-    "picture/lines",
-    "picture/labels",
-    "picture/companion",
-    "picture/ghost",
-    "picture/exaggeration",
-    "inspection/anatomy",
-    "picture/picture",
-    "clock/player",
-    "panels/drawing",
-    "panels/phase",
-    "panels/plots",
-    "panels/balance",
-    "panels/tables",
-    "inspection/posture",
-    "clock/history",
-    "panels/place",
-    "equations/breaking",
-    "equations/copies",
-    "panels/sliders",
-    "engine/tableau",
-    "engine/dop853",
-    "engine/bounds",
-    "engine/loops",
-    "engine/machine",
-    "engine/computed",
-    "studies/holding",
-    "engine/rules",
-    "engine/bench",
-    "engine/grip",
-    "engine/pull",
-    "engine/section",
-    "engine/modes",
-    "clock/motion",
-    "panels/setup",
-    "picture/hand",
-    "studies/beside",
-    "studies/modes",
-    "studies/exaggerating",
-    "studies/sections",
-    "panels/notes",
-    "studies/bars",
-    "clock/link",
-    "clock/live",
-    "clock/connection",
-    "clock/sources",
-    "panels/controls",
-    "clock/loop",
-    "main",
-)
-"""Each module follows those it needs while it is loaded."""
 
 _KEPT, _FLEETING = 6, 1
 """Compression levels of a page in a file and of a live one; 9 takes half as long again."""
@@ -115,8 +51,8 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
         "breaks": list(map(asdict, scene.breaks)),
         "inspection": scene.inspection and _inspection(scene.inspection),
     }
-    viewer, style, script = _viewer(), _read_asset("page.css"), join_scripts()
-    boot = _read_asset("boot.js")
+    viewer, style, script = _viewer(), read_asset("page.css"), join_scripts()
+    boot = read_asset("boot.js")
     connect = " ".join(stream.sources) if stream else "'none'"
     program = [engine.script] if engine else []
     tabs, inner = panels(scene, live=stream is not None and engine is None)
@@ -140,8 +76,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
         "script": _compressed_script(),
         "boot": boot,
     }
-    # in one pass, so that nothing inside a part is taken for a placeholder
-    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _read_asset("page.html"))
+    return fill(read_asset("page.html"), parts)
 
 
 def policy(scripts: list[str], styles: list[str], connect: str) -> str:
@@ -217,16 +152,29 @@ def _compress(data: bytes, effort: int) -> str:
     return base64.b64encode(gzip.compress(data, effort, mtime=0)).decode()
 
 
-def _read_asset(name: str) -> str:
-    return (files("mecanique.viewing.page") / "assets" / name).read_text(encoding="utf-8")
+@cache
+def script_modules() -> tuple[str, ...]:
+    """Return the names of the page's scripts; each follows those it imports."""
+    modules: dict[str, None] = {}
+
+    def load(name: str) -> None:
+        folder = PurePosixPath(name).parent
+        for source in re.findall(r'^import [^;]* from "(.+)\.js";', read_asset(f"{name}.js"), re.M):
+            imported = posixpath.normpath(folder / source)
+            if imported not in modules:
+                load(imported)
+        modules[name] = None
+
+    load("main")
+    return tuple(modules)
 
 
 @cache
 def join_scripts() -> str:
     """Return the page's script: all modules in one closure, where they find one another."""
     texts = []
-    for name in MODULES:
-        text = re.sub(r"^import [^;]*;\n", "", _read_asset(f"{name}.js"), flags=re.MULTILINE)
+    for name in script_modules():
+        text = re.sub(r"^import [^;]*;\n", "", read_asset(f"{name}.js"), flags=re.MULTILINE)
         text = re.sub(r"^export ", "", text, flags=re.MULTILINE)
         texts.append(re.sub(r"^ *(//.*)?\n|^ +", "", text, flags=re.MULTILINE))
     return '(() => {\n"use strict";\n' + "\n".join(texts) + "})();\n"

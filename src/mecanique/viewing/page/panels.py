@@ -6,9 +6,11 @@ import base64
 import html
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import cache
 from html import escape
+from importlib.resources import files
 from math import degrees
 from xml.etree.ElementTree import Element
 
@@ -30,13 +32,32 @@ _OF_MOTION = ("plots", "parameters", "forces")
 """Panels without a tab where nothing moves."""
 
 
+@cache
+def read_asset(name: str) -> str:
+    """Return the text of a file of the page."""
+    return (files("mecanique.viewing.page") / "assets" / name).read_text(encoding="utf-8")
+
+
+def _fragment(name: str, **parts: str) -> str:
+    """Part of a panel, with the parts that it names in double braces."""
+    # a line break would be a space on the page
+    html = read_asset(f"fragments/{name}.html").replace("\n", "")
+    return fill(html, parts)
+
+
+def fill(template: str, parts: Mapping[str, str]) -> str:
+    """Return a text with the parts that it names in double braces."""
+    # in one pass, so that nothing inside a part is taken for a placeholder
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], template)
+
+
 def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
     """Return the tabs and their panels, without those for which the scene has no content."""
     makers: list[tuple[str, str, Callable[[], str]]] = [
         ("findings", "Findings", lambda: write_findings(scene.inspection)),
         ("joints", "Joints", lambda: write_joints(scene.inspection)),
         ("equations", "Equations", lambda: write_equations(scene.document)),
-        ("plots", "Plots", lambda: _PLOTS),
+        ("plots", "Plots", lambda: _fragment("plots")),
         ("parameters", "Parameters", lambda: write_parameters(scene, live)),
         ("forces", "Forces", lambda: _forces(scene)),
         ("ledger", "Virtual work", lambda: _ledger(scene)),
@@ -80,69 +101,27 @@ def late(scene: Scene) -> dict[str, str]:
     }
 
 
-_PLOTS = (
-    '<div class="bar"><details class="menu"><summary>Quantities</summary>'
-    '<div id="picker" role="group" aria-label="Quantities to plot"></div></details>'
-    '<div class="group" role="group" aria-label="Zoom">'
-    '<button type="button" id="zoom-in" aria-label="Zoom in"'
-    ' title="Zoom in around the cursor">+</button>'
-    '<button type="button" id="zoom-out" aria-label="Zoom out" title="Zoom out">−</button>'
-    '<button type="button" id="zoom-all" title="Whole motion">All</button></div>'
-    '<label class="pick">over <select id="plot-x">'
-    '<option value="">time</option></select></label>'
-    '<label class="pick" hidden>where <select id="plot-at">'
-    '<option value="">always</option></select></label>'
-    '<button type="button" id="portrait" title="Each coordinate with its rate">Phase</button>'
-    '<label class="pick" hidden><input type="checkbox" id="fold">fold to ±π</label>'
-    '<button type="button" id="csv" title="Save the chosen quantities">CSV</button>'
-    '<button type="button" id="svg" title="Save the plots as a picture">SVG</button></div>'
-    '<div id="charts"></div>'
-    '<p class="note bar">'
-    "Click or drag to move the clock; shift-drag or ctrl-scroll to zoom.</p>"
-)
-"""The panel of plots: every scene has something to plot, or will have."""
-
-
 def _forces(scene: Scene) -> str:
-    hint = "" if scene.arrows else "This scene has no forces."
-    head = "".join(
-        f'<th scope="col" class="number">{column}</th>' for column in ("x", "y", "z", "size")
-    )
+    hint = "No force acts on this body." if scene.arrows else "This scene has no forces."
     undetermined = scene.document.undetermined
     notes = "".join(f'<p class="note">{escape(note)}</p>' for note in undetermined)
-    return (
-        f'<p class="note bar">Choose a body above the picture to cut it free.</p>'
-        f'<p id="no-forces" class="note">{hint or "No force acts on this body."}</p>'
-        f'<div class="scroll"><table id="force-table"><thead><tr><th scope="col">Force</th>{head}'
-        '<th scope="col">Unit</th></tr></thead><tbody></tbody></table></div>'
-        f'<dl id="force-sum"></dl>{notes}'
-    )
+    return _fragment("forces", hint=hint, notes=notes)
 
 
 def _ledger(scene: Scene) -> str:
     ledger = scene.document.ledger
     if not ledger.rows:
         return ""
-    heads = "".join(
-        f'<th scope="col" class="number">δ{safe(symbol)}{f" [{escape(unit)}]" if unit else ""}</th>'
-        for symbol, unit in zip(ledger.coordinates, ledger.units, strict=True)
-    )
-    count = len(ledger.coordinates)
-    rows = "".join(
-        f'<tr><th scope="row" class="words" dir="auto">{escape(row.name)}</th>'
-        f"<td>{safe(row.displacement)}</td>" + '<td class="number"></td>' * count + "</tr>"
-        for row in ledger.rows
-    )
-    return (
-        "<p>Each force times its virtual displacement, "
-        "per unit of each coordinate’s variation, now:</p>"
-        '<div class="scroll"><table id="ledger"><thead><tr><th scope="col">Force</th>'
-        f'<th scope="col">Virtual displacement</th>{heads}</tr></thead><tbody>{rows}</tbody>'
-        f'<tfoot><tr><th scope="row" colspan="2">δW</th>{"<td class=number></td>" * count}'
-        "</tr></tfoot></table></div>"
-        '<p class="note">'
-        "With d’Alembert’s forces among them, the virtual work is zero at every instant.</p>"
-    )
+    heads = ""
+    for symbol, unit in zip(ledger.coordinates, ledger.units, strict=True):
+        named = f"δ{safe(symbol)}" + (f" [{escape(unit)}]" if unit else "")
+        heads += f'<th scope="col" class="number">{named}</th>'
+    cells = '<td class="number"></td>' * len(ledger.coordinates)
+    rows = ""
+    for row in ledger.rows:
+        name = f'<th scope="row" class="words" dir="auto">{escape(row.name)}</th>'
+        rows += f"<tr>{name}<td>{safe(row.displacement)}</td>{cells}</tr>"
+    return _fragment("ledger", heads=heads, rows=rows, sums=cells)
 
 
 def _verdict(scene: Scene) -> str:
@@ -167,16 +146,12 @@ def _proof(verdict: VerdictTable) -> str:
     """By how much the page's own program differs."""
     if not verdict.own:
         return ""
-    rows = "".join(
-        f'<tr><th scope="row" class="words">{escape(name)}</th><td>{escape(worst)}</td></tr>'
-        for name, worst in verdict.own
-    )
-    return (
-        f"<h3>The program of this page</h3>"
-        '<table><thead><tr><th scope="col">difference from the reference</th>'
-        f'<th scope="col">worst, relative</th></tr></thead><tbody>{rows}</tbody></table>'
-        f'<p class="note">{escape(verdict.own_note)}</p>'
-    )
+    rows = ""
+    for name, worst in verdict.own:
+        rows += (
+            f'<tr><th scope="row" class="words">{escape(name)}</th><td>{escape(worst)}</td></tr>'
+        )
+    return _fragment("proof", rows=rows, note=escape(verdict.own_note))
 
 
 def _urdf(scene: Scene) -> str:
@@ -330,7 +305,7 @@ def _block(block: DerivationStep) -> str:
 def write_parameters(scene: Scene, live: bool) -> str:
     """Return the panel: fields where the page or a server computes, numbers elsewhere."""
     document = scene.document
-    parts = [_SETUP] if scene.engine else []
+    parts = [_fragment("setup")] if scene.engine else []
     if document.method:
         parts.append(f'<p class="note">Recorded: {escape(document.method)}.</p>')
     if document.recorded:
@@ -342,7 +317,7 @@ def write_parameters(scene: Scene, live: bool) -> str:
         if quantities:
             parts.append(f"<h3>{title}</h3>{_quantities(scene, kind, quantities, live)}")
     if scene.engine:
-        parts += [_integration(scene.engine), _BESIDE, _MODES]
+        parts += [_integration(scene.engine), _fragment("beside"), _fragment("modes")]
     if document.freedom:
         parts.append(
             "<h3>Degrees of freedom</h3>"
@@ -351,58 +326,13 @@ def write_parameters(scene: Scene, live: bool) -> str:
     return "".join(parts)
 
 
-_SETUP = (
-    '<div class="bar"><button type="button" id="setup-reset">Reset</button>'
-    '<button type="button" id="setup-undo" title="Undo (Ctrl+Z)" disabled>Undo</button>'
-    '<button type="button" id="setup-link">Copy link</button>'
-    '<button type="button" id="setup-python">Copy as Python</button>'
-    '<label class="pick"><input type="checkbox" id="setup-stay"> go on from the state now</label>'
-    '</div><p id="setup-status" class="note" role="status"></p>'
-)
-
-
-_BESIDE = (
-    '<section class="study"><h3>Second motion</h3>'
-    '<p class="note">From another start, which may differ in several values; its bodies are drawn'
-    " transparent, its phase portrait pale.</p>"
-    '<div class="bar"><select id="beside-name" aria-label="What starts otherwise"></select> by '
-    '<input type="number" step="any" id="beside-by" value="0.01" aria-label="By how much">'
-    '<button type="button" id="beside-on">Show beside</button>'
-    '<button type="button" id="beside-off" disabled>Remove</button></div>'
-    '<p id="beside-told" class="note" role="status"></p></section>'
-)
-
-_MODES = (
-    '<section class="study"><h3>Small motions</h3>'
-    '<div class="bar"><button type="button" id="modes-find">Find rest and modes</button></div>'
-    '<div class="bar" id="rests" role="group" aria-label="Positions of rest" hidden></div>'
-    '<p id="modes-told" class="note" role="status"></p>'
-    '<div class="scroll"><table id="modes" hidden></table></div></section>'
-)
-
-
 def _integration(engine: PageProgram) -> str:
     """The fields of the integration, and what is known of its accuracy."""
-    rows = "".join(
-        f'<tr><th scope="row">{title}</th><td class="number">{_field(kind, "", value, unit)}</td>'
-        f'<td>{unit}</td><td class="words">{meaning}</td></tr>'
-        for kind, title, value, unit, meaning in (
-            ("duration", "Duration", engine.duration, "s", "of the motion"),
-            ("rtol", "Tolerance", engine.rtol, "", "of each step, relative"),
-        )
-    )
-    facts = "".join(
-        f'<dt>{title}</dt><dd id="setup-{key}">–</dd>'
-        for key, title in (
-            ("balance", "Energy balance, missing"),
-            ("error", "Largest error of a step"),
-            ("steps", "Steps"),
-        )
-    )
-    return f"<h3>Integration</h3><table><tbody>{rows}</tbody></table><dl>{facts}</dl>"
+    duration, rtol = _field("duration", "", engine.duration, "s"), _field("rtol", "", engine.rtol)
+    return _fragment("integration", duration=duration, rtol=rtol)
 
 
-def _field(kind: str, name: str, value: float, unit: str) -> str:
+def _field(kind: str, name: str, value: float, unit: str = "") -> str:
     label = escape(name or {"rtol": "Tolerance"}.get(kind, kind.capitalize()))
     return (
         f'<input type="number" step="any" disabled data-kind="{kind}" data-name="{escape(name)}"'
@@ -480,13 +410,7 @@ def write_joints(inspection: Inspection | None) -> str:
     if inspection is None or not inspection.sliders:
         return ""
     rows = "".join(_slider(k, slider) for k, slider in enumerate(inspection.sliders))
-    return (
-        '<div class="bar"><button type="button" id="joints-back">Back to the start</button></div>'
-        f"{_OPEN if inspection.closed else ''}"
-        '<div class="scroll"><table id="joints"><thead><tr><th scope="col">Joint coordinate</th>'
-        '<th scope="col">Position</th><th scope="col" class="number">Value</th>'
-        f'<th scope="col">Limits</th></tr></thead><tbody>{rows}</tbody></table></div>'
-    )
+    return _fragment("joints", note=_OPEN if inspection.closed else "", rows=rows)
 
 
 def _slider(k: int, slider: Slider) -> str:
