@@ -122,7 +122,7 @@ def write_all(directory: Path) -> None:
     pages = os.environ.get("MECANIQUE_DOCS_GALLERY", "").split()
     with ProcessPoolExecutor(1, get_context("spawn")) as beside:
         verdicts = beside.submit(validation, chosen())
-        cards = gallery(directory / "pages" / "gallery", pages or chosen())
+        cards = gallery(directory / "pages" / "gallery", pages or [*chosen(), *corners()])
         (directory / "validation.md").write_text(verdicts.result(), encoding="utf-8")
     (directory / "cards.md").write_text(show_cards(cards), encoding="utf-8")
     faults = [f"{card.name}: {card.fault}" for card in cards if card.fault]
@@ -133,6 +133,11 @@ def write_all(directory: Path) -> None:
 def chosen() -> list[str]:
     """Return the systems to show: all, unless MECANIQUE_DOCS_SYSTEMS names some."""
     return os.environ.get("MECANIQUE_DOCS_SYSTEMS", "").split() or list(mq.textbook.names())
+
+
+def corners() -> tuple[str, ...]:
+    """Return the systems with corners, which the gallery shows, too; none if some are named."""
+    return () if os.environ.get("MECANIQUE_DOCS_SYSTEMS") else mq.textbook.names(corners=True)
 
 
 def show_cards(cards: Sequence[Card]) -> str:

@@ -23,7 +23,6 @@ from mecanique.motion.switching.law import (
     ElementState,
 )
 from mecanique.motion.switching.rows import ElementRows
-from mecanique.viewing.scene.inspection import inspection_of
 
 G = 9.81
 
@@ -253,8 +252,6 @@ def test_what_treats_no_elements_that_switch_names_them() -> None:
     for ask in (mq.derive, mq.Reference, mq.linearize):
         with pytest.raises(mq.MecaniqueError, match="elements that switch, 'dry'"):
             ask(block)
-    with pytest.raises(mq.InputError, match="which inspections do not treat yet"):
-        inspection_of(block, ())
     with pytest.raises(mq.InputError, match="method 'taylor' passes no corners"):
         mq.simulate(block, duration=1.0, method="taylor")
 

@@ -19,7 +19,10 @@ KEPT = Path(__file__).parents[2] / "examples" / "pictures"
 NUMBER = re.compile(r"-?\d+\.?\d*")
 
 
-@pytest.mark.parametrize("name", mq.textbook.names())
+EVERYONE = (*mq.textbook.names(), *mq.textbook.names(corners=True))
+
+
+@pytest.mark.parametrize("name", EVERYONE)
 def test_the_pictures_kept_are_those_drawn(name: str) -> None:
     """Letter by letter, but for what rounding does to places."""
     path = KEPT / f"{name}.svg"
@@ -31,7 +34,7 @@ def test_the_pictures_kept_are_those_drawn(name: str) -> None:
 
 
 def test_there_are_no_other_pictures() -> None:
-    assert {path.stem for path in KEPT.iterdir()} == set(mq.textbook.names())
+    assert {path.stem for path in KEPT.iterdir()} == set(EVERYONE)
 
 
 def test_a_gallery_of_two(visit: Callable[..., Visit], tmp_path: Path) -> None:

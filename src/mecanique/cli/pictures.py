@@ -45,10 +45,10 @@ def run(
     mechanism = chosen.mechanism
     with working("Deriving the equations of motion"):
         # an element that switches has its equations mode by mode
-        equations = None if mechanism.switching else mq.derive(mechanism)
-        text = str(equations or mq.derive_modes(mechanism))
+        derive = mq.derive_modes if mechanism.switching else mq.derive
+        equations = derive(mechanism)
     heading(f"Equations of motion of {mechanism.name}")
-    say(text)
+    say(str(equations))
     with named_progress(f"Comparing with {engine_name()}") as advance:
         verdict = mq.verify(mechanism, samples=samples, seed=seed, progress=advance)
     say("")

@@ -16,7 +16,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import list_left_out
 from mecanique.model.values import Given, whole
 from mecanique.motion.analysis.audit import Audit, audit
-from mecanique.motion.analysis.energies import Energies, energies
+from mecanique.motion.analysis.energies import Energies, energies, losses
 from mecanique.motion.output.plot import plot
 from mecanique.motion.output.report import summary
 from mecanique.motion.output.storage import load, save, to_csv, to_frame, to_parquet
@@ -76,6 +76,7 @@ class Motion(Trajectory):
         engine: the mechanism's `Reference`, if one was given.
         rank: how many of the loops' constraints are independent, if that is known.
         modes: which states its elements that switch were in, and when.
+        corners: those elements and their forces; None if there are none, or of a file.
 
     Example:
         >>> pendulum = mq.textbook.load("rigid_bar_pendulum")
@@ -100,6 +101,26 @@ class Motion(Trajectory):
     @cached_property
     def _energies(self) -> Energies:
         return energies(self, self.t)
+
+    def losses(self, t: Times | None = None) -> dict[str, np.ndarray]:
+        """Return what friction and impacts have turned into heat since the start [J].
+
+        By name: "dry: friction" of an element that rubs, "wall: impact" of one that is struck. A
+        motion read from a file knows its impacts alone.
+
+        Args:
+            t: times, shape (n,) [s]; the samples' by default.
+
+        Returns:
+            The energies lost, each of shape (n,).
+
+        Example:
+            >>> ball = mq.textbook.load("bouncing_ball")
+            >>> motion = mq.simulate(ball, q={"z": 1.0}, duration=5.0)
+            >>> motion.losses([5.0])["floor: impact"].round(6)
+            array([9.80665])
+        """
+        return losses(self, self.t if t is None else np.atleast_1d(self.curve.admit(t)))
 
     def audit(self, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
         """Check the motion against the balances of energy and momentum.
@@ -358,6 +379,7 @@ def simulate(
         engine=reference if shared else None,
         rank=rank,
         modes=modes,
+        corners=corners,
     )
     integration = _cut_short(integration, course, motion)
     if not integration.outcome.complete:

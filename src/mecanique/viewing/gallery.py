@@ -17,6 +17,7 @@ from mecanique.files import write_text
 from mecanique.motion.motion import Motion, simulate
 from mecanique.reference import degrees_of_freedom
 from mecanique.textbook import entry, load, names
+from mecanique.textbook.system import System
 from mecanique.viewing.page.page import policy
 from mecanique.viewing.page.panels import fill, read_asset
 from mecanique.viewing.show import export
@@ -44,7 +45,7 @@ def gallery(
     progress: Callable[[str, float], None] | None = None,
 ) -> tuple[Card, ...]:
     """Write a page for each system of the catalogue, and an index that reports what failed."""
-    entries = {name: entry(name) for name in (names() if systems is None else systems)}
+    entries = _entries(systems)
     folder = _folder(directory)
     cards = []
     for k, (name, system) in enumerate(entries.items()):
@@ -65,12 +66,18 @@ def pictures(
     directory: str | os.PathLike[str], systems: Sequence[str] | None = None
 ) -> tuple[Path, ...]:
     """Write the figure of each system of the catalogue as an SVG file."""
-    entries = {name: entry(name) for name in (names() if systems is None else systems)}
+    entries = _entries(systems)
     folder = _folder(directory)
     paths = tuple(folder / f"{name}.svg" for name in entries)
     for name, path in zip(entries, paths, strict=True):
         write_text(path, picture_of(name))
     return paths
+
+
+def _entries(systems: Sequence[str] | None) -> dict[str, System]:
+    """The entries of these systems, or of all, by name."""
+    everyone = sorted((*names(), *names(corners=True)))
+    return {name: entry(name) for name in (everyone if systems is None else systems)}
 
 
 def _folder(directory: str | os.PathLike[str]) -> Path:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from mecanique.derivation import derive, readable
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.switching import Modes
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.files import require_directory, write_text
 from mecanique.model.mechanism import Mechanism
@@ -25,23 +26,26 @@ from mecanique.viewing.scene.texts import document_of, fits_page
 
 def scene(
     motion: Motion,
-    equations: Equations | Sequence[Equations] | None = None,
+    equations: Equations | Modes | Sequence[Equations] | None = None,
     verdict: Verdict | None = None,
 ) -> Scene:
     """Return a motion with all its texts, as pure data."""
     if not isinstance(motion, Motion):
         raise InputError(f"expected a Motion, as simulate returns it, got {type(motion).__name__}")
-    if equations is None:
-        equations = tuple(_derive_all(motion.mechanism))
+    modes = equations if isinstance(equations, Modes) else None
+    if isinstance(equations, Modes):
+        equations = ()
     elif isinstance(equations, Equations):
         equations = (equations,)
+    elif equations is None:
+        switches = bool(motion.described.switching)
+        equations = () if switches else tuple(_derive_all(motion.described))
     if verdict is None:
         with suppress(MecaniqueError):
-            verdict = verify(motion.mechanism)
+            verdict = verify(motion.described)
     actions = actions_of(motion)
-    return computed_scene(
-        motion, document_of(motion, equations, verdict, actions), actions, equations
-    )
+    document = document_of(motion, equations, verdict, actions, modes)
+    return computed_scene(motion, document, actions, equations)
 
 
 def _derive_all(mechanism: Mechanism) -> Iterator[Equations]:
@@ -59,7 +63,7 @@ def export(
     motion: Motion,
     path: str | os.PathLike[str],
     *,
-    equations: Equations | Sequence[Equations] | None = None,
+    equations: Equations | Modes | Sequence[Equations] | None = None,
     verdict: Verdict | None = None,
 ) -> Path:
     """Write a motion as one offline HTML page: 3-D motion, forces, equations, plots, verdict.
@@ -67,7 +71,8 @@ def export(
     Args:
         motion: what `simulate` returned.
         path: the file; it is replaced in one step, and its directory must exist.
-        equations: what `derive` returned, one or several; by default every method derives them.
+        equations: what `derive` returned, one or several, or `derive_modes`; by default every
+            method derives them.
         verdict: what `verify` returned; by default the equations are compared at 100 states.
 
     Returns:

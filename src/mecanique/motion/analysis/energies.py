@@ -91,15 +91,30 @@ def energies(motion: Trajectory, times: np.ndarray) -> Energies:
         len(times),
     )
     work = _work(motion.mechanism, reference, curve, times)
-    for occurrence in motion.events:
-        if occurrence.impact:
-            before, after = (
-                reference.energy(occurrence.q, v, occurrence.t).total
-                for v in (occurrence.v, occurrence.after)
-            )
-            work = work + np.where(times >= occurrence.t, after - before, 0.0)
+    work = work - sum(_losses_at_impacts(motion, times).values())
     kinetic, gravity, springs = parts.T
     return Energies(times, kinetic, gravity, springs, work)
+
+
+def losses(motion: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
+    """Return what friction and impacts have taken since the start, each of shape (n,) [J]."""
+    lost: dict[str, np.ndarray] = {}
+    if motion.corners is not None and motion.corners.rubbing:
+        heat = integral(motion.curve, motion.corners.heating, times)
+        for name, column in zip(motion.corners.rubbing, heat.T, strict=True):
+            lost[f"{name}: friction"] = column
+    return lost | _losses_at_impacts(motion, times)
+
+
+def _losses_at_impacts(motion: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
+    lost: dict[str, np.ndarray] = {}
+    for event in motion.events:
+        if event.impact:
+            before = motion.reference.energy(event.q, event.v, event.t).total
+            after = motion.reference.energy(event.q, event.after, event.t).total
+            step = np.where(times >= event.t, before - after, 0.0)
+            lost[event.name] = lost.get(event.name, 0.0) + step
+    return lost
 
 
 def is_rheonomic(mechanism: Mechanism) -> bool:

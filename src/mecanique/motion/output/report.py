@@ -8,7 +8,7 @@ import numpy as np
 
 from mecanique.arrays import spread
 from mecanique.model.mechanism_units import add_unit, units
-from mecanique.motion.analysis.energies import energies
+from mecanique.motion.analysis.energies import energies, losses
 from mecanique.motion.record.exceeded_limits import find_exceeded
 from mecanique.motion.record.extremes import find_maxima
 from mecanique.wording import say_count
@@ -38,6 +38,8 @@ def summary(motion: Trajectory) -> str:
         f"energy: {energy.total[0]:.6g} J at the start, {energy.work[-1]:.6g} J of work since; "
         f"balance within {abs(energy.balance).max() / energy.scale:.1e} (relative)",
     ]
+    for name, lost in losses(motion, motion.t[-1:]).items():
+        lines.append(f"        of that, {name}: {lost[0]:.6g} J lost")
     unit = units(mechanism)
     names = (*mechanism.coordinates.names, *mechanism.velocities)
     bounds = find_maxima(motion.curve, lambda t, q, v: np.hstack([q, v, -q, -v])).values

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias, cast, final
+from typing import Protocol, TypeAlias, cast, final
 
 import numpy as np
 
@@ -194,6 +194,16 @@ class ModeSpan:
     def __str__(self) -> str:
         listed = ", ".join(f"{name} {state}" for name, state in self.states.items())
         return f"{self.begin:.6g} to {self.end:.6g} s: {listed}"
+
+
+class Switches(Protocol):
+    """What switched on the way of a motion, `switching.corners.Corners`."""
+
+    mechanism: Mechanism  # with its elements that switch
+    rubbing: dict[str, list[int]]  # rows of the elements that rub, by name
+
+    def heating(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the power each of them turns into heat, shape (n, rubbing) [W]."""
 
 
 def break_names(mechanism: Mechanism) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from mecanique.errors import UnknownNameError
 from mecanique.model.free_bodies import FloatingState, floating_state
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve, State, Times
-from mecanique.motion.record.events import Event, ModeSpan, Occurrence, break_names
+from mecanique.motion.record.events import Event, ModeSpan, Occurrence, Switches, break_names
 from mecanique.motion.record.loops import ClosedLoops
 from mecanique.wording import say_count
 
@@ -67,6 +67,7 @@ class Trajectory:
     engine: Reference | None = field(default=None, repr=False)
     rank: int | None = field(default=None, repr=False)
     modes: tuple[ModeSpan, ...] = ()
+    corners: Switches | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for array in (self.t, self.q, self.v):
@@ -95,6 +96,11 @@ class Trajectory:
         accelerations: np.ndarray = self.reference.acceleration(self.q, self.v, self.t)
         accelerations.flags.writeable = False
         return accelerations
+
+    @property
+    def described(self) -> Mechanism:
+        """The mechanism as it was given to `simulate`, with its elements that switch."""
+        return self.mechanism if self.corners is None else self.corners.mechanism
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -101,6 +101,7 @@ class Corners:
         self.rows = Rows(mechanism)
         self.elements = self.rows.elements
         self.laws = Laws(self.elements, self.rows.permanent)
+        self.rubbing = {e.name: list(e.tangents) for e in self.elements if e.tangents}
         self.length = characteristic_length(self.rows.base)
         self._nq = mechanism.nq
         self._times: list[float] = []
@@ -187,6 +188,14 @@ class Corners:
         """Return the terms and the force along each row in a state, shape (m,)."""
         terms = self.rows.at(q, v, t)
         return terms, self._solve(terms, self.mode(t), t).forces
+
+    def heating(self, t: Array, q: Array, v: Array) -> Array:
+        """Return the power each element that rubs turns into heat, shape (n, rubbing) [W]."""
+        powers = []
+        for state in zip(t.tolist(), q, v, strict=True):
+            terms, forces = self.forces(*state)
+            powers.append([-forces[rows] @ terms.rates[rows] for rows in self.rubbing.values()])
+        return np.array(powers).reshape(len(t), -1)
 
     def margins(self, t: float, q: Array, v: Array) -> Array:
         """Return what each element has left, shape (elements, 2)."""

@@ -470,6 +470,12 @@ class Maker:
 
 def refuse(mechanism: Mechanism) -> None:
     """Refuse a mechanism for which a page cannot have a program."""
+    if mechanism.switching:
+        names = ", ".join(element.name for element in mechanism.switching)
+        raise DerivationError(
+            f"which mode follows where {names} switches is found in Python alone; for other values "
+            "simulate there and export again"
+        )
     if mechanism.nv > MOST_VELOCITIES:
         raise DerivationError(f"a program for {mechanism.nv} velocities would be too long")
     for signal in mechanism.inputs:
@@ -504,6 +510,7 @@ def computed_scene(
 ) -> Scene:
     """Return the scene of a motion with its engine; without one, the page says why."""
     try:
+        refuse(motion.described)
         first = equations[0] if equations else derive(motion.mechanism)
         scene, maker = equip(motion, document, actions, first)
         verdict = add_row(document.verdict, judge_page(maker))

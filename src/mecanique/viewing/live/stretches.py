@@ -138,7 +138,7 @@ class Stretches:
                 speed = self._speed()
                 self._motion = compute(
                     self._check,
-                    mechanism=last.mechanism,
+                    mechanism=last.described,
                     q=last.q[-1],
                     v=last.v[-1],
                     t0=t0,

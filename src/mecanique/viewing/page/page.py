@@ -49,6 +49,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
         "live": live,
         "engine": engine and {**asdict(engine), "script": ""},
         "breaks": list(map(asdict, scene.breaks)),
+        "modes": list(map(asdict, scene.modes)),
         "inspection": scene.inspection and _inspection(scene.inspection),
     }
     viewer, style, script = _viewer(), read_asset("page.css"), join_scripts()

@@ -16,6 +16,7 @@ from xml.etree.ElementTree import Element
 
 from mecanique.derivation.printing.prose import to_html
 from mecanique.safe_xml import XmlRefusedError, tree_of
+from mecanique.viewing.scene.from_motion import LOST, explain_loss
 from mecanique.viewing.scene.inspection import Inspection, Note, Slider
 from mecanique.viewing.scene.scene import (
     Derivation,
@@ -60,7 +61,7 @@ def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
         ("plots", "Plots", lambda: _fragment("plots")),
         ("parameters", "Parameters", lambda: write_parameters(scene, live)),
         ("forces", "Forces", lambda: _forces(scene)),
-        ("ledger", "Virtual work", lambda: _ledger(scene)),
+        ("ledger", "Virtual work", lambda: _ledger(scene) + _energy(scene)),
         ("verdict", "Verdict", lambda: _verdict(scene)),
         ("urdf", "URDF", lambda: _urdf(scene)),
     ]
@@ -106,6 +107,20 @@ def _forces(scene: Scene) -> str:
     undetermined = scene.document.undetermined
     notes = "".join(f'<p class="note">{escape(note)}</p>' for note in undetermined)
     return _fragment("forces", hint=hint, notes=notes)
+
+
+def _energy(scene: Scene) -> str:
+    lost = [curve.name for curve in scene.series if curve.name.startswith(LOST)]
+    if not lost:
+        return ""
+    rows = ""
+    for name in ("energy kinetic", "energy potential", *lost):
+        kind = name.removeprefix("energy ")
+        if name in lost:
+            kind = explain_loss(name.removeprefix(LOST))
+        cell = f'<td class="number" data-series="{escape(name)}"></td>'
+        rows += f'<tr><th scope="row" class="words">{escape(kind)}</th>{cell}</tr>'
+    return _fragment("energy", rows=rows)
 
 
 def _ledger(scene: Scene) -> str:
@@ -282,8 +297,9 @@ def _derivation(derivation: Derivation) -> str:
     steps = '<button type="button" data-steps>Step by step</button>'
     if len(derivation.blocks) < _FEW_STEPS:
         steps = ""
+    opened = "" if any(block.final for block in derivation.blocks) else " open"
     return (
-        f'<details class="part derivation"><summary>{title}</summary>'
+        f'<details class="part derivation"{opened}><summary>{title}</summary>'
         f'<div class="bar">{steps}</div>{blocks}</details>'
     )
 

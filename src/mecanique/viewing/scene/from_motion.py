@@ -11,7 +11,7 @@ from mecanique.model.mechanism_units import per_second, units
 from mecanique.model.quaternions import from_matrices
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.motion import Motion
-from mecanique.motion.record.events import break_names
+from mecanique.motion.record.events import Occurrence, break_names
 from mecanique.viewing.scene.drawn import (
     Spot,
     bodies_of,
@@ -21,7 +21,17 @@ from mecanique.viewing.scene.drawn import (
     tips_of,
     title_of,
 )
-from mecanique.viewing.scene.scene import Arrow, Break, Floats, Line, Plot, Scene, SceneText, Trace
+from mecanique.viewing.scene.scene import (
+    Arrow,
+    Break,
+    Floats,
+    Line,
+    ModeStrip,
+    Plot,
+    Scene,
+    SceneText,
+    Trace,
+)
 from mecanique.viewing.scene.texts import letter
 
 FEW_COORDINATES = 4
@@ -32,6 +42,9 @@ MOST_JOINTS = 30
 
 ENERGIES = {"kinetic": "T", "potential": "V", "total": "T + V", "work": "work of forces"}
 """How each energy is written."""
+
+LOST = "energy lost, "
+"""What the name of a curve of energy lost by friction or impacts begins with."""
 
 
 def curves_of(motion: Motion, *, complete: bool = False) -> tuple[Plot, ...]:
@@ -62,6 +75,16 @@ def _energies(motion: Motion, *, shown: bool) -> Iterator[Plot]:
         values = getattr(energy, name)
         plotted = shown and name != "work"
         yield Plot(f"energy {name}", label, "J", values, "Energies", shown=plotted)
+    if motion.corners is not None:
+        for name, lost in motion.losses().items():
+            yield Plot(f"{LOST}{name}", explain_loss(name), "J", lost, "Energies", shown=shown)
+
+
+def explain_loss(name: str) -> str:
+    """Return what took an energy, in words, from its name in `Motion.losses`."""
+    element, _, what = name.rpartition(": ")
+    words = "heat of friction" if what == "friction" else f"lost by {what}"
+    return f"{words}, {element}"
 
 
 def _guide_forces(motion: Motion) -> Iterator[Plot]:
@@ -114,6 +137,7 @@ def scene_of(
         document=SceneText() if document is None else document,
         planar=_planar(poses) and _stays_planar(mechanism, poses[0], at),
         breaks=tuple(_breaks(motion)),
+        modes=tuple(_strips(motion)),
     )
 
 
@@ -123,6 +147,26 @@ def _breaks(motion: Motion) -> Iterator[Break]:
     for event in motion.events:
         if event.name in names:
             yield Break(event.name, float(event.t))
+
+
+def _strips(motion: Motion) -> Iterator[ModeStrip]:
+    """The states of each element that switches."""
+    for element in motion.described.switching if motion.modes else ():
+        spans: list[tuple[float, float, str]] = []
+        for mode in motion.modes:
+            state = mode.states[element.name]
+            begin = mode.begin
+            if spans and spans[-1][2] == state:
+                begin = spans.pop()[0]
+            spans.append((begin, mode.end, state))
+        struck = [event.t for event in motion.events if _strikes(event, element.name)]
+        yield ModeStrip(element.name, tuple(spans), tuple(struck))
+
+
+def _strikes(event: Occurrence, name: str) -> bool:
+    """Return whether an event is an impact in which an element takes part."""
+    together, _, what = event.name.rpartition(": ")
+    return what == "impact" and name in together.split(", ")
 
 
 def actions_of(motion: Motion) -> tuple[Action, ...]:

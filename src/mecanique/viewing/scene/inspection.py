@@ -112,7 +112,6 @@ def inspection_of(
     mechanism: Mechanism, findings: Sequence[Finding], q: Array | None = None
 ) -> Inspection:
     """Return the inspection of a mechanism."""
-    mechanism.refuse_switching("inspections do")
     start = mechanism.neutral() if q is None else q
     sliders = tuple(_sliders(mechanism, start))
     return Inspection(

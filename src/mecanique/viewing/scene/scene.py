@@ -293,6 +293,16 @@ class Break:
 
 
 @final
+@dataclass(frozen=True)
+class ModeStrip:
+    """The states an element that switches went through."""
+
+    name: str
+    spans: tuple[tuple[float, float, str], ...]  # begin and end [s], and the state between
+    impacts: tuple[float, ...] = ()  # when it was struck [s]
+
+
+@final
 @dataclass(frozen=True, eq=False)
 class SceneFrame:
     """A scene at one instant."""
@@ -328,6 +338,7 @@ class Scene:
     engine: PageProgram | None = None
     inspection: Inspection | None = None
     breaks: tuple[Break, ...] = ()
+    modes: tuple[ModeStrip, ...] = ()
 
     def __post_init__(self) -> None:
         n, nb = np.size(self.t), len(self.bodies)

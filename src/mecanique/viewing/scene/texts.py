@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from typing import Any
+from xml.dom.minidom import parseString
 
 import numpy as np
 
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.switching import Modes, derive_modes, force_symbol
 from mecanique.errors import MecaniqueError
 from mecanique.figure.draw import figure_text
 from mecanique.model.constraints.contacts import SPEAKING
+from mecanique.model.constraints.friction import Friction, Stop
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.mechanism_units import units
+from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.analysis.forces import TOGETHER, Action
 from mecanique.motion.motion import Motion
 from mecanique.textbook import entry
@@ -44,9 +48,10 @@ def document_of(
     equations: Sequence[Equations],
     verdict: Verdict | None,
     actions: Sequence[Action],
+    modes: Modes | None = None,
 ) -> SceneText:
     """Return the texts of a motion's page."""
-    mechanism: Mechanism = motion.mechanism
+    mechanism: Mechanism = motion.described
     # other methods have reactions among their symbols, which the equations of motion have not
     symbolic = [derived.document for derived in equations if derived.symbolic]
     lists = [derived.symbols() for derived in symbolic]
@@ -58,9 +63,9 @@ def document_of(
         about=symbolic[0].introduction if symbolic else " ".join(about),
         source=known.source if known else "",
         figure=_figure(motion),
-        symbols=min(lists, key=len) if lists else _symbols_of(equations),
+        symbols=min(lists, key=len) if lists else _symbols_of(mechanism, equations),
         method=method,
-        derivations=tuple(derivation_of(derived) for derived in equations),
+        derivations=tuple(_derivations(mechanism, equations, modes)),
         verdict=table_of(verdict) if verdict is not None else VerdictTable(),
         parameters=tuple(_parameters(mechanism)),
         initial=tuple(_initial(motion)),
@@ -74,7 +79,7 @@ def document_of(
 
 def _figure(motion: Motion) -> str:
     """The system at the start as a line figure; nothing if it cannot be drawn."""
-    mechanism = motion.mechanism
+    mechanism = motion.described
     start = dict(zip(mechanism.coordinates, motion.q[0].tolist(), strict=True))
     try:
         return figure_text(mechanism, start)
@@ -109,10 +114,61 @@ def derivation_of(equations: Equations) -> Derivation:
     return Derivation(equations.document.title, tuple(blocks), equations.latex())
 
 
-def _symbols_of(equations: Sequence[Equations]) -> tuple[tuple[str, str], ...]:
+def _derivations(
+    mechanism: Mechanism, equations: Sequence[Equations], modes: Modes | None
+) -> Iterator[Derivation]:
+    yield from map(derivation_of, equations)
+    if not mechanism.switching:
+        return
+    title = "Equations of motion in each mode"
+    try:
+        modes = modes or derive_modes(mechanism)
+    except MecaniqueError as error:
+        yield Derivation(title, (DerivationStep("", "", f"They are not written out: {error}."),))
+        return
+    blocks = []
+    for mode in modes.modes:
+        heading = ", ".join(f"{name} {state}" for name, state in mode.states.items())
+        solved = mode.accelerations | mode.forces
+        formulas = [_equation(name, value) for name, value in solved.items()]
+        # conditions stand below the last of a mode's equations
+        notes = [""] * (len(formulas) - 1) + ["; ".join(mode.conditions)]
+        for formula, note in zip(formulas or [""], notes or [""], strict=True):
+            blocks.append(DerivationStep(heading, formula, note))
+            heading = ""
+    yield Derivation(title, tuple(blocks))
+
+
+def _equation(name: str, value: Any) -> str:
+    """A symbol and what it is equal to, in MathML."""
+    from sympy.printing.mathml import MathMLPresentationPrinter
+
+    printer = MathMLPresentationPrinter()
+    # letters and primes as in the equations of other mechanisms
+    printer._print_Symbol = lambda symbol: parseString(letter(symbol.name)).documentElement
+    return f"<mrow>{letter(name)}<mo>=</mo>{printer.doprint(value)}</mrow>"
+
+
+def _symbols_of_modes(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
+    for parameter in mechanism.parameters:
+        meaning = parameter.meaning or "a parameter"
+        yield letter(parameter.symbol), add_unit(meaning, parameter.unit)
+    for element in mechanism.switching:
+        if not isinstance(element, Friction):
+            yield letter(force_symbol("N", element)), f"force by which {element.name} presses"
+        if not isinstance(element, Stop):
+            sign = "R" if isinstance(element, Friction) else "T"
+            yield letter(force_symbol(sign, element)), f"friction of {element.name}"
+
+
+def _symbols_of(
+    mechanism: Mechanism, equations: Sequence[Equations]
+) -> tuple[tuple[str, str], ...]:
     """The symbols of equations that are a list of results, by Lagrange's method if there."""
     from mecanique.generation.writing.recursion import write_recursion
 
+    if mechanism.switching:
+        return tuple(_symbols_of_modes(mechanism))
     for equations_ in sorted(equations, key=lambda one: one.method != "lagrange"):
         with suppress(MecaniqueError):
             return write_recursion(equations_).symbols()

@@ -16,6 +16,7 @@ import {
   wireTooltip,
 } from "./panels/controls.js";
 import { LiveClock } from "./clock/live.js";
+import { ModeStrips } from "./clock/strips.js";
 import { Loop } from "./clock/loop.js";
 import { Hand } from "./picture/hand.js";
 import { Anatomy } from "./inspection/anatomy.js";
@@ -35,7 +36,7 @@ import { describeBreaks } from "./studies/holding.js";
 import { Sketch, UNSEEN } from "./sketch/sketch.js";
 import { Sections } from "./studies/sections.js";
 import { Setup, describeLimits } from "./panels/setup.js";
-import { ForceTable, LedgerTable } from "./panels/tables.js";
+import { EnergyTable, ForceTable, LedgerTable } from "./panels/tables.js";
 import { reach, wireSave, wireTabs } from "./panels/tabs.js";
 import { layoutOf, openParcel, Table, unpack } from "./data/unpack.js";
 
@@ -161,6 +162,8 @@ async function build({ scene, layout, table, live, clock, parts }) {
   const bars = new EnergyBars(scene, layout);
   bars.survey(table);
   const tables = [new LedgerTable(scene, layout), forces, bars];
+  tables.push(new EnergyTable(scene, layout, table));
+  if (!live) tables.push(new ModeStrips(scene, clock));
 
   const inspection = wireInspection(picture);
   wirePicture(picture, forces, transport, bars, inspection);

@@ -1,4 +1,4 @@
-// Numbers at the present instant: the ledger of virtual work, and all forces on one body.
+// Numbers at the present instant: ledgers of virtual work and of energy, all forces on one body.
 
 import { colorOf } from "../picture/arrows.js";
 import { balance, totalWork } from "./balance.js";
@@ -32,6 +32,28 @@ export class LedgerTable {
         line.cells[c + HEADS].textContent = measure(work[r * this.count + c]);
     });
     totalWork(work, this.count).forEach((text, c) => (this.sums[c].textContent = text));
+  }
+}
+
+// Energies now, with what friction and impacts took, beside what there was and what came.
+export class EnergyTable {
+  constructor(scene, layout, table) {
+    const column = (name) => layout.series + scene.series.findIndex((each) => each.name === name);
+    const cells = [...document.querySelectorAll("#energy-table [data-series]")];
+    this.rows = cells.map((place) => ({ place, column: column(place.dataset.series) }));
+    this.sums = document.querySelectorAll("#energy-table tfoot td");
+    this.work = column("energy work");
+    this.lost = this.rows.slice(2); // after kinetic and potential energy
+    this.start = this.rows.length ? table.value(0, column("energy total")) : 0;
+  }
+
+  show(row) {
+    if (!this.rows.length) return;
+    const sum = (rows) => rows.reduce((total, { column }) => total + row[column], 0);
+    for (const { place, column } of this.rows) place.textContent = measure(row[column]);
+    this.sums[0].textContent = measure(sum(this.rows));
+    // the work of all that has no potential includes what friction and impacts take
+    this.sums[1].textContent = measure(this.start + row[this.work] + sum(this.lost));
   }
 }
 

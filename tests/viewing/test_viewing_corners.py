@@ -1,0 +1,161 @@
+"""Motions with corners on a page: played, with modes and losses named."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from viewing_browser import Visit
+
+import mecanique as mq
+from mecanique.motion.motion import Motion
+from mecanique.textbook import entry, load
+from mecanique.viewing.live.stretches import Stretches
+from mecanique.viewing.live.view import begin
+from mecanique.viewing.scene.inspection import inspection_of
+from mecanique.viewing.scene.scene import ModeStrip
+from mecanique.viewing.show import scene
+
+
+def move(name: str, duration: float | None = None, **parameters: float) -> Motion:
+    """Simulate a textbook system from its usual start."""
+    system = entry(name)
+    v = {rate.removesuffix("'"): value for rate, value in system.start_velocity.items()}
+    mechanism = load(name, **parameters)
+    return mq.simulate(mechanism, q=dict(system.start), v=v, duration=duration or system.duration)
+
+
+def test_losses_are_what_the_energy_lacks() -> None:
+    oscillator = move("dry_oscillator")
+    lost = oscillator.losses()
+    energy = oscillator.energy()
+    assert list(lost) == ["dry: friction"]
+    assert lost["dry: friction"] == pytest.approx(energy.total[0] - energy.total, abs=1e-10)
+    ball = move("bouncing_ball")
+    energy = ball.energy()
+    total = sum(ball.losses().values())
+    assert total == pytest.approx(energy.total[0] - energy.total, abs=1e-9)
+    assert "floor: impact: " in ball.summary()
+
+
+def test_a_moving_belt_does_work_and_heats() -> None:
+    motion = move("stick_slip")
+    belt = motion.losses()["belt: friction"]
+    # what slips heats whichever way the block moves, though the belt feeds it
+    assert np.all(np.diff(belt) > -1e-12)
+    # the impulse of friction is m Δx' + k ∫ x dt; times the belt's speed it is the belt's work
+    p = motion.mechanism.values
+    t = np.linspace(0.0, 10.0, 20_001)
+    x = motion(t).q[:, 0]
+    impulse = p["m"] * (motion["x'"][-1] - motion["x'"][0]) + p["k"] * np.trapezoid(x, t)
+    total = motion.energy().total
+    assert belt[-1] == pytest.approx(p["v"] * impulse - (total[-1] - total[0]), rel=1e-6)
+    spans = [span for span in motion.modes if span.states["belt"] == "sticks"]
+    at_ends = motion.losses([spans[1].begin, spans[1].end])["belt: friction"]
+    assert at_ends[1] - at_ends[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_scene_has_a_strip_for_each_element() -> None:
+    ladder = scene(move("ladder", 0.9), equations=(), verdict=None)
+    floor, wall = ladder.modes
+    assert floor == ModeStrip("floor", ((0.0, 0.9, "closed"),))
+    assert [state for _, _, state in wall.spans] == ["closed", "open"]
+    assert wall.spans[0][1] == wall.spans[1][0]
+    (strip,) = scene(move("pendulum_with_stop"), equations=(), verdict=None).modes
+    assert len(strip.impacts) == 7
+    assert scene(move("two_blocks", 0.1), equations=(), verdict=None).modes == ()
+
+
+def test_a_page_names_modes_with_their_equations_and_says_what_it_leaves_to_python() -> None:
+    motion = move("stick_slip", 1.0)
+    document = scene(motion).document
+    (modes,) = document.derivations
+    headings = [block.heading for block in modes.blocks if block.heading]
+    assert headings == ["belt sticks", "belt slips +", "belt slips -"]
+    assert any("sticks if |k x/(g m)|" in block.note for block in modes.blocks)
+    assert document.verdict.agrees
+    assert "belt" in document.urdf
+    assert "R_belt" not in document.figure
+    assert "which mode follows where belt switches is found in Python alone" in document.recorded
+    derived = scene(motion, mq.derive_modes(motion.described)).document.derivations
+    assert derived == document.derivations
+    many = tuple(mq.Friction(f"dry{k}", "slide", 0.1, 1.0) for k in range(5))
+    block = mq.Mechanism(
+        "block",
+        (mq.Body("ground"), mq.Body("block", mq.box(1.0, (0.1, 0.1, 0.1)))),
+        (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        switching=many,
+    )
+    (left_out,) = scene(mq.simulate(block, v={"x": 1.0}, duration=0.1)).document.derivations
+    assert "They are not written out: mechanism 'block' has 243 modes" in left_out.blocks[0].note
+
+
+def test_what_switches_is_drawn_and_inspected_like_any_mechanism() -> None:
+    ball = load("bouncing_ball")
+    assert "<svg" in mq.picture(ball).svg
+    assert [slider.name for slider in inspection_of(ball, ()).sliders] == ["z"]
+
+
+def test_a_live_view_streams_what_its_page_cannot_compute() -> None:
+    mechanism = load("dry_oscillator")
+    assert begin(mechanism, None, None, np.inf, 1e-10, 1.0) is None
+    first = move("dry_oscillator", 0.2)
+    last = list(Stretches(first, 2.0))[-1]
+    (x,) = [curve for curve in last.series if curve.name == "x"]
+    assert x.values[-1] == pytest.approx(-0.0019, abs=1e-4)
+
+
+SHOWN = """() => [...document.querySelectorAll("#strips .strip")].map((row) => [
+    row.querySelector("span").textContent,
+    row.querySelectorAll("b").length,
+    row.querySelectorAll("u").length,
+    row.querySelector("output").textContent,
+    parseFloat(row.querySelector("i").style.left)])"""
+
+
+def test_a_page_plays_a_ball_that_bounces_to_rest(show: Callable[..., Visit]) -> None:
+    motion = move("bouncing_ball")
+    seen = show(scene(motion))
+    impacts = sum(event.impact for event in motion.events)
+    seen.seek(2.0)
+    assert seen.js(SHOWN) == [["floor", 2, impacts, "open", 40.0]]
+    seen.seek(4.5)
+    assert seen.js(SHOWN)[0][3] == "closed"
+    place = motion.poses(4.5)[1, :3, 3]
+    assert seen.body(1)[:3] == pytest.approx(place, abs=1e-3)
+    seen.page.click("#tab-ledger")
+    rows: dict[str, Any] = dict(
+        seen.js(
+            "[...document.querySelectorAll('#energy-table tr')].map((row) => "
+            "[row.cells[0].textContent, row.cells[1].textContent])"
+        )
+    )
+    lost = float(motion.losses([4.5])["floor: impact"][0])
+    assert float(rows["lost by impact, floor"]) == pytest.approx(lost, rel=1e-3)
+    assert rows["Sum"] == rows["At the start, and work of drives and other loads since"]
+    # a click on the strip moves the clock
+    seen.page.click("#strips .track", position={"x": 3, "y": 5})
+    assert seen.js("mecanique.clock.time") < 0.3
+    # and the page plays on from there
+    before = seen.js("mecanique.clock.time")
+    seen.page.click("#play")
+    seen.until(f"mecanique.clock.time > {before}")
+    seen.page.click("#tab-parameters")
+    assert "computes no other: which mode follows where floor" in seen.page.inner_text(
+        "#panel-parameters"
+    )
+    seen.clean()
+
+
+def test_strips_fit_a_phone(show: Callable[..., Visit]) -> None:
+    seen = show(scene(move("stick_slip")), viewport={"width": 390, "height": 844})
+    seen.seek(5.0)
+    (row,) = seen.js(SHOWN)
+    assert row[1] == 25
+    assert seen.js("document.documentElement.scrollWidth") <= 390
+    box = seen.page.locator("#strips .track").bounding_box()
+    assert box is not None
+    assert box["width"] > 200
+    seen.clean()
