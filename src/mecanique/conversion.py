@@ -123,7 +123,7 @@ def convert(
     worst = _difference(mechanism, result, states, seed, whole=not lost)
     installed = [name for name in _ENGINES[form] if find_spec(name) is not None]
     bare = result if form == "MJCF" else _without_rotors(result)
-    readings = read_text_by(bare, text, installed, seed)
+    readings = read_text_by(replace(bare, switching=()), text, installed, seed)
     return Conversion(form, text, lost, worst, states, readings)
 
 
@@ -191,6 +191,7 @@ def _comparable(mechanism: Mechanism, *, whole: bool) -> Mechanism:
         contacts=(),
         velocity_constraints=(),
         elements=(),
+        switching=(),
         **given,
     )
 

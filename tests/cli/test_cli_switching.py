@@ -33,9 +33,41 @@ def test_derive_prints_every_mode_with_its_condition(block: str) -> None:
     assert done.exit_code == 0
     assert "dry slips -, wall open:\n  slide'' = 1.962\n" in done.output
     assert "never, as N_wall would be -1.962" in done.output
-    refused = CliRunner().invoke(app, ["derive", block, "--steps"])
-    assert refused.exit_code == 2
-    assert "its modes are written as text by Lagrange" in refused.output
+    for options in (["--steps"], ["--routh"], ["--in", "slide"], ["--method", "all"]):
+        refused = CliRunner().invoke(app, ["derive", block, *options])
+        assert refused.exit_code == 2
+        assert "its modes are written as text by Lagrange" in refused.output
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["code", "-o", "made"], "code is generated where one mode holds"),
+        (
+            ["check", "slide'' = 0"],
+            "a formula is checked where the equations are those of one mode",
+        ),
+        (["linearize"], "small motions are those of one mode, as long as it holds"),
+        (["inertial", "--latitude", "48"], "what follows on the turning earth is not looked for"),
+    ],
+)
+def test_what_takes_one_mode_alone_says_why(words: list[str], said: str, block: str) -> None:
+    command, *options = words
+    done = CliRunner().invoke(app, [command, block, *options])
+    assert done.exit_code == 2
+    assert said in done.output
+    assert "elements that switch, 'dry', 'wall': " in done.output
+
+
+def test_convert_writes_what_switches_and_lists_what_mjcf_lacks(block: str, tmp_path: Path) -> None:
+    written = tmp_path / "again.urdf"
+    done = CliRunner().invoke(app, ["convert", block, "-o", str(written)])
+    assert done.exit_code == 0, done.output
+    assert len(mq.read_urdf(written).switching) == 2
+    done = CliRunner().invoke(app, ["convert", block, "-o", str(tmp_path / "block.xml")])
+    assert done.exit_code == 0, done.output
+    assert "dry" in done.output
+    assert "wall" in done.output
 
 
 def test_run_derives_verifies_simulates_and_writes_a_page(block: str, tmp_path: Path) -> None:

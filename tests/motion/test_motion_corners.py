@@ -250,8 +250,14 @@ def test_the_balls_of_newtons_cradle_pass_the_momentum_on() -> None:
 def test_what_treats_no_elements_that_switch_names_them() -> None:
     block = slider(mq.Friction("dry", "slide", 0.1, G))
     for ask in (mq.derive, mq.Reference, mq.linearize):
-        with pytest.raises(mq.MecaniqueError, match="elements that switch, 'dry'"):
+        with pytest.raises(mq.MecaniqueError, match="elements that switch, 'dry': "):
             ask(block)
+    with pytest.raises(mq.InputError, match="as mq.derive_modes writes them; leave them out by"):
+        mq.derive(block)
+    with pytest.raises(mq.InputError, match="a formula is checked where the equations are those"):
+        mq.check(block, "m x'' = 0")
+    with pytest.raises(mq.InputError, match="what follows on the turning earth is not looked for"):
+        mq.inertial_check(block, mq.simulate(block, v=[1.0], duration=0.1), 0.8)
     with pytest.raises(mq.InputError, match="method 'taylor' passes no corners"):
         mq.simulate(block, duration=1.0, method="taylor")
 

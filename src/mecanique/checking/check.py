@@ -79,6 +79,10 @@ def check(
         >>> mq.check(mq.textbook.load('simple_pendulum'), "q'' + g/l sin q = 0").right
         True
     """
+    mechanism.refuse_switching(
+        "a formula is checked where the equations are those of one mode; mq.derive_modes writes "
+        "those of each"
+    )
     return _checker(mechanism, seed).check(text, ask, let)
 
 

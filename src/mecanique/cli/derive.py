@@ -72,7 +72,14 @@ def derive(
         raise click.BadParameter("expected one of --routh, --in or --solve, --units, --method")
     form, steps = ("latex" if document else form), steps or document
     with working("Deriving the equations of motion"):
-        if routh:
+        if chosen.mechanism.switching:
+            if routh or reduced or units or steps or form != "text" or method != "lagrange":
+                raise mq.InputError(
+                    f"mechanism {chosen.mechanism.name!r} has elements that switch: its modes are "
+                    "written as text by Lagrange's method alone; expected no other option than -p"
+                )
+            text = str(mq.derive_modes(chosen.mechanism))
+        elif routh:
             text = getattr(mq.routh(chosen.mechanism), form)(steps=steps)
         elif reduced:
             text = solution(chosen.mechanism, alone or "", form, steps)
@@ -133,6 +140,9 @@ def code(
 
     A comparison test is written alongside. -q and -v apply to FMUs only.
     """
+    chosen.mechanism.refuse_switching(
+        "code is generated where one mode holds; mecanique simulate moves it"
+    )
     with working(f"Writing and running {target}"):
         made = mq.generate(
             mq.derive(chosen.mechanism),
@@ -164,8 +174,6 @@ def derivation(
     mechanism: mq.Mechanism, method: str, form: Form, steps: bool, *, units: bool = False
 ) -> str:
     """Return the equations of motion by one method, with what each symbol means."""
-    if mechanism.switching:
-        return modes(mechanism, method, form, units or steps)
     equations = mq.derive(mechanism, method=method)
     if not equations.legible:
         if equations.symbolic:
@@ -185,24 +193,12 @@ def derivation(
     return closed_form
 
 
-def modes(mechanism: mq.Mechanism, method: str, form: Form, more: bool) -> str:
-    """Return the equations of every mode of a mechanism with elements that switch."""
-    if method != "lagrange" or form != "text" or more:
-        raise mq.InputError(
-            f"mechanism {mechanism.name!r} has elements that switch; expected no --method, "
-            "--format, --steps, --units or --document, as its modes are written as text by Lagrange"
-        )
-    return str(mq.derive_modes(mechanism))
-
-
 def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     """Return the derivations by all methods with every step, and whether they agree."""
     from mecanique.derivation import readable
     from mecanique.derivation.methods import agreement
     from mecanique.derivation.printing.prose import to_latex
 
-    if mechanism.switching:
-        return modes(mechanism, "all", form, more=True)
     shortest = mq.derive(mechanism)
     if shortest.symbolic and not shortest.legible:  # the others are longer and take minutes
         return derivation(mechanism, shortest.method, form, steps=True)

@@ -228,7 +228,7 @@ def inertial(
 
     motion = simulate_motion(chosen, duration, 1e-10)
     with working("Repeating the motion on the rotating earth"):
-        check = mq.inertial_check(motion.mechanism, motion, math.radians(latitude), facing=facing)
+        check = mq.inertial_check(chosen.mechanism, motion, math.radians(latitude), facing=facing)
     say(inertial_figures(check) if as_json else str(check))
 
 

@@ -68,7 +68,9 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
     """
     if method not in METHODS:
         raise UnknownNameError("method", method, METHODS)
-    mechanism.refuse_switching("derivations by themselves (ask for mq.derive_modes) do")
+    mechanism.refuse_switching(
+        "its equations differ from mode to mode, as mq.derive_modes writes them"
+    )
     chosen = METHODS[method]
     refuse_misfits(mechanism)
     return Equations(

@@ -260,6 +260,7 @@ def inertial_check(
         >>> mq.inertial_check(pendulum, motion, latitude=0.8).inertial
         True
     """
+    mechanism.refuse_switching("what follows on the turning earth is not looked for")
     turned = on_turning_earth(mechanism, latitude, facing=facing, rate=rate)
     tolerance = finite(tolerance, "the tolerance")
     if not tolerance > 0:

@@ -520,7 +520,9 @@ def verify(
     if against is not None:
         from mecanique.verification.against import compare_with
 
-        mechanism.refuse_switching("a comparison with another source does")
+        mechanism.refuse_switching(
+            "its modes are compared with Pinocchio alone, not with another source"
+        )
         return compare_with(mechanism, against, samples, seed, tolerance or TOLERANCE, header)
     if mechanism.switching:
         from mecanique.verification.modes import compare_modes

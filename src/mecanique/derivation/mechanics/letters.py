@@ -56,7 +56,7 @@ class Letters:
         open: Collection[str] = (),  # noqa: A002
         most: float = inf,
     ) -> None:
-        mechanism.refuse_switching("generated programs do")
+        mechanism.refuse_switching("programs are written for one mode alone")
         self.mechanism = mechanism
         self.tape = Tape(most=most)
         self.arithmetic = arithmetic_on(self.tape)

@@ -46,11 +46,11 @@ class Description:
     origin: Origin | None = field(default=None, compare=False, repr=False)
     about: str = field(default="", compare=False)
 
-    def refuse_switching(self, what: str) -> None:
+    def refuse_switching(self, why: str) -> None:
         """Raise if it has elements that switch, which something does not treat.
 
         Args:
-            what: does not treat them, in words.
+            why: in words, what is treated instead, or with what else to ask.
 
         Raises:
             InputError: naming the elements.
@@ -58,8 +58,8 @@ class Description:
         if self.switching:
             names = ", ".join(repr(element.name) for element in self.switching)
             raise InputError(
-                f"mechanism {self.name!r} has elements that switch, {names}, which {what} not "
-                "treat yet; leave them out by dataclasses.replace(mechanism, switching=())"
+                f"mechanism {self.name!r} has elements that switch, {names}: {why}; leave them out "
+                "by dataclasses.replace(mechanism, switching=())"
             )
 
     @cached_property

@@ -77,6 +77,7 @@ def linearize(
     """
     t = finite(t, "the time t")
     refuse_rolling(mechanism)
+    mechanism.refuse_switching("small motions are those of one mode, as long as it holds")
     described = mechanism
     if at is not None and near is not None:
         raise InputError("expected either at or near, got both")

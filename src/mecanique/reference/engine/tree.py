@@ -106,7 +106,7 @@ class Tree:
     def __init__(self, mechanism: Mechanism) -> None:
         pin = engine_package()
 
-        mechanism.refuse_switching("the reference does")
+        mechanism.refuse_switching("a Reference answers for one mode alone")
         self.mechanism = mechanism
         self.engine = load(mechanism)
         self.chart = Chart(mechanism, self.engine)
