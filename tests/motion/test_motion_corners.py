@@ -252,7 +252,7 @@ def test_what_treats_no_elements_that_switch_names_them() -> None:
     for ask in (mq.derive, mq.Reference, mq.linearize):
         with pytest.raises(mq.MecaniqueError, match="elements that switch, 'dry': "):
             ask(block)
-    with pytest.raises(mq.InputError, match="as mq.derive_modes writes them; leave them out by"):
+    with pytest.raises(mq.InputError, match=r"as mq\.derive_modes writes them; leave them out by"):
         mq.derive(block)
     with pytest.raises(mq.InputError, match="a formula is checked where the equations are those"):
         mq.check(block, "m x'' = 0")
