@@ -180,8 +180,8 @@ def _set_up(
     if isinstance(shown, Mechanism):
         position = posture(shown) if q is None else shown.position(q)
         instant = 0.0 if t is None else float(t)
-        # friction, stops and contacts that open have no sign of their own
-        shown = replace(shown, switching=())
+        if shown.switching:  # friction, stops and contacts that open have no sign of their own
+            shown = replace(shown, switching=())
         return setting(shown, Reference.of(shown), position, np.zeros(shown.nv), instant, extent)
     raise InputError(f"expected a Motion or a Mechanism, got {type(shown).__name__}")
 
