@@ -20,19 +20,12 @@ _SHOWN = 3
 @final
 @dataclass(frozen=True, repr=False)
 class Cause(Legible):
-    """A mistake that explains a wrong formula.
+    """A mistake that explains a wrong formula."""
 
-    Args:
-        kind: kind of the mistake, e.g. "sign".
-        text: the mistake in words.
-        part: the part of the formula, as it was written; empty if it is missing.
-        equation: number of the equation, from 1; 0 for all.
-    """
-
-    kind: str
-    text: str
-    part: str = ""
-    equation: int = 0
+    kind: str  # kind of the mistake, e.g. "sign"
+    text: str  # the mistake in words
+    part: str = ""  # the part of the formula, as it was written; empty if it is missing
+    equation: int = 0  # number of the equation, from 1; 0 for all
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data."""
@@ -50,21 +43,13 @@ class Cause(Legible):
 @final
 @dataclass(frozen=True)
 class Line:
-    """The verdict on one submitted equation or formula.
+    """The verdict on one submitted equation or formula."""
 
-    Args:
-        text: the line as it was written.
-        outcome: whether it is right.
-        worst: the largest difference relative to the size of its terms.
-        forms: deviations of a right one from the requested form.
-        causes: possible causes of a wrong one, the likeliest first; several may give the same
-            formula.
-    """
-
-    text: str
-    outcome: Outcome
-    worst: float
-    forms: tuple[str, ...] = ()
+    text: str  # the line as it was written
+    outcome: Outcome  # whether it is right
+    worst: float  # the largest difference relative to the size of its terms
+    forms: tuple[str, ...] = ()  # deviations of a right one from the requested form
+    # possible causes of a wrong one, the likeliest first; several may give the same formula
     causes: tuple[Cause, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:

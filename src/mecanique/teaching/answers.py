@@ -29,27 +29,17 @@ _LONGEST_TEXT, _LONGEST_TABLE = 80_000, 1_000_000
 @final
 @dataclass(frozen=True)
 class Submission:
-    """What a student handed in.
+    """What a student handed in."""
 
-    Args:
-        student: the name, of the folder or of the table.
-        texts: the answers, by question.
-        faults: why an answer cannot be read, by question.
-        fault: why none can, or "".
-    """
-
-    student: str
-    texts: dict[str, str] = field(default_factory=dict)
+    student: str  # the name, of the folder or of the table
+    texts: dict[str, str] = field(default_factory=dict)  # the answers, by question
+    # why an answer cannot be read, by question
     faults: dict[str, str] = field(default_factory=dict)
-    fault: str = ""
+    fault: str = ""  # why none can, or ""
 
 
 def read_table(path: Path) -> dict[str, Any]:
-    """Return what a TOML or JSON file holds.
-
-    Raises:
-        InputError: if it cannot be read.
-    """
+    """Return what a TOML or JSON file holds."""
     text = _read(path, _LONGEST_TABLE)
     try:
         if path.suffix.lower() == ".json":
@@ -66,15 +56,7 @@ def read_table(path: Path) -> dict[str, Any]:
 
 
 def collect(folder: Path, questions: Sequence[str]) -> list[Submission]:
-    """Return what each student handed in, in the order of their names.
-
-    Args:
-        folder: with a folder or a table for each student.
-        questions: their names.
-
-    Raises:
-        InputError: if there is no such folder.
-    """
+    """Return what each student handed in, by name, from a folder of folders or tables."""
     if not folder.is_dir():
         raise InputError(f"expected a folder of answers, got {str(folder)!r}")
     places: dict[str, list[Path]] = {}

@@ -71,32 +71,18 @@ _SPREAD = (0.5, 2.0)
 @final
 @dataclass(frozen=True)
 class Exercise:
-    """A problem and its solution.
+    """A problem and its solution."""
 
-    Args:
-        title: of the system.
-        mechanism: with the numbers of this variant.
-        ask: what is asked for.
-        problem: the text, in Markdown.
-        solution: with its steps, in Markdown.
-        answer: the result, as `mecanique.check` reads it.
-        check: the verdict on the answer.
-    """
-
-    title: str
-    mechanism: Mechanism
-    ask: str
-    problem: str
-    solution: str
-    answer: str
-    check: Check
+    title: str  # of the system
+    mechanism: Mechanism  # with the numbers of this variant
+    ask: str  # what is asked for
+    problem: str  # the text, in Markdown
+    solution: str  # with its steps, in Markdown
+    answer: str  # the result, as `mecanique.check` reads it
+    check: Check  # the verdict on the answer
 
     def write(self, folder: Path | str) -> tuple[Path, ...]:
-        """Write problem.md, figure.svg and solution.md into a folder; return their paths.
-
-        Args:
-            folder: is made if it does not exist.
-        """
+        """Write problem.md, figure.svg and solution.md into a folder, which is made if need be."""
         place = Path(folder)
         place.mkdir(parents=True, exist_ok=True)
         # at zero a linkage may be stretched, so that it is drawn where its motion starts
@@ -111,19 +97,8 @@ class Exercise:
 
 
 def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -> Exercise:
-    """Make a variant of a textbook system an exercise: other numbers, or another coordinate.
-
-    The answer is checked at random states before it is handed out.
-
-    Args:
-        system: name of a textbook system.
-        ask: what is asked for, one of `ASKED`.
-        seed: of the variant; the same seed gives the same exercise.
-
-    Raises:
-        UnknownNameError: if there is no such system or question.
-        InputError: if the system has no such answer in letters.
-    """
+    """Make a variant of a textbook system an exercise: other numbers, or another coordinate."""
+    # the answer is checked at random states before it is handed out
     if ask not in ASKED:
         raise UnknownNameError("question of an exercise", ask, ASKED)
     card = entry(system)

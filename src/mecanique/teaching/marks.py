@@ -25,41 +25,26 @@ _FIELDS = {"id", "system", "ask", "points", "form", "let", "parameters"}
 @final
 @dataclass(frozen=True)
 class Question:
-    """One question.
+    """One question."""
 
-    Args:
-        name: of the question, e.g. "1a".
-        system: name of a textbook system.
-        ask: what is asked for, as in `mecanique.check`.
-        points: for a right answer.
-        form: part of the points for an answer that is right except for form, from 0 to 1.
-        let: definitions of letters that the question gives.
-        parameters: values that differ from the catalogue's.
-    """
-
-    name: str
-    system: str
-    ask: str = "equation of motion"
-    points: float = 1.0
-    form: float = 1.0
-    let: tuple[str, ...] = ()
+    name: str  # of the question, e.g. "1a"
+    system: str  # name of a textbook system
+    ask: str = "equation of motion"  # what is asked for, as in `mecanique.check`
+    points: float = 1.0  # for a right answer
+    form: float = 1.0  # part of the points for an answer that is right except for form, from 0 to 1
+    let: tuple[str, ...] = ()  # definitions of letters that the question gives
+    # values that differ from the catalogue's
     parameters: Mapping[str, float] = field(default_factory=dict)
 
 
 @final
 @dataclass(frozen=True)
 class Sheet:
-    """A sheet of questions.
+    """A sheet of questions."""
 
-    Args:
-        title: its title.
-        questions: in order.
-        step: to which points are rounded, e.g. 0.25 for quarter points; 0 for none.
-    """
-
-    title: str
-    questions: tuple[Question, ...]
-    step: float = 0.0
+    title: str  # its title
+    questions: tuple[Question, ...]  # in order
+    step: float = 0.0  # to which points are rounded, e.g. 0.25 for quarter points; 0 for none
 
     @property
     def points(self) -> float:
@@ -68,14 +53,7 @@ class Sheet:
 
 
 def read_sheet(path: Path) -> Sheet:
-    """Read a sheet from a TOML or JSON file.
-
-    Args:
-        path: of the file, with a title and a table [[question]] for each question.
-
-    Raises:
-        InputError: if a field is missing, unknown or of the wrong kind.
-    """
+    """Read a sheet from a TOML or JSON file with a title and a table for each question."""
     table = read_table(path)
     listed = table.get("question")
     if not isinstance(listed, list) or not listed:
@@ -135,37 +113,24 @@ _ADVICE = re.compile(r'e\.g\. --let "([^"]*)"')
 @final
 @dataclass(frozen=True)
 class Mark:
-    """The mark of one answer.
+    """The mark of one answer."""
 
-    Args:
-        student: whose answer.
-        question: name of the question.
-        points: given.
-        possible: points of the question.
-        outcome: "right", "right except for form", "incomplete", "wrong", "unreadable" or "missing".
-        reason: why points are missing, in a sentence or two; empty if none are.
-    """
-
-    student: str
-    question: str
-    points: float
-    possible: float
+    student: str  # whose answer
+    question: str  # name of the question
+    points: float  # given
+    possible: float  # points of the question
+    # "right", "right except for form", "incomplete", "wrong", "unreadable" or "missing"
     outcome: str
-    reason: str
+    reason: str  # why points are missing, in a sentence or two; empty if none are
 
 
 @final
 @dataclass(frozen=True)
 class Grades:
-    """All marks of a sheet.
+    """All marks of a sheet."""
 
-    Args:
-        sheet: the sheet.
-        marks: by student, then question.
-    """
-
-    sheet: Sheet
-    marks: tuple[Mark, ...]
+    sheet: Sheet  # the sheet
+    marks: tuple[Mark, ...]  # by student, then question
 
     @property
     def totals(self) -> dict[str, float]:
@@ -229,19 +194,9 @@ class Grades:
 def grade(
     sheet: Path | str, answers: Path | str, progress: Callable[[float], None] | None = None
 ) -> Grades:
-    """Grade the answers in a folder.
-
-    Args:
-        sheet: a TOML or JSON file, see `mecanique.teaching.marks`.
-        answers: a folder with one folder per student, whose files are named after the
-            questions, e.g. anna/1a.txt; or with one table per student, e.g. anna.toml with
-            1a = "…". Whatever cannot be read gets a mark with the reason: files that are
-            broken, too long, not UTF-8, pipes or links, and answers given twice.
-        progress: is told the part that is done, from 0 to 1.
-
-    Raises:
-        InputError: if the sheet cannot be read, or there are no answers.
-    """
+    """Grade the answers in a folder."""
+    # a folder per student with files like anna/1a.txt, or a table per student like anna.toml with
+    # 1a = "…"; whatever cannot be read gets a mark with the reason
     questions = read_sheet(Path(sheet))
     students = collect(Path(answers), [question.name for question in questions.questions])
     if not students:

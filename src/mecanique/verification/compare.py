@@ -64,12 +64,8 @@ class ClosedForm:
         return self._evaluate(self._derivation.Q, q, v, t)
 
     def acceleration(self, q: Given, v: Given, t: Any = 0.0) -> Array:
-        """Return the solution a of M a + h = Q + Σ λ ∂Φ/∂q and Φ'' = 0, shape (n, nv).
-
-        It is not a number where there is none.
-
-        Shapes: q (n, nq), v (n, nv), t () or (n,).
-        """
+        """Return the solution a of M a + h = Q + Σ λ ∂Φ/∂q and Φ'' = 0, shape (n, nv)."""
+        # NaN where there is none
         mass, rest = self.mass_matrix(q, t), self.forces(q, v, t) - self.bias(q, v, t)
         if self._derivation.ties:
             return self._hold(mass, rest, q, v, t)
@@ -129,10 +125,7 @@ class ClosedForm:
         return np.array(reduced)
 
     def energy(self, q: Given, v: Given, t: Any = 0.0) -> tuple[Array, ...]:
-        """Return the kinetic and the potential energy, each shape (n,) [J]; none if not stated.
-
-        Shapes: q (n, nq), v (n, nv), t () or (n,).
-        """
+        """Return T and V, each shape (n,) [J], none if not stated; q (n, nq), v (n, nv)."""
         return tuple(self._evaluate(self._derivation.energies, q, v, t).T)
 
     def _evaluate(self, series: Sequence[Series], q: Given, v: Given, t: Any) -> Array:
@@ -189,12 +182,9 @@ def derive_quickly(mechanism: Mechanism) -> InHouse:
 
 
 def joint_reactions(source: Equations | Reference, mechanism: Mechanism, states: States) -> Array:
-    """Return the reactions of all joints as one vector, shape (n, 6 · joints).
-
-    It is the total of each joint, with what guides across it; forces of elements follow. Moments
-    are divided by the characteristic length; those of a joint that the source does not know are not
-    numbers.
-    """
+    """Return the reactions of all joints as one vector, shape (n, 6 · joints)."""
+    # the total of each joint, with what guides across it, then forces of elements; moments are
+    # divided by the characteristic length
     wrenches = source.totals(states.q, states.v, states.t)
     length = characteristic_length(mechanism)
     parts: list[Array] = [np.zeros((len(states), 0))]

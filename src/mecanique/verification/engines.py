@@ -60,11 +60,7 @@ _STATES = 5
 
 
 def read_by(mechanism: Mechanism, engines: Sequence[str], seed: int) -> tuple[EngineReading, ...]:
-    """Compare what engines read from a mechanism's file; nothing if it is from no file.
-
-    Raises:
-        UnknownNameError: if there is no such engine.
-    """
+    """Compare what engines read from a mechanism's file; nothing if it is from no file."""
     # a verdict without Pinocchio says so in its first line
     chosen = [engine_of(name) for name in engines if name != "pinocchio" or has_pinocchio()]
     origin = mechanism.origin
@@ -86,12 +82,7 @@ def read_text_by(
 
 
 def engine_of(name: str) -> Engine:
-    """Return an engine by its name.
-
-    Raises:
-        UnknownNameError: if there is none.
-        InputError: if another package adds it, and it cannot be loaded.
-    """
+    """Return an engine by its name."""
     if name in ENGINES:
         return ENGINES[name]
     if name in list_plugins("engines"):

@@ -198,22 +198,15 @@ _IMAGINARY_STEP = 1e-30
 @final
 @dataclass(frozen=True)
 class FactRow:
-    """One fact and how well it holds.
+    """One fact and how well it holds."""
 
-    Args:
-        system: name of the textbook system; its title if it is not in the catalogue.
-        kind: of the fact, e.g. "Period".
-        statement: the fact in one line.
-        residual: relative difference between the fact and the equations of motion; not a number if
-            the fact has no value for the given parameters.
-        reason: why it has none.
-    """
-
-    system: str
-    kind: str
-    statement: str
+    system: str  # name of the textbook system; its title if it is not in the catalogue
+    kind: str  # of the fact, e.g. "Period"
+    statement: str  # the fact in one line
+    # relative difference between the fact and the equations of motion; not a number if the fact
+    # has no value for the given parameters
     residual: float
-    reason: str = ""
+    reason: str = ""  # why it has none
 
     @property
     def holds(self) -> bool:

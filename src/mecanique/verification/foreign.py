@@ -76,11 +76,9 @@ _INPUTS = ("t", "q", "v", "a", "tau", "p")
 def load_library(
     path: str | os.PathLike[str], header: str | os.PathLike[str] | None, mechanism: Mechanism
 ) -> dict[str, CFunction]:
-    """Return the functions of a library that a header declares, by what they give.
-
-    A function is known by the end of its name, `…_acceleration`, and its arguments by theirs: t, q,
-    v, a, tau, p and out, as in the C that `generate` writes.
-    """
+    """Return the functions of a library that a header declares, by what they give."""
+    # known by the end of its name, `…_acceleration`; the arguments as in the C that `generate`
+    # writes
     if header is None:
         raise InputError(
             f"expected the header of {os.fspath(path)}, which says what its functions take: "

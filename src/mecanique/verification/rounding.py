@@ -88,13 +88,8 @@ def measure_noise(
     states: States,
     opening: Array,
 ) -> dict[str, Array]:
-    """Return what rounding makes of a source's answers, scaled, by quantity, shape (n,) each.
-
-    The answers near the states are compared with each other, so that nothing but noise counts.
-
-    Shapes: mass (n, nv, nv); opening (n,), how far the loops are open there, by rounding, in
-    characteristic lengths.
-    """
+    """Return the noise of a source's answers by quantity, (n,) each; opening (n,) of its loops."""
+    # answers near the states are compared with each other, so that nothing but noise counts
     random = np.random.default_rng(0)
     answers = []
     for _ in range(_SHIFTS):
@@ -240,11 +235,9 @@ _TURN = 2 * np.pi
 
 
 def entry_rounding(mechanism: Mechanism, states: States) -> dict[str, Array]:
-    """Return the rounding error of each entry, by quantity, shaped like its values.
-
-    They are those of the mass matrix and gravity, and where the coordinate map is linear those of
-    bias, kinetic energy and momenta: derivatives by time of another may cancel.
-    """
+    """Return the rounding error of each entry, by quantity, shaped like its values."""
+    # of mass matrix and gravity; of bias, energy and momenta only where the coordinate map is
+    # linear: derivatives by time of another may cancel
     if not mechanism.nv:
         return {}
     recursion = Recursion(mechanism)

@@ -67,10 +67,7 @@ def scales(mass: Array) -> Array:
 
 
 def scale(quantity: str, values: Array, mass: Array) -> Array:
-    """Return values as vectors whose entries have one unit, shape (n, any).
-
-    Shapes: values (n, …), mass (n, nv, nv).
-    """
+    """Return values (n, …) as vectors whose entries have one unit, shape (n, any)."""
     d = scales(mass)
     match quantity:
         case "mass matrix":
@@ -83,10 +80,7 @@ def scale(quantity: str, values: Array, mass: Array) -> Array:
 
 
 def relative_difference(x: Array, y: Array, least: float) -> Array:
-    """Return the relative difference at each state, shape (n,); infinite if a value is not finite.
-
-    Shapes: x (n, k), y (n, k).
-    """
+    """Return how x and y (n, k) differ at each state, shape (n,); infinite if not finite."""
     with np.errstate(all="ignore"):
         difference = np.linalg.norm(x - y, axis=1) / _sizes(x, y, least)
     finite = np.isfinite(x).all(axis=1) & np.isfinite(y).all(axis=1) & np.isfinite(difference)
@@ -94,22 +88,14 @@ def relative_difference(x: Array, y: Array, least: float) -> Array:
 
 
 def relative_differences(x: Array, y: Array, least: float | None) -> Array:
-    """Return the relative difference of each entry, shape (n, k); infinite if not finite.
-
-    Shapes: x (n, k), y (n, k).
-    """
+    """Return how entries of x and y differ, shape (n, k); infinite if not finite."""
     with np.errstate(all="ignore"):
         difference = np.abs(x - y) / (1.0 if least is None else _sizes(x, y, least)[:, None])
     return np.where(np.isfinite(difference), difference, np.inf)
 
 
 def relative_rounding(rounding: Array, x: Array, y: Array, least: float | None) -> Array:
-    """Return the part of the relative difference that rounding explains, shape as given.
-
-    It is at most a thousandth, however close to a singular one a state is.
-
-    Shapes: rounding (n,), x (n, k), y (n, k).
-    """
+    """Return the part of the relative difference that rounding (n,) explains, at most 1e-3."""
     with np.errstate(all="ignore"):
         sizes = np.ones(len(x)) if least is None else _sizes(x, y, least)
         part = rounding / sizes.reshape(-1, *[1] * (rounding.ndim - 1))
@@ -207,11 +193,9 @@ def rows_of(
     entries: Values | None = None,
     tolerance: float | None = TOLERANCE,
 ) -> tuple[Row, ...]:
-    """Compare two sources quantity by quantity; rounding (n,).
-
-    A row reports the state, and the entry, where the difference is largest compared with what is
-    allowed there.
-    """
+    """Compare two sources quantity by quantity; rounding (n,)."""
+    # a row reports the state, and the entry, where the difference is largest compared with what
+    # is allowed there
     mass = moving_mass(mechanism)
     usual = TOLERANCE if tolerance is None else tolerance
     M, bounds = theirs["mass matrix"], entries or {}

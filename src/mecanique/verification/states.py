@@ -146,10 +146,7 @@ class ClosedStates(NamedTuple):
 
 
 def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedStates:
-    """Return the states with closed loops near given ones, and which of them they are near.
-
-    Shapes: q (n, nq), v (n, nv), t (n,).
-    """
+    """Return the closed states near given q (n, nq), v (n, nv), t (n,), and which they are near."""
     from mecanique.reference import Reference
     from mecanique.reference.loops.assembly import close_position, project
 
@@ -191,10 +188,8 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
 
 
 def refuse_locked(mechanism: Mechanism) -> None:
-    """Raise if a mechanism with loops is locked in a singular position.
-
-    It may tremble there, so that no random position is held by the loops.
-    """
+    """Raise if a mechanism with loops is locked in a singular position."""
+    # it may tremble there, so that no random position is held by the loops
     from mecanique.reference import Reference
     from mecanique.reference.loops.freedom import refuse_locked as refuse
 
@@ -211,10 +206,8 @@ def wander(
     start: Array | None = None,
     strides: int = _STRIDES,
 ) -> Array:
-    """Return positions met on a random walk along the loops, shape (n, nq); t (n,), start (nq,).
-
-    It finds states of long chains of loops, which close from no random position.
-    """
+    """Return positions met on a random walk along the loops, shape (n, nq); t (n,), start (nq,)."""
+    # it finds states of long chains of loops, which close from no random position
     from mecanique.reference import Reference
     from mecanique.reference.loops.assembly import close_position, displace, position_near
 
@@ -271,11 +264,8 @@ _TIME = 10.0
 
 
 def usual_samples(mechanism: Mechanism) -> int:
-    """Return how many states a mechanism is compared at by default.
-
-    A state of a long chain costs the square of its size, so that 100 of 200 links take minutes; and
-    each of them is a comparison of 40,000 entries.
-    """
+    """Return how many states a mechanism is compared at by default."""
+    # a state of a long chain costs the square of its size, so that 100 of 200 links take minutes
     return max(_FEWEST, min(_USUAL, int(_USUAL * (_LONG / max(mechanism.nv, 1)) ** 2)))
 
 

@@ -17,20 +17,15 @@ _Function = Callable[[np.ndarray], np.ndarray]
 
 
 def differences(function: _Function, count: int, h: float | np.ndarray) -> np.ndarray:
-    """Return the matrix ∂f_i/∂x_j at x = 0; its error goes with the eighth power of the step.
-
-    Shapes: function (m, count).
-    """
+    """Return ∂f_i/∂x_j at x = 0, to the eighth power of the step; function (m, count)."""
     steps = np.broadcast_to(h, count)
     slopes: np.ndarray = _weigh(_rises(function, steps, (1, 2, 3, 4))) / steps
     return slopes
 
 
 def differences_twice(function: _Function, count: int, h: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the matrix ∂f_i/∂x_j at x = 0 by steps of h and of 2 h, which share two of four.
-
-    Shapes: function (m, count).
-    """
+    """Return the matrix ∂f_i/∂x_j at x = 0 by steps of h and of 2 h, which share two of four."""
+    # of steps h and 2 h, which share two of four
     rises = _rises(function, np.full(count, h), (1, 2, 3, 4, 6, 8))
     return _weigh(rises[:, _FINE]) / h, _weigh(rises[:, _COARSE]) / (2 * h)
 

@@ -29,27 +29,16 @@ Expressions: TypeAlias = list[Any]
 @final
 @dataclass(frozen=True)
 class Transformation:
-    """How well the equations in one set of coordinates follow from those in another.
+    """How well the equations in one set of coordinates follow from those in another."""
 
-    Args:
-        first: name of the mechanism with the coordinates x.
-        second: name of the mechanism with the coordinates y.
-        map: x = φ(y, t), the expression of each coordinate by its name.
-        rows: names of x.
-        columns: names of y.
-        jacobian: J = ∂φ/∂y, sympy expressions, by row.
-        worst: largest relative difference of each quantity over the states.
-        samples: number of states.
-    """
-
-    first: str
-    second: str
-    map: Mapping[str, Any]
-    rows: tuple[str, ...]
-    columns: tuple[str, ...]
-    jacobian: tuple[tuple[Any, ...], ...]
-    worst: Mapping[str, float]
-    samples: int
+    first: str  # name of the mechanism with the coordinates x
+    second: str  # name of the mechanism with the coordinates y
+    map: Mapping[str, Any]  # x = φ(y, t), the expression of each coordinate by its name
+    rows: tuple[str, ...]  # names of x
+    columns: tuple[str, ...]  # names of y
+    jacobian: tuple[tuple[Any, ...], ...]  # J = ∂φ/∂y, sympy expressions, by row
+    worst: Mapping[str, float]  # largest relative difference of each quantity over the states
+    samples: int  # number of states
 
     @property
     def agrees(self) -> bool:
@@ -101,21 +90,8 @@ def compare_coordinates(
     samples: int = 100,
     seed: int = 0,
 ) -> Transformation:
-    """Compare the equations of motion of one system in two sets of generalized coordinates.
-
-    Args:
-        first: the system in coordinates x.
-        second: the same system in coordinates y.
-        relations: each coordinate of the first as an expression in those of the second, its
-            parameters and time; a coordinate that is left out has the same name in both.
-        samples: number of random states of the second, at least 1.
-        seed: of the random states.
-
-    Raises:
-        InputError: if a coordinate is a quaternion's, or an expression has no value.
-        UnknownNameError: if a name is no coordinate.
-        DerivationError: if a system cannot be derived.
-    """
+    """Compare the equations of motion of one system in two sets of generalized coordinates."""
+    # a coordinate that the relations leave out has the same name in both
     x, y = first.coordinates.names, second.coordinates.names
     chart = _differentiate(first, second, relations)
     states = random_states(second, samples, seed)

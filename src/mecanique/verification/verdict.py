@@ -25,23 +25,15 @@ _MOST_CHANGES = 40
 @final
 @dataclass(frozen=True, repr=False)
 class Change(Legible):
-    """One difference between two descriptions.
+    """One difference between two descriptions."""
 
-    Args:
-        where: the link or joint, e.g. "link 'arm'"; empty for the whole.
-        what: what differs, e.g. "mass".
-        before: in the first, as words.
-        after: in the second, as words.
-        slip: the mistake it looks like, or empty.
-        weight: relative change of the mass matrix and the bias that it alone makes; NaN if it was
-            not applied alone, as with what is added or removed.
-    """
-
-    where: str
-    what: str
-    before: str = ""
-    after: str = ""
-    slip: str = ""
+    where: str  # the link or joint, e.g. "link 'arm'"; empty for the whole
+    what: str  # what differs, e.g. "mass"
+    before: str = ""  # in the first, as words
+    after: str = ""  # in the second, as words
+    slip: str = ""  # the mistake it looks like, or empty
+    # relative change of the mass matrix and the bias that it alone makes; NaN if it was not
+    # applied alone, as with what is added or removed
     weight: float = float("nan")
 
     def __str__(self) -> str:
@@ -129,21 +121,14 @@ _MOST_LISTED = 6
 @final
 @dataclass(frozen=True)
 class EngineReading:
-    """What an engine makes of the file itself.
+    """What an engine makes of the file itself."""
 
-    Args:
-        engine: its name, e.g. "Pinocchio 4.1.0".
-        worst: the largest relative difference in mass matrix and bias; None if it was not compared.
-        refused: why the engine does not read the file, or empty.
-        remarks: what differs, with lines and reasons.
-        missing: what to install so that the engine can read the file, or empty.
-    """
-
-    engine: str
+    engine: str  # its name, e.g. "Pinocchio 4.1.0"
+    # the largest relative difference in mass matrix and bias; None if it was not compared
     worst: float | None
-    refused: str = ""
-    remarks: tuple[str, ...] = ()
-    missing: str = ""
+    refused: str = ""  # why the engine does not read the file, or empty
+    remarks: tuple[str, ...] = ()  # what differs, with lines and reasons
+    missing: str = ""  # what to install so that the engine can read the file, or empty
 
     @property
     def differs(self) -> bool:
@@ -187,24 +172,16 @@ REMOVED = 1e-8
 @final
 @dataclass(frozen=True, repr=False)
 class Cause(Legible):
-    """A likely cause of a difference.
+    """A likely cause of a difference."""
 
-    Args:
-        kind: of the mistake, e.g. "armature".
-        where: link, joint or coordinate; empty for the whole mechanism.
-        text: what the other source seems to do, in words.
-        before: relative difference without the change.
-        after: relative difference with it.
-        alike: what explains the difference as well and cannot be told apart from it.
-        parts: the two mistakes that explain it together, if no single one does.
-    """
-
-    kind: str
-    where: str
-    text: str
-    before: float
-    after: float
+    kind: str  # of the mistake, e.g. "armature"
+    where: str  # link, joint or coordinate; empty for the whole mechanism
+    text: str  # what the other source seems to do, in words
+    before: float  # relative difference without the change
+    after: float  # relative difference with it
+    # what explains the difference as well and cannot be told apart from it
     alike: tuple[Cause, ...] = ()
+    # the two mistakes that explain it together, if no single one does
     parts: tuple[Cause, ...] = ()
 
     @property
@@ -252,35 +229,24 @@ _UNEXPLAINED = "no single change among those tried removes the difference"
 @final
 @dataclass(frozen=True)
 class Row:
-    """One quantity from two sources.
+    """One quantity from two sources."""
 
-    Args:
-        quantity: what is compared, e.g. "mass matrix".
-        sources: the two sources, e.g. ("jets", "Pinocchio").
-        worst: the relative difference at the state where it is largest compared with what is
-            allowed there; infinite if a source gave a value that is not finite.
-        q: coordinates where it occurs, shape (nq,).
-        v: velocities where it occurs, shape (nv,).
-        t: time where it occurs [s].
-        remark: what else is to be known, or empty.
-        rounding: relative difference that rounding alone explains there, from the conditioning of
-            what is solved, or the terms of the entry; 0 if it is not known.
-        entry: names of the velocities, or the axis, of the entry where it is, if any.
-        by_entry: whether each entry is judged by itself, by the terms that it sums.
-        tolerance: what counts as agreement however little rounding explains; 0 if rounding alone
-            decides.
-    """
-
-    quantity: str
-    sources: tuple[str, str]
+    quantity: str  # what is compared, e.g. "mass matrix"
+    sources: tuple[str, str]  # the two sources, e.g. ("jets", "Pinocchio")
+    # the relative difference at the state where it is largest compared with what is allowed
+    # there; infinite if a source gave a value that is not finite
     worst: float
-    q: tuple[float, ...]
-    v: tuple[float, ...]
-    t: float
-    remark: str = ""
+    q: tuple[float, ...]  # coordinates where it occurs, shape (nq,)
+    v: tuple[float, ...]  # velocities where it occurs, shape (nv,)
+    t: float  # time where it occurs [s]
+    remark: str = ""  # what else is to be known, or empty
+    # relative difference that rounding alone explains there, from the conditioning of what is
+    # solved, or the terms of the entry; 0 if it is not known
     rounding: float = 0.0
+    # names of the velocities, or the axis, of the entry where it is, if any
     entry: tuple[str, ...] = ()
-    by_entry: bool = False
+    by_entry: bool = False  # whether each entry is judged by itself, by the terms that it sums
+    # what counts as agreement however little rounding explains; 0 if rounding alone decides
     tolerance: float = TOLERANCE
 
     def __post_init__(self) -> None:

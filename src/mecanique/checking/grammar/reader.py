@@ -330,11 +330,7 @@ def read(text: str, letters: Letters) -> tuple[Statement, ...]:
 
 
 def read_answer(text: str, letters: Letters) -> Reading:
-    """Read a text of formulas, in which lines may define further letters.
-
-    Raises:
-        FormulaError: if it cannot be read; the message shows where and suggests a remedy.
-    """
+    """Read a text of formulas, in which lines may define further letters."""
     if is_mathml(text):
         text = text_of(text)
     defined: dict[str, str] = {}
@@ -405,11 +401,8 @@ def _defined_by(line: Sequence[Token]) -> tuple[str, int]:
 
 
 def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
-    """Read a definition such as "J = m l^2/3" or "theta = q1 + q2", and add it to the letters.
-
-    A letter of the system may be redefined, as in "q = pi - q": on the right it has its old
-    meaning, from then on the new one.
-    """
+    """Read a definition such as "J = m l^2/3" or "theta = q1 + q2", and add it to the letters."""
+    # in "q = pi - q" the letter has its old meaning on the right, from then on the new one
     left, sign, right = text.partition("=")
     name = key_of(re.sub(r"[\\{}\s]|\(t\)", "", left))
     if not sign or not re.fullmatch(r"[^\W\d]\w*", name):

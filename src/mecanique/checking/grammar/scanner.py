@@ -127,10 +127,8 @@ def normalize(text: str) -> tuple[str, list[int]]:
 
 
 def _drop_spaces(plain: str, places: list[int]) -> tuple[str, list[int]]:
-    """Keep one sign of each run of spaces, a line end if there is one.
-
-    Patterns with several optional spaces would otherwise try every way to share a run among them.
-    """
+    """Keep one sign of each run of spaces, a line end if there is one."""
+    # patterns with several optional spaces would try every way to share a run among them
     kept: list[str] = []
     where: list[int] = []
     for sign, place in zip(plain, places, strict=True):
@@ -490,10 +488,8 @@ class Tokens:
         return self.put_word(clean(word) + "'" * order, found.start(), found.end())
 
     def put_derivative_by(self, found: re.Match[str]) -> int:
-        """Add d²u/dφ², by another coordinate than the time; return the position after it, or 0.
-
-        By the chain rule du/dφ = u'/φ', and once more for the second derivative.
-        """
+        """Add d²u/dφ², by another coordinate than the time; return the position after it, or 0."""
+        # by the chain rule du/dφ = u'/φ', and once more for the second derivative
         word, by = (self.letters.find(clean(found[name] or "")) for name in ("word", "by"))
         rates = self.letters.rates
         if word not in rates or by not in rates or not (word and by):

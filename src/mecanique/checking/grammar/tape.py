@@ -216,13 +216,9 @@ def _partials(node: Node, below: list[Array]) -> list[Any]:
 
 
 def needed_values(tape: Tape, values: Values, target: Array) -> list[Array]:
-    """Return for each part the value that makes the whole equal a target, all else unchanged.
-
-    The values follow from the whole to the parts, by inverting one operation after another; they
-    are NaN where there is none, and within the arguments of functions.
-
-    Shapes: values (n,), target (n,).
-    """
+    """Return for each part the value (n,) that makes the whole equal a target (n,)."""
+    # from the whole to the parts, by inverting one operation after another; NaN where there is
+    # none, and within the arguments of functions
     unknown = np.full_like(values.whole, np.nan)
     found: list[Array] = [unknown] * len(tape.nodes)
     found[-1] = np.broadcast_to(target, values.whole.shape)

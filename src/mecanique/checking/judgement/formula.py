@@ -542,11 +542,9 @@ def _find_foreign_rate(one: Residual, roots: Array, name: str, reach: float) -> 
 
 
 def is_equivalent(one: Residual, truth: Truth, letters: Sequence[str]) -> bool:
-    """Return whether two Lagrangians give the same equations, for any motion.
-
-    They may differ by the total time derivative of a function of coordinates and time.
-    ``letters`` are those that stand for the Lagrangian itself.
-    """
+    """Return whether two Lagrangians give the same equations, for any motion."""
+    # they may differ by the total time derivative of a function of coordinates and time; the
+    # letters are those that stand for the Lagrangian itself
     derivation, sample = truth.derivation, truth.sample
     formulas = [side for side in one.statement.sides if side.name not in letters]
     if derivation is None or len(formulas) != 1 or formulas[0].letters & set(letters):

@@ -232,11 +232,9 @@ class Residual:
 
     @cached_property
     def emptiness(self) -> str:
-        """Why an equation that holds does not determine the motion, "" if it does.
-
-        An equation that is not linear in the accelerations is followed along lines through the true
-        ones: it must change its sign there, and nowhere else.
-        """
+        """Why an equation that holds does not determine the motion, "" if it does."""
+        # one that is not linear in the accelerations is followed along lines through the true
+        # ones: it must change its sign there, and nowhere else
         if self.says_nothing:
             return "it holds for any motion"
         if self.is_affine:
@@ -395,11 +393,10 @@ Numbers = npt.NDArray[Any]
 
 @final
 class Factors:
-    """Finds factors along paths on which every coordinate moves, for a mechanism without loops.
+    """Finds factors along paths on which every coordinate moves, for a mechanism without loops."""
 
-    An equation is Σ w (M a + rest) with some weights w; if it is multiplied by a factor that
-    passes zero, all weights vanish and change their signs there at once.
-    """
+    # An equation is Σ w (M a + rest); where a factor passes zero, all weights w change their
+    # signs at once.
 
     def __init__(self, truth: Truth) -> None:
         self._truth = truth

@@ -41,31 +41,24 @@ Kind: TypeAlias = Literal[
 @final
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """A quantity in question.
+    """A quantity in question."""
 
-    Args:
-        name: name of the question.
-        kind: the way to compare a formula.
-        letters: the letters that denote it in equations.
-        values: its values in the states, shape (n,); of a matrix (n, nv, nv); of several (k, n).
-        again: its values in other states with the same parameters, and the letters there.
-        series: its value in the ring of the derivation, by letter; a matrix row by row.
-        derivation: the derivation with that ring, if not that of the equations of motion.
-        dimensions: dimensions of the letters, where known.
-        more: values of further letters, or of those that a question fixes.
-        notes: what an answer may leave out, or was taken for granted.
-    """
-
-    name: str
-    kind: Kind
-    letters: tuple[str, ...] = ()
+    name: str  # name of the question
+    kind: Kind  # the way to compare a formula
+    letters: tuple[str, ...] = ()  # the letters that denote it in equations
+    # its values in the states, shape (n,); of a matrix (n, nv, nv); of several (k, n)
     values: Array | None = None
+    # its values in other states with the same parameters, and the letters there
     again: tuple[Array, Mapping[str, Array]] | None = None
+    # its value in the ring of the derivation, by letter; a matrix row by row
     series: Mapping[str, Series] = field(default_factory=dict)
+    # the derivation with that ring, if not that of the equations of motion
     derivation: Derivation | None = None
+    # dimensions of the letters, where known
     dimensions: Mapping[str, Dimension] = field(default_factory=dict)
+    # values of further letters, or of those that a question fixes
     more: Mapping[str, Array] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what an answer may leave out, or was taken for granted
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -125,11 +118,7 @@ def ask_for(truth: Truth, question: str) -> Quantity:
 
 @final
 class _Asked:
-    """Computes true values.
-
-    Args:
-        truth: the mechanism's own equations.
-    """
+    """Computes true values."""
 
     def __init__(self, truth: Truth, position: str = "") -> None:
         self._truth = truth

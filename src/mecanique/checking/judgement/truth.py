@@ -162,10 +162,8 @@ class Truth:
         return found
 
     def stretch(self, sample: Sample) -> Sample | None:
-        """Return states near zero, at it and far out; None with loops or without a closed form.
-
-        What vanishes near the random states, or is tiny there, shows in these.
-        """
+        """Return states near zero, at it and far out; None with loops or without a closed form."""
+        # what vanishes near the random states, or is tiny there, shows in these
         if self.derivation is None or self.derivation.ties:
             return None
         # a quaternion keeps its unit length

@@ -50,10 +50,9 @@ class Hypothesis:
 
 @final
 class RightEquations:
-    """The right equations M a + rest = 0 in the states, and those of changed mechanisms.
+    """The right equations M a + rest = 0 in the states, and those of changed mechanisms."""
 
-    With loops or contacts they are those of the tree, without multipliers.
-    """
+    # With loops or contacts they are those of the tree, without multipliers.
 
     def __init__(self, truth: Truth, derivation: Derivation) -> None:
         self.truth = truth

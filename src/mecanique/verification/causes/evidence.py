@@ -124,10 +124,7 @@ class Evidence:
         turns: Mapping[int, Array],
         slopes: Array | None,
     ) -> Evidence:
-        """Return the evidence that is left to explain once a change is made.
-
-        Shapes: effect (n, nv), slopes (k, n, nv).
-        """
+        """Return what is left to explain after an effect (n, nv), with slopes (k, n, nv)."""
         evidence = copy(self)
         for name in ("regressor", "before"):
             evidence.__dict__.pop(name, None)
@@ -144,10 +141,7 @@ class Evidence:
         return evidence
 
     def weigh(self, differences: Array) -> Array:
-        """Return differences as weighted rows, shape (…, N), without what is chosen already.
-
-        Shapes: differences (…, n, nv).
-        """
+        """Return differences (…, n, nv) as weighted rows (…, N), without what is chosen already."""
         rows: Array = (differences * self.weights).reshape(*differences.shape[:-2], -1)
         return rows if self.chosen is None else rows - (rows @ self.chosen) @ self.chosen.T
 
@@ -232,10 +226,7 @@ class Evidence:
         return size
 
     def residual(self, predicted: Array, rows: npt.NDArray[np.intp] | None = None) -> Any:
-        """Return how far predictions are from what the other source answered, relative, shape (…).
-
-        Shapes: predicted (…, n, nv).
-        """
+        """Return how far predictions (…, n, nv) are from the other source, relative, shape (…)."""
         with np.errstate(all="ignore"):
             if rows is None:
                 size = np.linalg.norm(self.weigh(predicted - self.tau), axis=-1)
@@ -428,32 +419,21 @@ _G = TypeVar("_G", bound=Guess)
 @final
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """A change and what the changed mechanism would answer.
+    """A change and what the changed mechanism would answer."""
 
-    Args:
-        kind: of the mistake, e.g. "armature".
-        where: link, joint or coordinate, or empty for the whole mechanism.
-        text: what the other source seems to do, in a sentence.
-        answers: what the changed mechanism predicts, shape (n, nv).
-        free: how many numbers were chosen so that it fits.
-        amount: how plain these are.
-        origins: frames of the changed mechanism's joints, by place in the tree.
-        moments: its links' mass moments, by place.
-        turns: how the axes of its joints are turned in their frames, by place; a change with none
-            of these only adds to the answers.
-        slopes: of the answers by each number chosen, shape (free, n, nv).
-    """
-
-    kind: str
-    where: str
-    text: str
-    answers: Array
-    free: int = 0
-    amount: Amount = field(default_factory=Amount)
+    kind: str  # of the mistake, e.g. "armature"
+    where: str  # link, joint or coordinate, or empty for the whole mechanism
+    text: str  # what the other source seems to do, in a sentence
+    answers: Array  # what the changed mechanism predicts, shape (n, nv)
+    free: int = 0  # how many numbers were chosen so that it fits
+    amount: Amount = field(default_factory=Amount)  # how plain these are
+    # frames of the changed mechanism's joints, by place in the tree
     origins: Mapping[int, Array] = field(default_factory=dict)
-    moments: Mapping[int, Array] = field(default_factory=dict)
+    moments: Mapping[int, Array] = field(default_factory=dict)  # its links' mass moments, by place
+    # how the axes of its joints are turned in their frames, by place; a change with none of these
+    # only adds to the answers
     turns: Mapping[int, Array] = field(default_factory=dict)
-    slopes: Array | None = None
+    slopes: Array | None = None  # of the answers by each number chosen, shape (free, n, nv)
 
     @property
     def in_tree(self) -> bool:
@@ -466,10 +446,7 @@ def promising(
     guesses: Iterable[_G],
     answer: Callable[[list[_G], npt.NDArray[np.intp]], Array],
 ) -> Iterator[Hypothesis]:
-    """Yield the guesses that explain a few experiments best, with what they answer in all of them.
-
-    Shapes: answer (guesses, n, nv).
-    """
+    """Yield the guesses that explain a few experiments best; answer gives (guesses, n, nv)."""
 
     def answers(some: list[_G], rows: npt.NDArray[np.intp]) -> Array:
         lot = max(1, _MOST // len(rows))
@@ -498,10 +475,7 @@ def promising(
 
 
 def fit(evidence: Evidence, columns: Array) -> tuple[Array, Array]:
-    """Fit the amounts of some effects; return them, shape (k,), and their answers, shape (n, nv).
-
-    Shapes: columns (k, n, nv).
-    """
+    """Fit amounts (k,) of effects (k, n, nv); return them and their answers (n, nv)."""
     flat = evidence.weigh(columns)
     size = np.sqrt(np.sum(flat * flat, axis=1))
     used = size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300)

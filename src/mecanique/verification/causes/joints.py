@@ -319,10 +319,8 @@ def _choose(
 def _slopes(
     evidence: Evidence, units: list[Frames], residuals: Callable[[list[Frames]], Array], off: Array
 ) -> Array:
-    """Derivatives of the residuals by small changes, shape (changes, N).
-
-    A change of one frame is the sum of its shifts and turns, which are evaluated once.
-    """
+    """Derivatives of the residuals by small changes, shape (changes, N)."""
+    # a change of one frame is the sum of its shifts and turns, which are evaluated once
     origins = evidence.recursion.origins
     trials: list[Frames] = []
     places: dict[int, int] = {}

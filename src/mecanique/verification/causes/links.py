@@ -318,10 +318,7 @@ def _entry(m: float, c: Array, inertia: Array, at: tuple[int, int]) -> _Family:
 
 
 def _is_physical(m: float, c: Array, inertia: Array) -> bool:
-    """Whether a body may have them: no negative mass, and no negative moment of inertia.
-
-    Units: m [kg], c [m], inertia [kg·m²].
-    """
+    """Whether a body may have mass [kg], center [m] and inertia [kg·m²]: none is negative."""
     if not (m >= 0 and np.isfinite(c).all() and np.isfinite(inertia).all()):
         return False
     moments = np.linalg.eigvalsh(inertia)

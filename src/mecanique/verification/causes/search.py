@@ -145,11 +145,9 @@ def _rank(evidence: Evidence, changes: list[Hypothesis]) -> tuple[Cause, ...]:
 
 
 def _find_pair(evidence: Evidence, changes: list[Hypothesis], limit: float) -> Cause | None:
-    """Two changes in different places that explain everything together.
-
-    Each is fitted in turn beside the other; together they converge, as their effects are nearly
-    independent of each other.
-    """
+    """Two changes in different places that explain everything together."""
+    # each is fitted in turn beside the other; together they converge, as their effects are nearly
+    # independent
     known = _in_places(changes)
     after = np.array([float(evidence.residual(change.answers)) for change in known])
     order = [k for k in np.argsort(after, kind="stable") if after[k] < _HINT * evidence.before]

@@ -14,32 +14,20 @@ TOLERANCE = 1e-9
 @final
 @dataclass(frozen=True)
 class Row:
-    """One equation of the chapter, or what one of its sentences states.
+    """One equation of the chapter, or what one of its sentences states."""
 
-    Args:
-        number: as in the chapter; its place, for what has no number.
-        states: what it states.
-        how: what was compared with what.
-        kind: "symbolic identity", "numeric", "computed" (a count, or whether a letter appears),
-            "read" (of wording, which no computation judges) or "not checked".
-        holds: whether it holds as printed; None if that is not checked.
-        residual: of a numeric check, relative; None for a symbolic one.
-        right: the right form of a misprint.
-        proof: why that is right.
-        proven: whether the right form holds.
-        about: "equation" or "sentence".
-    """
-
-    number: str
-    states: str
-    how: str
+    number: str  # as in the chapter; its place, for what has no number
+    states: str  # what it states
+    how: str  # what was compared with what
+    # "symbolic identity", "numeric", "computed" (a count, or whether a letter appears), "read"
+    # (of wording, which no computation judges) or "not checked"
     kind: str
-    holds: bool | None
-    residual: float | None = None
-    right: str = ""
-    proof: str = ""
-    proven: bool = True
-    about: str = "equation"
+    holds: bool | None  # whether it holds as printed; None if that is not checked
+    residual: float | None = None  # of a numeric check, relative; None for a symbolic one
+    right: str = ""  # the right form of a misprint
+    proof: str = ""  # why that is right
+    proven: bool = True  # whether the right form holds
+    about: str = "equation"  # "equation" or "sentence"
 
     @property
     def sound(self) -> bool:
