@@ -216,9 +216,8 @@ ORDER: dict[str, list[str]] = {
     "figure.paper": ["marks", "arrows lettering files symbols"],
     "viewing": ["scene", "engine page", "live", "show", "gallery"],
     "viewing.scene": ["inspection", "scene", "drawn", "texts", "from_motion"],
-    "viewing.engine": ["bounds", "make"],
     "viewing.page": ["keyframes panels window", "surfaces", "page"],
-    "viewing.live": ["live", "checking stretches", "view"],
+    "viewing.live": ["live", "view"],
     "cli": [
         "options printing",
         "linear words",

@@ -12,8 +12,7 @@ from viewing_browser import Visit
 import mecanique as mq
 from mecanique.motion.motion import Motion
 from mecanique.textbook import entry, load
-from mecanique.viewing.live.stretches import Stretches
-from mecanique.viewing.live.view import begin
+from mecanique.viewing.live.view import Stretches, begin
 from mecanique.viewing.scene.inspection import inspection_of
 from mecanique.viewing.scene.scene import ModeStrip
 from mecanique.viewing.show import scene

@@ -21,7 +21,7 @@ from viewing_engines import engine_of, needs_node, run
 import mecanique as mq
 from mecanique.generation import dop853
 from mecanique.textbook import entry, load, names
-from mecanique.viewing.engine.make import Maker
+from mecanique.viewing.engine import Maker
 from mecanique.viewing.page.page import page
 from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Scene

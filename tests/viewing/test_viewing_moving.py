@@ -27,10 +27,9 @@ from viewing_watcher import Watcher
 
 import mecanique as mq
 from mecanique.verification import compare as sources
-from mecanique.viewing.live import stretches
-from mecanique.viewing.live.checking import Checking
+from mecanique.viewing.live import view as view_module
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.live.view import LiveMotion
+from mecanique.viewing.live.view import Checking, LiveMotion
 
 IN_HOUSE = sources.derive_all
 
@@ -208,7 +207,7 @@ def test_slow_motion_is_as_smooth_and_what_takes_long_comes_piece_by_piece(
         assert np.quantile(steps, 0.2) == pytest.approx(0.05 / 60, rel=0.05)
         assert seen.states[-1]["speed"] == 0.05
         assert angle(frame.row) == pytest.approx(swung(frame.t, 2.0), abs=1e-5)
-    monkeypatch.setattr(stretches, "PATIENCE", 0.0)
+    monkeypatch.setattr(view_module, "PATIENCE", 0.0)
     impatient = pendulum()
     assert impatient.presenter.scene.t[-1] < 0.3
     with shown(impatient) as live, Watcher(live.url) as seen:
@@ -484,22 +483,22 @@ def test_a_stretch_whose_very_end_comes_late_is_whole(monkeypatch: pytest.Monkey
 
     def simulated(progress: Callable[[float], object], **arguments: Any) -> mq.Motion:
         def late(fraction: float) -> None:
-            now[0] = 10 * stretches.PATIENCE if fraction == 1.0 else 0.0
+            now[0] = 10 * view_module.PATIENCE if fraction == 1.0 else 0.0
             progress(fraction)
 
         return simulate(progress=late, **arguments)
 
     monkeypatch.setattr(mq.motion, "simulate", simulated)
-    monkeypatch.setattr(stretches, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    motion = stretches.compute(
+    monkeypatch.setattr(view_module, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    motion = view_module.compute(
         mechanism=mq.textbook.load("rigid_bar_pendulum"), q=[1.0], duration=0.5
     )
-    assert now[0] > stretches.PATIENCE
+    assert now[0] > view_module.PATIENCE
     assert motion.t[-1] == 0.5
 
 
 def test_a_motion_that_ends_at_once_is_shown_up_to_its_end() -> None:
-    motion, remark = stretches.compute_first(
+    motion, remark = view_module.compute_first(
         mechanism=mq.textbook.load("double_atwood_machine"),
         q={"x": -0.3, "y": -0.5},
         v=None,
@@ -513,6 +512,6 @@ def test_a_motion_that_ends_at_once_is_shown_up_to_its_end() -> None:
 
 def test_what_cannot_start_is_refused() -> None:
     with pytest.raises(mq.InputError, match="x must stay within"):
-        stretches.compute_first(
+        view_module.compute_first(
             mechanism=mq.textbook.load("atwood_machine"), q={"x": 1.5}, duration=1.0
         )

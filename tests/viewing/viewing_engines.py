@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import mecanique as mq
-from mecanique.viewing.engine.make import Maker, write_python
+from mecanique.viewing.engine import Maker, write_python
 from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.scene import PageProgram
 

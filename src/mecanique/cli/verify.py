@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING
 
 import click
 from click.exceptions import Exit
@@ -26,35 +25,7 @@ if TYPE_CHECKING:
 SAMPLES, SAMPLES_OF_ROBOTS = 100, 50
 """Numbers of random states at which to compare a system, and each robot."""
 
-
 _PROCESSES = 2
-
-
-_KINDS = ("equation", "sentence")
-
-
-@final
-@dataclass(frozen=True)
-class SystemCheck:
-    """A verdict on a system's equations, and the facts that its textbook states."""
-
-    verdict: mq.Verdict
-    facts: tuple[FactRow, ...]
-    states: bool = False
-
-    @property
-    def right(self) -> bool:
-        """Whether the sources agree and no fact fails."""
-        return self.verdict.agrees and not any(fact.fails for fact in self.facts)
-
-    def to_json(self) -> str:
-        """Return the verdict as JSON text, with the facts if there are any."""
-        facts = {"facts": [fact.to_dict() for fact in self.facts]} if self.facts else {}
-        return to_json({**self.verdict.to_dict(), **facts})
-
-    def __str__(self) -> str:
-        states = self.verdict.worst_states if self.states else ()
-        return "\n".join([str(self.verdict), *states, *map(str, self.facts)])
 
 
 @click.command(epilog="Example: mecanique verify cart_pole --samples 1000 --json")
@@ -149,9 +120,13 @@ def verify(
             progress=advance,
         )
         facts = () if against is not None else textbook_facts(system, parameters, seed)
-    check = SystemCheck(verdict, facts, states)
-    say(check.to_json() if as_json else str(check))
-    if not check.right:
+    if as_json:
+        listed = {"facts": [fact.to_dict() for fact in facts]} if facts else {}
+        say(to_json({**verdict.to_dict(), **listed}))
+    else:
+        worst = verdict.worst_states if states else ()
+        say("\n".join([str(verdict), *worst, *map(str, facts)]))
+    if not verdict.agrees or any(fact.fails for fact in facts):
         raise Exit(1)
 
 
@@ -195,7 +170,7 @@ def survey(samples: int, seed: int, *, robots: bool) -> Survey:
 def register_as_text(rows: tuple[Row, ...]) -> str:
     """Return the register as text, a summary first."""
     checked = [row for row in rows if row.holds is not None]
-    parts = [_count(kind, checked) for kind in _KINDS]
+    parts = [_count(kind, checked) for kind in ("equation", "sentence")]
     left = len(rows) - len(checked)
     head = f"Fundamentals of Dynamics, chapter 1: {'; '.join(parts)}; {left} points not checked"
     return "\n".join([head, "", *map(str, rows)])

@@ -17,7 +17,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.motion import Motion
 from mecanique.verification import verify
 from mecanique.verification.verdict import Verdict
-from mecanique.viewing.engine.make import computed_scene
+from mecanique.viewing.engine import computed_scene
 from mecanique.viewing.page.page import page
 from mecanique.viewing.scene.from_motion import actions_of
 from mecanique.viewing.scene.scene import Scene

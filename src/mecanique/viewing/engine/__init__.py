@@ -1,1 +1,0 @@
-"""The engine of a page: what the page computes by itself, as one program."""
