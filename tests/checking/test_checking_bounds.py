@@ -11,7 +11,7 @@ import pytest
 import mecanique as mq
 from mecanique.checking import budget
 from mecanique.checking.mistakes import search
-from mecanique.checking.mistakes.search import Repair
+from mecanique.checking.mistakes.hypotheses import Mistake
 
 PENDULUM = mq.textbook.load("simple_pendulum")
 DOUBLING = ["a0 = q + l", *(f"a{k} = a{k - 1}*a{k - 1} + a{k - 1}" for k in range(1, 17))]
@@ -91,8 +91,8 @@ def test_the_search_for_causes_ends_in_time_and_says_so(
 ) -> None:
     """The verdict stands; only the causes are fewer."""
 
-    def late(*_: object) -> Iterator[Repair]:
-        yield Repair("sign", "the sign is wrong", "q", 1.0)
+    def late(*_: object) -> Iterator[Mistake]:
+        yield Mistake("sign", "the sign is wrong", "q", 1.0)
         raise budget.OutOfTimeError("late")
 
     monkeypatch.setattr(search, "repairs", late)

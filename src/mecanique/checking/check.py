@@ -124,7 +124,8 @@ class Checker:
         # what is right does not depend on the text: it is derived before the clock starts
         self.truth.prepare()
         try:
-            # a stranger's formula may overflow; what has no value is judged as such
+            # a stranger's formula may overflow; what has no value is judged as such, by all that
+            # is called from here
             with bound_work(), np.errstate(all="ignore"):
                 if quantity is None:
                     letters = self._letters(let, self.truth.further_letters)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Literal, TypeAlias, final
 
 from mecanique.wording import Legible, say_count
@@ -29,12 +29,7 @@ class Cause(Legible):
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data."""
-        return {
-            "kind": self.kind,
-            "text": self.text,
-            "part": self.part,
-            "equation": self.equation,
-        }
+        return asdict(self)
 
     def __str__(self) -> str:
         return self.text

@@ -565,14 +565,5 @@ def _explain(verdict: Verdict, mechanism: Mechanism) -> Verdict:
     states = random_states(mechanism, min(verdict.samples, _EXPLAINED), verdict.seed)
     from mecanique.verification.causes.search import causes_of
 
-    return verdict.with_causes(causes_of(mechanism, states, _dynamics(mechanism, states)))
-
-
-def _dynamics(mechanism: Mechanism, states: States) -> dict[str, Array]:
-    engine = Reference.of(mechanism)
-    return {
-        "mass matrix": engine.mass_matrix(states.q, states.t),
-        "bias": engine.bias(states.q, states.v, states.t),
-        "gravity": engine.gravity(states.q, states.t),
-        "forces": engine.forces(states.q, states.v, states.t),
-    }
+    theirs = evaluate(Reference.of(mechanism), states, accelerations=False)
+    return verdict.with_causes(causes_of(mechanism, states, theirs))

@@ -74,6 +74,11 @@ class Values:
         """The sum of the absolute values of its terms, shape (n,)."""
         return self.sizes[-1]
 
+    @property
+    def relative(self) -> Array:
+        """The magnitude of the formula relative to that of its terms, shape (n,)."""
+        return np.asarray(np.abs(self.whole) / self.size)
+
 
 @final
 class Tape:
@@ -265,3 +270,15 @@ def _root(target: Array, below: list[Array]) -> Array:
     odd = np.mod(exponent, 2) == 1
     signed = np.where(even, np.sign(base) * size, np.where(odd, np.sign(target) * size, size))
     return np.where((target < 0) & ~odd, np.nan, signed)
+
+
+def halve(
+    value: Callable[[Array], Array], first: Array, low: Array, high: Array, rounds: int
+) -> Array:
+    """Return where values (k,) or (k, m) turn away from those at the lower ends, shape (k,)."""
+    for _ in range(rounds if len(low) else 0):
+        middle = (low + high) / 2
+        products = (value(middle) * first).reshape(len(low), -1)
+        before = products.sum(axis=1) > 0
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return low

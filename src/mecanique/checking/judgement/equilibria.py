@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 import numpy as np
@@ -16,9 +17,9 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.checking.budget import stop_clock
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import Tape
+from mecanique.checking.grammar.tape import Tape, halve
 from mecanique.checking.grammar.tree import Node, add, negate
-from mecanique.checking.judgement.truth import Truth
+from mecanique.checking.judgement.truth import Truth, stack
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.errors import FormulaError
@@ -62,11 +63,10 @@ class Equilibria:
     """The equilibria of a mechanism, and positions that are said to be some."""
 
     def __init__(self, truth: Truth) -> None:
-        derivation, sample = truth.derivation, truth.sample
-        assert derivation is not None
+        derivation, sample = truth.closed_form, truth.sample
         self._truth = truth
         self._ring = derivation.algebra.ring
-        self._forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
+        self._forces = truth.rest_forces
         self._usual = np.maximum(np.abs(sample.bias - sample.forces).mean(0), 1e-300)
         turning, length = angles(truth.mechanism), characteristic_length(truth.mechanism)
         self.coordinates = tuple(truth.mechanism.coordinates)
@@ -90,9 +90,8 @@ class Equilibria:
     def _balance(self, values: dict[str, Array]) -> Array:
         """Return the unbalanced forces, each relative to its usual size, shape (n, nv)."""
         evaluated, count = Evaluation(self._ring, values), len(values[_STATE])
-        with np.errstate(all="ignore"):
-            rows = [np.broadcast_to(evaluated(force), (count,)) for force in self._forces]
-        balance: Array = np.nan_to_num(np.stack(rows, axis=-1) / self._usual, nan=np.inf)
+        forces = stack(self._forces, evaluated, count)
+        balance: Array = np.nan_to_num(forces / self._usual, nan=np.inf)
         return balance
 
     def find_all(self) -> dict[int, Array] | None:
@@ -111,8 +110,7 @@ class Equilibria:
         slopes = [self._differentiate(force) for force in self._forces]
         for _ in range(_ROUNDS):
             balance, stiffness = self._linearize(states, q, slopes, size)
-            with np.errstate(all="ignore"):
-                step = -(np.linalg.pinv(np.nan_to_num(stiffness)) @ balance[..., None])[..., 0]
+            step = -(np.linalg.pinv(np.nan_to_num(stiffness)) @ balance[..., None])[..., 0]
             length = np.linalg.norm(step, axis=1, keepdims=True)
             step = step * np.minimum(1.0, _STEP / np.maximum(length, 1e-300))
             q = q + np.nan_to_num(step) * size
@@ -151,10 +149,9 @@ class Equilibria:
         values |= dict(zip(self.felt, q.T, strict=True))
         evaluated = Evaluation(self._ring, values)
         stiffness = np.empty((len(states), len(slopes), len(self.felt)))
-        with np.errstate(all="ignore"):
-            for i, row in enumerate(slopes):
-                for j, slope in enumerate(row):
-                    stiffness[:, i, j] = evaluated(slope) * size[j] / self._usual[i]
+        for i, row in enumerate(slopes):
+            for j, slope in enumerate(row):
+                stiffness[:, i, j] = evaluated(slope) * size[j] / self._usual[i]
         return self._balance(values), stiffness
 
     def is_same(self, one: Array, other: Array) -> bool:
@@ -316,14 +313,9 @@ def _solve(
 
     states, steps = np.repeat(np.arange(count), _GRID), np.tile(grid, count)
     table = evaluate(states, steps).reshape(count, _GRID)
-    with np.errstate(all="ignore"):
-        at, place = np.nonzero(table[:, :-1] * table[:, 1:] < 0)
-    low, high = grid[place], grid[place + 1]
+    at, place = np.nonzero(table[:, :-1] * table[:, 1:] < 0)
     first = table[at, place]
-    for _ in range(_HALVINGS if len(at) else 0):
-        middle = (low + high) / 2
-        same = evaluate(at, middle) * first > 0
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    low = halve(partial(evaluate, at), first, grid[place], grid[place + 1], _HALVINGS)
     ends = evaluate(at, low) if len(at) else first
     # a jump from one sign to the other is a pole, not a root
     roots = np.abs(ends) < np.abs(first) + 1e-300

@@ -18,8 +18,8 @@ from mecanique.checking.grammar.tape import Tape, needed_values
 from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import TOLERANCE, Residual
-from mecanique.checking.judgement.quantities import Quantity
-from mecanique.checking.judgement.truth import Sample, Truth
+from mecanique.checking.judgement.quantities import Quantity, measure
+from mecanique.checking.judgement.truth import Sample, Truth, stack
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
@@ -107,8 +107,7 @@ def _find_emptiness(one: Residual, known: Mapping[str, Array], *, alone: bool = 
     for factor in _FACTORS:
         moved = {**one.sample.values, **{name: factor * value for name, value in known.items()}}
         values = one.tape.evaluate(moved, count)
-        with np.errstate(all="ignore"):
-            changed = np.where(values.size > 0, values.whole / values.size, 0.0)
+        changed = np.where(values.size > 0, values.whole / values.size, 0.0)
         tables.append(np.where(np.abs(changed) > TOLERANCE, changed, 0.0))
     signs = np.sign(np.nan_to_num(np.stack(tables)))
     if not signs.any():
@@ -127,9 +126,8 @@ def _compare_changes(one: Residual, sample: Sample, quantity: Quantity) -> float
     other_values, letters = quantity.again
     other = {**dict.fromkeys(quantity.letters, other_values), **letters}
     moved = one.tape.evaluate(other, sample.count)
-    with np.errstate(all="ignore"):
-        difference = np.abs(one.values.whole - moved.whole)
-        relative = difference / np.maximum(one.values.size, moved.size)
+    difference = np.abs(one.values.whole - moved.whole)
+    relative = difference / np.maximum(one.values.size, moved.size)
     return float(np.nanmax(np.where(np.isfinite(relative), relative, 0.0)))
 
 
@@ -257,8 +255,7 @@ def _judge_constant(
 ) -> list[Judged]:
     """Judge conserved quantities: their rate in true motions is zero, but they are not constant."""
     sample = truth.sample
-    derivation = truth.derivation
-    assert derivation is not None
+    derivation = truth.closed_form
     ring = derivation.algebra.ring
     evaluated = Evaluation(ring, sample.values)
     rates = {"t": np.ones(sample.count)}
@@ -282,8 +279,7 @@ def _judge_constant(
         parts = [tape.along(slopes, name) * rate for name, rate in rates.items()]
         total = np.abs(sum(parts[1:], parts[0]))
         size = sum((np.abs(part) for part in parts), np.zeros(sample.count))
-        with np.errstate(all="ignore"):
-            relative = total / size
+        relative = total / size
         worst = _worst(np.where(size > 0, relative, 0.0))
         fault = ""
         if formula.letters & {*truth.accelerations, *truth.multipliers}:
@@ -304,14 +300,7 @@ def _judge_several(
         tried: list[Residual] = []
         used = []
         for omega in quantity.values:
-            with np.errstate(all="ignore"):
-                period = 2 * np.pi / omega
-            known = dict.fromkeys(quantity.letters, omega)
-            for name in quantity.letters:
-                if name.startswith(("f", "nu")):
-                    known[name] = omega / (2 * np.pi)
-                elif name.startswith("T"):
-                    known[name] = period
+            known = measure(omega, quantity.letters)
             tried.append(
                 _residual(statement, truth, truth.sample, known, quantity.letters[0], text)
             )
@@ -371,8 +360,7 @@ def _judge_free_body(
         moving = {*truth.velocities, *truth.accelerations}
         if worst > TOLERANCE and not one.root.letters & moving:
             at_rest = one.tape.evaluate(still, count)
-            with np.errstate(all="ignore"):
-                relative = _worst(np.abs(at_rest.whole) / at_rest.size)
+            relative = _worst(at_rest.relative)
             if relative <= TOLERANCE:
                 worst = relative
                 forms.append("it holds at rest only: the inertia forces are missing")
@@ -464,8 +452,7 @@ def _judge_steady(
     statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
 ) -> list[Judged]:
     """Judge the rates of steady motions at given positions: each of them, and no others."""
-    derivation, sample = truth.derivation, truth.sample
-    assert derivation is not None
+    sample = truth.sample
     found: list[Judged] = []
     covered: set[int] = set()
     several = False
@@ -499,14 +486,12 @@ def _judge_steady(
 
 def _find_rates(truth: Truth, quantity: Quantity, name: str) -> Array:
     """Return both rates of steady motion in each state, shape (2, n); NaN where there are none."""
-    derivation, sample = truth.derivation, truth.sample
-    assert derivation is not None
+    derivation, sample = truth.closed_form, truth.sample
     rows = []
     for turning in (-1.0, 0.0, 1.0):
         still = {**sample.values, **quantity.more, name: np.full(sample.count, turning)}
         evaluated = Evaluation(derivation.algebra.ring, still)
-        forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
-        rows.append([np.broadcast_to(evaluated(force), (sample.count,)) for force in forces])
+        rows.append(stack(truth.rest_forces, evaluated, sample.count).T)
     below, rest, above = np.array(rows)
     felt = [
         k for k in range(len(rest)) if np.abs(np.stack([below, rest, above])[:, k]).max() > 1e-12
@@ -515,9 +500,8 @@ def _find_rates(truth: Truth, quantity: Quantity, name: str) -> Array:
         raise InputError("the steady motions follow from several conditions; ask for equilibrium")
     k = felt[0]
     square, linear = (above[k] + below[k]) / 2 - rest[k], (above[k] - below[k]) / 2
-    with np.errstate(all="ignore"):
-        root = np.sqrt(linear**2 - 4 * square * rest[k])
-        roots = np.stack([-linear - root, -linear + root]) / (2 * square)
+    root = np.sqrt(linear**2 - 4 * square * rest[k])
+    roots = np.stack([-linear - root, -linear + root]) / (2 * square)
     return np.sort(roots, axis=0)
 
 
@@ -529,9 +513,8 @@ def _find_foreign_rate(one: Residual, roots: Array, name: str, reach: float) -> 
     for k, turning in enumerate(grid):
         values = {**one.sample.values, name: np.full(count, turning)}
         table[k] = one.tape.evaluate(values, count).whole
-    with np.errstate(all="ignore"):
-        step, state = np.nonzero(table[:-1] * table[1:] < 0)
-        near = np.abs(roots[:, state] - (grid[step] + grid[step + 1]) / 2)
+    step, state = np.nonzero(table[:-1] * table[1:] < 0)
+    near = np.abs(roots[:, state] - (grid[step] + grid[step + 1]) / 2)
     width = grid[1] - grid[0]
     foreign = ~(near <= 2 * width).any(axis=0)
     if foreign.any() and not np.isnan(roots[:, state[foreign]]).all():
@@ -577,8 +560,7 @@ def is_equivalent(one: Residual, truth: Truth, letters: Sequence[str]) -> bool:
         own = np.broadcast_to(evaluated(L.diff(velocity).ddt()), (sample.count,))
         if name in known:
             own = own - evaluated(L.diff(name))
-        with np.errstate(all="ignore"):
-            relative = np.abs(given.whole - own) / (given.size + np.abs(own))
+        relative = np.abs(given.whole - own) / (given.size + np.abs(own))
         if not (relative[np.isfinite(relative)] <= TOLERANCE).all():
             return False
     return True

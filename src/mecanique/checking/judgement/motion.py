@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations, pairwise
 from typing import Any, final
 
@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import Tape, Values
+from mecanique.checking.grammar.tape import Tape, Values, halve
 from mecanique.checking.grammar.tree import Node, add, divide, multiply, negate
-from mecanique.checking.judgement.truth import Sample, Truth
+from mecanique.checking.judgement.truth import Sample, Truth, stack_mass
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.errors import FormulaError
 from mecanique.model.random_positions import angles
@@ -151,8 +151,7 @@ class Residual:
     @cached_property
     def relative(self) -> Array:
         """Its size relative to that of its terms, shape (n,); zero where it has no value."""
-        with np.errstate(all="ignore"):
-            found = np.abs(self.values.whole) / self.values.size
+        found = self.values.relative
         counts = self.finite & (self.values.size > 0)
         if (found[counts] > TOLERANCE).any():
             counts &= np.abs(self.values.whole) > self._rounding
@@ -163,8 +162,7 @@ class Residual:
         """The effect of rounding; the error of a vanishing acceleration scales with usual ones."""
         M, a = self.sample.M, self.sample.a
         vigor = np.sqrt(np.abs(np.einsum("ni,nij,nj->n", a, M, a)))
-        with np.errstate(all="ignore"):
-            usual = vigor[:, None] / np.sqrt(np.diagonal(M, axis1=1, axis2=2))
+        usual = vigor[:, None] / np.sqrt(np.diagonal(M, axis1=1, axis2=2))
         known = np.where(np.isfinite(usual), usual, 0.0)
         slopes = np.nan_to_num(np.abs(self.by_acceleration), posinf=0.0)
         return np.asarray(_ROUNDING * np.einsum("ni,ni->n", slopes, known))
@@ -208,8 +206,7 @@ class Residual:
             for k, name in enumerate(self.truth.accelerations)
         }
         values = self.tape.evaluate({**self.sample.letters, **moved}, self.sample.count)
-        with np.errstate(all="ignore"):
-            changed = np.abs(values.whole - self.values.whole) / values.size
+        changed = np.abs(values.whole - self.values.whole) / values.size
         return bool(np.nanmax(np.where(np.isfinite(changed), changed, 0.0)) <= TOLERANCE)
 
     @cached_property
@@ -224,10 +221,9 @@ class Residual:
             }
             steps.append(self.tape.evaluate({**before, **moved}, self.sample.count))
         back, first, second = steps
-        with np.errstate(all="ignore"):
-            bend = np.abs(second.whole - 2 * first.whole + self.values.whole)
-            kink = np.abs(first.whole - 2 * self.values.whole + back.whole)
-            found = np.fmax(bend, kink) / second.size
+        bend = np.abs(second.whole - 2 * first.whole + self.values.whole)
+        kink = np.abs(first.whole - 2 * self.values.whole + back.whole)
+        found = np.fmax(bend, kink) / second.size
         return bool(np.nanmax(np.where(np.isfinite(found), found, 0.0)) <= TOLERANCE)
 
     @cached_property
@@ -246,23 +242,16 @@ class Residual:
         states = np.repeat(np.arange(count), _LINES)
         way = np.tile(directions, (count, 1))
         near, far = (self._follow(states, way, sign * _REACHES) for sign in (-1.0, 1.0))
-        with np.errstate(all="ignore"):
-            touches = near[:, 0] * far[:, 0] > 0
+        touches = near[:, 0] * far[:, 0] > 0
         if touches.mean() > 0.5:
             return "it only touches zero: a square or a magnitude does not determine accelerations"
         for sign, table in ((-1.0, near), (1.0, far)):
-            with np.errstate(all="ignore"):
-                row, step = np.nonzero(table[:, :-1] * table[:, 1:] < 0)
-            low, high = sign * _REACHES[step], sign * _REACHES[step + 1]
+            row, step = np.nonzero(table[:, :-1] * table[:, 1:] < 0)
+            near_ends, far_ends = sign * _REACHES[step], sign * _REACHES[step + 1]
             first = table[row, step]
-            for _ in range(_HALVINGS if len(row) else 0):
-                middle = (low + high) / 2
-                value = self._follow(states[row], way[row], middle[:, None])[:, 0]
-                low, high = (
-                    np.where(value * first > 0, middle, low),
-                    np.where(value * first > 0, high, middle),
-                )
-            left = self._follow(states[row], way[row], low[:, None])[:, 0]
+            follow = partial(self._value_at, states[row], way[row])
+            low = halve(follow, first, near_ends, far_ends, _HALVINGS)
+            left = follow(low)
             # a jump from one sign to the other is a pole, no root
             roots = np.flatnonzero(np.abs(left) < _ROOT * np.abs(first))
             if len(roots):
@@ -273,6 +262,9 @@ class Residual:
                 true = ", ".join(f"{x:.4g}" for x in a)
                 return f"it holds for other motions, too, as for {said} instead of {true}"
         return ""
+
+    def _value_at(self, states: npt.NDArray[np.intp], way: Array, steps: Array) -> Array:
+        return self._follow(states, way, steps[:, None])[:, 0]
 
     def _follow(self, states: npt.NDArray[np.intp], way: Array, steps: Array) -> Array:
         """Return its values at steps from the true accelerations, shape (states, steps)."""
@@ -299,8 +291,7 @@ class Residual:
         columns = [self.tape.along(slopes, name) for name in self.truth.accelerations]
         after = np.stack(columns, axis=-1)
         scale = np.abs(after) + np.abs(self.by_acceleration)
-        with np.errstate(all="ignore"):
-            found = np.abs(after - self.by_acceleration) / scale
+        found = np.abs(after - self.by_acceleration) / scale
         known = np.isfinite(found) & (scale > 0)
         return bool((found[known] > 1e-6).any())
 
@@ -411,21 +402,16 @@ class Factors:
         paths = np.repeat(np.arange(len(self._starts)), _STEPS)
         along = np.tile(np.linspace(0.0, 1.0, _STEPS), len(self._starts))
         weights = self._weigh(one.tape, paths, along).reshape(len(self._starts), _STEPS, -1)
-        with np.errstate(all="ignore"):
-            product = np.einsum("psv,psv->ps", weights[:, :-1], weights[:, 1:])
+        product = np.einsum("psv,psv->ps", weights[:, :-1], weights[:, 1:])
         path, step = np.nonzero(product < 0)
         if not len(path):
             return ""
         low: Numbers = step / (_STEPS - 1)
         high: Numbers = (step + 1) / (_STEPS - 1)
         first = weights[path, step]
-        for _ in range(_FACTOR_HALVINGS):
-            middle = (low + high) / 2
-            same = np.einsum("kv,kv->k", self._weigh(one.tape, path, middle), first) > 0
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        low = halve(partial(self._weigh, one.tape, path), first, low, high, _FACTOR_HALVINGS)
         left = np.linalg.norm(self._weigh(one.tape, path, low), axis=1)
-        with np.errstate(all="ignore"):
-            vanishes = left <= _ZERO * np.linalg.norm(first, axis=1)
+        vanishes = left <= _ZERO * np.linalg.norm(first, axis=1)
         if not vanishes.any():
             return ""
         where = self._name(path[vanishes], low[vanishes])
@@ -460,8 +446,7 @@ class Factors:
 
     def _weigh(self, tape: Tape, paths: Numbers, along: Array) -> Array:
         """Return the weight of each true equation, shape (k, nv)."""
-        derivation = self._truth.derivation
-        assert derivation is not None
+        derivation = self._truth.closed_form
         letters = self._locate(paths, along)
         n, nv = len(paths), len(derivation.M)
         by = np.empty((n, nv))
@@ -471,11 +456,7 @@ class Factors:
             for column, name in enumerate(self._truth.accelerations):
                 by[some, column] = tape.along(slopes, name)
         evaluated = Evaluation(derivation.algebra.ring, letters)
-        M = np.empty((n, nv, nv))
-        with np.errstate(all="ignore"):
-            for i, row in enumerate(derivation.M):
-                for j, entry in enumerate(row):
-                    M[:, i, j] = evaluated(entry)
+        M = stack_mass(derivation, evaluated, n)
         whole = np.isfinite(M).all((1, 2)) & np.isfinite(by).all(1)
         M[~whole], by[~whole] = np.eye(nv), 0.0
         return np.asarray((np.linalg.pinv(M) @ by[..., None])[..., 0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, TypeAlias, final
@@ -13,7 +13,7 @@ from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.reader import read
 from mecanique.checking.grammar.tape import Tape
-from mecanique.checking.judgement.truth import Sample, Truth
+from mecanique.checking.judgement.truth import Sample, Truth, stack
 from mecanique.derivation import derive
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
@@ -178,8 +178,7 @@ class _Asked:
         return np.broadcast_to(np.asarray(evaluated(series), dtype=float), (self._sample.count,))
 
     def _mass(self, name: str, _: str) -> Quantity:
-        derivation = self._truth.derivation
-        assert derivation is not None
+        derivation = self._truth.closed_form
         entries = [entry for row in derivation.M for entry in row]
         series = {str(k): entry for k, entry in enumerate(entries)}
         return Quantity(name, "matrix", (), self._sample.M, series=series)
@@ -337,17 +336,15 @@ class _Asked:
 
     def _holding(self, name: str, _: str) -> Quantity:
         """Return the inputs that hold the mechanism at rest in any position."""
-        derivation, sample = self._truth.derivation, self._sample
-        assert derivation is not None
+        derivation, sample = self._truth.closed_form, self._sample
         inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
         moving = (*self._truth.velocities, *self._truth.accelerations)
         still = dict.fromkeys(moving, np.zeros(sample.count))
         at_rest = Evaluation(
             derivation.algebra.ring, {**sample.values, **still, **dict.fromkeys(inputs, _ZERO)}
         )
-        shape = (sample.count,)
-        forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
-        right = np.stack([np.broadcast_to(at_rest(force), shape) for force in forces], axis=-1)
+        forces = self._truth.rest_forces
+        right = stack(forces, at_rest, sample.count)
         by = np.zeros((sample.count, len(forces), len(inputs)))
         for i, force in enumerate(forces):
             known = {g.name for g in force.generators()}
@@ -374,8 +371,7 @@ class _Asked:
                 "expected e.g. 'transfer function of "
                 f"{coordinates[0]} from {(*inputs, 'F')[0]}', got {what!r}"
             )
-        derivation, sample = self._truth.derivation, self._sample
-        assert derivation is not None
+        derivation, sample = self._truth.closed_form, self._sample
         M, C, K = linear_matrices(self._truth, sample, self._position)
         signals = dict.fromkeys(inputs, np.zeros(sample.count))
         names = (*self._truth.velocities, *self._truth.mechanism.coordinates)
@@ -399,8 +395,7 @@ class _Asked:
 
     def _steady(self, name: str, _: str) -> Quantity:
         """Ask for the rates at which coordinates that nothing depends on turn uniformly."""
-        derivation = self._truth.derivation
-        assert derivation is not None
+        derivation = self._truth.closed_form
         parts = [*derivation.h, *derivation.Q, *(e for row in derivation.M for e in row)]
         felt = {g.name for part in parts for g in part.generators()}
         rates = [v for v in self._truth.velocities if v.removesuffix("'") not in felt]
@@ -460,6 +455,19 @@ def _oscillate(M: Array, C: Array, K: Array) -> Array:
     return np.where(oscillates[:, None], turning, np.nan)
 
 
+def measure(omega: Array, letters: Sequence[str]) -> dict[str, Array]:
+    """Return the values of letters for an angular frequency: itself, 1/s or the period."""
+    with np.errstate(all="ignore"):
+        period = 2 * np.pi / omega
+    known = dict.fromkeys(letters, omega)
+    for name in letters:
+        if name.startswith(("f", "nu")):
+            known[name] = omega / (2 * np.pi)
+        elif name.startswith("T"):
+            known[name] = period
+    return known
+
+
 def _divide(unit: str, by: str) -> Dimension:
     pairs = zip(read_unit(unit), read_unit(by), strict=True)
     return tuple(above - below for above, below in pairs)
@@ -494,8 +502,7 @@ def linear_matrices(
     n, nv = sample.count, len(truth.velocities)
     M, C, K = (np.zeros((n, nv, nv)) for _ in range(3))
     with np.errstate(all="ignore"):
-        for i, (h, Q) in enumerate(zip(derivation.h, derivation.Q, strict=True)):
-            force = h - Q
+        for i, force in enumerate(truth.rest_forces):
             rest = np.broadcast_to(evaluated(force), (n,))
             for j, velocity in enumerate(truth.velocities):
                 M[:, i, j] = evaluated(derivation.M[i][j])

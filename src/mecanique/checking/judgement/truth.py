@@ -100,6 +100,17 @@ class Truth:
         except DerivationError:
             return None
 
+    @property
+    def closed_form(self) -> Derivation:
+        """The closed form, of a mechanism that is known to have one."""
+        assert self.derivation is not None, "asked of what has one"
+        return self.derivation
+
+    @cached_property
+    def rest_forces(self) -> list[Series]:
+        """The terms h − Q of M a + h − Q = 0."""
+        return [h - Q for h, Q in zip(self.closed_form.h, self.closed_form.Q, strict=True)]
+
     @cached_property
     def sample(self) -> Sample:
         """States, with random parameters if the equations have a closed form."""
@@ -147,8 +158,7 @@ class Truth:
 
     def _draw(self, varied: frozenset[str]) -> Sample:
         """Draw states, and evaluate the closed form in them."""
-        derivation = self.derivation
-        assert derivation is not None
+        derivation = self.closed_form
         mechanism = self.mechanism
         states = random_states(mechanism, _CANDIDATES, self.seed, derivation.assumptions)
         random = np.random.default_rng(self.seed + 1)
@@ -182,14 +192,12 @@ class Truth:
         self, values: dict[str, Any], n: int, *, varied: bool, most: int
     ) -> Sample | None:
         """Evaluate the closed form in n states; keep those with values, at most so many."""
-        derivation, mechanism = self.derivation, self.mechanism
-        assert derivation is not None
+        derivation = self.closed_form
         evaluated = Evaluation(derivation.algebra.ring, values)
         with np.errstate(all="ignore"):
-            M = self._stack([entry for row in derivation.M for entry in row], evaluated, n)
-            M = M.reshape(n, mechanism.nv, mechanism.nv)
-            bias = self._stack(derivation.h, evaluated, n)
-            forces = self._stack(derivation.Q, evaluated, n)
+            M = stack_mass(derivation, evaluated, n)
+            bias = stack(derivation.h, evaluated, n)
+            forces = stack(derivation.Q, evaluated, n)
             known = np.concatenate([M.reshape(n, -1), bias - forces], axis=1)
             possible = np.asarray(np.isfinite(known).all(axis=1))
             for assumption in derivation.assumptions:
@@ -236,12 +244,11 @@ class Truth:
 
     def _ties(self, evaluated: Evaluation, n: int) -> tuple[Array, Array]:
         """Return J and b of J a + b = 0, shape (n, m, nv) and (n, m)."""
-        derivation, nv = self.derivation, self.mechanism.nv
-        assert derivation is not None
+        derivation, nv = self.closed_form, self.mechanism.nv
         slopes, own = np.zeros((n, len(derivation.ties), nv)), np.zeros((n, len(derivation.ties)))
         for k, tie in enumerate(derivation.ties):
             rates, rest = tie.second.linear(self.accelerations)
-            slopes[:, k] = self._stack(rates, evaluated, n)
+            slopes[:, k] = stack(rates, evaluated, n)
             own[:, k] = evaluated(rest)
         return slopes, own
 
@@ -273,9 +280,6 @@ class Truth:
         masses = [p.value for p in self.mechanism.parameters if p.unit == "kg" and p.value]
         return float(np.median(masses)) * 9.81 if masses else 1.0
 
-    def _stack(self, series: Sequence[Series], evaluated: Evaluation, n: int) -> Array:
-        return np.stack([np.broadcast_to(evaluated(one), (n,)) for one in series], axis=-1)
-
     def _compute(self) -> Sample:
         """Draw states, and compute the equations numerically, without a closed form."""
         mechanism, equations = self.mechanism, self.equations
@@ -300,6 +304,18 @@ class Truth:
             count=n,
             varied=False,
         )
+
+
+def stack(series: Sequence[Series], evaluated: Evaluation, n: int) -> Array:
+    """Return the values of some series, shape (n, series)."""
+    return np.stack([np.broadcast_to(evaluated(one), (n,)) for one in series], axis=-1)
+
+
+def stack_mass(derivation: Derivation, evaluated: Evaluation, n: int) -> Array:
+    """Return the mass matrix for some values of its letters, shape (n, nv, nv)."""
+    nv = len(derivation.M)
+    entries = [entry for row in derivation.M for entry in row]
+    return stack(entries, evaluated, n).reshape(n, nv, nv)
 
 
 def accelerate(M: Array, force: Array, J: Array, own: Array) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.checking.judgement.truth import Sample, Truth, accelerate
+from mecanique.checking.judgement.truth import Sample, Truth, accelerate, stack, stack_mass
 from mecanique.derivation import derive
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -87,14 +87,11 @@ class RightEquations:
 
     def evaluate(self, derivation: Derivation, evaluated: Evaluation) -> tuple[Array, Array]:
         """Return M and bias − forces of a derivation for some values of its letters."""
-        n, nv = self.sample.count, len(derivation.M)
-        M, rest = np.empty((n, nv, nv)), np.empty((n, nv))
+        n = self.sample.count
         with np.errstate(all="ignore"):
-            for i, entries in enumerate(derivation.M):
-                for j, entry in enumerate(entries):
-                    M[:, i, j] = evaluated(entry)
-                rest[:, i] = evaluated(derivation.h[i]) - evaluated(derivation.Q[i])
-        return M, rest
+            M = stack_mass(derivation, evaluated, n)
+            bias, forces = (stack(rows, evaluated, n) for rows in (derivation.h, derivation.Q))
+            return M, bias - forces
 
 
 def group_by_velocities(series: Series, velocities: Sequence[str]) -> dict[tuple[int, ...], Series]:
@@ -116,12 +113,24 @@ _MOST_TERMS = 12
 """Longer entries of the equations are changed only as a whole, not term by term."""
 
 
-class _Mistake(NamedTuple):
-    """A kind of mistake, its words about a term, and its weight."""
+@final
+@dataclass(frozen=True)
+class Mistake:
+    """A mistake whose mending makes a formula right."""
 
     kind: str
-    text: str
-    weight: float
+    text: str  # in words
+    part: str  # of the formula, as it was written; empty if it is missing
+    weight: float  # the smaller, the likelier
+
+
+SLIPS = (
+    (0.0, "missing", "{} is missing"),
+    (-1.0, "sign", "the sign of {} is wrong"),
+    (2.0, "factor", "{} is counted twice"),
+    (0.5, "factor", "{} is halved"),
+)
+"""What a part is mistakenly multiplied by, with the kind of mistake and its words."""
 
 
 class _Term(NamedTuple):
@@ -130,21 +139,17 @@ class _Term(NamedTuple):
     row: int  # index of the equation
     series: Series  # the term, without its acceleration
     column: int  # column of M; −1 for a term without an acceleration
-    name: str  # its name in words; empty if it has none
+    name: str  # its name in words
     weight: float  # how likely it is forgotten; smaller is likelier
 
 
 def mistake_terms(right: RightEquations) -> Iterator[Hypothesis]:
     """Yield equations with a term left out, of the wrong sign, doubled or halved."""
     for term in _list_terms(right):
-        missing = f"{term.name} {{}} is missing" if term.name else "the term {} is missing"
-        yield _change(right, term, 0.0, _Mistake("missing", missing, term.weight))
-        sign = "the sign of the term {} is wrong"
-        yield _change(right, term, -1.0, _Mistake("sign", sign, term.weight))
-        twice = "the term {} is counted twice"
-        yield _change(right, term, 2.0, _Mistake("factor", twice, term.weight + 0.5))
-        half = "the term {} is halved"
-        yield _change(right, term, 0.5, _Mistake("factor", half, term.weight + 0.5))
+        for factor, kind, words in SLIPS:
+            name = term.name if kind == "missing" else "the term"
+            weight = term.weight + 0.5 * (kind == "factor")
+            yield _change(right, term, factor, kind, words.format(f"{name} {{}}"), weight)
 
 
 def mistake_letters(right: RightEquations) -> Iterator[Hypothesis]:
@@ -161,7 +166,7 @@ def mistake_letters(right: RightEquations) -> Iterator[Hypothesis]:
             if one.unit == other.unit and one.symbol in powers:
                 ratio = (values[other.symbol] / values[one.symbol]) ** powers[one.symbol]
                 text = f"in the term {{}} {other.symbol} should be {one.symbol}"
-                yield _change(right, term, ratio, _Mistake("letter", text, 2.1))
+                yield _change(right, term, ratio, "letter", text, 2.1)
 
 
 def _list_terms(right: RightEquations) -> Iterator[_Term]:
@@ -191,7 +196,12 @@ def _list_terms(right: RightEquations) -> Iterator[_Term]:
 
 
 def _change(
-    right: RightEquations, term: _Term, factor: float | Array, mistake: _Mistake
+    right: RightEquations,
+    term: _Term,
+    factor: float | Array,
+    kind: str,
+    text: str,
+    weight: float,
 ) -> Hypothesis:
     """Return the equations with a term mistakenly multiplied by a factor."""
     M, rest, shown = right.sample.M, right.rest, term.series
@@ -204,7 +214,7 @@ def _change(
     else:
         rest = rest.copy()
         rest[:, term.row] += change
-    return Hypothesis(*mistake, M=M, rest=rest, row=term.row, term=shown)
+    return Hypothesis(kind, text, weight, M, rest, term.row, shown)
 
 
 def list_parts(series: Series, velocities: Sequence[str]) -> list[Series]:
@@ -360,18 +370,13 @@ def linearize(right: RightEquations) -> Iterator[Hypothesis]:
     names = (*derivation.algebra.velocities, *mechanism.coordinates)
     still = {**right.sample.values, **dict.fromkeys(names, np.zeros(right.sample.count))}
     at_rest = Evaluation(ring, still)
-    forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
-    n, nv = right.sample.count, mechanism.nv
+    forces, n = right.truth.rest_forces, right.sample.count
     with np.errstate(all="ignore"):
-        M, rest = np.empty((n, nv, nv)), np.empty((n, nv))
-        for i, entries in enumerate(derivation.M):
-            for j, entry in enumerate(entries):
-                M[:, i, j] = at_rest(entry)
-            rest[:, i] = at_rest(forces[i])
+        M, rest = stack_mass(derivation, at_rest, n), stack(forces, at_rest, n)
+        for i, force in enumerate(forces):
             for name in names:
-                if any(g.name == name for g in forces[i].generators()):
-                    slope = at_rest(forces[i].diff(name))
-                    rest[:, i] += slope * right.sample.values[name]
+                if any(g.name == name for g in force.generators()):
+                    rest[:, i] += at_rest(force.diff(name)) * right.sample.values[name]
     yield Hypothesis(
         "linearized",
         "small angles are assumed throughout: it is the linearized equation",
@@ -402,12 +407,10 @@ def mistake_parts(right: RightEquations) -> Iterator[Hypothesis]:
         less = right.rebuild(replace(mechanism, forces=others))
         if less is not None:
             own_M, own_rest = right.sample.M - less[0], right.rest - less[1]
-            for kind, factor, what in (
-                ("missing", 0.0, f"the force {force.name!r} is missing"),
-                ("sign", -1.0, f"the sign of the force {force.name!r} is wrong"),
-                ("factor", 2.0, f"the force {force.name!r} is counted twice"),
-                ("factor", 0.5, f"the force {force.name!r} is halved (an extra factor ½)"),
-            ):
+            for factor, kind, words in SLIPS:
+                what = words.format(f"the force {force.name!r}")
+                if factor == 0.5:
+                    what += " (an extra factor ½)"
                 M, rest = less[0] + factor * own_M, less[1] + factor * own_rest
                 yield Hypothesis(kind, what, 1.2 + 0.3 * (kind == "factor"), M, rest)
         yield from _forget_free_length(right, mechanism, force)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -14,9 +14,9 @@ from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.tape import Tape
 from mecanique.checking.grammar.tree import Node, call, compound, negate, number, raise_to, rate
 from mecanique.checking.judgement.motion import Residual
-from mecanique.checking.judgement.quantities import Quantity, roll
+from mecanique.checking.judgement.quantities import Quantity, measure, roll
 from mecanique.checking.judgement.truth import Truth
-from mecanique.checking.mistakes.hypotheses import Hypotheses
+from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses, Mistake
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import FormulaError, MecaniqueError
@@ -28,19 +28,11 @@ _ALIKE = 1e-6
 _STEP = 1e-5
 """A displacement from equilibrium, in radians or meters, at which restoring forces are taken."""
 
+_WEIGHTS = (1.2, 1.05, 1.45, 1.5)
+"""Of the slips in a potential, the smaller, the likelier."""
+
 _CONSERVED = 1e-8
 """A rate below this part of its terms is zero."""
-
-
-@final
-@dataclass(frozen=True)
-class Mistake:
-    """A mistake in a quantity."""
-
-    weight: float
-    kind: str
-    text: str
-    part: str = ""
 
 
 @final
@@ -69,7 +61,7 @@ class QuantityMistakes:
         for found in self._list("motion").listed:
             scale = np.abs(given) + np.abs(found.M)
             if (np.abs(given - found.M) <= _ALIKE * scale).all() and found.row < 0:
-                yield Mistake(found.weight, found.kind, found.sentence)
+                yield Mistake(found.kind, found.sentence, "", found.weight)
 
     def _list(self, where: str) -> Hypotheses:
         if where not in self._about:
@@ -94,7 +86,7 @@ class QuantityMistakes:
                 k = self._truth.velocities.index(f"{self._momentum_of(quantity)}'")
                 more = np.einsum("nj,nj->n", change[:, k], v)
             if self._holds(one, quantity, quantity.values + more, None):
-                yield Mistake(found.weight, found.kind, found.sentence)
+                yield Mistake(found.kind, found.sentence, "", found.weight)
 
     def _momentum_of(self, quantity: Quantity) -> str:
         return quantity.letters[1].removeprefix("p")
@@ -115,10 +107,7 @@ class QuantityMistakes:
             other = one.tape.evaluate({**letters, **moved}, one.sample.count)
             difference = difference - other.whole
             size = np.maximum(size, other.size)
-        with np.errstate(all="ignore"):
-            relative = np.abs(difference) / size
-        known = np.isfinite(relative)
-        return bool(known.any() and (relative[known] <= _ALIKE).all())
+        return _vanishes(np.abs(difference) / size)
 
     def _explain_potential(self, one: Residual, quantity: Quantity, name: str) -> Iterator[Mistake]:
         if quantity.values is None or quantity.again is None:
@@ -161,30 +150,26 @@ class QuantityMistakes:
             here, there = (full - left for full, left in zip(whole, rest, strict=True))
             if not np.abs(here).any():
                 continue
-            twice = f"{said} is counted twice"
-            if weighs:
-                twice += ", or acts at the end instead of the center"
-            yield Mistake(1.2, "missing", f"{said} is missing"), -here, -there
-            yield (
-                Mistake(1.05, "potential sign", f"the sign of {said} is wrong"),
-                -2 * here,
-                -2 * there,
-            )
-            yield Mistake(1.45, "factor", twice), here, there
-            yield Mistake(1.5, "factor", f"{said} is halved"), -here / 2, -there / 2
+            for (factor, kind, words), weight in zip(SLIPS, _WEIGHTS, strict=True):
+                kind = "potential sign" if kind == "sign" else kind
+                text = words.format(said)
+                if weighs and factor == 2.0:
+                    text += ", or acts at the end instead of the center"
+                mistake = Mistake(kind, text, "", weight)
+                yield mistake, (factor - 1) * here, (factor - 1) * there
 
     def _explain_frequency(self, one: Residual, quantity: Quantity) -> Iterator[Mistake]:
         assert quantity.values is not None
         for omega in quantity.values:
             for weight, text, values in _other_measures(omega, quantity.letters):
                 if self._fits(one, values):
-                    yield Mistake(weight, "measure", text)
+                    yield Mistake("measure", text, "", weight)
         if len(quantity.values) > 1 or "'" not in self._truth.velocities[0]:
             return
         for found, omega in self._frequencies():
             spend()
             if self._fits(one, measure(omega, quantity.letters)):
-                yield Mistake(found.weight, found.kind, found.text)
+                yield found
 
     def _frequencies(self) -> list[tuple[Mistake, Array]]:
         """Return the frequencies about zero that mistakes lead to, of one degree of freedom."""
@@ -199,9 +184,8 @@ class QuantityMistakes:
         for one in listed:
             if one.kind in ("linearized", "angle"):
                 continue
-            with np.errstate(all="ignore"):
-                omega = np.sqrt(one.rest[:, 0] / (_STEP * one.M[:, 0, 0]))
-            found.append((Mistake(one.weight, one.kind, one.sentence), omega))
+            omega = np.sqrt(one.rest[:, 0] / (_STEP * one.M[:, 0, 0]))
+            found.append((Mistake(one.kind, one.sentence, "", one.weight), omega))
         return found
 
     def _fits(self, one: Residual, values: Mapping[str, Array]) -> bool:
@@ -209,18 +193,14 @@ class QuantityMistakes:
             return False
         letters = {**one.sample.values, **values}
         whole = one.tape.evaluate(letters, one.sample.count)
-        with np.errstate(all="ignore"):
-            relative = np.abs(whole.whole) / whole.size
-        known = np.isfinite(relative)
-        return bool(known.any() and (relative[known] <= _ALIKE).all())
+        return _vanishes(whole.relative)
 
-    def explain_constant(self, root: Node, text: str) -> Iterator[Mistake]:
+    def explain_constant(self, root: Node, written: str) -> Iterator[Mistake]:
         """Yield mistakes in a conserved quantity: forces, and single changes that mend it."""
         truth = self._truth
         moving = Letters.of(truth.mechanism).rate_nodes
         moved = roll(truth, truth.sample)
-        derivation = truth.derivation
-        assert derivation is not None
+        derivation = truth.closed_form
         lagrange = Lagrange(truth.mechanism, derivation.algebra)
         energy = lagrange.T + lagrange.V
         here, there = (
@@ -232,13 +212,12 @@ class QuantityMistakes:
         other = tape.evaluate({**truth.sample.values, **moved}, truth.sample.count)
         change = (first.whole - other.whole) - (here - there)
         if (np.abs(change) <= _ALIKE * (first.size + other.size)).all():
-            yield Mistake(
-                0.5,
-                "Jacobi",
+            text = (
                 "it is T + V, which a prescribed motion or a force changes; Jacobi's integral is "
-                "T2 − T0 + V, with the terms of T by their degree in the velocities",
+                "T2 − T0 + V, with the terms of T by their degree in the velocities"
             )
-        for weight, kind, said, part, changed in _mutate(root, text):
+            yield Mistake("Jacobi", text, "", 0.5)
+        for weight, kind, said, part, changed in _mutate(root, written):
             spend()
             try:
                 slope = rate(changed, moving)
@@ -247,7 +226,12 @@ class QuantityMistakes:
             values = Tape(slope).evaluate(truth.sample.letters, truth.sample.count)
             constant = (np.abs(values.whole) <= _CONSERVED * values.size).all()
             if constant and values.size.any():
-                yield Mistake(weight, kind, said, part)
+                yield Mistake(kind, said, part, weight)
+
+
+def _vanishes(relative: Array) -> bool:
+    known = np.isfinite(relative)
+    return bool(known.any() and (relative[known] <= _ALIKE).all())
 
 
 def _potential(
@@ -260,31 +244,16 @@ def _potential(
     ]
 
 
-def measure(omega: Array, letters: Sequence[str]) -> dict[str, Array]:
-    """Return the values of letters for an angular frequency: itself, 1/s or the period."""
-    with np.errstate(all="ignore"):
-        period = 2 * np.pi / omega
-    known = dict.fromkeys(letters, omega)
-    for name in letters:
-        if name.startswith(("f", "nu")):
-            known[name] = omega / (2 * np.pi)
-        elif name.startswith("T"):
-            known[name] = period
-    return known
-
-
 def _other_measures(
     omega: Array, letters: Sequence[str]
 ) -> Iterator[tuple[float, str, dict[str, Array]]]:
     right = measure(omega, letters)
-    for factor, said in ((2 * np.pi, "a factor 2 pi is missing or surplus"),):
-        for scale in (factor, 1 / factor):
-            text = f"{said}: omega = 2 pi f = 2 pi/T"
-            yield 0.7, text, {name: value * scale for name, value in right.items()}
-    with np.errstate(all="ignore"):
-        square = measure(omega**2, letters)
-        yield 0.7, "the square root is missing: it is omega^2", square
-        yield 0.8, "it is inverted", {name: 1 / value for name, value in right.items()}
+    text = "a factor 2 pi is missing or surplus: omega = 2 pi f = 2 pi/T"
+    for scale in (2 * np.pi, 1 / (2 * np.pi)):
+        yield 0.7, text, {name: value * scale for name, value in right.items()}
+    square = measure(omega**2, letters)
+    yield 0.7, "the square root is missing: it is omega^2", square
+    yield 0.8, "it is inverted", {name: 1 / value for name, value in right.items()}
 
 
 def _mutate(root: Node, text: str) -> Iterator[tuple[float, str, str, str, Node]]:

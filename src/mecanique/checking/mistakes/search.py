@@ -24,7 +24,7 @@ from mecanique.checking.grammar.tree import number as zero_node
 from mecanique.checking.judgement.motion import Residual, residuals
 from mecanique.checking.judgement.quantities import Quantity
 from mecanique.checking.judgement.truth import Truth
-from mecanique.checking.mistakes.hypotheses import Hypotheses, list_parts
+from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses, Mistake, list_parts
 from mecanique.checking.mistakes.of_quantities import QuantityMistakes
 from mecanique.checking.mistakes.units import UnitMisfitError, Units
 from mecanique.checking.verdict import Cause
@@ -96,9 +96,8 @@ class Context:
     @cached_property
     def ratios(self) -> Array:
         """The factors, then their inverses, shape (2 k, n)."""
-        with np.errstate(all="ignore"):
-            stacked = np.stack([value for _, value in self.factors.values()])
-            return np.concatenate([stacked, 1 / stacked])
+        stacked = np.stack([value for _, value in self.factors.values()])
+        return np.concatenate([stacked, 1 / stacked])
 
     def alternatives(self, name: str) -> Iterator[tuple[str, Array]]:
         """Yield alternatives to a letter, with their values."""
@@ -136,16 +135,6 @@ ALIKE = 1e-6
 
 SIMPLE = 60
 """Factors with a denominator up to this are written as fractions."""
-
-
-@dataclass(frozen=True)
-class Repair:
-    """A change of one part that makes a formula right."""
-
-    kind: str
-    text: str  # the mistake in words
-    part: str  # the part as it was written
-    weight: float  # the smaller, the likelier
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +191,7 @@ class Part:
         return f"in '{' '.join(self.text[node.start : node.end].split())}' "
 
 
-def repair_number(part: Part) -> Iterator[Repair]:
+def repair_number(part: Part) -> Iterator[Mistake]:
     """Yield repairs of a number."""
     ratio = part.want
     spread = float(np.ptp(ratio))
@@ -211,10 +200,10 @@ def repair_number(part: Part) -> Iterator[Repair]:
         return
     found = Fraction(float(ratio.mean())).limit_denominator(SIMPLE)
     if found and abs(float(found) / float(ratio.mean()) - 1) < ALIKE and not part.is_term:
-        yield Repair("factor", f"the number '{part.quoted}' should be {found}", part.quoted, 1.6)
+        yield Mistake("factor", f"the number '{part.quoted}' should be {found}", part.quoted, 1.6)
 
 
-def repair_letter(part: Part) -> Iterator[Repair]:
+def repair_letter(part: Part) -> Iterator[Mistake]:
     """Yield repairs of a letter: another one, its sine, a power."""
     name = part.node.name
     context = part.context
@@ -224,7 +213,7 @@ def repair_letter(part: Part) -> Iterator[Repair]:
             kind = "letter" if angular else "angle"
             text = f"{part.here} {part.where}should be {other}"
             # a sum in place of a letter is a missing term
-            yield Repair(kind, text, part.quoted, 2.05 if "+" in other else 1.3)
+            yield Mistake(kind, text, part.quoted, 2.05 if "+" in other else 1.3)
     if name in context.angles:
         for function, shape in (("sin", np.sin), ("tan", np.tan)):
             if part.is_alike(shape(part.have)):
@@ -232,7 +221,7 @@ def repair_letter(part: Part) -> Iterator[Repair]:
                     f"{part.here} {part.where}should be {function}({name}): the angle is "
                     "assumed to be small"
                 )
-                yield Repair("small angle", text, part.quoted, 1.0)
+                yield Mistake("small angle", text, part.quoted, 1.0)
     if name in context.units or name in context.velocities or name in context.coordinates:
         for shown, value in (
             (f"{name}^2", part.have**2),
@@ -241,10 +230,10 @@ def repair_letter(part: Part) -> Iterator[Repair]:
         ):
             if part.is_alike(value):
                 text = f"{part.here} {part.where}should be {shown}"
-                yield Repair("power", text, part.quoted, 1.7)
+                yield Mistake("power", text, part.quoted, 1.7)
 
 
-def repair_circular(part: Part) -> Iterator[Repair]:
+def repair_circular(part: Part) -> Iterator[Mistake]:
     """Yield repairs of a sine or cosine: the other one, another angle, none."""
     name, argument = part.node.name, part.node.parts[0]
     inner = part.values.parts[part.tape.parts[part.place][0]][part.usable]
@@ -253,11 +242,11 @@ def repair_circular(part: Part) -> Iterator[Repair]:
     for sign, words in ((1, ""), (-1, "−")):
         if part.is_alike(sign * other(inner)):
             text = f"'{part.quoted}' {part.where}should be {words}{turned}"
-            yield Repair("sin for cos", text, part.quoted, 1.0 + 0.3 * (sign < 0))
+            yield Mistake("sin for cos", text, part.quoted, 1.0 + 0.3 * (sign < 0))
     for factor in (np.pi / 180, 180 / np.pi):
         if part.is_alike(own(inner * factor)):
             text = f"'{part.quoted}' {part.where}is taken in degrees: angles are in radians"
-            yield Repair("degree", text, part.quoted, 0.8)
+            yield Mistake("degree", text, part.quoted, 0.8)
             return
     for formula, value in part.context.arguments.items():
         angle = value[part.usable]
@@ -267,27 +256,26 @@ def repair_circular(part: Part) -> Iterator[Repair]:
                 f"'{part.quoted}' {part.where}should be {name}({formula}): relative and "
                 "absolute angles are mixed up"
             )
-            yield Repair("angle", text, part.quoted, 1.2)
+            yield Mistake("angle", text, part.quoted, 1.2)
         elif not alike and part.is_alike(other(angle)):
             text = f"'{part.quoted}' {part.where}should be {turned}({formula})"
-            yield Repair("angle", text, part.quoted, 2.2)
+            yield Mistake("angle", text, part.quoted, 2.2)
     if part.is_alike(np.ones_like(inner)) and argument.letters:
         text = f"the factor '{part.quoted}' does not belong {part.where or 'there'}"
-        yield Repair("factor surplus", text, part.quoted, 2.0)
+        yield Mistake("factor surplus", text, part.quoted, 2.0)
 
 
-def repair_power(part: Part) -> Iterator[Repair]:
+def repair_power(part: Part) -> Iterator[Mistake]:
     """Yield repairs of a power: another exponent, a product of rates."""
     base = part.values.parts[part.tape.parts[part.place][0]][part.usable]
     for exponent in (1, 2, 3, 4, 0, -1):
-        with np.errstate(all="ignore"):
-            value = np.abs(base) ** exponent if exponent in (2, 4) else base**exponent
+        value = np.abs(base) ** exponent if exponent in (2, 4) else base**exponent
         if part.is_alike(np.asarray(value, dtype=float)):
             letter = part.node.parts[0]
             shown = " ".join(part.text[letter.start : letter.end].split())
             right = {0: "1", 1: shown}.get(exponent, f"{shown}^{exponent}")
             text = f"'{part.quoted}' {part.where}should be {right}"
-            yield Repair("power", text, part.quoted, 1.5)
+            yield Mistake("power", text, part.quoted, 1.5)
     exponent_node = part.node.parts[1]
     velocity = part.node.parts[0].name
     if velocity in part.context.velocities and exponent_node.value == 2:
@@ -295,15 +283,15 @@ def repair_power(part: Part) -> Iterator[Repair]:
             product = part.context.values[other][part.usable] * base
             if other != velocity and part.is_alike(product):
                 text = f"'{part.quoted}' {part.where}should be {velocity} {other}"
-                yield Repair("angle", text, part.quoted, 1.4)
+                yield Mistake("angle", text, part.quoted, 1.4)
 
 
-def repair_sum(part: Part) -> Iterator[Repair]:
+def repair_sum(part: Part) -> Iterator[Mistake]:
     """Yield repairs of a sum: its sine, a letter that it lacks."""
     angular = part.node.letters and part.node.letters <= set(part.context.angles)
     if angular and part.is_alike(np.sin(part.have)):
         text = f"'{part.quoted}' should be its sine: the angle is assumed to be small"
-        yield Repair("small angle", text, part.quoted, 1.0)
+        yield Mistake("small angle", text, part.quoted, 1.0)
     short = part.want - part.have
     group = [name for name in part.node.letters if name in part.context.units]
     units = {part.context.units[name] for name in group}
@@ -313,22 +301,21 @@ def repair_sum(part: Part) -> Iterator[Repair]:
             alike = (np.abs(short - value) <= ALIKE * np.abs(value)).all()
             if unit in units and alike:
                 text = f"{name} is missing from the sum '{part.quoted}'"
-                yield Repair("letter", text, part.quoted, 1.4)
+                yield Mistake("letter", text, part.quoted, 1.4)
 
 
 _INERTIAS = {Fraction(4), Fraction(1, 4), Fraction(3), Fraction(1, 3), Fraction(12)}
 
 
-def repair_term(part: Part) -> Iterator[Repair]:
+def repair_term(part: Part) -> Iterator[Mistake]:
     """Yield repairs of a term: a number, a letter, a function; or its absence."""
-    with np.errstate(all="ignore"):
-        ratio = part.want / part.have
+    ratio = part.want / part.have
     if not np.isfinite(ratio).all():
         return
     size = part.values.sizes[part.tape.parents[part.place]][part.usable]
     if (np.abs(part.want) <= 1e-9 * size).all():
         text = f"the term '{part.quoted}' does not belong there"
-        yield Repair("extra", text, part.quoted, 2.2)
+        yield Mistake("extra", text, part.quoted, 2.2)
         return
     mean = float(ratio.mean())
     if float(np.ptp(ratio)) <= ALIKE * abs(mean):
@@ -345,46 +332,46 @@ def repair_term(part: Part) -> Iterator[Repair]:
             formula = name[3:].removesuffix("^2")
             pair = ("sin", "cos") if place < len(names) else ("cos", "sin")
             text = f"in the term '{part.quoted}' {pair[1]}{formula} should be {pair[0]}{formula}"
-            yield Repair(kind, text, part.quoted, 1.7)
+            yield Mistake(kind, text, part.quoted, 1.7)
         elif kind == "letter":
             pair = name.split("/") if place < len(names) else name.split("/")[::-1]
             text = f"in the term '{part.quoted}' {pair[1]} should be {pair[0]}"
-            yield Repair(kind, text, part.quoted, 1.7)
+            yield Mistake(kind, text, part.quoted, 1.7)
         elif place >= len(names):
             text = f"the factor {name} does not belong in the term '{part.quoted}'"
-            yield Repair("factor surplus", text, part.quoted, 2.0)
+            yield Mistake("factor surplus", text, part.quoted, 2.0)
         elif kind == "small angle":
             text = (
                 f"the term '{part.quoted}' lacks the factor {name}: the angle is assumed to be "
                 "small"
             )
-            yield Repair(kind, text, part.quoted, 1.8)
+            yield Mistake(kind, text, part.quoted, 1.8)
         else:
             text = f"the term '{part.quoted}' lacks the factor {name}"
-            yield Repair(kind, text, part.quoted, 2.0)
+            yield Mistake(kind, text, part.quoted, 2.0)
 
 
-def _scale(part: Part, ratio: float) -> Iterator[Repair]:
+def _scale(part: Part, ratio: float) -> Iterator[Mistake]:
     factor = Fraction(ratio).limit_denominator(SIMPLE)
     close = factor != 0 and abs(ratio / float(factor) - 1) < ALIKE
     if factor == -1 and close:
         text = f"the sign of the term '{part.quoted}' is wrong"
-        yield Repair("sign", text, part.quoted, 1.0)
+        yield Mistake("sign", text, part.quoted, 1.0)
     elif close and factor in _INERTIAS and _is_inertial(part):
         text = (
             f"the term '{part.quoted}' should be {factor} times as large: the inertia may be "
             "taken about the wrong point (center or pin) or of the wrong body"
         )
-        yield Repair("inertia", text, part.quoted, 1.5)
+        yield Mistake("inertia", text, part.quoted, 1.5)
     elif close and factor > 0:
         text = {
             Fraction(2): f"the term '{part.quoted}' is half of what it should be",
             Fraction(1, 2): f"the term '{part.quoted}' is twice what it should be",
         }.get(factor, f"the term '{part.quoted}' should be {factor} times as large")
-        yield Repair("factor", text, part.quoted, 1.4)
+        yield Mistake("factor", text, part.quoted, 1.4)
     elif close:
         text = f"the term '{part.quoted}' should be multiplied by {factor}"
-        yield Repair("factor", text, part.quoted, 2.4)
+        yield Mistake("factor", text, part.quoted, 2.4)
     else:
         square = Fraction(ratio * ratio).limit_denominator(SIMPLE)
         shown = f"{ratio:.6g}"
@@ -393,7 +380,7 @@ def _scale(part: Part, ratio: float) -> Iterator[Repair]:
         if shown in ("0", "1", "√(1)"):
             return
         text = f"the term '{part.quoted}' should be {shown} times as large"
-        yield Repair("factor", text, part.quoted, 2.6)
+        yield Mistake("factor", text, part.quoted, 2.6)
 
 
 def _is_inertial(part: Part) -> bool:
@@ -406,7 +393,7 @@ _FEWEST = 6
 
 def repairs(
     tape: Tape, values: Values, target: Array, context: Context, text: str
-) -> Iterator[Repair]:
+) -> Iterator[Mistake]:
     """Yield the changes of single parts that make a formula right."""
     needed = needed_values(tape, values, target)
     finite = np.isfinite(values.whole)
@@ -442,7 +429,7 @@ def repairs(
         yield from whole
 
 
-def _find(part: Part) -> Iterator[Repair]:
+def _find(part: Part) -> Iterator[Mistake]:
     """Yield repairs of a part."""
     if part.is_term and part.tape.parents[part.place] >= 0:
         yield from repair_term(part)
@@ -459,23 +446,13 @@ def _find(part: Part) -> Iterator[Repair]:
         yield from repair_number(part)
 
 
-_WORDS = (
-    (1.0, "missing", "{} is missing"),
-    (2.0, "sign", "the sign of {} is wrong"),
-    (-1.0, "factor", "{} is counted twice"),
-    (0.5, "factor", "{} is halved"),
-)
-"""The truth minus the answer as a multiple of a part of the truth, with kind and words."""
-
-
-def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[Repair]:
+def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[Mistake]:
     """Yield parts of the true quantity whose absence or factor explains a formula."""
     named = [name for name in series if name in residual.root.letters]
     if len(named) != 1:
         return
     slope = residual.tape.along(residual.slopes, named[0])
-    with np.errstate(all="ignore"):
-        lacks = residual.values.whole / slope
+    lacks = residual.values.whole / slope
     usable = residual.finite & np.isfinite(lacks)
     if not usable.any():
         return
@@ -484,11 +461,12 @@ def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[R
     for part in [*list_parts(truth, residual.truth.velocities), truth]:
         spend()
         own = np.broadcast_to(evaluated(part), lacks.shape)
-        for factor, kind, words in _WORDS:
-            scale = np.abs(factor * own) + np.abs(lacks)
-            if (np.abs(lacks - factor * own) <= ALIKE * scale)[usable].all():
+        for factor, kind, words in SLIPS:
+            lacking = (1.0 - factor) * own
+            scale = np.abs(lacking) + np.abs(lacks)
+            if (np.abs(lacks - lacking) <= ALIKE * scale)[usable].all():
                 text = words.format(f"the term {expression(part).text()}")
-                yield Repair(kind, text, "", 1.1 if factor == 1.0 else 1.6)
+                yield Mistake(kind, text, "", 1.1 if kind == "missing" else 1.6)
 
 
 NOTHING: Mapping[str, Node] = MappingProxyType({})
@@ -566,20 +544,11 @@ class Search:
         units = Units(self._truth.mechanism, asked)
         zero = np.zeros(residual.sample.count)
         found = repairs(residual.tape, residual.values, zero, self.context, text)
-        weighed = [
-            (repair.weight, Cause(repair.kind, repair.text, repair.part, number))
-            for repair in _list_in_time(found)
-            if repair.part or repair is _ENDED
-        ]
-        weighed += [
-            (repair.weight, Cause(repair.kind, repair.text, "", number))
-            for repair in _list_in_time(find_lacking(residual, series))
-        ]
+        mistakes = [one for one in _list_in_time(found) if one.part or one is _ENDED]
+        mistakes += _list_in_time(find_lacking(residual, series))
         if quantity is not None:
-            for mistake in self.of_quantities.explain(residual, quantity):
-                cause = Cause(mistake.kind, mistake.text, mistake.part, number)
-                weighed.append((mistake.weight, cause))
-        return _rank(_misfits(units, residual, number, text), weighed)
+            mistakes += self.of_quantities.explain(residual, quantity)
+        return _rank(_misfits(units, residual, number, text), _weigh(mistakes, number))
 
     @cached_property
     def of_quantities(self) -> QuantityMistakes:
@@ -588,10 +557,7 @@ class Search:
 
     def explain_constant(self, root: Node, number: int, text: str) -> tuple[Cause, ...]:
         """Return the likely causes why a formula is not conserved."""
-        listed = [
-            (mistake.weight, Cause(mistake.kind, mistake.text, mistake.part, number))
-            for mistake in self.of_quantities.explain_constant(root, text)
-        ]
+        listed = _weigh(self.of_quantities.explain_constant(root, text), number)
         truth = self._truth
         try:
             slope = rate(root, self._letters.rate_nodes)
@@ -615,10 +581,8 @@ class Search:
         if residual.sample is not self._truth.sample:
             return []
         zero = np.zeros(residual.sample.count)
-        mended = _list_in_time(repairs(residual.tape, residual.values, zero, self.context, text))
-        return [
-            (found.weight, Cause(found.kind, found.text, found.part, number)) for found in mended
-        ]
+        found = repairs(residual.tape, residual.values, zero, self.context, text)
+        return _weigh(_list_in_time(found), number)
 
     def _explain_all(
         self, found: Sequence[Residual], holds: npt.NDArray[np.bool_]
@@ -641,10 +605,9 @@ class Search:
         columns = []
         for residual in residuals:
             slopes = residual.by_unknown
-            with np.errstate(all="ignore"):
-                moved = np.einsum("nv,hnv->hn", slopes, step)
-                size = residual.values.size + np.einsum("nv,hnv->hn", np.abs(slopes), np.abs(step))
-                left = np.abs(residual.values.whole + moved) / size
+            moved = np.einsum("nv,hnv->hn", slopes, step)
+            size = residual.values.size + np.einsum("nv,hnv->hn", np.abs(slopes), np.abs(step))
+            left = np.abs(residual.values.whole + moved) / size
             left[:, ~residual.finite] = 0.0
             columns.append((left <= _HOLDS).all(axis=1))
         return np.stack(columns, axis=-1)
@@ -678,18 +641,23 @@ def _misfits(
     return []
 
 
-_ENDED = Repair("time", f"the search for causes ended after {SECONDS:g} s", "", math.inf)
+_ENDED = Mistake("time", f"the search for causes ended after {SECONDS:g} s", "", math.inf)
 
 
-def _list_in_time(found: Iterable[Repair]) -> list[Repair]:
+def _list_in_time(found: Iterable[Mistake]) -> list[Mistake]:
     """Return repairs, each once; those found until the time was over, and that it was."""
-    listed: dict[Repair, None] = {}
+    listed: dict[Mistake, None] = {}
     try:
         for repair in found:
             listed[repair] = None
     except OutOfTimeError:
         listed[_ENDED] = None
     return list(listed)
+
+
+def _weigh(mistakes: Iterable[Mistake], number: int) -> list[tuple[float, Cause]]:
+    """Return mistakes in an equation as causes, with their weights."""
+    return [(one.weight, Cause(one.kind, one.text, one.part, number)) for one in mistakes]
 
 
 def _rank(first: list[Cause], weighed: list[tuple[float, Cause]]) -> tuple[Cause, ...]:
