@@ -18,6 +18,8 @@ SWING = "r theta'' + 2 r' theta' + g sin(theta) = 0\n"
 CART = "(M + m) x'' + l m cos(q) q'' - l m sin(q) q'^2 + c x' = F\n"
 POLE = "cos(q) x'' + l q'' + g sin(q) = 0\n"
 
+PLATE = "L = m (a^2 + b^2) theta'^2/8 - k theta^2/2"
+
 MISTAKES = (
     (ROD, "m l^2/3 q'' - m g l/2 sin q = 0", "potential sign", "gravity is wrong"),
     (ROD, "m l^2/12 q'' + m g l/2 sin q = 0", "parallel axis", "taken about its center"),
@@ -117,3 +119,30 @@ def test_the_right_equation_of_two_has_no_cause() -> None:
     assert not found.lines[0].causes
     assert found.lines[1].causes[0].equation == 2
     assert found.lines[1].causes[0].to_dict()["kind"] == "sign"
+
+
+@pytest.mark.parametrize(
+    ("system", "ask", "answer", "words"),
+    [
+        (ROD, "equation of motion", "5 m l^2/12 q'' + m g l/2 sin q = 0", "'rod' about its own"),
+        (ROD, "kinetic energy", "T = 5 m l^2 q'^2/24", "'rod' about its own"),
+        (ROD, "Lagrangian", "L = m l^2 q'^2/8 + m g l cos(q)/2", "(as for a particle)"),
+        (ROD, "Lagrangian", "L = m l^2 q'^2/8 + m g l cos(q)/2 + m g l", "(as for a particle)"),
+        ("rotating_plate", "Lagrangian", PLATE, "'plate' about its own"),
+        ("two_link_arm", "kinetic energy", None, "'link1' about its own"),
+        ("atwood_machine", "kinetic energy", "T = (m1 + m2 + M) x'^2/2", "'pulley' about its own"),
+        ("screw_press", "kinetic energy", "T = (m + M) p^2 theta'^2/2", "'spindle' about its own"),
+    ],
+)
+def test_a_bodys_own_inertia_comes_before_a_bare_factor(
+    system: str, ask: str, answer: str | None, words: str
+) -> None:
+    """The likeliest cause names the body, not a term that "should be 4/5 times as large"."""
+    if answer is None:
+        answer = (
+            "T = ((5 m1 + 12 m2) l1^2 + 4 m2 l2^2 + 12 m2 l1 l2 cos(q2)) q1'^2/24"
+            " + m2 l2 (2 l2 + 3 l1 cos(q2)) q1' q2'/6 + m2 l2^2 q2'^2/6"
+        )
+    first = mq.check(mq.textbook.load(system), answer, ask).causes[0]
+    assert first.kind == "inertia"
+    assert words in first.text

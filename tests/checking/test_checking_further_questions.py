@@ -174,3 +174,14 @@ def test_the_first_cause_names_the_slip(system: str, ask: str, text: str, said: 
 def test_a_constant_momentum_is_no_mistake() -> None:
     text = "r' = pr/m; phi' = pphi/(m r^2); pr' = pphi^2/(m r^3) - m mu/r^2; pphi' = 0"
     assert mq.check(mq.textbook.load("kepler_orbit"), text, "Hamilton's equations").right
+
+
+def test_a_position_at_which_a_coordinate_means_nothing_is_no_equilibrium() -> None:
+    """At r = 0 of the elastic pendulum the balance would give an angle, but there is none."""
+    pendulum = mq.textbook.load("elastic_pendulum")
+    below, above = "r = l0 + m g/k\ntheta = 0\n", "r = l0 - m g/k\ntheta = pi\n"
+    assert mq.check(pendulum, below + above, "equilibrium").right
+    half = mq.check(pendulum, below, "equilibrium")
+    assert half.outcome == "incomplete"
+    assert len(half.forms) == 1
+    assert "theta = π" in half.form

@@ -202,3 +202,11 @@ def test_every_letter_that_derive_prints_is_known() -> None:
       - 2 m w cos(theta) theta' = F
     cos(theta) x'' + l theta'' - 2 w theta' + g sin(theta) = 0"""
     assert mq.check(crane, text).right
+
+
+@pytest.mark.parametrize("word", ["Lösung", "Lo\u0308sung", "Bewegungsgleichung für die Länge"])
+def test_umlauts_of_words_are_no_derivatives(word: str) -> None:
+    """The dots of a German word are set aside with it; those of q̈ and ẍ are derivatives."""
+    pendulum = mq.textbook.load("simple_pendulum")
+    assert mq.check(pendulum, f"{word}: q'' + g/l sin q = 0").right
+    assert mq.check(pendulum, "ml q\u0308 + mg sin q = 0").right

@@ -296,3 +296,29 @@ def test_frequent_mistakes_and_feedback_in_the_students_words(course: Path) -> N
     unread = [mark.reason for mark in grades.marks if mark.student == "dora"][1]
     assert "unknown letter" in unread
     assert "--let" not in unread
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "outcome", "reason"),
+    [
+        ("1A.TXT", b"J q'' + m g l/2 sin q = 0", "right", ""),
+        ("1a.txt", "J q'' + m g l/2 sin q = 0".encode("utf-32"), "right", ""),
+        ("1a.txt", "L\xf6sung: J q'' + m g l/2 sin q = 0".encode("latin-1"), "right", ""),
+        ("1a.txt", "J q'' = 0".encode("utf-16-le"), "unreadable", "is no text; save it as UTF-8"),
+        ("1a.docx", b"PK\x03\x04", "unreadable", "expected a text (.txt, .tex, .mml, .md), got"),
+        ("1a.pdf", b"%PDF-1.4", "unreadable", "got 1a.pdf"),
+    ],
+)
+def test_files_as_students_name_and_save_them_are_read_or_explained(
+    course: Path, name: str, data: bytes, outcome: str, reason: str
+) -> None:
+    folder = course / "answers" / "dora"
+    folder.mkdir()
+    (folder / name).write_bytes(data)
+    (course / "answers" / "__MACOSX").mkdir()
+    (course / "answers" / ".git").mkdir()
+    grades = grade(course / "sheet.toml", course / "answers")
+    assert set(grades.totals) == {"anna", "ben", "cleo", "dora"}
+    (mark,) = [m for m in grades.marks if (m.student, m.question) == ("dora", "1a")]
+    assert mark.outcome == outcome
+    assert reason in mark.reason

@@ -61,6 +61,8 @@ def collect(folder: Path, questions: Sequence[str]) -> list[Submission]:
         raise InputError(f"expected a folder of answers, got {str(folder)!r}")
     places: dict[str, list[Path]] = {}
     for path in sorted(folder.iterdir(), key=lambda path: os.fsencode(path.name)):
+        if path.name.startswith((".", "__MACOSX")):
+            continue  # what file managers and archives leave behind
         if path.suffix.lower() in _TABLES and not _is_folder(path):
             places.setdefault(_display(path.stem), []).append(path)
         elif _is_folder(path) or path.is_symlink():
@@ -88,13 +90,18 @@ def _submission(student: str, places: list[Path], questions: Sequence[str]) -> S
 
 def _read_folder(student: str, folder: Path, questions: Sequence[str]) -> Submission:
     places: dict[str, list[Path]] = {}
-    for path in sorted(folder.iterdir()):
-        if path.suffix.lower() in _TEXTS and path.stem in questions:
-            places.setdefault(path.stem, []).append(path)
     texts, faults = {}, {}
+    by_name = {question.casefold(): question for question in questions}
+    for path in sorted(folder.iterdir()):
+        question = path.stem if path.stem in questions else by_name.get(path.stem.casefold(), "")
+        if question and path.suffix.lower() in _TEXTS:
+            places.setdefault(question, []).append(path)
+        elif question:
+            faults[question] = f"expected a text ({', '.join(_TEXTS)}), got {_name(path)}"
     for question, paths in places.items():
         try:
             texts[question] = _read(_only(paths), _LONGEST_TEXT)
+            faults.pop(question, None)
         except (InputError, OSError) as error:
             faults[question] = str(error)
     return Submission(student, texts, faults)
@@ -129,11 +136,17 @@ def _read(path: Path, most: int) -> str:
 
 def _decode(data: bytes, path: Path) -> str:
     """Return a file's text: UTF-8, UTF-16 with its mark, or an answer from an old editor."""
-    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    code = "utf-8-sig"
+    if data.startswith((codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)):
+        code = "utf-32"  # whose mark begins as that of UTF-16
+    elif data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        code = "utf-16"
+    elif b"\0" in data:
+        raise InputError(f"{_name(path)} is no text; save it as UTF-8")
     try:
-        return data.decode("utf-16" if wide else "utf-8-sig")
+        return data.decode(code)
     except UnicodeDecodeError:
-        if wide or path.suffix.lower() in _TABLES:
+        if code != "utf-8-sig" or path.suffix.lower() in _TABLES:
             raise InputError(f"{_name(path)} cannot be read: it is not UTF-8") from None
     return data.decode("cp1252", "replace")
 

@@ -120,10 +120,24 @@ def normalize(text: str) -> tuple[str, list[int]]:
             put("\n", place)
         else:
             for sign in unicodedata.normalize("NFD", original):
-                put(_DOTS.get(sign, sign), place)
+                if not (sign == "\u0308" and _is_umlaut(text, place)):
+                    put(_DOTS.get(sign, sign), place)
     plain, places = _drop_spaces("".join(signs), places)
     plain, places = _drop_fonts(_drop_numbers(plain), places)
     return _open_boxes(plain), places
+
+
+_UMLAUT = re.compile(r"(?:[^\W\d_]\u0308?){4,}")
+
+
+def _is_umlaut(text: str, place: int) -> bool:
+    """Whether dots belong to a word such as Lösung, not to a letter such as q̈."""
+    for word in _UMLAUT.finditer(text, max(0, place - MOST_IN_WORD), place + MOST_IN_WORD):
+        # a word may be letters of a formula, of which the last has dots
+        if word.start() <= place < word.end() - 1:
+            base = unicodedata.normalize("NFC", word[0])
+            return any(sign in "äöüÄÖÜ" for sign in base)
+    return False
 
 
 def _drop_spaces(plain: str, places: list[int]) -> tuple[str, list[int]]:

@@ -19,7 +19,7 @@ from mecanique.checking.budget import stop_clock
 from mecanique.checking.grammar.reader import Statement
 from mecanique.checking.grammar.tape import Tape, halve
 from mecanique.checking.grammar.tree import Node, add, negate
-from mecanique.checking.judgement.truth import Truth, stack
+from mecanique.checking.judgement.truth import Truth, stack, stack_mass
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.errors import FormulaError
@@ -51,6 +51,9 @@ _SAME = 1e-6
 
 _ISOLATED = 1e-7
 """An equilibrium whose scaled stiffness has a smaller singular value belongs to a family."""
+
+_MASSLESS = 1e-9
+"""Part of a coordinate's usual inertia below which its position has no meaning."""
 
 _SHOWN = 3
 """As many missing equilibria are named."""
@@ -116,6 +119,7 @@ class Equilibria:
             q = q + np.nan_to_num(step) * size
         balance, stiffness = self._linearize(states, q, slopes, size)
         good = np.abs(balance).max(axis=1) <= _BALANCED
+        good &= self._is_regular(states, q)
         for k, name in enumerate(self.felt):
             if name in self.turning:
                 # half a turn is π, not −π
@@ -153,6 +157,15 @@ class Equilibria:
             for j, slope in enumerate(row):
                 stiffness[:, i, j] = evaluated(slope) * size[j] / self._usual[i]
         return self._balance(values), stiffness
+
+    def _is_regular(self, states: npt.NDArray[np.intp], q: Array) -> npt.NDArray[np.bool_]:
+        """Whether each coordinate moves mass: at r = 0, say, an angle about it means nothing."""
+        values = {name: value[states] for name, value in self.at_zero.items()}
+        values |= dict(zip(self.felt, q.T, strict=True))
+        evaluated = Evaluation(self._ring, values)
+        inertia = np.einsum("nii->ni", stack_mass(self._truth.closed_form, evaluated, len(q)))
+        usual = np.einsum("nii->ni", self._truth.sample.M).mean(axis=0)
+        return np.asarray((inertia > _MASSLESS * usual).all(axis=1))
 
     def is_same(self, one: Array, other: Array) -> bool:
         """Return whether two positions are the same, angles up to full turns."""

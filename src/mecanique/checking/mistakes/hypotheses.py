@@ -457,13 +457,14 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[H
     turning = right.sample.M - particle[0], right.rest - particle[1]
     name = body.name
     # the moments of inertia of a body that only slides do not matter
-    turns = bool(np.abs(turning[0]).max() > _FELT * np.abs(right.sample.M).max())
+    turns = _differ(right.sample.M, particle[0])
     if turns:
         what = f"the inertia of {name!r} about its own center is missing (as for a particle)"
         yield Hypothesis("inertia", what, 1.0, *particle)
         what = f"the inertia of {name!r} about its own center is counted twice"
         twice = right.sample.M + turning[0], right.rest + turning[1]
-        yield Hypothesis("inertia", what, 1.6, *twice)
+        # a named body says more than a term that "should be 4/5 times as large"
+        yield Hypothesis("inertia", what, 1.3, *twice)
     still = right.rebuild(replace(_with_body(mechanism, bare), gravity=(0.0, 0.0, 0.0)))
     gone = body.replace(mass=0.0, inertia=(0.0,) * 6)
     absent = right.rebuild(replace(_with_body(mechanism, gone), gravity=(0.0, 0.0, 0.0)))
@@ -483,7 +484,8 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[H
     if turns and any(plain(x) for x in body.center):
         far = tuple(2 * x for x in body.center)
         point = right.rebuild(_with_body(mechanism, bare.replace(center=far)))
-        if point is not None:
+        # along the axis about which it turns, its end is no other place than its center
+        if point is not None and _differ(point[0], particle[0]):
             what = f"{name!r} is taken for a point mass at its end instead of a body with inertia"
             yield Hypothesis("point mass", what, 0.9, *point)
         moved = right.rebuild(_with_body(mechanism, body.replace(center=far)))
@@ -504,6 +506,11 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[H
         yield Hypothesis("missing", what, 1.1, right.sample.M, right.rest - weight)
         what = f"the sign of the weight of {name!r} is wrong"
         yield Hypothesis("sign", what, 1.1, right.sample.M, right.rest - 2 * weight)
+
+
+def _differ(M: Array, other: Array) -> bool:
+    """Whether two mass matrices differ by more than rounding."""
+    return bool(np.abs(M - other).max() > _FELT * np.abs(M).max())
 
 
 def _with_body(mechanism: Mechanism, body: Body) -> Mechanism:

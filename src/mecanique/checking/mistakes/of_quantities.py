@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -76,6 +77,8 @@ class QuantityMistakes:
             return
         v = np.stack([sample.values[n] for n in self._truth.velocities], axis=-1)
         listed = self._list("motion").listed
+        # with all at rest, the potential must be right, and its constant is open
+        resting = [] if quantity.again is None else list(self._at_rest(quantity))
         for found in listed:
             spend()
             change = found.M - sample.M
@@ -85,29 +88,42 @@ class QuantityMistakes:
             if name == "momentum":
                 k = self._truth.velocities.index(f"{self._momentum_of(quantity)}'")
                 more = np.einsum("nj,nj->n", change[:, k], v)
-            if self._holds(one, quantity, quantity.values + more, None):
+            if self._holds(one, quantity, (quantity.values + more, sample.values), *resting):
                 yield Mistake(found.kind, found.sentence, "", found.weight)
 
     def _momentum_of(self, quantity: Quantity) -> str:
         return quantity.letters[1].removeprefix("p")
 
-    def _holds(self, one: Residual, quantity: Quantity, values: Array, there: Array | None) -> bool:
-        """Return whether a formula holds for other values of the quantity."""
-        letters = {**one.sample.values, **dict.fromkeys(quantity.letters, values)}
-        # the letters of the mechanism keep their meaning
-        letters |= self._truth.sample.values
-        if not one.statement.is_equation:
-            letters[quantity.letters[0]] = values
-        whole = one.tape.evaluate(letters, one.sample.count)
-        difference, size = whole.whole, whole.size
-        if quantity.again is not None:
-            moved = {**quantity.again[1], **dict.fromkeys(quantity.letters, np.roll(values, 1))}
-            if there is not None:
-                moved |= dict.fromkeys(quantity.letters, there)
-            other = one.tape.evaluate({**letters, **moved}, one.sample.count)
-            difference = difference - other.whole
-            size = np.maximum(size, other.size)
-        return _vanishes(np.abs(difference) / size)
+    def _at_rest(self, quantity: Quantity) -> Iterator[tuple[Array, Mapping[str, Array]]]:
+        """Yield the quantity where velocities vanish, in the states and in the moved ones."""
+        assert quantity.again is not None
+        truth, sample = self._truth, self._truth.sample
+        series = next(iter(quantity.series.values()))
+        still = dict.fromkeys((*truth.velocities, *truth.accelerations), np.zeros(sample.count))
+        for moving in (sample.values, quantity.again[1]):
+            states = {**moving, **still}
+            value = Evaluation(series.ring, states)(series)
+            yield np.broadcast_to(np.asarray(value, dtype=float), (sample.count,)), states
+
+    def _holds(
+        self, one: Residual, quantity: Quantity, *claims: tuple[Array, Mapping[str, Array]]
+    ) -> bool:
+        """Whether a formula gives these values in these states; of several, up to a constant."""
+        tables = []
+        for values, states in claims:
+            # the letters of the mechanism keep their meaning
+            letters = {**one.sample.values, **dict.fromkeys(quantity.letters, values), **states}
+            if not one.statement.is_equation:
+                letters[quantity.letters[0]] = values
+            tables.append(one.tape.evaluate(letters, one.sample.count))
+        relative = [
+            np.abs(first.whole - other.whole) / np.maximum(first.size, other.size)
+            for first, other in pairwise(tables)
+        ]
+        first, *others = relative or [tables[0].relative]
+        return _vanishes(first) and all(
+            (other[np.isfinite(other)] <= _ALIKE).all() for other in others
+        )
 
     def _explain_potential(self, one: Residual, quantity: Quantity, name: str) -> Iterator[Mistake]:
         if quantity.values is None or quantity.again is None:
@@ -115,8 +131,9 @@ class QuantityMistakes:
         sign = -1.0 if name == "Lagrangian" else 1.0
         for mistake, change, there in self._potentials(quantity):
             spend()
-            values = quantity.values + sign * change
-            if self._holds(one, quantity, values, quantity.again[0] + sign * there):
+            here = quantity.values + sign * change, self._truth.sample.values
+            moved = quantity.again[0] + sign * there, quantity.again[1]
+            if self._holds(one, quantity, here, moved):
                 yield mistake
 
     def _potentials(self, quantity: Quantity) -> list[tuple[Mistake, Array, Array]]:
