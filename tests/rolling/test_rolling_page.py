@@ -12,7 +12,7 @@ from rolling_samples import sleigh
 from mecanique import Motion, Reference, export, simulate
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.textbook import entry, load
-from mecanique.viewing.scene.from_motion import scene_of
+from mecanique.viewing.scene.from_motion import fit, names_of, scene_of
 
 
 @cache
@@ -25,7 +25,8 @@ def motion_of(name: str) -> Motion:
 @pytest.mark.parametrize("name", ["whipple_bicycle", "rolling_disk", "rolling_coin"])
 def test_a_contact_pushes_at_the_point_where_it_touches_without_a_couple(name: str) -> None:
     """That point is on the plane, and on the rim."""
-    mechanism, scene = load(name), scene_of(motion_of(name))
+    mechanism, complete = load(name), scene_of(motion_of(name))
+    scene = fit(complete, names_of(complete))
     arrows = {arrow.name: arrow for arrow in scene.arrows}
     places = {body.name: k for k, body in enumerate(scene.bodies)}
     for contact in mechanism.contacts:

@@ -63,7 +63,7 @@ def maker_of(name: str) -> tuple[Maker, Scene]:
     motion = motion_of(name, samples=20, duration=1.0)
     maker, actions = Maker(motion, mq.derive(motion.mechanism)), actions_of(motion)
     document = document_of(motion, (), None, actions)
-    return maker, maker.thin(scene_of(motion, document, actions, complete=True))
+    return maker, maker.thin(scene_of(motion, document, actions))
 
 
 def differences(systems: list[str], folder: Path, longest: float = math.inf) -> dict[str, float]:

@@ -42,7 +42,7 @@ globalThis.found = found;
 
 def engine_of(motion: mq.Motion) -> PageProgram:
     maker = Maker(motion, mq.derive(motion.mechanism))
-    scene = maker.thin(scene_of(motion, None, (), complete=True))
+    scene = maker.thin(scene_of(motion, None, ()))
     return maker.make(scene, write_python(motion.mechanism))
 
 

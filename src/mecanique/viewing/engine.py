@@ -50,7 +50,7 @@ from mecanique.textbook import load
 from mecanique.textbook.catalogue import is_known
 from mecanique.verification.states import random_states
 from mecanique.viewing.scene.drawn import Spot, group_work, name_arrows, spans_of, tips_of
-from mecanique.viewing.scene.from_motion import scene_of
+from mecanique.viewing.scene.from_motion import fit, names_of, scene_of
 from mecanique.viewing.scene.scene import (
     Bound,
     Condition,
@@ -463,20 +463,11 @@ class Maker:
 
     def thin(self, scene: Scene) -> Scene:
         """Return a complete scene without the forces and moments that never act."""
-        acting = self._acting()
-
-        def acts(name: str, values: Floats) -> bool:
-            return acting.get(name, bool(np.abs(values).max(initial=0.0) > _FAINT))
-
-        return replace(
-            scene,
-            arrows=tuple(arrow for arrow in scene.arrows if acts(arrow.name, arrow.vector)),
-            series=tuple(
-                curve
-                for curve in scene.series
-                if curve.group != "Reactions" or acts(curve.name, curve.values)
-            ),
-        )
+        names = names_of(scene)
+        for name, acts in self._acting().items():
+            both = {f"arrow {name}", f"series {name}"}
+            names = names | both if acts else names - both
+        return fit(scene, names)
 
     def make(self, scene: Scene, python: str = "") -> PageProgram:
         """Return the engine of a scene."""
@@ -659,7 +650,8 @@ def computed_scene(
         verdict = add_row(document.verdict, judge_page(maker))
     except MecaniqueError as error:
         reason = f"This page shows a recorded motion and computes no other: {error}."
-        return scene_of(motion, replace(document, recorded=reason), actions)
+        scene = scene_of(motion, replace(document, recorded=reason), actions)
+        return fit(scene, names_of(scene))
     return replace(scene, document=replace(scene.document, verdict=verdict))
 
 
@@ -669,7 +661,7 @@ def equip(
     """Return the scene of a motion with its engine, and what made it."""
     mechanism = motion.mechanism
     maker = Maker(motion, equations)
-    scene = maker.thin(scene_of(motion, document, actions, complete=True))
+    scene = maker.thin(scene_of(motion, document, actions))
     constants = quantities_of_inputs(mechanism)
     document = replace(document, parameters=(*document.parameters, *constants))
     engine = maker.make(scene, write_python(mechanism))

@@ -25,7 +25,7 @@ from mecanique.verification import verify
 from mecanique.viewing.engine import add_row, equip, is_cut_short, judge_page, refuse
 from mecanique.viewing.live.live import Changes, LiveView
 from mecanique.viewing.scene.drawn import bodies_of, marks_of, title_of
-from mecanique.viewing.scene.from_motion import actions_of, scene_of
+from mecanique.viewing.scene.from_motion import actions_of, fit, names_of, scene_of
 from mecanique.viewing.scene.inspection import Inspection, inspection_of
 from mecanique.viewing.scene.scene import Derivation, Scene, SceneFrame, SceneText, VerdictTable
 from mecanique.viewing.scene.texts import derivation_of, document_of, fits_page, ledger_of, table_of
@@ -114,38 +114,6 @@ PATIENCE = 1.0
 
 FOR_PROGRAMS = "; the motion until then is in the error's .motion"
 """The end of an error's message, meant for code that catches it; a page shows that motion."""
-
-FAINT = 1e-6
-"""A force below this fraction of the largest of its kind does not enter a scene being shown."""
-
-
-def names_of(scene: Scene) -> frozenset[str]:
-    """Return the arrows and reactions of a scene that are not always zero."""
-    sizes: dict[str, tuple[str, float]] = {
-        f"arrow {a.name}": (a.unit, float(np.abs(a.vector).max(initial=0.0))) for a in scene.arrows
-    }
-    sizes |= {
-        f"series {s.name}": (s.unit, float(np.abs(s.values).max(initial=0.0)))
-        for s in scene.series
-        if s.group == "Reactions"
-    }
-    largest: dict[str, float] = {}
-    for unit, size in sizes.values():
-        largest[unit] = max(largest.get(unit, 0.0), size)
-    return frozenset(
-        name for name, (unit, size) in sizes.items() if size > max(1e-9, FAINT * largest[unit])
-    )
-
-
-def fit(scene: Scene, names: frozenset[str]) -> Scene:
-    """Return a complete scene with only these arrows and reactions."""
-    return replace(
-        scene,
-        arrows=tuple(a for a in scene.arrows if f"arrow {a.name}" in names),
-        series=tuple(
-            s for s in scene.series if s.group != "Reactions" or f"series {s.name}" in names
-        ),
-    )
 
 
 def density(speed: float) -> float:
@@ -251,9 +219,7 @@ class Stretches:
 
     def _stage(self, motion: Motion) -> Scene:
         actions = actions_of(motion)
-        scene = scene_of(
-            motion, SceneText(ledger=ledger_of(motion, actions)), actions, complete=True
-        )
+        scene = scene_of(motion, SceneText(ledger=ledger_of(motion, actions)), actions)
         work, self._work = self._work, self._work + float(motion.energy().work[-1])
         series = (
             replace(s, values=s.values + work) if s.name == "energy work" else s
@@ -426,9 +392,7 @@ def _stage(motion: Motion, subtitle: str = "") -> Scene:
     """A complete scene with its texts, except those that take long to compute."""
     actions = actions_of(motion)
     document = pending(motion.mechanism, document_of(motion, (), None, actions))
-    return scene_of(
-        motion, replace(document, subtitle=subtitle or document.subtitle), actions, complete=True
-    )
+    return scene_of(motion, replace(document, subtitle=subtitle or document.subtitle), actions)
 
 
 SHOWN = 10.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -47,14 +48,14 @@ LOST = "energy lost, "
 """What the name of a curve of energy lost by friction or impacts begins with."""
 
 
-def curves_of(motion: Motion, *, complete: bool = False) -> tuple[Plot, ...]:
+def curves_of(motion: Motion) -> tuple[Plot, ...]:
     """Return the curves of a motion."""
     few = len(motion.mechanism.coordinates) <= FEW_COORDINATES
     return (
         *_states(motion, shown=few),
         *_energies(motion, shown=not few),
         *_guide_forces(motion),
-        *_reactions(motion, complete),
+        *_reactions(motion),
     )
 
 
@@ -93,7 +94,7 @@ def _guide_forces(motion: Motion) -> Iterator[Plot]:
             yield Plot(name, name, "N", force, "Reactions")
 
 
-def _reactions(motion: Motion, complete: bool) -> Iterator[Plot]:
+def _reactions(motion: Motion) -> Iterator[Plot]:
     if motion.mechanism.velocity_constraints:
         return
     for joint in motion.mechanism.joints[:MOST_JOINTS]:
@@ -102,9 +103,8 @@ def _reactions(motion: Motion, complete: bool) -> Iterator[Plot]:
         wrench = motion.reactions(joint.name)
         for k, axis in enumerate("xyz"):
             for vector, sign, unit in ((wrench.force, "R", "N"), (wrench.moment, "M", "N·m")):
-                if complete or np.abs(vector[:, k]).max() > 1e-9:
-                    name = f"{joint.name} {sign}{axis}"
-                    yield Plot(name, name, unit, vector[:, k], "Reactions")
+                name = f"{joint.name} {sign}{axis}"
+                yield Plot(name, name, unit, vector[:, k], "Reactions")
 
 
 MOST_ARROWS = 120
@@ -115,10 +115,8 @@ def scene_of(
     motion: Motion,
     document: SceneText | None = None,
     actions: Sequence[Action] | None = None,
-    *,
-    complete: bool = False,
 ) -> Scene:
-    """Return the scene of a motion."""
+    """Return the scene of a motion, with forces and reactions that are always zero, too."""
     mechanism: Mechanism = motion.mechanism
     poses: Floats = motion.poses()
     at = {body.name: k for k, body in enumerate(mechanism.bodies)}
@@ -129,11 +127,11 @@ def scene_of(
         bodies=bodies_of(mechanism),
         positions=poses[:, :, :3, 3],
         quaternions=from_matrices(poses[:, :, :3, :3]),
-        arrows=tuple(_arrows(shown, complete)),
+        arrows=tuple(_arrows(shown)),
         lines=(*_lines(mechanism, poses, at), *_cords(motion)),
-        traces=tuple(_traces(mechanism, poses, at, complete)),
+        traces=tuple(_traces(mechanism, poses, at)),
         joints=marks_of(mechanism),
-        series=curves_of(motion, complete=complete),
+        series=curves_of(motion),
         document=SceneText() if document is None else document,
         planar=_planar(poses) and _stays_planar(mechanism, poses[0], at),
         breaks=tuple(_breaks(motion)),
@@ -205,18 +203,17 @@ def _stays_planar(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> bo
     return True
 
 
-def _arrows(actions: Sequence[Action], complete: bool) -> Iterator[Arrow]:
+def _arrows(actions: Sequence[Action]) -> Iterator[Arrow]:
     for name, action, unit in name_arrows(actions):
         vector = action.force if unit == "N" else action.moment
-        if complete or np.abs(vector).max(initial=0.0) > 1e-9:
-            yield Arrow(
-                name=name,
-                kind=action.kind,
-                body=action.body,
-                origin=action.origin,
-                vector=vector,
-                unit=unit,
-            )
+        yield Arrow(
+            name=name,
+            kind=action.kind,
+            body=action.body,
+            origin=action.origin,
+            vector=vector,
+            unit=unit,
+        )
 
 
 def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[Line]:
@@ -241,10 +238,39 @@ def _cords(motion: Motion) -> Iterator[Line]:
         yield Line(f"stretch {k + 1}", "rod", np.stack(ends, axis=1))
 
 
-def _traces(
-    mechanism: Mechanism, poses: Floats, at: dict[str, int], complete: bool
-) -> Iterator[Trace]:
+def _traces(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[Trace]:
     for tip in tips_of(mechanism):
-        path = _follow(mechanism, poses, at, tip)
-        if complete or np.ptp(path, axis=0).max() > 1e-9:
-            yield Trace(f"path of {tip.body}", path)
+        yield Trace(f"path of {tip.body}", _follow(mechanism, poses, at, tip))
+
+
+FAINT = 1e-6
+"""A force below this fraction of the largest of its kind does not enter a scene being shown."""
+
+
+def names_of(scene: Scene) -> frozenset[str]:
+    """Return the arrows and reactions of a scene that are not always zero."""
+    sizes: dict[str, tuple[str, float]] = {
+        f"arrow {a.name}": (a.unit, float(np.abs(a.vector).max(initial=0.0))) for a in scene.arrows
+    }
+    sizes |= {
+        f"series {s.name}": (s.unit, float(np.abs(s.values).max(initial=0.0)))
+        for s in scene.series
+        if s.group == "Reactions"
+    }
+    largest: dict[str, float] = {}
+    for unit, size in sizes.values():
+        largest[unit] = max(largest.get(unit, 0.0), size)
+    return frozenset(
+        name for name, (unit, size) in sizes.items() if size > max(1e-9, FAINT * largest[unit])
+    )
+
+
+def fit(scene: Scene, names: frozenset[str]) -> Scene:
+    """Return a complete scene with only these arrows and reactions."""
+    return replace(
+        scene,
+        arrows=tuple(a for a in scene.arrows if f"arrow {a.name}" in names),
+        series=tuple(
+            s for s in scene.series if s.group != "Reactions" or f"series {s.name}" in names
+        ),
+    )
