@@ -287,10 +287,7 @@ class Answers:
     again: Callable[[str, States], dict[str, Array]] | None = None
 
     def at(self, start: int, stop: int) -> Answers:
-        """Return the answers at some of the states: from `start` up to, but not including, `stop`.
-
-        They are meant for forms that were asked at all states.
-        """
+        """Return the answers, of forms asked at all states, from `start` up to before `stop`."""
 
         def cut(answers: dict[str, Array]) -> dict[str, Array]:
             return {quantity: values[start:stop] for quantity, values in answers.items()}

@@ -332,10 +332,8 @@ def _welds(m: Mechanism, body: str) -> Iterator[tuple[str, Array]]:
 
 
 def _only_merge(a: Mechanism, b: Mechanism, pairs: Pairs, body: Body, twin: Body) -> bool:
-    """Whether links were merged into a body or split off from it, and all they weigh is the same.
-
-    Without such links a mass that differs by a millionth is another mass.
-    """
+    """Whether links were merged into a body or split off, and all they weigh is the same."""
+    # without such links a mass that differs by a millionth is another mass
     welds = {pairs.bodies.get(name) for name, _ in _welds(a, body.name)}
     if welds == {name for name, _ in _welds(b, twin.name)}:
         return False

@@ -218,11 +218,9 @@ _ENERGIES = ("kinetic energy", "potential energy")
 
 
 def ask_fmu(path: str | os.PathLike[str], mechanism: Mechanism, states: States) -> dict[str, Array]:
-    """Return what a model gives at states, by quantity: accelerations, and energies if it has any.
-
-    Its states are known by their names: those of the coordinates and velocities, or der(θ) for the
-    velocity of θ. Its parameters and inputs are as it starts.
-    """
+    """Return what a model gives at states, by quantity: accelerations, energies if any."""
+    # its states are known by their names, or der(θ) for the velocity of θ; parameters and inputs
+    # are as it starts
     if find_spec("fmpy") is None:
         raise InputError("expected fmpy, which is not installed: pip install 'mecanique[fmpy]'")
     given = (path, mechanism, states)

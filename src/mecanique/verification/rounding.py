@@ -113,10 +113,7 @@ def rounding(
     *,
     regular: Array | float = 1.0,
 ) -> dict[str, Array]:
-    """Return how far rounding may separate sources, scaled, by quantity; shape (n,) each.
-
-    Shapes: regular () or (n,).
-    """
+    """Return how far rounding may separate sources, by quantity, (n,); regular () or (n,)."""
     if not {"mass matrix", "bias", "forces"} <= values.keys() or not mechanism.nv:
         return {}
     d = scales(values["mass matrix"])

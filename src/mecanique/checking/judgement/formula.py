@@ -94,13 +94,8 @@ def _judge_value(
 
 
 def _find_emptiness(one: Residual, known: Mapping[str, Array], *, alone: bool = True) -> str:
-    """Return why an equation that holds does not determine the letters in question, "" if it does.
-
-    Args:
-        one: the equation.
-        known: the true values of the letters.
-        alone: whether it must hold for these values alone, in each state.
-    """
+    """Return why an equation that holds does not determine its letters, "" if it does."""
+    # alone: it must hold for these values alone, in each state
     if not one.statement.is_equation:
         return ""
     count, tables = one.sample.count, []

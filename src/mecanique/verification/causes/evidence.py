@@ -214,10 +214,7 @@ class Evidence:
         )
 
     def misfit(self, predicted: Array) -> float:
-        """Return the weighted difference of all answers, of what is chosen already as well.
-
-        Shapes: predicted (n, nv).
-        """
+        """Return the weighted difference of answers (n, nv), of what is chosen already as well."""
         return float(self._size_of_all(predicted, slice(None)))
 
     def _size_of_all(self, predicted: Array, rows: npt.NDArray[np.intp] | slice) -> Array:

@@ -225,10 +225,8 @@ def _first_of_each(changes: list[Hypothesis], order: list[int]) -> Iterator[int]
 
 
 def _rank_samples(evidence: Evidence, changes: list[Hypothesis], after: Array) -> tuple[Cause, ...]:
-    """Causes by the Bayesian information criterion (G. Schwarz, Annals of Statistics 6 (1978) 461).
-
-    Samples have noise, so that no change removes the difference.
-    """
+    """Causes by Bayesian information (G. Schwarz, Annals of Statistics 6 (1978) 461)."""
+    # samples have noise, so that no change removes the difference
     before, count = evidence.before, evidence.tau.size
     floor = _limit(before, 0.0)
     sizes = np.array([change.free for change in changes])

@@ -18,11 +18,7 @@ __all__ = ["register"]
 
 @cache
 def register() -> tuple[Row, ...]:
-    """Check the numbered equations, all displayed results of Examples 1.1 and 1.2, and sentences.
-
-    Raises:
-        MecaniqueError: if a system cannot be treated.
-    """
+    """Check the numbered equations, displayed results of Examples 1.1 and 1.2, and sentences."""
     from dataclasses import replace
 
     from mecanique.verification.chapter import energies, examples, laws, pendulum, words_read
