@@ -51,6 +51,22 @@ BALL = flat(mq.ball(m, r), mq.Contact("floor", "body", radius=r, mu=mu))
 ROD = flat(mq.rod(m, length), mq.Contact("floor", "body", mu=mu))
 
 
+def test_a_rod_that_slips_turns_as_factored_by_hand() -> None:
+    slips = mq.derive_modes(ROD)["slips -"]
+    assert str(slips).splitlines()[3] == (
+        "  th'' = -3 (2 g cos(alpha) + l th'^2 cos(th)) (mu cos(th) + sin(th))"
+        "/(l (3 mu sin(th) cos(th) + 3 sin(th)^2 + 1))"
+    )
+    opened = str(mq.derive_modes(ROD)["open"]).splitlines()
+    assert opened[1] == "  x'' = (2 g sin(alpha) + l th'^2 sin(th))/2"
+
+
+def test_numbers_given_as_decimals_stay_decimals() -> None:
+    ball = flat(mq.ball(m, 0.1), mq.Contact("floor", "body", radius=0.1, mu=mu))
+    slips = str(mq.derive_modes(ball)["slips +"])
+    assert "  th'' = -25 g mu cos(alpha)" in slips
+
+
 def test_a_block_sticks_up_to_the_angle_of_repose() -> None:
     modes = mq.derive_modes(block())
     assert str(modes["sticks"]).splitlines() == [

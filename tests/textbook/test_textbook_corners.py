@@ -6,8 +6,10 @@ import math
 import re
 from importlib import import_module
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.integrate import quad
 
 import mecanique as mq
 from mecanique.cli import app
@@ -65,12 +67,54 @@ def test_each_ends_when_its_book_says() -> None:
         ("bouncing_ball", "floor: rest"): math.sqrt(2 / g) * 1.8 / 0.2,
         ("billiard_ball", "cloth: sticks"): 2 / (7 * 0.2 * g),
         ("clutch", "plates: sticks"): 40 / (3 * (1 / 0.5 + 1 / 0.2)),
+        ("newtons_cradle", "touch1: impact"): 0.3,
     }
     for (name, event), time in expected.items():
         assert when(move(name), event) == pytest.approx(time, rel=1e-11, abs=0.0), name
     ladder = move("ladder")
     leaves = next(event for event in ladder.events if event.name == "wall: open")
     assert leaves.q[1] == pytest.approx(4 / 3 * math.cos(0.3), rel=1e-9, abs=0.0)
+
+
+def test_a_bead_leaves_the_sphere_at_two_thirds_of_its_height() -> None:
+    leaves = next(event for event in move("bead_leaves_sphere").events)
+    assert leaves.name == "sphere: open"
+    assert math.cos(leaves.q[0]) == pytest.approx(2 / 3 * math.cos(0.1), rel=1e-9, abs=0.0)
+
+
+def test_a_cord_goes_slack_and_taut_as_its_parabola_says() -> None:
+    motion, g = move("slack_cord"), 9.81
+    slack, taut = (when(motion, f"cord: {state}") for state in ("open", "impact"))
+    begins = next(event for event in motion.events if event.name == "cord: open")
+    assert -math.cos(begins.q[0]) == pytest.approx(2 / 3, rel=1e-9, abs=0.0)
+    # with v² = c g l at the height c l, the parabola meets the circle again after 4 v √(1 − c²)/g
+    c = 2 / 3
+    flight = 4 * math.sqrt(c * g * (1 - c**2)) / g
+    assert taut - slack == pytest.approx(flight, rel=1e-9, abs=0.0)
+
+
+def test_the_last_ball_of_a_cradle_takes_the_momentum() -> None:
+    motion = move("newtons_cradle")
+    way, *gaps = motion.v[-1]
+    np.testing.assert_allclose(np.cumsum([way, *gaps]), [0.0, 0.0, 1.0], rtol=0.0, atol=1e-15)
+
+
+def test_a_block_rocks_as_housner_says() -> None:
+    motion = move("rocking_block")
+    first = [event for event in motion.events if event.t == motion.events[0].t]
+    edge, lean = math.hypot(0.1, 0.4), math.atan2(0.2, 0.8)
+    # J θ'' = −m g R sin(α − |θ|) about an edge, J = 4/3 m R²: time from θ₀ at rest to 0
+    p2 = 9.81 / (4 / 3 * edge)
+
+    def pace(s: float) -> float:  # θ = θ₀ (1 − s²), without the root's singularity
+        tilt = lean / 2 * (1 - s**2)
+        rate2 = 2 * p2 * (math.cos(lean / 2) - math.cos(lean - tilt))
+        return lean * s / math.sqrt(rate2) if s > 0 else math.sqrt(lean / p2 / math.sin(lean / 2))
+
+    quarter, _ = quad(pace, 0.0, 1.0, epsabs=0.0, epsrel=1e-12)
+    assert motion.events[0].t == pytest.approx(quarter, rel=1e-9, abs=0.0)
+    ratio = first[1].v[2] / first[0].v[2]
+    assert ratio == pytest.approx(1 - 1.5 * math.sin(lean) ** 2, rel=1e-9, abs=0.0)
 
 
 def test_run_writes_the_page_of_a_system_with_corners(tmp_path: object) -> None:

@@ -15,6 +15,8 @@ from itertools import product
 from math import prod
 from typing import Any, final
 
+import numpy as np
+
 from mecanique.derivation.methods import derive
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
@@ -28,6 +30,12 @@ from mecanique.wording import Legible, say_count
 
 MOST_MODES = 81
 """So many modes at most are written out."""
+
+LONGEST_FRACTION = 1_000_000
+"""Largest denominator of a fraction; those of binary numbers are longer."""
+
+MOST_SIMPLIFIED = 30
+"""Operations of a formula up to which sympy's `simplify` is tried, whose time grows without end."""
 
 
 @final
@@ -310,21 +318,89 @@ def _find_load(forces: _ElementForces) -> Any:
 
 def _solve(laws: list[Any], unknowns: list[Any]) -> dict[Any, Any]:
     """Return the unknowns; none where they are not determined."""
-    from sympy import factor, linear_eq_to_matrix, simplify
+    from sympy import (
+        Dummy,
+        Float,
+        Function,
+        Matrix,
+        Rational,
+        cos,
+        expand_trig,
+        linear_eq_to_matrix,
+        sin,
+    )
+    from sympy.polys.matrices import DomainMatrix
 
     matrix, right = linear_eq_to_matrix(laws, unknowns)
-    if simplify(matrix.det(method="berkowitz")) == 0:
+    if _is_singular(matrix):
         return {}
-    values = matrix.LUsolve(right)
-    return {s: factor(simplify(value)) for s, value in zip(unknowns, values, strict=True)}
+    whole = Matrix.hstack(matrix, right)
+    if any(call.args[0].is_Add for call in whole.atoms(sin, cos)):
+        whole = whole.applyfunc(expand_trig)
+    # sines and cosines as letters of their own, and decimals as fractions: sympy has quick exact
+    # arithmetic for fractions of polynomials in letters alone
+    calls = {call: Dummy() for call in whole.atoms(Function)}
+    decimals = {number: Rational(str(number)) for number in whole.atoms(Float)}
+    exact = DomainMatrix.from_Matrix(whole.xreplace(calls).xreplace(decimals)).to_field()
+    values = exact[:, :-1].lu_solve(exact[:, -1:]).to_Matrix()
+    back = {letter: call.xreplace(decimals) for call, letter in calls.items()}
+    solved = [_shorten(value.xreplace(back)) for value in values]
+    solved = [_write_decimals(value, everywhere=bool(decimals)) for value in solved]
+    return dict(zip(unknowns, solved, strict=True))
+
+
+def _write_decimals(value: Any, *, everywhere: bool) -> Any:
+    """Return a formula with its fractions as decimals, or those alone that no one would write."""
+    from sympy import Float, Rational
+
+    fractions = [number for number in value.atoms(Rational) if not number.is_integer]
+    if not everywhere:
+        fractions = [number for number in fractions if number.q > LONGEST_FRACTION]
+    return value.xreplace({number: Float(number) for number in fractions})
+
+
+def _is_singular(matrix: Any) -> bool:
+    """Return whether a matrix of formulas has no inverse, by its rank at a state of no meaning."""
+    letters = sorted(matrix.free_symbols, key=str)
+    values = np.random.default_rng(0).uniform(0.5, 1.5, len(letters)).tolist()
+    numbers = matrix.subs(dict(zip(letters, values, strict=True))).evalf()
+    return bool(np.linalg.matrix_rank(np.array(numbers.tolist(), dtype=float)) < numbers.rows)
+
+
+def _shorten(value: Any) -> Any:
+    """Return a formula in factors, short by sin² + cos² = 1."""
+    from sympy import cos, factor, factor_list, fraction, rem, simplify, sin, together
+
+    def shorten_factor(part: Any) -> Any:
+        for angle in sorted({call.args[0] for call in part.atoms(sin, cos)}, key=str):
+            c, s = cos(angle), sin(angle)
+            s = -s if s.could_extract_minus_sign() else s  # sympy's sin(−u) is −sin(u)
+            ways = [part, *(factor(rem(part, s**2 + c**2 - 1, letter)) for letter in (s, c))]
+            part = min(ways, key=_length)
+        return part
+
+    parts = []
+    for side in fraction(together(value)):
+        number, factors = factor_list(side)
+        parts.append(number * prod(shorten_factor(part) ** power for part, power in factors))
+    short = factor(parts[0] / parts[1])
+    if short.count_ops() > MOST_SIMPLIFIED:
+        return short
+    simplified = factor(simplify(short))
+    return simplified if 4 * simplified.count_ops() <= 3 * short.count_ops() else short
+
+
+def _length(formula: Any) -> tuple[int, int, str]:
+    """Return by what formulas of one value are ordered, whatever their sign: the shortest first."""
+    signed = formula, -formula
+    operations = min(side.count_ops() for side in signed)
+    return operations, min(str(side).count("-") for side in signed), str(formula)
 
 
 def _say_conditions(
     forces: _ElementForces, state: str, solution: dict[Any, Any], rate: Any
 ) -> Iterator[str]:
     """Yield when an element is in a state."""
-    from sympy import simplify
-
     normal, tangent, element = forces.normal, forces.tangent, forces.element
     if state == "open":
         yield f"while {element.name} is apart"
@@ -339,10 +415,10 @@ def _say_conditions(
         return
     if state != "sticks":
         sign = ">" if state == "slips +" else "<"
-        yield f"while {_write(simplify(rate(tangent, forces.speed)))} {sign} 0"
+        yield f"while {_write(_shorten(rate(tangent, forces.speed)))} {sign} 0"
     elif tangent in solution:
         load = _find_load(forces)
-        ratio = simplify(solution[tangent] / solution.get(load, load))
+        ratio = _shorten(solution[tangent] / solution.get(load, load))
         if ratio.could_extract_minus_sign():
             ratio = -ratio
         yield f"sticks if |{_write(ratio)}| ≤ {_write(element.holding)}"

@@ -102,6 +102,7 @@ class Stop(SwitchingElement):
         side: 1 for an upper stop, which keeps the coordinate below it, −1 for a lower one.
         restitution: e in 0…1, the ratio of the rates after and before an impact.
         stiffness: of an elastic stop [N·m/rad or N/m]; None for a rigid one.
+        in_turn: as of a `Contact`.
 
     Example:
         >>> wall = mq.Stop("wall", "pin", at=0.5, restitution=0.8)
@@ -114,6 +115,7 @@ class Stop(SwitchingElement):
     side: int = 1
     restitution: Scalar = 0.0
     stiffness: Scalar | None = field(default=None, metadata=unit(STIFFNESS))
+    in_turn: bool = False
 
     states = ("open", "closed")
 

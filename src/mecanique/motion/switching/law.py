@@ -20,6 +20,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
+from mecanique.model.constraints.friction import Friction
 from mecanique.motion.switching.rows import ElementRows, Terms
 
 OPEN, CLOSED, STICKS = "open", "closed", "sticks"
@@ -504,7 +505,8 @@ class Laws:
             for k, element in enumerate(self.elements)
             if touching[k] and element.normal is not None and element.stiffness is None
         ]
-        if any(getattr(self.elements[k].element, "in_turn", False) for k in contacts):
+        elements = [self.elements[k].element for k in contacts]
+        if any(e.in_turn for e in elements if not isinstance(e, Friction)):
             return self._in_turn(terms, contacts, still)
         return self._together(terms, contacts, still)
 

@@ -39,12 +39,14 @@ _NUMBERS = {
 
 _VECTORS = {FRICTION: (), STOP: (), CONTACT: ("center", "axis")}
 
+_IN_TURN = {"false": False, "true": True}
+
 _WORDS: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
     FRICTION: {},
-    STOP: {"side": {"1": 1, "-1": -1}},
+    STOP: {"side": {"1": 1, "-1": -1}, "in_turn": _IN_TURN},
     CONTACT: {
         "law": {"newton": "newton", "poisson": "poisson"},
-        "in_turn": {"false": False, "true": True},
+        "in_turn": _IN_TURN,
     },
 }
 """Attributes that are words, and what each means."""

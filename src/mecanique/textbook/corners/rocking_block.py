@@ -1,0 +1,56 @@
+"""Block that rocks on its edges.
+
+A block of mass m, width b and height h stands on a rough floor with coefficient of friction mu and
+rocks about its edges under gravity g; each impact leaves 1 - 3/2 sin(a)^2 of its rate, where
+tan(a) = b/h. The generalized coordinates x and z are those of its center, th is its tilt.
+"""
+
+from math import atan2, cos, sin
+
+from mecanique.model import Body, Contact, Mechanism, Parameter, Planar, box
+from mecanique.textbook.system import System
+
+
+def build(
+    m: Parameter,
+    b: Parameter,
+    h: Parameter,
+    mu: Parameter,
+    g: Parameter,
+) -> Mechanism:
+    """Return the mechanism."""
+    return Mechanism(
+        name="rocking_block",
+        bodies=(Body("ground"), Body("block", box(m, (b, b, h)))),
+        joints=(Planar("plane", "ground", "block", axis=(0, -1, 0), names=("x", "z", "th")),),
+        parameters=(m, b, h, mu, g),
+        gravity=(0, 0, -g),
+        switching=(
+            Contact("left", "block", center=(-b / 2, 0, -h / 2), mu=mu),
+            Contact("right", "block", center=(b / 2, 0, -h / 2), mu=mu),
+        ),
+    )
+
+
+TILT = atan2(0.2, 0.8) / 2
+"""Half the tilt at which the block of the typical values is on the point of falling."""
+
+SYSTEM = System(
+    title="Block that rocks on its edges",
+    source="Housner, Bull. Seism. Soc. Am. 53 (1963) 403",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the block"),
+        Parameter("b", 0.2, "m", "width of the block"),
+        Parameter("h", 0.8, "m", "height of the block"),
+        Parameter("mu", 1.0, "1", "coefficient of friction"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={
+        "x": -0.1 * cos(TILT) + 0.4 * sin(TILT),
+        "z": 0.1 * sin(TILT) + 0.4 * cos(TILT),
+        "th": -TILT,
+    },
+    duration=2.0,
+    tags=("planar", "contact", "impact", "friction", "corners"),
+)

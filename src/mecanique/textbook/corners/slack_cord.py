@@ -1,0 +1,56 @@
+"""Particle on a cord that goes slack.
+
+A particle m hangs by a cord of length l and is thrown from below under gravity g, too slow to go
+round. The generalized coordinates are its distance r from the pivot and the angle th of its radius
+from the downward vertical. With v^2 = 4 g l the cord goes slack 2 l/3 above the pivot and is taut
+again further down.
+"""
+
+from math import sqrt
+
+from mecanique.model import (
+    Body,
+    Mechanism,
+    Parameter,
+    Prismatic,
+    Revolute,
+    Stop,
+    massless,
+    particle,
+)
+from mecanique.textbook.system import System
+
+
+def build(
+    m: Parameter,
+    l: Parameter,
+    g: Parameter,
+) -> Mechanism:
+    """Return the mechanism."""
+    return Mechanism(
+        name="slack_cord",
+        bodies=(Body("ground"), Body("ray", massless()), Body("bob", particle(m))),
+        joints=(
+            Revolute("turn", "ground", "ray", axis=(0, -1, 0), coordinate="th"),
+            Prismatic("out", "ray", "bob", axis=(0, 0, -1), coordinate="r"),
+        ),
+        parameters=(m, l, g),
+        gravity=(0, 0, -g),
+        switching=(Stop("cord", "out", at=l, side=1),),
+    )
+
+
+SYSTEM = System(
+    title="Particle on a cord that goes slack",
+    source="Meriam & Kraige, Dynamics, sect. 3/5; Lamb, Dynamics, art. 38",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the particle"),
+        Parameter("l", 1.0, "m", "length of the cord"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"th": 0.0, "r": 1.0},
+    start_velocity={"th": sqrt(4 * 9.81)},
+    duration=1.5,
+    tags=("planar", "contact", "impact", "corners"),
+)
