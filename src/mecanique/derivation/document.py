@@ -54,15 +54,10 @@ class Section:
 @final
 @dataclass(frozen=True)
 class Document:
-    """A symbolic derivation, ready to be printed.
+    """A symbolic derivation, ready to be printed."""
 
-    Args:
-        derivation: the derivation to write out.
-        method: name of its method.
-    """
-
-    derivation: Derivation
-    method: str
+    derivation: Derivation  # the derivation to write out
+    method: str  # name of its method
 
     @property
     def title(self) -> str:
@@ -180,10 +175,8 @@ class Document:
         return "\n".join(out)
 
     def html(self, steps: bool = False) -> str:
-        """Return the derivation for a notebook: its formulas wrap without a script.
-
-        Reactions stand below the equations that were found from them.
-        """
+        """Return the derivation for a notebook: its formulas wrap without a script."""
+        # Reactions stand below the equations that were found from them
         reactions = [stage for stage in self.derivation.stages if stage.title == REACTIONS]
         letters = {name for name in self.derivation.reactions if reactions}
         listed = [

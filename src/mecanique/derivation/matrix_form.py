@@ -18,21 +18,13 @@ _LARGE = 4
 @final
 @dataclass(frozen=True)
 class Linear:
-    """Matrices of linear equations of motion M q'' + C q' + K q = f.
+    """Matrices of linear equations of motion M q'' + C q' + K q = f."""
 
-    Args:
-        names: of the coordinates.
-        M: rows of the mass matrix.
-        C: rows of the damping matrix.
-        K: rows of the stiffness matrix.
-        f: the forces, functions of time alone.
-    """
-
-    names: tuple[str, ...]
-    M: Matrix
-    C: Matrix
-    K: Matrix
-    f: tuple[Series, ...]
+    names: tuple[str, ...]  # of the coordinates
+    M: Matrix  # rows of the mass matrix
+    C: Matrix  # rows of the damping matrix
+    K: Matrix  # rows of the stiffness matrix
+    f: tuple[Series, ...]  # the forces, functions of time alone
 
     def text(self) -> str:
         """Return the matrix equation as text, then each matrix by rows."""

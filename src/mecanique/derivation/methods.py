@@ -105,10 +105,8 @@ def _project(lagrange: Derivation, other: Derivation) -> tuple[Series, ...]:
 
 
 def agreement(mechanism: Mechanism) -> str:
-    """Say in a sentence whether all methods give the same left sides.
-
-    With quaternions the differences need not vanish identically: their unit length is not used.
-    """
+    """Say in a sentence whether all methods give the same left sides."""
+    # With quaternions the differences need not vanish identically: their unit length is not used
     methods = derivations(mechanism)
     *others, lagrange = methods.values()
     for derivation in others:

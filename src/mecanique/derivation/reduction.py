@@ -97,17 +97,11 @@ class Ignored:
 @final
 @dataclass(frozen=True)
 class Routh:
-    """The result of Routh's reduction.
+    """The result of Routh's reduction."""
 
-    Args:
-        derivation: the reduced equations with their steps.
-        ignored: the cyclic coordinates, in the order in which they are ignored.
-        parts: the terms of each reduced equation, which sum to zero.
-    """
-
-    derivation: Derivation
-    ignored: tuple[Ignored, ...]
-    parts: tuple[tuple[Series, ...], ...]
+    derivation: Derivation  # the reduced equations with their steps
+    ignored: tuple[Ignored, ...]  # the cyclic coordinates, in the order in which they are ignored
+    parts: tuple[tuple[Series, ...], ...]  # the terms of each reduced equation, which sum to zero
 
 
 def reduce_by_momenta(lagrange: Lagrange) -> Routh:

@@ -63,19 +63,12 @@ _CLOSING = (
 @final
 @dataclass(frozen=True)
 class Coefficient:
-    """A kinematic coefficient, or the derivative of one, from factor × letter = value.
+    """A kinematic coefficient, or the derivative of one, from factor × letter = value."""
 
-    Args:
-        coordinate: the coordinate that it belongs to.
-        letter: its letter.
-        factor: the factor of the letter.
-        value: the right side, in terms of earlier coefficients.
-    """
-
-    coordinate: str
-    letter: Series
-    factor: Series
-    value: Series
+    coordinate: str  # the coordinate that it belongs to
+    letter: Series  # its letter
+    factor: Series  # the factor of the letter
+    value: Series  # the right side, in terms of earlier coefficients
 
     @property
     def name(self) -> str:
@@ -94,22 +87,16 @@ class Coefficient:
 @final
 @dataclass(frozen=True)
 class Single:
-    """The single equation of a mechanism with one degree of freedom.
+    """The single equation of a mechanism with one degree of freedom."""
 
-    Args:
-        derivation: the equation with its steps.
-        coordinate: the coordinate that is kept.
-        coefficients: K of each other coordinate, then L, in the order of their definitions.
-        parts: the terms of the equation, which sum to zero, in terms of all coordinates, the
-            velocity and acceleration of the kept one, and the coefficients.
-        ties: the independent equations of the loops.
-    """
-
-    derivation: Derivation
-    coordinate: str
+    derivation: Derivation  # the equation with its steps
+    coordinate: str  # the coordinate that is kept
+    # K of each other coordinate, then L, in the order of their definitions
     coefficients: tuple[Coefficient, ...]
+    # the terms of the equation, which sum to zero, in terms of all coordinates, the velocity and
+    # acceleration of the kept one, and the coefficients
     parts: tuple[Series, ...]
-    ties: tuple[Tie, ...]
+    ties: tuple[Tie, ...]  # the independent equations of the loops
 
 
 def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> Single:
@@ -133,10 +120,8 @@ def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> Single:
 
 
 def independent_ties(algebra: Algebra, ties: Sequence[Tie]) -> tuple[Tie, ...]:
-    """Return the ties that no others follow from in any position, open ones included.
-
-    In a tilted plane a gap has three components, of which two are independent.
-    """
+    """Return the ties that no others follow from in any position, open ones included."""
+    # In a tilted plane a gap has three components, of which two are independent
     mechanism, ring = algebra.mechanism, algebra.ring
     names, random = mechanism.coordinates.names, np.random.default_rng(0)
     slopes = []
@@ -331,10 +316,8 @@ _ENERGIES = ("Positions and velocities", "Kinetic energy", "Potential energy")
 
 
 def _angle_of(demand: Series) -> Series:
-    """Return the angle whose sine, times a number, is to vanish; any other demand as it is.
-
-    Where the loop is closed the cosine is 1 or −1, so that the rates of both vanish together.
-    """
+    """Return the angle whose sine, times a number, is to vanish; any other demand as it is."""
+    # Where the loop is closed the cosine is 1 or −1, so that the rates of both vanish together
     if len(demand) != 1:
         return demand
     ((trig, monomial, _),) = demand.terms()

@@ -29,28 +29,22 @@ _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{}</ma
 @final
 @dataclass(frozen=True)
 class Linearized:
-    """Linear equations of small motions about an equilibrium, in letters.
+    """Linear equations of small motions about an equilibrium, in letters."""
 
-    Args:
-        matrices: M, C, K and the forces f, functions of time alone.
-        equations: the same as one equation for each velocity; the coordinates in them are
-            deviations from the equilibrium.
-        place: the equilibrium, a series by coordinate name.
-        letters: value of each letter that stands for a coordinate at the equilibrium, e.g. theta_0.
-        square: the square K/M of the natural frequency of a single degree of freedom; None with
-            several degrees of freedom, or if the equilibrium is not stable.
-        ratio: the damping ratio of a single degree of freedom as numerator C and denominator
-            2 √(K M); None if it is undamped.
-        zero: whether all coordinates are zero at the equilibrium.
-    """
-
-    matrices: Linear
+    matrices: Linear  # M, C, K and the forces f, functions of time alone
+    # the same as one equation for each velocity; the coordinates in them are deviations from the
+    # equilibrium
     equations: tuple[Equation, ...]
-    place: Mapping[str, Series]
+    place: Mapping[str, Series]  # the equilibrium, a series by coordinate name
+    # value of each letter that stands for a coordinate at the equilibrium, e.g. theta_0
     letters: Mapping[str, float]
+    # the square K/M of the natural frequency of a single degree of freedom; None with several
+    # degrees of freedom, or if the equilibrium is not stable
     square: Series | None
+    # the damping ratio of a single degree of freedom as numerator C and denominator 2 √(K M); None
+    # if it is undamped
     ratio: tuple[Series, Series] | None
-    zero: bool
+    zero: bool  # whether all coordinates are zero at the equilibrium
 
     def text(self) -> str:
         """Return the equations as text, with the matrices of several, the frequency of one."""
@@ -199,11 +193,9 @@ def _place_in_letters(
 def _find_drive(
     rests: Sequence[Series], numbers: Mapping[str, float], name: str, size: float
 ) -> tuple[Series, ...]:
-    """Return each equation's terms that depend on time, as a force; the others must balance.
-
-    Their sum is judged by the largest force of all, and by what a deviation of 1 makes (`size`):
-    where an arm hangs straight down, only what its file rounds is left of the forces.
-    """
+    """Return each equation's terms that depend on time, as a force; the others must balance."""
+    # Their sum is judged by the largest force of all, and by what a deviation of 1 makes (`size`):
+    # where an arm hangs straight down, only what its file rounds is left of the forces
     drives, constants = list[Series](), list[Series]()
     for rest in rests:
         ring, timed, constant = rest.ring, list[Series](), list[Series]()

@@ -33,10 +33,8 @@ def find_units(derivation: Derivation, equation: Equation) -> tuple[Dimension | 
 
 
 def unit_of(derivation: Derivation, equation: Equation) -> str:
-    """Return the unit of the terms of an equation, that of most terms if they differ.
-
-    They differ where plain numbers stand for quantities with a unit.
-    """
+    """Return the unit of the terms of an equation, that of most terms if they differ."""
+    # They differ where plain numbers stand for quantities with a unit
     known = [its for its in find_units(derivation, equation) if its is not None]
     return say_unit(Counter(known).most_common(1)[0][0]) if known else ""
 

@@ -22,14 +22,7 @@ _Asked = TypeVar("_Asked", bound="Answering")
 
 
 class Answering:
-    """The base class of `Reference`: a tree inside Pinocchio, and the loops that close it.
-
-    Args:
-        mechanism: the mechanism to load.
-
-    Raises:
-        EngineError: if it is too large for Pinocchio, or Pinocchio does not read it correctly.
-    """
+    """The base class of `Reference`: a tree inside Pinocchio, and the loops that close it."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = expect_mechanism(mechanism)
@@ -57,10 +50,8 @@ class Answering:
     """The generic rank of the constraints, once they are known not to lock the mechanism."""
 
     def _look_for_locks(self, function: Callable[..., Array]) -> Callable[..., Array]:
-        """Wrap a function of the state; make it refuse a mechanism locked in a singular position.
-
-        One check suffices: a locked mechanism cannot reach any other position.
-        """
+        """Wrap a function of the state to refuse a mechanism locked in a singular position."""
+        # One check suffices: a locked mechanism cannot reach any other position
         closed = self._closed
         if closed is None or closed.most is not None or self._generic is not None:
             return function

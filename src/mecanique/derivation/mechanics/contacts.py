@@ -23,10 +23,9 @@ from mecanique.model.mechanism import Mechanism
 
 
 class Touch(NamedTuple):
-    """The place of a contact in the world, the directions in which it prevents motion, and Φ.
+    """The place of a contact in the world, the directions in which it prevents motion, and Φ."""
 
-    All are scalars of some arithmetic, functions of the poses; Φ belongs to the first direction.
-    """
+    # All are scalars of some arithmetic, functions of the poses; Φ belongs to the first direction
 
     place: Triple
     directions: tuple[Triple, ...]

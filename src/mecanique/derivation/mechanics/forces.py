@@ -167,19 +167,11 @@ class Forces:
         return total
 
     def on_bodies(self) -> list[Action]:
-        """Return the actions of each force: on body a or the child, then on body b or the parent.
-
-        Raises:
-            DerivationError: if a force is of an unknown kind.
-        """
+        """Return each force's actions: on body a or the child, then on body b or the parent."""
         return [action for force in self._letters.mechanism.forces for action in self.of(force)]
 
     def of(self, force: AnyForce) -> list[Action]:
-        """Return the actions of one force.
-
-        Raises:
-            DerivationError: if it is of an unknown kind.
-        """
+        """Return the actions of one force."""
         match force:
             case LineLoad():
                 return self._pull(force)

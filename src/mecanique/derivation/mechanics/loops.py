@@ -20,24 +20,17 @@ from mecanique.model.constraints.loops import CLOSED, Loop
 @final
 @dataclass(frozen=True)
 class Loops:
-    """The equations of all loops, contacts and velocity constraints.
-
-    Args:
-        names: name of each equation, e.g. "loop: motion it closes".
-        blocks: index of each equation's block: the lengths of a loop, its angles, or a contact.
-        residual: Φ; zero for equations that restrict velocities only.
-        rate: Φ', or ψ.
-        gamma: γ.
-        velocity_rows: the equations of contacts and velocity constraints, which come last.
-    """
+    """The equations of all loops, contacts and velocity constraints."""
 
     letters: Letters
 
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # name of each equation, e.g. "loop: motion it closes"
+    # index of each equation's block: the lengths of a loop, its angles, or a contact
     blocks: tuple[int, ...]
-    residual: list[Any]
-    rate: list[Any]
-    gamma: list[Any]
+    residual: list[Any]  # Φ; zero for equations that restrict velocities only
+    rate: list[Any]  # Φ', or ψ
+    gamma: list[Any]  # γ
+    # the equations of contacts and velocity constraints, which come last
     velocity_rows: list[ConstraintRow]
 
     @cached_property
@@ -75,11 +68,9 @@ def loops_of(letters: Letters, recursion: TreeRecursion) -> Loops:
 
 
 def closure(loop: Loop, ground: Ground, angle: Callable[[Any, Any], Any]) -> list[Any]:
-    """Return Φ of one loop, in the axes of frame a and in the arithmetic of the poses.
-
-    There frame b has the position p and the rotation matrix R; a hinge keeps R z = z, a weld keeps
-    the skew part of R at zero.
-    """
+    """Return Φ of one loop, in the axes of frame a and in the arithmetic of the poses."""
+    # There frame b has the position p and the rotation matrix R; a hinge keeps R z = z, a weld
+    # keeps the skew part of R at zero
     A, a = ground.frame(loop.body_a, loop.frame_a)
     B, b = ground.frame(loop.body_b, loop.frame_b)
     apart = add(b, scale(-1.0, a))

@@ -186,56 +186,33 @@ class Moving:
 @final
 @dataclass(frozen=True)
 class Skeleton:
-    """What a tree's moving links are in every state; links that are fixed belong to their parents.
+    """A tree's moving links, the same in every state; fixed links belong to their parents."""
 
-    Args:
-        links: the elementary motion of each moving link.
-        parents: index of each one's parent among the moving links, −1 for the ground.
-        stands: pose of each one's frame, in which it moves, in its parent's axes.
-        angular: unit motions of each one, by index of the joint velocity.
-        linear: the same of its slides.
-        armatures: inertia of each one's rotor.
-        inertias: inertia of each one with all that is fixed to it.
-        seats: the frame of each elementary link of the tree, moving or not.
-        bodies: the frame of each body.
-        gravity: acceleration of gravity.
-        paths: how a pose on arrays depends on the joint's motion, by index: its constant part, then
-            the factor of x in a slide, of sine and cosine in a turn.
-    """
-
-    links: list[Link]
-    parents: list[int]
-    stands: list[Rows]
-    angular: list[dict[int, Triple]]
-    linear: list[dict[int, Triple]]
-    armatures: list[Any]
-    inertias: list[Inertia]
-    seats: list[Seat]
-    bodies: dict[str, Seat]
-    gravity: Triple
+    links: list[Link]  # the elementary motion of each moving link
+    parents: list[int]  # index of each one's parent among the moving links, −1 for the ground
+    stands: list[Rows]  # pose of each one's frame, in which it moves, in its parent's axes
+    angular: list[dict[int, Triple]]  # unit motions of each one, by index of the joint velocity
+    linear: list[dict[int, Triple]]  # the same of its slides
+    armatures: list[Any]  # inertia of each one's rotor
+    inertias: list[Inertia]  # inertia of each one with all that is fixed to it
+    seats: list[Seat]  # the frame of each elementary link of the tree, moving or not
+    bodies: dict[str, Seat]  # the frame of each body
+    gravity: Triple  # acceleration of gravity
+    # how a pose on arrays depends on the joint's motion, by index: its constant part, then the
+    # factor of x in a slide, of sine and cosine in a turn
     paths: dict[int, list[np.ndarray]]
 
 
 class Numbers(NamedTuple):
-    """The numbers of a tree in some arithmetic: lists of scalars, or arrays of many states.
+    """The numbers of a tree in some arithmetic: lists of scalars, or arrays of many states."""
 
-    Args:
-        origins: pose of each elementary link's frame in its parent's.
-        moments: mass moments ∫ (p, 1)(p, 1)ᵀ dm of each link that has a body.
-        armatures: inertia of each link's rotor.
-        gravity: acceleration of gravity.
-        identity: the pose of the ground.
-        axis: converts a constant vector.
-        turns: rotation of each link's axes in its frame, where that is varied.
-    """
-
-    origins: Sequence[Rows]
-    moments: Mapping[int, Rows]
-    armatures: Sequence[Any]
-    gravity: Triple
-    identity: Rows
-    axis: Callable[[Sequence[float]], Triple]
-    turns: Mapping[int, Rows]
+    origins: Sequence[Rows]  # pose of each elementary link's frame in its parent's
+    moments: Mapping[int, Rows]  # mass moments ∫ (p, 1)(p, 1)ᵀ dm of each link that has a body
+    armatures: Sequence[Any]  # inertia of each link's rotor
+    gravity: Triple  # acceleration of gravity
+    identity: Rows  # the pose of the ground
+    axis: Callable[[Sequence[float]], Triple]  # converts a constant vector
+    turns: Mapping[int, Rows]  # rotation of each link's axes in its frame, where that is varied
 
 
 def skeleton_of(mechanism: Mechanism, tree: Sequence[Link], numbers: Numbers) -> Skeleton:
@@ -298,10 +275,8 @@ def skeleton_of(mechanism: Mechanism, tree: Sequence[Link], numbers: Numbers) ->
 
 
 def _path(link: Link, stand: np.ndarray, turn: np.ndarray | None) -> list[np.ndarray]:
-    """Return the constant part of a link's pose, and its derivatives by x or by sine and cosine.
-
-    The law of a turn is linear in sine and cosine, so three values of it give its coefficients.
-    """
+    """Return the constant part of a link's pose, and its derivatives by x or by sine and cosine."""
+    # The law of a turn is linear in sine and cosine, so three values of it give its coefficients
     floats, name = Arithmetic(), "".join(link.coordinates)
     if link.kind == "slide":
         poses = [local(link, {name: x}, floats) for x in (0.0, 1.0)]
@@ -338,12 +313,10 @@ def skeleton_on_tape(letters: Letters) -> Skeleton:
 
 
 def _regroup(tree: Skeleton) -> None:
-    """Move inertia that a joint does not displace, e.g. mass on a hinge's axis, to the parent.
-
-    A turn about its axis n does not change a body's m, h·n and n·E n, nor a slide its E; with these
-    moved to the parent, most bodies have no mass of their own and take fewer operations (M. Gautier
-    & W. Khalil, IEEE Trans. Robotics and Automation 6 (1990) 368).
-    """
+    """Move inertia that a joint does not displace, e.g. mass on a hinge's axis, to the parent."""
+    # A turn about its axis n does not change a body's m, h·n and n·E n, nor a slide its E; with
+    # these moved to the parent, most bodies have no mass of their own and take fewer operations (M.
+    # Gautier & W. Khalil, IEEE Trans. Robotics and Automation 6 (1990) 368).
     for place in range(len(tree.links) - 1, -1, -1):
         body, stand, parent = tree.inertias[place], tree.stands[place], tree.parents[place]
         angular, linear = tree.angular[place], tree.linear[place]
@@ -368,13 +341,7 @@ Field: TypeAlias = "tuple[Triple, Rows, Triple, Triple]"
 
 @final
 class TreeRecursion:
-    """Mass matrix, inverse dynamics and energies of a tree, on a tape or on arrays.
-
-    Args:
-        letters: values of time, coordinates, velocities, parameters and inputs.
-        skeleton: the tree in every state.
-        chart: the motion of its joints.
-    """
+    """Mass matrix, inverse dynamics and energies of a tree, on a tape or on arrays."""
 
     def __init__(self, letters: Values, skeleton: Skeleton, chart: JointMotion) -> None:
         self.letters = letters
@@ -566,10 +533,8 @@ class TreeRecursion:
         return tau
 
     def collect(self, loads: list[tuple[Triple, Triple]]) -> list[Any]:
-        """Return the joint forces of forces and moments on all links, summed from the tips inward.
-
-        They are in the links' axes, about the links' origins; to each, those beyond are added.
-        """
+        """Return the joint forces of forces and moments on all links, summed from the tips."""
+        # They are in the links' axes, about the links' origins; to each, those beyond are added
         tau: list[Any] = [0.0] * len(self.chart.u)
         for place in range(len(self.links) - 1, -1, -1):
             link = self.links[place]
@@ -616,10 +581,8 @@ class TreeRecursion:
         return apply(self.poses[seat.place], moved)
 
     def on_link(self, body: str, point: Triple, force: Triple, moment: Triple) -> Wrench:
-        """Refer a force at a point of a body, in its axes, and a moment to the body's link.
-
-        Force and moment are in the world's axes.
-        """
+        """Refer a force at a point of a body, in its axes, and a moment to the body's link."""
+        # Force and moment are in the world's axes
         seat = self.seats[body]
         if seat.place < 0:
             return Wrench(-1, STILL, STILL)
@@ -753,12 +716,10 @@ class World:
 
     @cached_property
     def pose_rates(self) -> dict[int, Value]:
-        """Rates of the entries of all poses by their place on the tape: v, and ω × the axes.
-
-        They take fewer operations than derivatives of the products that poses are made of. An axis
-        that a link shares with its parent has the parent's rate, in which the link's own turn about
-        it is left out.
-        """
+        """Rates of the entries of all poses by their place on the tape: v, and ω × the axes."""
+        # They take fewer operations than derivatives of the products that poses are made of. An
+        # axis that a link shares with its parent has the parent's rate, in which the link's own
+        # turn about it is left out.
         rates: dict[int, Value] = {}
         for motion, pose in zip(self._motions, self._recursion.poses, strict=True):
             *axes, p = transpose(pose)

@@ -11,10 +11,9 @@ from mecanique.model.states import States
 
 
 class BatchDynamics(ABC):
-    """The terms of M a + bias = forces in numbers; with loops, those of the tree.
+    """The terms of M a + bias = forces in numbers; with loops, those of the tree."""
 
-    All methods take n states and return arrays whose first axis has length n.
-    """
+    # All methods take n states and return arrays whose first axis has length n
 
     rolls: ClassVar[bool] = False
     """Whether `acceleration` satisfies contacts and velocity constraints."""
@@ -41,11 +40,7 @@ class BatchDynamics(ABC):
 
     @abstractmethod
     def acceleration(self, states: States) -> np.ndarray:
-        """Return a from M a + bias = forces, shape (n, nv).
-
-        Raises:
-            DerivationError: if the mass matrix is singular.
-        """
+        """Return a from M a + bias = forces, shape (n, nv)."""
 
     @abstractmethod
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
@@ -53,7 +48,5 @@ class BatchDynamics(ABC):
 
     @abstractmethod
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the linear momentum, and the angular ones about origin and center of mass.
-
-        Each has shape (n, 3); bodies fixed to the ground do not count.
-        """
+        """Return the linear momentum, and the angular ones about origin and center of mass."""
+        # Each has shape (n, 3); bodies fixed to the ground do not count

@@ -146,10 +146,8 @@ def find_unexplained(
 
 
 def size(mechanism: Mechanism, guides: Sequence[Guide], along: Along, demand: np.ndarray) -> Sizes:
-    """Return the elements' forces that meet a demand; if several do, the least ones.
-
-    Shapes: demand (n, nu).
-    """
+    """Return the elements' forces that meet a demand; if several do, the least ones."""
+    # Shapes: demand (n, nu)
     refuse_work(mechanism, along)
     count, scale = along.forces.shape[2], _scale(mechanism, along)
     stated = preloads(mechanism.elements)

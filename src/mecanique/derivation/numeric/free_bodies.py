@@ -266,11 +266,9 @@ def cross_rows(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def total_momentum(
     bodies: Sequence[FreeBody], count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the linear momentum, and the angular ones about origin and center of mass.
-
-    They are the sums of m v_C and of H_C + r_C × m v_C, each shape (n, 3) (Fundamentals of
-    Dynamics, eqs. 1.7, 1.9, 1.11).
-    """
+    """Return the linear momentum, and the angular ones about origin and center of mass."""
+    # They are the sums of m v_C and of H_C + r_C × m v_C, each shape (n, 3) (Fundamentals of
+    # Dynamics, eqs. 1.7, 1.9, 1.11).
     linear, angular, first = (np.zeros((count, 3)) for _ in range(3))
     mass = 0.0
     for body in bodies:

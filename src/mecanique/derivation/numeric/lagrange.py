@@ -169,10 +169,8 @@ class LagrangeOnJets(BatchDynamics):
         return np.asarray(E.T)
 
     def motion(self, states: States, a: np.ndarray) -> tuple[dict[str, Jet], list[Jet]]:
-        """Return the jets of the joint coordinates by name, and of the poses along the tree.
-
-        Shapes: a (n, nv).
-        """
+        """Return the jets of the joint coordinates by name, and of the poses along the tree."""
+        # Shapes: a (n, nv)
         r = joint_paths(states, self._tree, a)
         shape = (3, 1 + self._mechanism.nv, len(states))
         H: list[Jet] = []

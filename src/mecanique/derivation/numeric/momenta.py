@@ -10,13 +10,10 @@ import numpy as np
 def momenta(
     H: Sequence[np.ndarray], Hd: Sequence[np.ndarray], J: Sequence[np.ndarray], n: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the linear momentum, and the angular ones about origin and center of mass.
-
-    Each has shape (n, 3). Ḣ J Hᵀ contains ∫ ẋ dm and ∫ ẋ xᵀ dm, whose skew part is the angular
-    momentum ∫ x × ẋ dm (Goldstein, Classical Mechanics, 1980, sect. 1-2).
-
-    Shapes: H (n, 4, 4), Hd [1/s], J (4, 4).
-    """
+    """Return the linear momentum, and the angular ones about origin and center of mass."""
+    # Each has shape (n, 3). Ḣ J Hᵀ contains ∫ ẋ dm and ∫ ẋ xᵀ dm, whose skew part is the angular
+    # momentum ∫ x × ẋ dm (Goldstein, Classical Mechanics, 1980, sect. 1-2).
+    # Shapes: H (n, 4, 4), Hd [1/s], J (4, 4)
     if not H:
         zero = np.zeros((n, 3))
         return zero, zero, zero

@@ -49,14 +49,10 @@ from mecanique.model.states import States
 
 
 class Reaction(NamedTuple):
-    """The wrench that a parent exerts on its child through their joint.
+    """The wrench that a parent exerts on its child through their joint."""
 
-    Args:
-        force: shape (3,) or (n, 3), world axes [N].
-        moment: shape (3,) or (n, 3), about the origin of the child's frame, world axes [N·m].
-    """
-
-    force: np.ndarray
+    force: np.ndarray  # shape (3,) or (n, 3), world axes [N]
+    # shape (3,) or (n, 3), about the origin of the child's frame, world axes [N·m]
     moment: np.ndarray
 
 
@@ -79,10 +75,8 @@ class Balances(BatchDynamics):
         return self._solve(states)[:, : self._mechanism.nv]
 
     def reactions(self, states: States) -> dict[str, Reaction]:
-        """Return the reaction in each joint by name, without springs, dampers, drives and loads.
-
-        Components that depend on a guide without an element are NaN.
-        """
+        """Return the reaction in each joint by name, without springs, dampers, drives and loads."""
+        # Components that depend on a guide without an element are NaN
         found = self._hold(states)[0] if self._mechanism.elements else self.totals(states)
         crossed = {name for guide in self.guides for name in guide.crossed}
         if crossed:
@@ -107,10 +101,8 @@ class Balances(BatchDynamics):
         return np.asarray(np.linalg.norm(left, axis=1) > OUTSIDE)
 
     def guide_forces(self, states: States) -> dict[str, np.ndarray]:
-        """Return the forces of the guiding elements by name, each shape (n,) [N or N·m].
-
-        Forces that redundant elements leave undetermined are NaN.
-        """
+        """Return the forces of the guiding elements by name, each shape (n,) [N or N·m]."""
+        # Forces that redundant elements leave undetermined are NaN
         if not self._mechanism.elements:
             return {}
         forces = self._hold(states)[1]
@@ -138,10 +130,8 @@ class Balances(BatchDynamics):
         raise fault
 
     def _push(self, at: Snapshot) -> tuple[list[np.ndarray], Along]:
-        """Return the wrenches across the joints that balance the elements' unit forces.
-
-        Also return their components along the joint velocities.
-        """
+        """Return the wrenches across the joints that balance the elements' unit forces."""
+        # Also return their components along the joint velocities
         carried = self._transmit(at, unit_needs(self._mechanism, at))
         return carried, Along(self._along(at, carried), at.rates, self._bodies.columns)
 
@@ -165,11 +155,7 @@ class Balances(BatchDynamics):
         return {joint.name: found[joint.name] for joint in m.joints}, forces
 
     def totals(self, states: States) -> dict[str, Reaction]:
-        """Return the total wrench across each joint by name: its reaction and the guides' actions.
-
-        Raises:
-            DerivationError: if the mass matrix is singular.
-        """
+        """Return the total wrench across each joint: its reaction and the guides' actions."""
         nv, count = self._mechanism.nv, len(self._mechanism.joints)
         found = self._solve(states)[:, nv : nv + 6 * count].reshape(len(states), -1, 2, 3)
         names = [joint.name for joint in self._mechanism.tree]
@@ -230,11 +216,8 @@ class Balances(BatchDynamics):
         return total_momentum(self._bodies.moving(states), len(states))
 
     def _project(self, at: Snapshot, needs: list[np.ndarray]) -> np.ndarray:
-        """Project the bodies' wrenches on the generalized velocities, which eliminates reactions.
-
-        Shape (n, nv, k).
-        Shapes: needs (n, 6, k).
-        """
+        """Project the bodies' wrenches on the generalized velocities, without reactions."""
+        # Shape (n, nv, k). Shapes: needs (n, 6, k).
         return np.asarray(np.swapaxes(at.rates, 1, 2) @ self._along(at, self._transmit(at, needs)))
 
     def _transmit(self, at: Snapshot, needs: list[np.ndarray]) -> list[np.ndarray]:
@@ -282,10 +265,8 @@ class Balances(BatchDynamics):
         )
 
     def _system(self, at: Snapshot) -> tuple[np.ndarray, np.ndarray]:
-        """Assemble A x = known for x = [a, force and couple of each joint].
-
-        The rows are those of the bodies, then of the joints.
-        """
+        """Assemble A x = known for x = [a, force and couple of each joint]."""
+        # The rows are those of the bodies, then of the joints
         n, nv, count = len(at.springs), self._mechanism.nv, len(at.bodies)
         size = nv + 6 * count
         A, known = np.zeros((n, size, size)), np.zeros((n, size))
@@ -342,10 +323,8 @@ class Balances(BatchDynamics):
 
 
 def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return T = Σ ½ m v_C² + ½ H_C·ω and V of gravity and springs, each shape (n,); g (3,).
-
-    The kinetic energy is that of Fundamentals of Dynamics, eq. 1.31.
-    """
+    """Return T = Σ ½ m v_C² + ½ H_C·ω and V of gravity and springs, each shape (n,); g (3,)."""
+    # The kinetic energy is that of Fundamentals of Dynamics, eq. 1.31.
     T = 0.5 * np.sum(at.armature * at.u**2, axis=-1)
     V = at.springs
     for body in at.bodies:

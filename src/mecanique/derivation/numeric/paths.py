@@ -25,31 +25,23 @@ JETS = Arithmetic(function)
 def joint_paths(
     states: States, tree: tuple[Link, ...], a: np.ndarray | None = None
 ) -> dict[str, Jet]:
-    """Return the jet of every joint coordinate, except those of quaternion joints; a (n, nv).
-
-    The coefficients have shape (3, 1 + nv, n): orders of ε, then the value and its partial
-    derivative along each δq.
-    """
+    """Return the jet of every joint coordinate, except those of quaternion joints; a (n, nv)."""
+    # The coefficients have shape (3, 1 + nv, n): orders of ε, then the value and its partial
+    # derivative along each δq
     values = joint_values(states.mechanism, _paths(states, a), JETS)
     names = [name for link in tree if link.kind in ("turn", "slide") for name in link.coordinates]
     return {name: _lift(values[name], states) for name in names}
 
 
 def driven_paths(states: States) -> dict[str, np.ndarray]:
-    """Return the coefficients of the driven coordinates' jets at constant v, each (3, 1 + nv, n).
-
-    Raises:
-        DerivationError: if the coordinate map cannot be differentiated.
-    """
+    """Return coefficients of the driven coordinates' jets at constant v, each (3, 1 + nv, n)."""
     values = joint_values(states.mechanism, _paths(states, None), JETS)
     return {name: _lift(values[name], states).c for name in states.mechanism.coordinates.driven}
 
 
 def coordinate_paths(states: States, a: np.ndarray | None = None) -> dict[str, Any]:
-    """Return the value of every parameter, the jet of t and that of every plain coordinate.
-
-    Shapes: a (n, nv).
-    """
+    """Return the value of every parameter, the jet of t and that of every plain coordinate."""
+    # Shapes: a (n, nv)
     mechanism = states.mechanism
     quasi = {name for joint in mechanism.joints if joint.quaternion for name in joint.coordinates}
     values: dict[str, Any] = dict(mechanism.values)

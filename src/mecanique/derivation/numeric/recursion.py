@@ -83,11 +83,10 @@ class ArrayLetters:
 
 
 class _Numbers(NamedTuple):
-    """The numbers of a tree: poses of the links' frames, mass moments J and gravity.
+    """The numbers of a tree: poses of the links' frames, mass moments J and gravity."""
 
-    Matrices have shape (4, 4) or (n, 4, 4), gravity (3,) or (n, 3). The axes of some joints, by
-    index, are turned in the joint's frame.
-    """
+    # Matrices have shape (4, 4) or (n, 4, 4), gravity (3,) or (n, 3). The axes of some joints, by
+    # index, are turned in the joint's frame.
 
     origins: list[np.ndarray]
     J: list[np.ndarray]
@@ -155,10 +154,8 @@ class Recursion(BatchDynamics):
         return _columns(tree.chart.project(tau), len(states))
 
     def efforts_in_joints(self, states: States, chart: JointMotion) -> np.ndarray | None:
-        """Return the torques given with the states as forces in the joints; None without any.
-
-        Shape (nu, n); generalized forces become the least torques that do the same virtual work.
-        """
+        """Return the torques given with the states as forces in the joints; None without any."""
+        # Shape (nu, n); generalized forces become the least torques that do the same virtual work
         efforts = states.efforts
         if efforts is None:
             return None
@@ -246,11 +243,9 @@ class Recursion(BatchDynamics):
         gravity: np.ndarray | None = None,
         turns: Mapping[int, np.ndarray] | None = None,
     ) -> Recursion:
-        """Return a copy with other numbers, which may differ from state to state.
-
-        Shapes: origins (4, 4) or (n, 4, 4), moments (4, 4) or (n, 4, 4), gravity (3,) or (n, 3),
-        turns (4, 4) or (n, 4, 4).
-        """
+        """Return a copy with other numbers, which may differ from state to state."""
+        # Shapes: origins (4, 4) or (n, 4, 4), moments (4, 4) or (n, 4, 4), gravity (3,) or (n, 3),
+        # turns (4, 4) or (n, 4, 4)
         kept = self._numbers
         numbers = _Numbers(
             [(origins or {}).get(k, X) for k, X in enumerate(kept.origins)],
@@ -261,14 +256,10 @@ class Recursion(BatchDynamics):
         return Recursion(self._mechanism, numbers)
 
     def regressor(self, states: States, a: np.ndarray) -> np.ndarray:
-        """Return the regressor Y with M a + bias = Σ Y J, J the mass moments of each link.
-
-        The equations of motion are linear in J (C. G. Atkeson, C. H. An & J. M. Hollerbach, Int.
-        J. Robotics Research 5 (1986) 101). The rotors' inertia is left out.
-
-        Shape (n, nv, links, 4, 4).
-        Shapes: a (n, nv).
-        """
+        """Return the regressor Y with M a + bias = Σ Y J, J the mass moments of each link."""
+        # The equations of motion are linear in J (C. G. Atkeson, C. H. An & J. M. Hollerbach, Int.
+        # J. Robotics Research 5 (1986) 101). The rotors' inertia is left out.
+        # Shape (n, nv, links, 4, 4). Shapes: a (n, nv).
         tree, n = self.at(states), len(states)
         chart = tree.chart
         fields = tree.fields(chart.u, chart.spread(a.T))

@@ -44,10 +44,8 @@ from mecanique.errors import DerivationError
 
 
 def draw_divisor(terms: Sequence[Product]) -> list[Product]:
-    """Merge the first two terms into one product, if both are divided by the same sum.
-
-    m q''/s + m q q'²/s² = m (q'' + q q'²/s)/s, where that takes fewer symbols.
-    """
+    """Merge the first two terms into one product, if both are divided by the same sum."""
+    # m q''/s + m q q'²/s² = m (q'' + q q'²/s)/s, where that takes fewer symbols
     if len(terms) < 2:
         return [*terms]
     first, second, *others = terms
@@ -116,10 +114,8 @@ def _find_kinds(series: Series) -> set[Kind]:
 
 
 def _rank(ring: Basis, key: int) -> tuple[object, ...]:
-    """Return a sort key: accelerations, then velocities, then lengths, then the rest.
-
-    Higher powers of motions come first, but lower powers of lengths.
-    """
+    """Return a sort key: accelerations, then velocities, then lengths, then the rest."""
+    # Higher powers of motions come first, but lower powers of lengths
     powers = dict(exponents(key))
     degrees: dict[Kind, list[int]] = {kind: [] for kind in _RANKED}
     for generator in ring.generators:
@@ -222,12 +218,10 @@ _GAIN = 2
 def equations(
     elements: Sequence[Series], *, monic: bool | None = None, own: Sequence[str] = ()
 ) -> tuple[Equation, ...]:
-    """Return equations of motion element = 0 in textbook form.
-
-    The terms of each are collected by accelerations, velocities, inputs and lengths, and divided by
-    their common factors: a rational number, a monomial of parameters, and a sum of parameters and
-    time. No equation is ever divided by a coordinate.
-    """
+    """Return equations of motion element = 0 in textbook form."""
+    # The terms of each are collected by accelerations, velocities, inputs and lengths, and divided
+    # by their common factors: a rational number, a monomial of parameters, and a sum of parameters
+    # and time. No equation is ever divided by a coordinate.
     divide = len(elements) == 1 if monic is None else monic
     names = [*own, *[""] * (len(elements) - len(own))]
     return tuple(_form_equation(*pair, divide) for pair in zip(elements, names, strict=True))

@@ -228,10 +228,8 @@ def _factor_sum(polynomial: Series) -> Product:
 
 
 def _collect_by_inertia(polynomial: Series) -> Product | None:
-    """Collect a sum by masses, moments of inertia and the like, if each term contains one.
-
-    Js rp² + Jp rs² + 2 Jp rs rp + Jp rp² = Js rp² + Jp (rs + rp)².
-    """
+    """Collect a sum by masses, moments of inertia and the like, if each term contains one."""
+    # Js rp² + Jp rs² + 2 Jp rs rp + Jp rp² = Js rp² + Jp (rs + rp)²
     ring, terms = polynomial.ring, polynomial.parts[0]
     if not 2 < len(terms) <= _LARGEST:
         return None
@@ -262,10 +260,8 @@ _Rows: TypeAlias = "tuple[tuple[tuple[int, ...], int], ...]"
 
 @lru_cache(maxsize=1 << 12)
 def _factor(rows: _Rows) -> tuple[Fraction, tuple[tuple[_Rows, int], ...]]:
-    """Return the number before a polynomial's factors, and each factor with its power.
-
-    It is cached, as the same sum occurs in many coefficients of a mechanism's equations.
-    """
+    """Return the number before a polynomial's factors, and each factor with its power."""
+    # It is cached, as the same sum occurs in many coefficients of a mechanism's equations
     from sympy import Poly, Symbol
 
     symbols = [Symbol(f"x{i}") for i in range(len(rows[0][0]))]

@@ -195,10 +195,8 @@ def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:
 
 
 def _wants_turn(whole: Sum, negative: bool) -> bool:
-    """Whether a sum reads better negated: if most of its signs are −.
-
-    If one of two terms is negative, the one that changes in time comes last: l − w t.
-    """
+    """Whether a sum reads better negated: if most of its signs are −."""
+    # If one of two terms is negative, the one that changes in time comes last: l − w t
     minus = sum(term.number < 0 for term in whole.terms)
     plus = len(whole.terms) - minus
     if minus != plus:

@@ -76,10 +76,8 @@ def to_html(sentence: str, names: Collection[str] = ()) -> str:
 
 
 def spell_greek(sentence: str, names: Collection[str]) -> str:
-    """Return a sentence with Greek signs for the names of quantities, φ for phi, where no LaTeX is.
-
-    Words that are no names stay.
-    """
+    """Return a sentence with Greek signs for names of quantities, φ for phi, outside LaTeX."""
+    # Words that are no names stay
     return _GREEK_WORD.sub(
         lambda match: f"{GREEK[match[1]]}{match[2]}" if match[0] in names else match[0], sentence
     )

@@ -82,10 +82,8 @@ def _measure(polynomials: Sequence[Series]) -> tuple[Fraction, int]:
 
 
 def common_measure(polynomials: Sequence[Series]) -> Fraction:
-    """Return the greatest rational that divides all coefficients, 1 if they are measured numbers.
-
-    Measured numbers have large denominators, or are large multiples of a common measure.
-    """
+    """Return the greatest rational that divides all coefficients, 1 for measured numbers."""
+    # Measured numbers have large denominators, or are large multiples of a common measure
     measure, largest = _measure(polynomials)
     if sum(map(len, polynomials)) > 1:
         if max(p.denominator for p in polynomials) > _WILD:

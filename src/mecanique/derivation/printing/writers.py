@@ -470,11 +470,9 @@ _PIECE = '<math displaystyle="true" style="text-indent: 0">{}</math>'
 
 
 def to_lines(row: str, alt: str = "") -> str:
-    """Return presentation MathML as HTML that wraps before +, − and =, without a script.
-
-    No browser breaks a formula by itself. The terms of the outermost sum are formulas of their
-    own here, between which lines break as between words.
-    """
+    """Return presentation MathML as HTML that wraps before +, − and =, without a script."""
+    # No browser breaks a formula by itself. The terms of the outermost sum are formulas of their
+    # own here, between which lines break as between words.
     terms = _split(fromstring(f"<mrow>{row}</mrow>"))
     pieces = ["".join(map(_serialize, term)) for term in terms]
     if len(pieces) > 1 and pieces[-1].endswith("=</mo><mrow><mn>0</mn></mrow>"):
@@ -567,17 +565,12 @@ class Expression(_Printed):
 @final
 @dataclass(frozen=True, repr=False)
 class Equation(_Printed):
-    """An equation of motion left = right, with inputs and other functions of time on the right.
+    """An equation of motion left = right, with inputs and other functions of time on the right."""
 
-    Args:
-        left: the terms with accelerations, velocities and coordinates.
-        right: the terms that depend on time alone.
-        divisor: the monomial of parameters by which the derived equation was divided: derived =
-            (left − right) × divisor.
-    """
-
-    left: Expression
-    right: Expression
+    left: Expression  # the terms with accelerations, velocities and coordinates
+    right: Expression  # the terms that depend on time alone
+    # the monomial of parameters by which the derived equation was divided: derived = (left − right)
+    # × divisor
     divisor: Series
 
     def write(self, writer: Writer) -> str:

@@ -11,11 +11,9 @@ from mecanique.derivation.tolerances import ROUNDING
 
 
 def tidy(series: Series) -> Series:
-    """Cancel roots ρ = √s and sums in the denominators of a series, if that adds no terms.
-
-    All terms are brought over one power of the root, ρ² is replaced by s, and s is divided out as
-    often as possible: q²/ρ² + 1 = (q² + ρ²)/ρ², and (m₁² + m₁ m₂)/(m₁ + m₂)² = m₁/(m₁ + m₂).
-    """
+    """Cancel roots ρ = √s and sums in the denominators of a series, if that adds no terms."""
+    # All terms are brought over one power of the root, ρ² is replaced by s, and s is divided out as
+    # often as possible: q²/ρ² + 1 = (q² + ρ²)/ρ², and (m₁² + m₁ m₂)/(m₁ + m₂)² = m₁/(m₁ + m₂)
     ring = series.ring
     for index, degree, argument in reversed(ring.roots):
         lowest = min((exponent(monomial, index) for _, monomial, _ in series.terms()), default=0)
@@ -36,10 +34,8 @@ def tidy(series: Series) -> Series:
 
 
 def without_rounding(series: Series, summed: Iterable[Series]) -> Series:
-    """Drop terms of a sum whose coefficients are rounding of what was summed.
-
-    Numbers given as floats are exact here, but a tilt's matrix is orthogonal up to rounding only.
-    """
+    """Drop terms of a sum whose coefficients are rounding of what was summed."""
+    # Numbers given as floats are exact here, but a tilt's matrix is orthogonal up to rounding only
 
     def has_root(monomial: int) -> bool:
         return any(exponent(monomial, index) for index, *_ in series.ring.roots)
@@ -71,11 +67,9 @@ def by_velocity(series: Series, velocities: Sequence[str]) -> Series:
 
 
 def without_common_divisor(series: Series) -> Series:
-    """Multiply a series by the sums that all its terms are divided by.
-
-    Such a sum is not zero where the series is defined: x''/(R² − x²) + x x'²/(R² − x²)² = 0 becomes
-    x'' + x x'²/(R² − x²) = 0.
-    """
+    """Multiply a series by the sums that all its terms are divided by."""
+    # Such a sum is not zero where the series is defined: x''/(R² − x²) + x x'²/(R² − x²)² = 0
+    # becomes x'' + x x'²/(R² − x²) = 0
     ring = series.ring
     for index, atom in ring.atoms.items():
         powers = {exponent(monomial, index) for _, monomial, _ in series.terms()}
@@ -112,11 +106,9 @@ def divide_exactly(series: Series, divisor: Series) -> Series | None:
 
 
 def divide_by_wave(series: Series, index: int, parity: int) -> Series | None:
-    """Return series / cos φ, for parity 1 / sin φ, of the angle with an index; None if it is left.
-
-    With sines and cosines of sums, the term P cos(k φ + ψ) of the largest k is 2 P cos((k − 1) φ +
-    ψ) cos φ less a term of smaller k, and so on; likewise for sines.
-    """
+    """Return series / cos φ, for parity 1 / sin φ, of angle number `index`; None if it is left."""
+    # With sines and cosines of sums, the term P cos(k φ + ψ) of the largest k is 2 P cos((k − 1) φ
+    # + ψ) cos φ less a term of smaller k, and so on; likewise for sines
     ring, angle = series.ring, power(index)
     wave = Series(ring, {2 * angle + parity: {0: 1}}, 1, 1)
     quotient, rest, seen = ring.number(0), series, set[int]()
@@ -140,10 +132,8 @@ def divide_by_wave(series: Series, index: int, parity: int) -> Series | None:
 
 
 def integrate(series: Series, name: str) -> Series | None:
-    """Return an integral by a coordinate, term by term; None if a term is beyond powers and waves.
-
-    The series contains no roots or adjoined functions.
-    """
+    """Return an integral by a coordinate; None if a term is beyond powers and waves."""
+    # The series contains no roots or adjoined functions
     ring = series.ring
     q = ring[name]
     index = ring.index(q)

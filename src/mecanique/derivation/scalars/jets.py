@@ -16,10 +16,9 @@ import numpy as np
 
 @final
 class Jet:
-    """A Taylor polynomial in ε with partial derivatives, for an array of states or matrices.
+    """A Taylor polynomial in ε with partial derivatives, for an array of states or matrices."""
 
-    Shapes: c (order + 1, 1 + directions, …).
-    """
+    # Shapes: c (order + 1, 1 + directions, …)
 
     __slots__ = ("c",)
     __array_ufunc__ = None  # makes numpy leave array + jet to Jet.__radd__

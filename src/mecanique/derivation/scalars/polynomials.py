@@ -79,12 +79,10 @@ def multiply(p: Polynomial, q: Polynomial) -> Polynomial:
 
 
 def exact(number: object) -> Fraction:
-    """Return a number as an exact rational; a float becomes the simple rational it represents.
-
-    A float within one unit in the last place of a rational with denominator up to 10⁴ becomes that
-    rational (0.1 → 1/10, 1/3 → 1/3); one of at most 15 significant decimal digits becomes that
-    decimal; any other keeps its exact binary value.
-    """
+    """Return a number as an exact rational; a float becomes the simple rational it represents."""
+    # A float within one unit in the last place of a rational with denominator up to 10⁴ becomes
+    # that rational (0.1 → 1/10, 1/3 → 1/3); one of at most 15 significant decimal digits becomes
+    # that decimal; any other keeps its exact binary value
     if isinstance(number, Fraction):
         return number
     if isinstance(number, Rational):

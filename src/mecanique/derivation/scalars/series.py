@@ -146,18 +146,11 @@ class Basis(ABC):
 
 @final
 class Series:
-    """An element of a ring of Poisson series: immutable, canonical, hashable.
+    """An element of a ring of Poisson series: immutable, canonical, hashable."""
 
-    Two series are equal exactly when they are the same function, unless an adjoined root is in a
-    denominator; see `vanishes` for that case. Series are made by a ring and by arithmetic, not
-    directly.
-
-    Args:
-        ring: the ring it belongs to.
-        parts: integer polynomials by trigonometric function, without zeros.
-        denominator: common denominator of all coefficients, in lowest terms.
-        reach: a bound of all |exponents| and |multiples of angles|.
-    """
+    # Two series are equal exactly when they are the same function, unless an adjoined root is in a
+    # denominator; see `vanishes` for that case. Series are made by a ring and by arithmetic, not
+    # directly.
 
     __slots__ = ("_hash", "denominator", "parts", "reach", "ring")
 

@@ -65,10 +65,8 @@ def demands(
     part: Callable[[Cut], Wrench],
     free: Mapping[str, Sequence[JointRate]] | None = None,
 ) -> dict[str, Wrench]:
-    """Return the wrench that every joint must transmit, by name of its child.
-
-    Force and moment are in the axes of the child's carrier, the moment about the child's origin.
-    """
+    """Return the wrench that every joint must transmit, by name of its child."""
+    # Force and moment are in the axes of the child's carrier, the moment about the child's origin
     found: dict[str, Wrench] = {}
     behind: dict[str, list[str]] = {}
     for cut in cuts.bodies:
@@ -473,10 +471,8 @@ class FreeBodies:
         return total([cut.weight, cut.loads().force, held, self.symbols[cut.body].force, *back])
 
     def forces_along(self, cut: Cut) -> Vector:
-        """Return the resultant force along the axes in which the body's equations are written.
-
-        The reaction in the body's own joint is not projected: that would expand n·n = 1.
-        """
+        """Return the resultant force along the axes in which the body's equations are written."""
+        # The reaction in the body's own joint is not projected: that would expand n·n = 1
         rest = self.resultant(cut) - self.symbols[cut.body].force
         known = total([rest, self._rotors(cut, "force")])
         return along(cut.axes.rows, known) + self._own[cut.body].force

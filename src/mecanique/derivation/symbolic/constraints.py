@@ -261,10 +261,8 @@ def _along(
 
 
 def _about(loop: Loop, a: Sequence[Vector], b: Sequence[Vector]) -> Iterator[_Row]:
-    """Yield the equations that keep axes parallel.
-
-    In the rotation δφ of b relative to a, a·b changes by (b × a)·δφ.
-    """
+    """Yield the equations that keep axes parallel."""
+    # In the rotation δφ of b relative to a, a·b changes by (b × a)·δφ
     nothing = zero(a[0].x.ring)
     for row, terms in _TURNS.get(loop.kind, {}).items():
         whole = a[0].x.ring.sum([dot(a[i], b[k]) * sign for sign, i, k in terms])

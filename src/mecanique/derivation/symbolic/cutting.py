@@ -44,21 +44,13 @@ _UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 @final
 @dataclass(frozen=True)
 class Direction:
-    """A direction along which a joint may transmit a force, or about which a moment.
+    """A direction along which a joint may transmit a force, or about which a moment."""
 
-    Args:
-        kind: "force" or "moment".
-        place: index among the three directions of its kind.
-        row: shape (3,), in the axes of the body's carrier.
-        label: its name, e.g. "x"; "" for the normal of a plane.
-        sign: 1, or −1 if the reaction is positive in the opposite direction.
-    """
-
-    kind: str
-    place: int
-    row: Sequence[Any]
-    label: str
-    sign: int
+    kind: str  # "force" or "moment"
+    place: int  # index among the three directions of its kind
+    row: Sequence[Any]  # shape (3,), in the axes of the body's carrier
+    label: str  # its name, e.g. "x"; "" for the normal of a plane
+    sign: int  # 1, or −1 if the reaction is positive in the opposite direction
 
 
 @final
@@ -85,12 +77,10 @@ class Axes:
 
 
 def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axes:
-    """Choose the axes for the equations of a body.
-
-    The single body of a pendulum gets n from the pin to the center of mass and t perpendicular, in
-    the sense of its angle, as in Fundamentals of Dynamics, Figure 1.4; bodies in plane motion get
-    the world's axes, all others their own.
-    """
+    """Choose the axes for the equations of a body."""
+    # The single body of a pendulum gets n from the pin to the center of mass and t perpendicular,
+    # in the sense of its angle, as in Fundamentals of Dynamics, Figure 1.4; bodies in plane motion
+    # get the world's axes, all others their own
     mechanism = kinematics.algebra.mechanism
     if normal is None:
         carrier = kinematics.carrier(body)
@@ -132,10 +122,8 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
 
 
 def normal_of(kinematics: Kinematics) -> np.ndarray | None:
-    """Return the world's axis normal to the plane of a mechanism's motion, shape (3,), or None.
-
-    If nothing turns, any axis is a normal, and z is returned.
-    """
+    """Return the world's axis normal to the plane of a mechanism's motion, shape (3,), or None."""
+    # If nothing turns, any axis is a normal, and z is returned
     mechanism = kinematics.algebra.mechanism
     if any(link.kind in ("ball", "free") for link in kinematics.tree):
         return None

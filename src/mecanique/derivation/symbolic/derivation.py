@@ -163,43 +163,31 @@ class Assumption:
 @final
 @dataclass(frozen=True)
 class Derivation:
-    """Symbolic equations of motion M a + h = Q, with loops M a + h = Q + Σ λ ∂Φ/∂q and Φ = 0.
+    """Symbolic equations of motion M a + h = Q, with loops M a + h = Q + Σ λ ∂Φ/∂q and Φ = 0."""
 
-    For rolling and other velocity constraints ψ = A v − b = 0, ∂ψ/∂v takes the place of ∂Φ/∂q.
+    # For rolling and other velocity constraints ψ = A v − b = 0, ∂ψ/∂v takes the place of ∂Φ/∂q
 
-    Args:
-        algebra: the mechanism's symbols.
-        M: rows of the mass matrix.
-        h: Coriolis, centrifugal and rheonomic inertia terms and gravity.
-        Q: generalized forces of springs, dampers, drives and loads.
-        stages: the steps that lead to them.
-        assumptions: the assumptions of the closed form.
-        lengths: meaning of each root adjoined for springs and dampers, by its printed name.
-        closing: a sentence that says how the equations of motion follow from the last step.
-        unknowns: meaning of each reaction or virtual displacement in the steps, by its name.
-        reactions: each reaction that is not identically zero, by its name; empty if the method
-            shows none.
-        ties: the equations of the loops, contacts and velocity constraints, with their
-            multipliers.
-        quasi: independent displacements that the constraints allow, each with a part for every
-            velocity; if given, the equations of motion are projected on them.
-        written: the equations of motion as they are printed, if not in the usual form.
-        energies: T, and V of gravity and springs without loads, where the method states them.
-    """
-
-    algebra: Algebra
-    M: Matrix
-    h: tuple[Series, ...]
-    Q: tuple[Series, ...]
-    stages: tuple[Stage, ...]
-    assumptions: tuple[Assumption, ...] = ()
+    algebra: Algebra  # the mechanism's symbols
+    M: Matrix  # rows of the mass matrix
+    h: tuple[Series, ...]  # Coriolis, centrifugal and rheonomic inertia terms and gravity
+    Q: tuple[Series, ...]  # generalized forces of springs, dampers, drives and loads
+    stages: tuple[Stage, ...]  # the steps that lead to them
+    assumptions: tuple[Assumption, ...] = ()  # the assumptions of the closed form
+    # meaning of each root adjoined for springs and dampers, by its printed name
     lengths: Mapping[str, str] = field(default_factory=dict)
-    closing: str = ""
+    closing: str = ""  # a sentence that says how the equations of motion follow from the last step
+    # meaning of each reaction or virtual displacement in the steps, by its name
     unknowns: Mapping[str, str] = field(default_factory=dict)
+    # each reaction that is not identically zero, by its name; empty if the method shows none
     reactions: Mapping[str, Series] = field(default_factory=dict)
+    # the equations of the loops, contacts and velocity constraints, with their multipliers
     ties: tuple[Tie, ...] = ()
+    # independent displacements that the constraints allow, each with a part for every velocity; if
+    # given, the equations of motion are projected on them
     quasi: Matrix = ()
+    # the equations of motion as they are printed, if not in the usual form
     written: tuple[Equation, ...] | None = None
+    # T, and V of gravity and springs without loads, where the method states them
     energies: tuple[Series, ...] = ()
 
     @property

@@ -20,11 +20,10 @@ from mecanique.model.force_base import AnyForce, BodyLoad, LineLoad, WrenchOnBod
 
 @final
 class Span:
-    """The line between the ends of a force, as series.
+    """The line between the ends of a force, as series."""
 
-    If the squared distance is the square of a polynomial, the distance is that polynomial, taken
-    as positive where all coordinates are zero; otherwise it is adjoined as a root.
-    """
+    # If the squared distance is the square of a polynomial, the distance is that polynomial, taken
+    # as positive where all coordinates are zero; otherwise it is adjoined as a root
 
     def __init__(self, kinematics: Kinematics, force: LineLoad) -> None:
         self._kinematics = kinematics
@@ -178,10 +177,8 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
 
 
 def find_potential(algebra: Algebra, load: Work) -> Work:
-    """Return a load as a potential if algebra shows that it has one, else as it is.
-
-    Q = −∂V/∂q is integrated coordinate by coordinate; V is right if its derivatives are −Q.
-    """
+    """Return a load as a potential if algebra shows that it has one, else as it is."""
+    # Q = −∂V/∂q is integrated coordinate by coordinate; V is right if its derivatives are −Q
     ring, names = algebra.ring, [*algebra.mechanism.coordinates]
     if load.kind != "work" or [f"{name}'" for name in names] != [*algebra.velocities]:
         return load

@@ -39,11 +39,7 @@ ORIGIN = (0, 0, 0)
 
 @final
 class Kinematics:
-    """The poses and velocities of all bodies as series.
-
-    Raises:
-        DerivationError: if the parent of a quaternion joint can turn.
-    """
+    """The poses and velocities of all bodies as series."""
 
     def __init__(self, algebra: Algebra) -> None:
         self.algebra = algebra
@@ -71,10 +67,7 @@ class Kinematics:
             self._relative.append(pose)
 
     def carrier(self, body: str) -> int:
-        """Return the index of a body's carrier, the link in whose axes its velocities are written.
-
-        It is −1 for the world.
-        """
+        """Return the index of the link in whose axes a body is described, −1 for the world."""
         return self._of(self.place[body])
 
     def pose(self, body: str) -> Matrix:
@@ -89,11 +82,9 @@ class Kinematics:
         return lift(self.algebra.ring, times_point(self.pose(body), self._scalars(point)))
 
     def rate(self, body: str) -> Matrix:
-        """Return the rate of a body's pose in its carrier's axes, three rows of four scalars.
-
-        With the carrier's angular velocity ω and velocity v in its own axes, and the body's pose
-        (K, p) in the carrier, it is (ω̂ K + K', v + ω̂ p + p').
-        """
+        """Return the rate of a body's pose in its carrier's axes, three rows of four scalars."""
+        # With the carrier's angular velocity ω and velocity v in its own axes, and the body's pose
+        # (K, p) in the carrier, it is (ω̂ K + K', v + ω̂ p + p')
         place = self.place[body]
         if place < 0:
             return [[0] * 4 for _ in range(3)]

@@ -170,11 +170,9 @@ def energy_integral(
     ties: Sequence[Tie],
     squares: Squares = (),
 ) -> list[Stage]:
-    """Return the step that states the conserved energy, if L does not depend on time.
-
-    If a prescribed motion adds terms of degree 0 or 1 in the velocities to T, the conserved
-    quantity is Jacobi's integral instead (Goldstein, Classical Mechanics, 3rd ed., eq. 2.53).
-    """
+    """Return the step that states the conserved energy, if L does not depend on time."""
+    # If a prescribed motion adds terms of degree 0 or 1 in the velocities to T, the conserved
+    # quantity is Jacobi's integral instead (Goldstein, Classical Mechanics, 3rd ed., eq. 2.53).
     given = {Kind.TIME, Kind.INPUT}
     every = [T, V, *(tie.demand for tie in ties)]
     kinds = {g.kind for series in every for g in series.generators()}
@@ -306,15 +304,7 @@ def coordinate_stages(
 
 @final
 class Lagrange:
-    """Energies, dissipation and virtual work as series, with Lagrange's operator applied to them.
-
-    Args:
-        mechanism: any mechanism.
-        algebra: its symbols, if they exist already.
-
-    Raises:
-        DerivationError: if the mechanism has no closed form of reasonable length.
-    """
+    """Energies, dissipation and virtual work as series, and Lagrange's operator on them."""
 
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
         self.algebra = algebra = algebra or Algebra(mechanism)
@@ -436,10 +426,8 @@ class Lagrange:
         return found
 
     def _list_squares(self, body: str) -> Squares:
-        """Return the principal moments about a body's fixed origin, and its spin along them.
-
-        Those of a body of revolution are along the axes that it spins in.
-        """
+        """Return the principal moments about a body's fixed origin, and its spin along them."""
+        # Those of a body of revolution are along the axes that it spins in
         kinematics, lift = self.kinematics, self.algebra.lift
         place = kinematics.place[body]
         if place < 0 or kinematics.carrier(body) >= 0 or any(kinematics.velocity(body)):

@@ -312,10 +312,8 @@ class Allowed:
 def sweep(
     ring: Basis, rows: Sequence[Column], count: int, ranks: Sequence[int] = ()
 ) -> tuple[Allowed, list[int]]:
-    """Meet rows one after another as long as no divisor may vanish; also return the rows left.
-
-    Of the displacements that could meet a row, the one with the least rank gives way.
-    """
+    """Meet rows one after another as long as no divisor may vanish; also return the rows left."""
+    # Of the displacements that could meet a row, the one with the least rank gives way
     one, zero = ring.number(1), ring.number(0)
     basis = [[zero] * count for _ in range(count)]
     for k, column in enumerate(basis):
@@ -416,10 +414,8 @@ def _make_positive(column: Column) -> Column:
 def _satisfy(
     ring: Basis, basis: list[Column], entries: list[Series], met: list[int]
 ) -> tuple[list[Column], Column, int] | None:
-    """Return displacements that satisfy a row with these entries; None if a divisor may vanish.
-
-    Also return the displacement along which the row is 1, and which of the basis gives way.
-    """
+    """Return displacements that satisfy a row with these entries; None if a divisor may vanish."""
+    # Also return the displacement along which the row is 1, and which of the basis gives way
     single = next((k for k in met if is_constant(entries[k])), None)
     if single is not None:
         pivot = entries[single]

@@ -103,20 +103,17 @@ class Quotient:
 @final
 @dataclass(frozen=True)
 class Solution:
-    """What equations of motion come to once constraints are eliminated.
+    """What equations of motion come to once constraints are eliminated."""
 
-    Args:
-        kept: velocities that stay independent; empty if independent displacements turn with the
-            bodies, so that no velocities by themselves are.
-        rows: equations of motion without multipliers and other accelerations, each zero.
-        accelerations: each acceleration in closed form, by name; empty if they would be long.
-        forces: each constraint force in closed form, by name; in terms of accelerations if
-            `accelerations` is empty.
-    """
-
+    # velocities that stay independent; empty if independent displacements turn with the bodies, so
+    # that no velocities by themselves are
     kept: tuple[str, ...]
+    # equations of motion without multipliers and other accelerations, each zero
     rows: tuple[Series, ...]
+    # each acceleration in closed form, by name; empty if they would be long
     accelerations: Mapping[str, Quotient]
+    # each constraint force in closed form, by name; in terms of accelerations if `accelerations` is
+    # empty
     forces: Mapping[str, Quotient]
 
     @cached_property
@@ -127,11 +124,9 @@ class Solution:
 
 
 def solve(derivation: Derivation, kept: Sequence[str] = ()) -> Solution:
-    """Solve equations of motion; keep some velocities, or as many of the first as possible.
-
-    Raises a DerivationError if the constraints do not leave them independent, or a divisor might
-    vanish.
-    """
+    """Solve equations of motion; keep some velocities, or as many of the first as possible."""
+    # Raises a DerivationError if the constraints do not leave them independent, or a divisor might
+    # vanish
     return _Solving(derivation, kept).solution()
 
 
@@ -477,10 +472,8 @@ def _divide_waves(above: Series, below: Series) -> list[Series]:
 
 
 def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
-    """Return the sentences and the lines of a derivation's last section, none if nothing is new.
-
-    It lists equations without multipliers, accelerations, forces of constraints and integrals.
-    """
+    """Return the sentences and the lines of a derivation's last section, none if nothing is new."""
+    # It lists equations without multipliers, accelerations, forces of constraints and integrals
     if derivation.written is not None:
         return "", []
     said, lines = list[str](), list[Equation | Result]()

@@ -33,11 +33,10 @@ _GRAVITY, _LENGTH, _RATE = 1, 2, 3
 
 @final
 class Algebra:
-    """The symbols of a mechanism as series.
+    """The symbols of a mechanism as series."""
 
-    Velocities are q' for a coordinate q and quasi-velocities for a quaternion joint;
-    accelerations are their rates.
-    """
+    # Velocities are q' for a coordinate q and quasi-velocities for a quaternion joint;
+    # accelerations are their rates
 
     def __init__(self, mechanism: Mechanism) -> None:
         refuse_misfits(mechanism)

@@ -64,11 +64,9 @@ class Distribution:
 
 
 def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
-    """Return the distribution of a body's inertia forces if it is a homogeneous slender rod.
-
-    With the acceleration a(s) of the rod's points the density is −(m/L) a(s), a polynomial in s;
-    its resultant and its moment about the end are integrated term by term.
-    """
+    """Return the distribution of a body's inertia forces if it is a homogeneous slender rod."""
+    # With the acceleration a(s) of the rod's points the density is −(m/L) a(s), a polynomial in s;
+    # its resultant and its moment about the end are integrated term by term
     algebra, kinematics = cuts.algebra, cuts.kinematics
     shapes = algebra.mechanism.body(cut.body).shapes
     if len(shapes) != 1 or (rod := _find_rod(cuts, shapes[0])) is None:
@@ -249,11 +247,9 @@ class Ledger:
         return f" {both} at the center of mass."
 
     def _seat_of_inertia(self, cut: Cut) -> tuple[Vector | None, Vector]:
-        """Return the virtual displacement of the point where a rod's inertia forces act.
-
-        Also return their couple about that point; for other bodies None and the couple about the
-        center of mass.
-        """
+        """Return the virtual displacement of the point where a rod's inertia forces act."""
+        # Also return their couple about that point; for other bodies None and the couple about the
+        # center of mass
         spread, couple = distribution_of(self.cuts, cut), couple_of_inertia(cut)
         if spread is None:
             return None, couple
@@ -567,10 +563,8 @@ class VirtualWork:
         return [Stage("Virtual work of the reactions", sentence, tuple(lines))]
 
     def _against_parent(self, cut: Cut) -> tuple[Vector, Vector]:
-        """Return the virtual displacement of a body's origin relative to its parent.
-
-        Also return the body's virtual rotation relative to its parent.
-        """
+        """Return the virtual displacement of a body's origin relative to its parent."""
+        # Also return the body's virtual rotation relative to its parent
         cuts, kinematics, parent = self.cuts, self.cuts.kinematics, cut.joint.parent
         vary = self._displacements.vary
         shift, rotation = vary(kinematics.velocity(cut.body)), vary(cut.spin)

@@ -94,12 +94,10 @@ def stack(rows: Matrix, n: int) -> np.ndarray:
 
 
 def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matrix:
-    """Return the pose of a link relative to its own frame.
-
-    A turn by θ about the unit axis n is cos θ 1 + sin θ n̂ + (1 − cos θ) n nᵀ (Rodrigues 1840); a
-    quaternion's rotation matrix is that of Hamilton (Goldstein, Classical Mechanics, 1980, eq.
-    4-47').
-    """
+    """Return the pose of a link relative to its own frame."""
+    # A turn by θ about the unit axis n is cos θ 1 + sin θ n̂ + (1 − cos θ) n nᵀ (Rodrigues 1840); a
+    # quaternion's rotation matrix is that of Hamilton (Goldstein, Classical Mechanics, 1980, eq.
+    # 4-47').
     if link.kind == "turn":
         return turn_by(link.axis, *arithmetic.sine_cosine(values[link.coordinates[0]]), arithmetic)
     if link.kind == "slide":
@@ -112,10 +110,8 @@ def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matr
 
 
 def moments(body: Body, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matrix:
-    """Return the mass moments of a body about its origin, ∫ (p, 1)(p, 1)ᵀ dm, shape (4, 4).
-
-    Its upper left block is ½ tr(I) 1 − I + m c cᵀ, with I about the center of mass c.
-    """
+    """Return the mass moments of a body about its origin, ∫ (p, 1)(p, 1)ᵀ dm, shape (4, 4)."""
+    # Its upper left block is ½ tr(I) 1 − I + m c cᵀ, with I about the center of mass c
     total: Matrix = [[0] * 4 for _ in range(4)]
     for shape in body.shapes:
         mass = arithmetic(shape.mass, values)
@@ -158,10 +154,8 @@ def times_point(pose: Matrix, point: Sequence[Any]) -> list[Any]:
 
 
 def combination(factors: Iterable[Any], terms: Iterable[Any]) -> Any:
-    """Return the sum of products of two sequences; zeros and ones cost nothing.
-
-    Shapes: factors (n,), terms (n,).
-    """
+    """Return the sum of products of two sequences; zeros and ones cost nothing."""
+    # Shapes: factors (n,), terms (n,)
     total: Any = 0
     for a, b in zip(factors, terms, strict=True):
         total = plus(total, times(a, b))

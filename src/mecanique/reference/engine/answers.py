@@ -117,11 +117,7 @@ class Twist(NamedTuple):
 
 @final
 class Places:
-    """The poses of the bodies in the states of some wrenches, computed when first needed.
-
-    Args:
-        find: returns the pose of each body in the world, by name, shape (4, 4) or (n, 4, 4).
-    """
+    """The poses of the bodies in the states of some wrenches, computed when first needed."""
 
     def __init__(self, find: Callable[[], dict[str, Array]]) -> None:
         self._find = find
@@ -268,14 +264,8 @@ class AppliedForce(Legible):
 
 
 def local_point(xyz: Sequence[float] | Array) -> Array:
-    """Check a point of a body and return it as an array, shape (3,).
-
-    Args:
-        xyz: shape (3,), in the body's frame [m].
-
-    Raises:
-        InputError: if it is not three finite numbers.
-    """
+    """Check a point of a body and return it as an array, shape (3,)."""
+    # Shapes: xyz (3,)
     try:
         local: Array = np.array([float(c) for c in vector(tuple(xyz), "a point")])
     except TypeError:

@@ -24,10 +24,8 @@ from mecanique.reference.engine.load import EngineModel, JointIndices
 def quaternion_rate(
     quaternion: Sequence[Any], spin: Sequence[Any], half: Any = 0.5
 ) -> tuple[Any, Any, Any, Any]:
-    """Return the rate ½ quaternion ∘ (ω, 0), ω in the child's axes.
-
-    The source is Diebel, Representing Attitude, 2006.
-    """
+    """Return the rate ½ quaternion ∘ (ω, 0), ω in the child's axes."""
+    # The source is Diebel, Representing Attitude, 2006
     x, y, z, w = quaternion
     a, b, c = spin
     a, b, c = half * a, half * b, half * c
@@ -62,13 +60,9 @@ class _Places(NamedTuple):
 
 @final
 class Chart:
-    """The map from a mechanism's coordinates to the engine's.
+    """The map from a mechanism's coordinates to the engine's."""
 
-    Its arrays are overwritten by the next call.
-
-    Raises:
-        EngineError: if the map depends on an input whose derivatives are not known.
-    """
+    # Its arrays are overwritten by the next call
 
     def __init__(self, mechanism: Mechanism, engine: EngineModel) -> None:
         self._values = tuple(mechanism.values.values())

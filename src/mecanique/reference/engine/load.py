@@ -30,57 +30,36 @@ _WIDTHS = {
 @final
 @dataclass(frozen=True)
 class JointIndices:
-    """The indices of a simple joint and its coordinates in the engine.
+    """The indices of a simple joint and its coordinates in the engine."""
 
-    Args:
-        kind: its URDF type.
-        index: index of the joint in the model, 0 for a fixed one.
-        at_q: index of its first position.
-        at_v: index of its first velocity.
-    """
-
-    kind: str
-    index: int
-    at_q: int
-    at_v: int
+    kind: str  # its URDF type
+    index: int  # index of the joint in the model, 0 for a fixed one
+    at_q: int  # index of its first position
+    at_v: int  # index of its first velocity
 
 
 @final
 @dataclass(frozen=True)
 class Holder:
-    """The moving joint that carries a body; bodies welded by fixed joints share one.
+    """The moving joint that carries a body; bodies welded by fixed joints share one."""
 
-    Args:
-        joint: index of the moving joint in the model, 0 for the world.
-        placement: pose of the body in that joint's frame, a pinocchio.SE3.
-        inertia: inertia of the body alone, in that joint's frame, a pinocchio.Inertia.
-        frame: index of the body's frame.
-    """
-
-    joint: int
-    placement: Any
-    inertia: Any
-    frame: int
+    joint: int  # index of the moving joint in the model, 0 for the world
+    placement: Any  # pose of the body in that joint's frame, a pinocchio.SE3
+    inertia: Any  # inertia of the body alone, in that joint's frame, a pinocchio.Inertia
+    frame: int  # index of the body's frame
 
 
 @final
 @dataclass(frozen=True)
 class EngineModel:
-    """A mechanism's tree in Pinocchio.
+    """A mechanism's tree in Pinocchio."""
 
-    Args:
-        model: pinocchio.Model.
-        data: pinocchio.Data.
-        weightless: the same model without gravity.
-        seats: the seats of each joint's chain, by the joint's name.
-        holders: the holder of each body, by its name.
-    """
-
-    model: Any
-    data: Any
-    weightless: Any
+    model: Any  # pinocchio.Model
+    data: Any  # pinocchio.Data
+    weightless: Any  # the same model without gravity
+    # the seats of each joint's chain, by the joint's name
     seats: dict[str, tuple[JointIndices, ...]]
-    holders: dict[str, Holder]
+    holders: dict[str, Holder]  # the holder of each body, by its name
 
     @cached_property
     def by_angles(self) -> tuple[Any, Any]:
@@ -103,11 +82,9 @@ class EngineModel:
 
 
 def load(mechanism: Mechanism) -> EngineModel:
-    """Write a mechanism as URDF and read it with Pinocchio.
-
-    Spherical joints are written as floating ones, as the parser has no ball joint; callers must
-    keep their translation at zero.
-    """
+    """Write a mechanism as URDF and read it with Pinocchio."""
+    # Spherical joints are written as floating ones, as the parser has no ball joint; callers must
+    # keep their translation at zero
     links = chains(mechanism, "floating")
     _check_size(mechanism, links)
     pin = engine_package()

@@ -22,49 +22,31 @@ from mecanique.reference.engine.tree import Tree
 @final
 @dataclass
 class _Frames:
-    """How a joint's frame moves, world axes, n states.
+    """How a joint's frame moves, world axes, n states."""
 
-    Args:
-        turn: shape (n, 3, 3).
-        place: shape (n, 3).
-        velocity: of its origin, shape (n, 3).
-        change: acceleration of its origin, shape (n, 3).
-        spin: angular velocity, shape (n, 3).
-        spin_up: angular acceleration, shape (n, 3).
-    """
-
-    turn: Array
-    place: Array
-    velocity: Array
-    change: Array
-    spin: Array
-    spin_up: Array
+    turn: Array  # shape (n, 3, 3)
+    place: Array  # shape (n, 3)
+    velocity: Array  # of its origin, shape (n, 3)
+    change: Array  # acceleration of its origin, shape (n, 3)
+    spin: Array  # angular velocity, shape (n, 3)
+    spin_up: Array  # angular acceleration, shape (n, 3)
 
 
 @final
 @dataclass
 class _Drive:
-    """How the joints move, n states.
+    """How the joints move, n states."""
 
-    Args:
-        p: the engine's positions, shape (n, engine's nq).
-        u: its velocities, shape (n, engine's nv).
-        rate: its accelerations, shape (n, engine's nv).
-        values: q, then the driven joint coordinates, shape (n, k).
-    """
-
-    p: Array
-    u: Array
-    rate: Array
-    values: Array
+    p: Array  # the engine's positions, shape (n, engine's nq)
+    u: Array  # its velocities, shape (n, engine's nv)
+    rate: Array  # its accelerations, shape (n, engine's nv)
+    values: Array  # q, then the driven joint coordinates, shape (n, k)
 
 
 def resultants(tree: Tree, q: Array, v: Array, t: Array, a: Array) -> Array:
-    """Return force and moment about the origin from outside, and the center, shape (n, 3, 3).
-
-    They are what changes the momenta of the bodies: F = Σ m a_c, M = Σ (c × m a_c + I α + ω × I ω)
-    (Newton, Euler).
-    """
+    """Return force and moment about the origin from outside, and the center, shape (n, 3, 3)."""
+    # They are what changes the momenta of the bodies: F = Σ m a_c, M = Σ (c × m a_c + I α + ω × I
+    # ω) (Newton, Euler)
     force, moment, first = (np.zeros((len(q), 3)) for _ in range(3))
     for inertia, frame in _massive(tree, _frames(tree, _drive(tree.chart, q, v, t, a))):
         arm = frame.turn @ inertia.lever
@@ -83,10 +65,8 @@ def resultants(tree: Tree, q: Array, v: Array, t: Array, a: Array) -> Array:
 
 
 def momenta(tree: Tree, q: Array, v: Array, t: Array) -> Array:
-    """Return linear momentum, angular about the origin and about the center, shape (n, 3, 3).
-
-    p = Σ m v_c, L = Σ (c × m v_c + I ω), and L − c̄ × p about the center of mass c̄ of all.
-    """
+    """Return linear momentum, angular about the origin and about the center, shape (n, 3, 3)."""
+    # p = Σ m v_c, L = Σ (c × m v_c + I ω), and L − c̄ × p about the center of mass c̄ of all
     linear, angular, first = (np.zeros((len(q), 3)) for _ in range(3))
     for inertia, frame in _massive(tree, _frames(tree, _drive(tree.chart, q, v, t, 0 * v))):
         arm = frame.turn @ inertia.lever
@@ -234,11 +214,7 @@ def _cross(a: Array, b: Array) -> Array:
 
 @final
 class Whole:
-    """All moving bodies of a tree together; arguments must be finite and of correct shape.
-
-    Args:
-        tree: the tree inside Pinocchio.
-    """
+    """All moving bodies of a tree together; arguments must be finite and of correct shape."""
 
     def __init__(self, tree: Tree) -> None:
         self._pin = engine_package()
@@ -255,10 +231,8 @@ class Whole:
         self._rates = [data.a[joint].vector for joint in self._joints]
 
     def momentum(self, q: Array, v: Array, t: float) -> Array:
-        """Return the linear momentum, the angular ones about origin and center, and the center.
-
-        The result has shape (4, 3).
-        """
+        """Return the linear momentum, the angular ones about origin and center, and the center."""
+        # The result has shape (4, 3)
         tree = self._tree
         tree.move(q, v, t)
         model, data = tree.engine.model, tree.engine.data

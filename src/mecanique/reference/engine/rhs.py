@@ -22,26 +22,17 @@ _Accelerations: TypeAlias = Callable[[Array, Array, float], Array]
 
 
 def fast_rhs(
-    mechanism: Mechanism,
-    engine: EngineModel,
-    chart: Chart,
-    loads: Loads,
+    mechanism: Mechanism,  # the mechanism
+    engine: EngineModel,  # the mechanism inside Pinocchio
+    chart: Chart,  # its coordinates
+    loads: Loads,  # its forces
     *,
     recursive: bool,
     overwriting: bool,
 ) -> Rhs:
-    """Choose the fastest right-hand side that is correct for a mechanism.
-
-    Args:
-        mechanism: the mechanism.
-        engine: the mechanism inside Pinocchio.
-        chart: its coordinates.
-        loads: its forces.
-        recursive: whether the articulated-body recursion may be used (Featherstone, Rigid Body
-            Dynamics Algorithms, 2008, ch. 7); otherwise M a = forces − bias is solved.
-        overwriting: whether a result may be overwritten by the next; otherwise each is a new array,
-            as most integrators keep the arrays they receive.
-    """
+    """Choose the fastest right-hand side that is correct for a mechanism."""
+    # The recursion is the articulated-body one (Featherstone, Rigid Body Dynamics Algorithms,
+    # 2008, ch. 7). Most integrators keep arrays they receive: without `overwriting` each is new.
     single = chart.single and chart.velocities_are_rates
     bare = recursive and single and not loads.act_on_bodies and not loads.act_in_joints
     if bare:

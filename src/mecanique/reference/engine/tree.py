@@ -97,11 +97,7 @@ def backward_error(mass: Array, acceleration: Array, right: Array) -> float:
 
 @final
 class Tree:
-    """The tree of a mechanism inside Pinocchio; all arguments must be finite and of correct shape.
-
-    Raises:
-        EngineError: if it is too large for Pinocchio, or Pinocchio does not read it correctly.
-    """
+    """The tree of a mechanism inside Pinocchio; arguments must be finite and of correct shape."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         pin = engine_package()
@@ -251,16 +247,8 @@ class Tree:
     def transmit(
         self, actions: list[Action], u: Array, rate: Array, *, weightless: bool = False
     ) -> Array:
-        """Return the wrenches of the joints under given actions, shape (n, 2, 3).
-
-        The engine's data must contain the state in question.
-
-        Args:
-            actions: all forces on the bodies except gravity and the reactions.
-            u: the engine's velocities.
-            rate: the engine's accelerations.
-            weightless: whether to leave gravity out.
-        """
+        """Return the wrenches of the joints under given actions, shape (n, 2, 3)."""
+        # The engine's data must contain the state in question
         engine = self.engine
         model = engine.weightless if weightless else engine.model
         self._supported.set(actions)
@@ -273,19 +261,9 @@ class Tree:
         )
 
     def hold(self, q: Array, v: Array, t: float, totals: Array) -> Held:
-        """Return the forces of elements and the remaining reactions of the joints.
-
-        The last call of `transmit` must be the one that gave the totals.
-
-        Args:
-            q: shape (nq,).
-            v: shape (nv,).
-            t: time [s].
-            totals: total wrench across each joint, shape (joints, 2, 3).
-
-        Raises:
-            EngineError: if an element does not fit the coordinate map.
-        """
+        """Return the forces of elements and the remaining reactions of the joints."""
+        # The last call of `transmit` must be the one that gave the totals
+        # Shapes: q (nq,), v (nv,)
         demand = self.demand
         units, carried, along = self._push(q, v, t)
         rest = np.zeros(self.engine.model.nv)

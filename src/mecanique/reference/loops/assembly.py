@@ -46,67 +46,39 @@ Least: TypeAlias = Callable[[Array, Array], Array]
 
 
 class Tangent(NamedTuple):
-    """The displacements among which to search: along + directions @ bend, in metric directions.
+    """The displacements among which to search: along + directions @ bend, in metric directions."""
 
-    Args:
-        along: shape (nv,), a given displacement.
-        directions: shape (nv, k), directions of the correction.
-        bend: shape (k,), initial correction.
-    """
-
-    along: Array
-    directions: Array
-    bend: Array
+    along: Array  # shape (nv,), a given displacement
+    directions: Array  # shape (nv, k), directions of the correction
+    bend: Array  # shape (k,), initial correction
 
 
 class NewtonResult(NamedTuple):
-    """The result of Newton's method.
+    """The result of Newton's method."""
 
-    Args:
-        q: shape (nq,).
-        bend: shape (k,), the correction in the tangent space; empty without one.
-        jacobian: scaled Jacobian, in the directions of the tangent space if there is one.
-        rates: shape (m,), scaled rates of the gaps.
-        gap: the largest gap, in natural units.
-        rounding: the gap that rounding leaves there.
-    """
-
-    q: Array
-    bend: Array
-    jacobian: Array
-    rates: Array
-    gap: float
-    rounding: float
+    q: Array  # shape (nq,)
+    bend: Array  # shape (k,), the correction in the tangent space; empty without one
+    jacobian: Array  # scaled Jacobian, in the directions of the tangent space if there is one
+    rates: Array  # shape (m,), scaled rates of the gaps
+    gap: float  # the largest gap, in natural units
+    rounding: float  # the gap that rounding leaves there
 
 
 def newton(
-    closed: Closed,
-    q: Array,
-    v: Array,
-    t: float,
-    metric: Metric,
-    least: Least,
+    closed: Closed,  # the mechanism
+    q: Array,  # shape (nq,)
+    v: Array,  # shape (nv,), for the rates of the gaps
+    t: float,  # time [s]
+    metric: Metric,  # the metric of the state
+    least: Least,  # solves for a step
     *,
     tangent: Tangent | None = None,
-    near: float = np.inf,
-    stagnant: float,
-    sweeps: int,
+    near: float = np.inf,  # gap below which stagnation ends the iteration
+    stagnant: float,  # a step stagnates if it leaves more than this part of the gap
+    sweeps: int,  # largest number of steps
 ) -> NewtonResult:
-    """Close the loops near q by a limited number of Newton's steps.
-
-    Args:
-        closed: the mechanism.
-        q: shape (nq,).
-        v: shape (nv,), for the rates of the gaps.
-        t: time [s].
-        metric: the metric of the state.
-        least: solves for a step.
-        tangent: displacements to search among; by default every step starts at the last position
-            and may have any direction.
-        near: gap below which stagnation ends the iteration.
-        stagnant: a step stagnates if it leaves more than this part of the gap.
-        sweeps: largest number of steps.
-    """
+    """Close the loops near q by a limited number of Newton's steps."""
+    # Without a tangent space every step starts at the last position and has any direction.
     bend = np.zeros(0) if tangent is None else tangent.bend
     there = q if tangent is None else _within(closed, q, metric, tangent, bend)
     gap = np.inf
@@ -167,21 +139,13 @@ def close_position(closed: Closed, q: Array, t: float, held: Array | None = None
 
 @dataclass
 class _Search:
-    """The state of the search for a position that closes one part.
+    """The state of the search for a position that closes one part."""
 
-    Args:
-        rows: indices of the part's constraints.
-        at: indices of its velocities.
-        damping: damping of the next step, as a part of the largest singular value.
-        stuck: number of successive steps that gained almost nothing.
-        over: whether the search has been given up.
-    """
-
-    rows: npt.NDArray[np.intp]
-    at: npt.NDArray[np.intp]
-    damping: float = 1e-3
-    stuck: int = 0
-    over: bool = False
+    rows: npt.NDArray[np.intp]  # indices of the part's constraints
+    at: npt.NDArray[np.intp]  # indices of its velocities
+    damping: float = 1e-3  # damping of the next step, as a part of the largest singular value
+    stuck: int = 0  # number of successive steps that gained almost nothing
+    over: bool = False  # whether the search has been given up
 
     def is_over(self, gaps: Array) -> bool:
         """Return whether the part is closed, or the search has been given up."""
@@ -213,10 +177,8 @@ class _Search:
 
 
 def settle(closed: Closed, q: Array, t: float, held: Array | None = None) -> tuple[Array, Array]:
-    """Return the positions closest to closed that were found, and their gaps, shape (m,).
-
-    Parts that share no motion are closed at the same time, but each with its own damping and end.
-    """
+    """Return the positions closest to closed that were found, and their gaps, shape (m,)."""
+    # Parts that share no motion are closed at the same time, but each with its own damping and end
     closures, parts = closed.closures, closed.closures.parts
     still, positional = np.zeros(closed.mechanism.nv), closures.positional
     free = np.ones(len(still)) if held is None else np.where(held, 0.0, 1.0)
@@ -256,10 +218,8 @@ def is_open(gaps: Array) -> npt.NDArray[np.bool_]:
 def _damped_step(
     J: Array, gaps: Array, damping: float | None, rounding: Array | float = 0.0
 ) -> Array:
-    """Return the scaled step of Levenberg and Marquardt, of limited length.
-
-    Without damping, near the end, it leaves out directions that the constraints do not restrain.
-    """
+    """Return the scaled step of Levenberg and Marquardt, of limited length."""
+    # Without damping, near the end, it leaves out directions that the constraints do not restrain
     left, singular, right = np.linalg.svd(J, full_matrices=False)
     top = max(float(singular[0]), TINY) if singular.size else 1.0
     least, added = (
@@ -470,16 +430,9 @@ def close_velocity(
 def project(
     closed: Closed, q: Array, v: Array, t: float, *, drifted: bool = False
 ) -> tuple[Array, Array]:
-    """Project an almost closed state on the loops, positions first, then velocities.
-
-    Args:
-        closed: the mechanism.
-        q: shape (nq,).
-        v: shape (nv,).
-        t: time [s].
-        drifted: whether the state has only drifted along a motion. Near a singular position,
-            directions that the constraints hardly restrain are then not corrected.
-    """
+    """Project an almost closed state on the loops, positions first, then velocities."""
+    # After a mere drift, directions hardly restrained near a singular position are not corrected.
+    # Shapes: q (nq,), v (nv,)
     jacobian = closed.closures.at(q, v, t).jacobian
     metric = closed.measure(jacobian)
     rounding = metric.rounding(jacobian)
@@ -499,10 +452,8 @@ def _find_least_step(
     *,
     drifted: bool = False,
 ) -> Array:
-    """Return the least x with J x = gaps, in the least-squares sense.
-
-    After a drift, components longer than the distance to a singular position allows are left out.
-    """
+    """Return the least x with J x = gaps, in the least-squares sense."""
+    # After a drift, components longer than the distance to a singular position allows are left out
     left, singular, right = np.linalg.svd(J, full_matrices=False)
     parts = left.T @ gaps
     hold = singular / max(float(singular.max(initial=0.0)), TINY)

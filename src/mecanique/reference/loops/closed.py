@@ -91,25 +91,16 @@ COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in 
 
 
 class Forces(NamedTuple):
-    """The wrenches of joints and loops.
+    """The wrenches of joints and loops."""
 
-    Args:
-        wrenches: force and moment of each joint, then of each loop, shape (n, 2, 3).
-        undetermined: shape (n, 6), whether redundant constraints leave a component undetermined.
-    """
-
-    wrenches: Array
+    wrenches: Array  # force and moment of each joint, then of each loop, shape (n, 2, 3)
+    # shape (n, 6), whether redundant constraints leave a component undetermined
     undetermined: Array
 
 
 @final
 class Closed:
-    """The constrained motion of a mechanism with loops.
-
-    Args:
-        tree: the mechanism's tree inside Pinocchio.
-        most: the rank of the constraints, if known; off the loops redundant rows seem independent.
-    """
+    """The constrained motion of a mechanism with loops."""
 
     def __init__(self, tree: Tree, most: int | None = None) -> None:
         pin = engine_package()
@@ -137,11 +128,7 @@ class Closed:
         return ranked
 
     def solve(self, q: Array, v: Array, t: float, *, weak: float = 0.0) -> ConstrainedMotion:
-        """Solve for accelerations and multipliers.
-
-        Raises:
-            ClosureError: if a free direction carries no mass.
-        """
+        """Solve for accelerations and multipliers."""
         engine, chart, loads = self._tree.engine, self._tree.chart, self._tree.loads
         values, u = self.closures.move(q, v, t)
         closure = self.closures.now(residual=False)
@@ -166,11 +153,7 @@ class Closed:
         )
 
     def measure(self, jacobian: Array) -> Metric:
-        """Return the metric of the state that the closures were last evaluated in.
-
-        Args:
-            jacobian: Jacobian of the closures, shape (m, nv).
-        """
+        """Return the metric of the state that the closures were last evaluated in."""
         engine, chart = self._tree.engine, self._tree.chart
         half = self._pin.crba(engine.model, engine.data, chart.p)
         mass = np.where(self._upper, half, half.T)
@@ -221,10 +204,8 @@ class Closed:
         return Forces(np.concatenate([transmitted, np.stack([force, moment], axis=1)]), loose)
 
     def undetermined(self, q: Array, t: float) -> Array:
-        """Return which components of each joint's and loop's wrench are undetermined, shape (n, 6).
-
-        They are those with self-stresses: multipliers that balance one another, Jᵀ λ = 0.
-        """
+        """Return which components of joints' and loops' wrenches are undetermined, shape (n, 6)."""
+        # They are those with self-stresses: multipliers that balance one another, Jᵀ λ = 0
         tree = self._tree
         count = len(self.mechanism.joints) + len(self.carriers)
         zero = np.zeros(self.mechanism.nv)

@@ -31,13 +31,10 @@ from mecanique.reference.vectors import cross, hat
 
 @final
 class Parts:
-    """The part of each constraint and each velocity.
+    """The part of each constraint and each velocity."""
 
-    Args:
-        mechanism: the mechanism.
-        meets: whether a constraint may depend on a velocity, shape (m, nv) of bool.
-        owner: index of the loop, contact or velocity constraint of each row, shape (m,).
-    """
+    # `meets`, shape (m, nv): whether a row may depend on a velocity; `owner`, shape (m,): each
+    # row's loop, contact or velocity constraint.
 
     def __init__(self, mechanism: Mechanism, meets: npt.NDArray[np.bool_], owner: Array) -> None:
         rows, none = np.array(owner), len(meets)
@@ -95,33 +92,20 @@ _AT = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}
 
 
 class Closure(NamedTuple):
-    """The constraints in one state.
+    """The constraints in one state."""
 
-    Args:
-        residual: Φ, shape (m,) [m or rad].
-        jacobian: J, shape (m, nv).
-        drift: b, the part of Φ' without v, shape (m,).
-        gamma: γ, the part of Φ'' without a, shape (m,).
-    """
-
-    residual: Array
-    jacobian: Array
-    drift: Array
-    gamma: Array
+    residual: Array  # Φ, shape (m,) [m or rad]
+    jacobian: Array  # J, shape (m, nv)
+    drift: Array  # b, the part of Φ' without v, shape (m,)
+    gamma: Array  # γ, the part of Φ'' without a, shape (m,)
 
 
 class _Ends(NamedTuple):
-    """The frames on one side of all loops, each in the moving joint that carries its body.
+    """The frames on one side of all loops, each in the moving joint that carries its body."""
 
-    Args:
-        joints: shape (loops,), indices of these joints.
-        turns: shape (loops, 3, 3).
-        points: shape (loops, 3).
-    """
-
-    joints: npt.NDArray[np.int_]
-    turns: Array
-    points: Array
+    joints: npt.NDArray[np.int_]  # shape (loops,), indices of these joints
+    turns: Array  # shape (loops, 3, 3)
+    points: Array  # shape (loops, 3)
 
 
 class _Row(NamedTuple):
@@ -133,19 +117,12 @@ class _Row(NamedTuple):
 
 
 class ScaledClosure(NamedTuple):
-    """The constraints in one state, scaled to dimensionless numbers.
+    """The constraints in one state, scaled to dimensionless numbers."""
 
-    Args:
-        gaps: Φ, shape (m,).
-        jacobian: J, shape (m, nv).
-        rates: J v + b, shape (m,).
-        rounding: what rounding may make of an entry of each row of J, shape (m,).
-    """
-
-    gaps: Array
-    jacobian: Array
-    rates: Array
-    rounding: Array
+    gaps: Array  # Φ, shape (m,)
+    jacobian: Array  # J, shape (m, nv)
+    rates: Array  # J v + b, shape (m,)
+    rounding: Array  # what rounding may make of an entry of each row of J, shape (m,)
 
 
 @final
@@ -239,18 +216,14 @@ class Closures:
 
     @property
     def units(self) -> Units:
-        """Natural units of rows and velocities; a loop's lengths and angles are a block each.
-
-        The rounding is that of the last state.
-        """
+        """Natural units of rows and velocities; a loop's lengths and angles are a block each."""
+        # The rounding is that of the last state
         return Units(self.rows, self.columns, self._blocks, self._rounding_of_rows)
 
     def _rounding_of_rows(self) -> Array:
-        """Return what rounding may make of a row's entries in the last state, natural units, (m,).
-
-        Velocities are those of points at the world's origin, carried to the place where a loop
-        closes: a difference of terms as long as the way there.
-        """
+        """Return what rounding may make of entries of each row, natural units, (m,)."""
+        # Velocities are those of points at the world's origin, carried to the place where a loop
+        # closes: a difference of terms as long as the way there
         places = self._places
         if self.contacts.names:
             met = self.contacts.met
@@ -340,12 +313,10 @@ class Closures:
         return np.concatenate(parts)
 
     def wrenches(self, multipliers: Array) -> tuple[Array, Array, Array]:
-        """Return force, moment and point of action of body a on b for each loop, world axes.
-
-        The wrenches of contacts follow, on the body that rolls, at its hub, or that has the blade.
-        The engine's data must contain the state in question. The point of a loop is the origin of
-        frame b.
-        """
+        """Return force, moment and point of action of body a on b for each loop, world axes."""
+        # The wrenches of contacts follow, on the body that rolls, at its hub, or that has the
+        # blade. The engine's data must contain the state in question. The point of a loop is the
+        # origin of frame b.
         first, end = len(self._owner), len(self._owner) + len(self.contacts.names)
         contacts = self.contacts.wrenches(multipliers[first:end])
         if not self._loops:

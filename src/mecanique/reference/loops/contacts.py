@@ -27,19 +27,12 @@ from mecanique.reference.vectors import cross, hat
 
 
 class Rows(NamedTuple):
-    """Constraint rows in one state, with the rate J v + b and its derivative J a + γ.
+    """Constraint rows in one state, with the rate J v + b and its derivative J a + γ."""
 
-    Args:
-        residual: Φ, zero where there is none, shape (m,).
-        jacobian: J, shape (m, n).
-        drift: b, shape (m,).
-        gamma: γ, shape (m,).
-    """
-
-    residual: Array
-    jacobian: Array
-    drift: Array
-    gamma: Array
+    residual: Array  # Φ, zero where there is none, shape (m,)
+    jacobian: Array  # J, shape (m, n)
+    drift: Array  # b, shape (m,)
+    gamma: Array  # γ, shape (m,)
 
 
 class _Body(NamedTuple):
@@ -58,36 +51,20 @@ class _Body(NamedTuple):
 
 
 class _Touch(NamedTuple):
-    """The place of a contact, its velocity, and the directions in which it prevents motion.
+    """The place of a contact, its velocity, and the directions in which it prevents motion."""
 
-    Args:
-        place: shape (3,), P.
-        rate: shape (3,), P'.
-        directions: shape (k, 3).
-        turning: shape (k, 3), their rates.
-        seat: shape (3,), the point of the body at which its force is reported.
-        gap: Φ of the first direction.
-        margin: from 0, where no place is determined, as of a wheel that lies flat, to 1.
-    """
-
-    place: Array
-    rate: Array
-    directions: Array
-    turning: Array
-    seat: Array
-    gap: float
-    margin: float = 1.0
+    place: Array  # shape (3,), P
+    rate: Array  # shape (3,), P'
+    directions: Array  # shape (k, 3)
+    turning: Array  # shape (k, 3), their rates
+    seat: Array  # shape (3,), the point of the body at which its force is reported
+    gap: float  # Φ of the first direction
+    margin: float = 1.0  # from 0, where no place is determined, as of a wheel that lies flat, to 1
 
 
 @final
 class ContactRows:
-    """The rows of a mechanism's contacts, in the engine's velocities.
-
-    Args:
-        mechanism: the mechanism with the contacts.
-        engine: the mechanism inside Pinocchio.
-        carried: 1 where a velocity of the engine moves a joint of it, else 0, shape (joints, nv).
-    """
+    """The rows of a mechanism's contacts, in the engine's velocities."""
 
     def __init__(self, mechanism: Mechanism, engine: EngineModel, carried: Array) -> None:
         self._engine = engine
@@ -316,11 +293,7 @@ def _numbers(mechanism: Mechanism, contact: Contact) -> _Wheel | _Edge:
 
 @final
 class VelocityRows:
-    """The rows A(q, t) v = b(q, t) of a mechanism's velocity constraints.
-
-    Args:
-        mechanism: the mechanism with the velocity constraints.
-    """
+    """The rows A(q, t) v = b(q, t) of a mechanism's velocity constraints."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         from sympy import Symbol, sympify

@@ -29,22 +29,16 @@ _PREFERENCE = 1e3
 
 @final
 class Independent:
-    """Independent coordinates of a mechanism with loops near a position.
+    """Independent coordinates of a mechanism with loops near a position."""
 
-    Args:
-        closed: the mechanism.
-        q: shape (nq,), a position with closed loops.
-        t: time [s].
-        rows: shape (m,), the constraints to use; all by default. With rolling, fewer rows restrict
-            positions than velocities, so there are more independent coordinates.
-        prefer: shape (nv,), the velocities that are to be independent if possible.
-    """
+    # With rolling, fewer `rows` restrict positions than velocities: more are independent.
+    # Shapes: rows (m,), prefer (nv,)
 
     def __init__(
         self,
-        closed: Closed,
-        q: Array,
-        t: float,
+        closed: Closed,  # the mechanism
+        q: Array,  # shape (nq,), a position with closed loops
+        t: float,  # time [s]
         *,
         rows: Array | None = None,
         prefer: Array | None = None,

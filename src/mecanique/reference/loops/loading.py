@@ -16,15 +16,10 @@ MOST = 32
 
 
 class Loaded(NamedTuple):
-    """A mechanism inside Pinocchio.
+    """A mechanism inside Pinocchio."""
 
-    Args:
-        tree: its tree; all who load the mechanism in one thread share its data.
-        closed: its loops, with constraints of unknown rank; None for a tree.
-    """
-
-    tree: Tree
-    closed: Closed | None
+    tree: Tree  # its tree; all who load the mechanism in one thread share its data
+    closed: Closed | None  # its loops, with constraints of unknown rank; None for a tree
 
 
 class _Kept(NamedTuple):
@@ -44,10 +39,8 @@ _shelf = _Shelf()
 
 
 def load_once(mechanism: Mechanism) -> Loaded:
-    """Load a mechanism into Pinocchio, at the first call only.
-
-    Results do not depend on earlier calls.
-    """
+    """Load a mechanism into Pinocchio, at the first call only."""
+    # Results do not depend on earlier calls
     kept, key = _shelf.kept, id(mechanism)
     entry = kept.pop(key, None)
     if entry is None or entry.mechanism() is not mechanism:

@@ -39,38 +39,26 @@ from mecanique.reference.tolerances import (
 
 
 class Units(NamedTuple):
-    """Natural units: a characteristic length for lengths, one radian for angles.
+    """Natural units: a characteristic length for lengths, one radian for angles."""
 
-    Args:
-        rows: shape (m,), factors of the rows.
-        columns: shape (n,), units of the velocities.
-        blocks: shape (m,), number of each row's block, a loop's lengths or its angles, whose rows
-            are scaled together.
-        rounding: returns what rounding may make of an entry of each row, shape (m,) or ().
-    """
-
-    rows: Array
-    columns: Array
+    rows: Array  # shape (m,), factors of the rows
+    columns: Array  # shape (n,), units of the velocities
+    # shape (m,), number of each row's block, a loop's lengths or its angles, whose rows are scaled
+    # together
     blocks: Array
+    # returns what rounding may make of an entry of each row, shape (m,) or ()
     rounding: Callable[[], Array | float] = lambda: ROUNDING
 
 
 class Metric(NamedTuple):
-    """The scale of velocities and constraints in a state.
+    """The scale of velocities and constraints in a state."""
 
-    Args:
-        rows: shape (m,), factors of the rows; zero where a loop prevents no motion.
-        columns: shape (n, n), directions of motion, orthogonal, each of unit energy ½ vᵀ M v = ½.
-        inverse: shape (n, n), the inverse of `columns`.
-        mass: shape (n,), one for each direction, or zero if it has no mass.
-        units: the natural units.
-    """
-
-    rows: Array
+    rows: Array  # shape (m,), factors of the rows; zero where a loop prevents no motion
+    # shape (n, n), directions of motion, orthogonal, each of unit energy ½ vᵀ M v = ½
     columns: Array
-    inverse: Array
-    mass: Array
-    units: Units
+    inverse: Array  # shape (n, n), the inverse of `columns`
+    mass: Array  # shape (n,), one for each direction, or zero if it has no mass
+    units: Units  # the natural units
 
     def scale(self, jacobian: Array) -> Array:
         """Scale the rows and columns of a Jacobian, shape (m, n)."""
@@ -89,15 +77,9 @@ class Metric(NamedTuple):
 def measure(
     mass: Array, jacobian: Array, units: Units, root: Callable[[], Array] | None = None
 ) -> Metric:
-    """Return the metric of a state.
-
-    Args:
-        mass: M, shape (n, n); a massless velocity takes the scale of the lightest one that a loop
-            couples it to.
-        jacobian: J, shape (m, n).
-        units: natural units of J.
-        root: returns A with Aᵀ A = M, shape (k, n), for a mass matrix with cancellation.
-    """
+    """Return the metric of a state."""
+    # A massless velocity takes the scale of the lightest one that a loop couples it to. `root` is
+    # for a mass matrix with cancellation: it returns A with Aᵀ A = M, shape (k, n).
     weight = _weigh(np.diag(mass), jacobian, units.columns)
     columns, inverse, massive = _directions(mass, weight, root)
     moved = jacobian @ columns
@@ -154,64 +136,40 @@ def _weigh(diagonal: Array, jacobian: Array, columns: Array) -> Array:
 @final
 @dataclass(frozen=True)
 class Split:
-    """The directions that a Jacobian prevents and those it allows, in scaled coordinates.
+    """The directions that a Jacobian prevents and those it allows, in scaled coordinates."""
 
-    Args:
-        rank: number of independent constraint equations.
-        range_left: shape (m, rank), orthonormal combinations of rows that constrain.
-        singular: shape (rank,), their singular values.
-        range_right: shape (n, rank), the directions they prevent.
-        null: shape (n, n − rank), the free directions.
-        determined: shape (m,), whether each row's multiplier is unique.
-        loose: shape (m, m − rank), orthonormal combinations of rows that constrain nothing.
-    """
-
-    rank: int
-    range_left: np.ndarray
-    singular: np.ndarray
-    range_right: np.ndarray
-    null: np.ndarray
-    determined: np.ndarray
+    rank: int  # number of independent constraint equations
+    range_left: np.ndarray  # shape (m, rank), orthonormal combinations of rows that constrain
+    singular: np.ndarray  # shape (rank,), their singular values
+    range_right: np.ndarray  # shape (n, rank), the directions they prevent
+    null: np.ndarray  # shape (n, n − rank), the free directions
+    determined: np.ndarray  # shape (m,), whether each row's multiplier is unique
+    # shape (m, m − rank), orthonormal combinations of rows that constrain nothing
     loose: np.ndarray
 
 
 @final
 @dataclass(frozen=True)
 class ConstrainedMotion:
-    """The accelerations of constrained bodies, with the multipliers.
+    """The accelerations of constrained bodies, with the multipliers."""
 
-    Args:
-        acceleration: shape (n,).
-        multipliers: shape (m,), the least ones; the generalized constraint force is Jᵀ λ.
-        determined: shape (m,), False where a redundant constraint leaves the multiplier
-            undetermined.
-        rank: number of independent constraint equations.
-    """
-
-    acceleration: np.ndarray
-    multipliers: np.ndarray
+    acceleration: np.ndarray  # shape (n,)
+    multipliers: np.ndarray  # shape (m,), the least ones; the generalized constraint force is Jᵀ λ
+    # shape (m,), False where a redundant constraint leaves the multiplier undetermined
     determined: np.ndarray
-    rank: int
+    rank: int  # number of independent constraint equations
 
 
 def split(
-    jacobian: np.ndarray,
-    tolerance: float = RANK,
-    least: float = 0.0,
+    jacobian: np.ndarray,  # shape (m, n), scaled so that its entries are of one unit
+    tolerance: float = RANK,  # singular values below this fraction of the largest count as zero
+    least: float = 0.0,  # singular values below this count as zero
     most: int | None = None,
-    fixed: int | None = None,
+    fixed: int | None = None,  # the rank, if it is known
     rounding: Callable[[], np.ndarray] | None = None,
 ) -> Split:
-    """Split the directions of motion by a Jacobian.
-
-    Args:
-        jacobian: shape (m, n), scaled so that its entries are of one unit.
-        tolerance: singular values below this fraction of the largest count as zero.
-        least: singular values below this count as zero.
-        most: upper bound of the rank, for redundant rows that agree only up to rounding.
-        fixed: the rank, if it is known.
-        rounding: returns what rounding may make of each row, shape (m,).
-    """
+    """Split the directions of motion by a Jacobian."""
+    # `most` bounds the rank, as redundant rows may agree only up to rounding.
     left, singular, right = np.linalg.svd(jacobian)
     count = len(singular)
     top = float(singular[0]) if count else 0.0  # they come in descending order
@@ -241,11 +199,9 @@ def split(
 def are_certain(
     left: np.ndarray, singular: np.ndarray, least: float, rounding: np.ndarray | float
 ) -> npt.NDArray[np.bool_]:
-    """Return which singular values exceed a least one and the rounding of their rows, shape (k,).
-
-    A combination of rows, shape (m, k), may be large only because the rows' terms are, far from
-    the origin: it must not count as a constraint.
-    """
+    """Return which singular values exceed a least one and their rows' rounding, shape (k,)."""
+    # A combination of rows, shape (m, k), may be large only because the rows' terms are, far from
+    # the origin: it must not count as a constraint
     # columns of `left` have unit length, so that one bound for all rows is that of each combination
     noise = rounding
     if not isinstance(rounding, float):
@@ -255,31 +211,18 @@ def are_certain(
 
 
 def solve(
-    metric: Metric,
-    h: np.ndarray,
-    jacobian: np.ndarray,
-    gamma: np.ndarray,
+    metric: Metric,  # the metric of the state, which contains M
+    h: np.ndarray,  # shape (n,), bias minus applied generalized forces
+    jacobian: np.ndarray,  # shape (m, n)
+    gamma: np.ndarray,  # shape (m,), the part of the constraints' second derivative without a
     *,
     names: Sequence[str] | None = None,
-    most: int | None = None,
+    most: int | None = None,  # upper bound of the rank
     weak: float = 0.0,
 ) -> ConstrainedMotion:
-    """Solve M a + h = Jᵀ λ together with J a + γ = 0.
-
-    Args:
-        metric: the metric of the state, which contains M.
-        h: shape (n,), bias minus applied generalized forces.
-        jacobian: shape (m, n).
-        gamma: shape (m,), the part of the constraints' second derivative without a.
-        names: names of the velocities, for the message; their indices by default.
-        most: upper bound of the rank.
-        weak: directions with scaled singular values below this count as prevented, in agreement
-            with the rank `most`, but keep their velocities, as rounding would otherwise bend the
-            path next to a singular position.
-
-    Raises:
-        ClosureError: if a free direction carries no mass; its message names the largest components.
-    """
+    """Solve M a + h = Jᵀ λ together with J a + γ = 0."""
+    # Directions with singular values below `weak` count as prevented, in agreement with the rank
+    # `most`, but keep their velocities: rounding would bend the path next to a singular position.
     fixed = most if weak else None
     J = metric.scale(jacobian)
     noise = None if fixed is not None else partial(metric.rounding, jacobian)

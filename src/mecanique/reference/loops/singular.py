@@ -118,22 +118,15 @@ class _Slope(NamedTuple):
 
 
 class _Way(NamedTuple):
-    """The direction in which a mechanism moves on, and the directions that its loops prevent.
+    """The direction in which a mechanism moves on, and the directions that its loops prevent."""
 
-    Args:
-        along: shape (nv,), its largest component one in natural units; zero at rest.
-        left: shape (m, rank), singular vectors of J.
-        right: shape (nv, rank), the prevented directions; of the weakly prevented ones, those that
-            the motion does not take.
-        singular: shape (rank,), singular values of J.
-        metric: the metric of all of these.
-    """
-
-    along: Array
-    left: Array
+    along: Array  # shape (nv,), its largest component one in natural units; zero at rest
+    left: Array  # shape (m, rank), singular vectors of J
+    # shape (nv, rank), the prevented directions; of the weakly prevented ones, those that the
+    # motion does not take
     right: Array
-    singular: Array
-    metric: Metric
+    singular: Array  # shape (rank,), singular values of J
+    metric: Metric  # the metric of all of these
 
 
 class _Neighborhood(NamedTuple):
@@ -148,10 +141,9 @@ class _Neighborhood(NamedTuple):
 
 @final
 class ClosedRhs:
-    """f(t, y) = y' for a mechanism with loops.
+    """f(t, y) = y' for a mechanism with loops."""
 
-    It remembers a neighborhood without singular positions, and one in which branches turn.
-    """
+    # It remembers a neighborhood without singular positions, and one in which branches turn
 
     def __init__(self, closed: Closed) -> None:
         self._closed = closed
@@ -229,19 +221,15 @@ def _slope(closed: Closed, state: _State) -> _Slope:
 
 
 def _smooth_step(x: float) -> float:
-    """Rise from 0 at x = 0 to 1 at x = 1, with two continuous derivatives.
-
-    A sudden change would be a kink for the integrator.
-    """
+    """Rise from 0 at x = 0 to 1 at x = 1, with two continuous derivatives."""
+    # A sudden change would be a kink for the integrator
     x = max(0.0, x)
     return x**3 * (10 - 15 * x + 6 * x**2)
 
 
 def _find_way(closed: Closed, state: _State) -> _Way:
-    """Return how the mechanism moves on.
-
-    Weakly prevented directions count as free, except those that the motion does not take.
-    """
+    """Return how the mechanism moves on."""
+    # Weakly prevented directions count as free, except those that the motion does not take
     q, v, t = state
     jacobian = closed.closures.at(q, v, t).jacobian
     metric = closed.measure(jacobian)
@@ -277,10 +265,8 @@ def _distance(closed: Closed, way: _Way, state: _State) -> float:
 
 
 def _interpolate(closed: Closed, way: _Way, state: _State) -> Array | None:
-    """Interpolate the acceleration between states ahead and behind; None if there are none.
-
-    These have the same velocity along the path.
-    """
+    """Interpolate the acceleration between states ahead and behind; None if there are none."""
+    # These have the same velocity along the path
     landings = _land_around(closed, way, state, 0.0, _APART)
     if landings is None:
         return None

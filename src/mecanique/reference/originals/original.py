@@ -17,28 +17,16 @@ ByJoint: TypeAlias = Mapping[str, Sequence[float]]
 @final
 @dataclass(frozen=True)
 class Original:
-    """An engine's results for a robot with a fixed root; only joints with one coordinate move.
+    """An engine's results for a robot with a fixed root; only joints with one coordinate move."""
 
-    Args:
-        joints: names of the joints with one coordinate, in the order of the results.
-        mass: mass matrices, shape (n, k, k).
-        bias: shape (n, k).
-        complaints: the engine's own messages about the file.
-    """
-
-    joints: tuple[str, ...]
-    mass: Array
-    bias: Array
-    complaints: tuple[str, ...]
+    joints: tuple[str, ...]  # names of the joints with one coordinate, in the order of the results
+    mass: Array  # mass matrices, shape (n, k, k)
+    bias: Array  # shape (n, k)
+    complaints: tuple[str, ...]  # the engine's own messages about the file
 
 
 def columns(values: ByJoint, joints: Sequence[str]) -> Array:
-    """Return the numbers of some joints in all states, shape (n, k); zero where none is given.
-
-    Args:
-        values: the numbers by name.
-        joints: names of the joints.
-    """
+    """Return the numbers of some joints in all states, shape (n, k); zero where none is given."""
     count = max(map(len, values.values()), default=1)
     nothing = [0.0] * count
     by_joint = [values.get(name, nothing) for name in joints]

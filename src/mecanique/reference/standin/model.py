@@ -95,13 +95,7 @@ def JointModelRevoluteUnaligned(axis: Array) -> Joint:
 
 @final
 class Frame:
-    """A frame fixed to a joint's child.
-
-    Args:
-        name: name of the body.
-        joint: index of the joint.
-        placement: pose in the joint's frame.
-    """
+    """A frame fixed to a joint's child."""
 
     type = BODY
 
@@ -153,11 +147,10 @@ class Model:
 
 @final
 class Data:
-    """The results of the recursions, joint by joint; arrays are changed in place.
+    """The results of the recursions, joint by joint; arrays are changed in place."""
 
-    Poses are in the world (`oMi`, `oMf`) and in the parent (`liMi`); twists, accelerations and
-    wrenches in the joint's own frame; Jacobians in world axes at the world's origin.
-    """
+    # Poses are in the world (`oMi`, `oMf`) and in the parent (`liMi`); twists, accelerations and
+    # wrenches in the joint's own frame; Jacobians in world axes at the world's origin
 
     def __init__(self, model: Model) -> None:
         count, nv = model.njoints, model.nv

@@ -69,13 +69,10 @@ class Motion(_Pair):
 
 @final
 class Inertia:
-    """Mass, center of mass, and moments of inertia about the center of mass.
+    """Mass, center of mass, and moments of inertia about the center of mass."""
 
-    Args:
-        mass: [kg].
-        lever: center of mass, shape (3,) [m].
-        inertia: shape (3, 3) [kg·m²].
-    """
+    # Mass [kg], lever to the center (3,) [m], moments about the center (3, 3) [kg·m²].
+    # Shapes: inertia (3, 3)
 
     def __init__(self, mass: float, lever: Array, inertia: Array) -> None:
         self.mass, self.lever, self.inertia = mass, lever, inertia
@@ -114,12 +111,9 @@ class Inertia:
 
 @final
 class SE3:
-    """A pose, which maps coordinates of the inner frame to those of the outer one.
+    """A pose, which maps coordinates of the inner frame to those of the outer one."""
 
-    Args:
-        rotation: shape (3, 3), or the whole matrix, shape (4, 4).
-        translation: shape (3,) [m].
-    """
+    # Shapes: rotation (3, 3), translation (3,)
 
     def __init__(self, rotation: Array, translation: Array | None = None) -> None:
         if translation is None:

@@ -157,10 +157,8 @@ class Reduced:
         dependent: np.ndarray,
         inverse: np.ndarray,
     ) -> tuple[list[Jet], np.ndarray, np.ndarray]:
-        """Return the coordinates as jets, Lagrange's operator on T, and ∂V/∂q of gravity.
-
-        The latter two have shape (n, free).
-        """
+        """Return the coordinates as jets, Lagrange's operator on T, and ∂V/∂q of gravity."""
+        # The latter two have shape (n, free)
         q = self._paths(states, a, rows, dependent, inverse)
         r, H = self._evaluate_poses(states, q)
         E = np.zeros((a.shape[1], len(states)))

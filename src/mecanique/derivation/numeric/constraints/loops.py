@@ -49,11 +49,9 @@ class Constraints:
 
 
 def drop_rounding(jacobian: np.ndarray, terms: np.ndarray) -> np.ndarray:
-    """Return J with zeros where its entries are no more than the rounding of their terms.
-
-    Rows that joints satisfy by themselves, such as those across a planar linkage's plane, would
-    otherwise count as constraints once they are scaled to one.
-    """
+    """Return J with zeros where its entries are no more than the rounding of their terms."""
+    # Rows that joints satisfy by themselves, such as those across a planar linkage's plane, would
+    # otherwise count as constraints once they are scaled to one
     return np.where(np.abs(jacobian) > ROUNDING * terms, jacobian, 0.0)
 
 

@@ -117,13 +117,10 @@ def solve_held(
     columns: np.ndarray,
     rows: RowUnits,
 ) -> HeldMotion:
-    """Solve M a − rest = Jᵀ λ together with J a + γ = 0, with the least λ.
-
-    Velocities are scaled by the kinetic energy they carry and blocks of rows by their size, which
-    gives a small part of a mechanism the same weight as a large one.
-
-    Shapes: M (nv, nv), rest (nv,), jacobian (m, nv), gamma (m,), columns (nv,).
-    """
+    """Solve M a − rest = Jᵀ λ together with J a + γ = 0, with the least λ."""
+    # Velocities are scaled by the kinetic energy they carry and blocks of rows by their size, which
+    # gives a small part of a mechanism the same weight as a large one
+    # Shapes: M (nv, nv), rest (nv,), jacobian (m, nv), gamma (m,), columns (nv,)
     nv, m = jacobian.shape[1], len(gamma)
     units = _energy_units(M, jacobian, columns)
     size = np.bincount(rows.blocks, ((jacobian * units) ** 2).sum(axis=1))[rows.blocks]
@@ -150,10 +147,8 @@ def solve_held(
 
 
 def _energy_units(M: np.ndarray, J: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return units of the velocities in which each carries the energy ½, shape (nv,).
-
-    A massless velocity takes the unit of the lightest of those that the loops couple it to.
-    """
+    """Return units of the velocities in which each carries the energy ½, shape (nv,)."""
+    # A massless velocity takes the unit of the lightest of those that the loops couple it to
     inertia = np.diag(M) * columns**2
     massive = inertia > 0
     tied = np.abs(J) > 0
@@ -205,10 +200,8 @@ class Constrained:
         )
 
     def _refuse_locked(self, state: States) -> None:
-        """Refuse a position in which the loops lock the mechanism.
-
-        One check suffices: a locked mechanism cannot reach any other position.
-        """
+        """Refuse a position in which the loops lock the mechanism."""
+        # One check suffices: a locked mechanism cannot reach any other position
         if is_locked(state, self._held.at):
             raise InputError(explain_lock(self._mechanism.name))
         self._movable = True

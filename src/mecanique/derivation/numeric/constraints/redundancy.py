@@ -50,10 +50,8 @@ def _select_names(held: Held, rows: set[int]) -> tuple[str, ...]:
 
 
 def _find_positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
-    """Yield positions that satisfy the constraints, near random ones; quaternions are not moved.
-
-    All are sought at once, and those found with the fewest iterations come first.
-    """
+    """Yield positions that satisfy the constraints, near random ones; quaternions are not moved."""
+    # All are sought at once, and those found with the fewest iterations come first
     random = np.random.default_rng(0)
     velocities = mechanism.velocities
     plain = [k for k, name in enumerate(mechanism.coordinates) if f"{name}'" in velocities]

@@ -40,48 +40,28 @@ _ZERO: Triple = (0.0, 0.0, 0.0)
 
 
 class Unit(NamedTuple):
-    """The action of an element's unit force on one body.
+    """The action of an element's unit force on one body."""
 
-    Args:
-        force: index of the unknown force.
-        body: name of the body.
-        other: name of the body on which the opposite acts.
-        action: force and torque, world axes.
-        pressed: whether it grows with the force's magnitude, as the separating force of gears.
-    """
-
-    force: int
-    body: str
-    other: str
-    action: Action
+    force: int  # index of the unknown force
+    body: str  # name of the body
+    other: str  # name of the body on which the opposite acts
+    action: Action  # force and torque, world axes
+    # whether it grows with the force's magnitude, as the separating force of gears
     pressed: bool = False
 
 
 @final
 class Columns(NamedTuple):
-    """The unknown forces with their components along the joint velocities.
+    """The unknown forces with their components along the joint velocities."""
 
-    Args:
-        matrix: shape (nu + k, forces + own + guides), scaled; the last k rows state preloads.
-        scale: shape (nu,), factors of the rows.
-        stated: shape (k,), right sides of the last rows.
-    """
-
-    matrix: Array
-    scale: Array
-    stated: Array
+    matrix: Array  # shape (nu + k, forces + own + guides), scaled; the last k rows state preloads
+    scale: Array  # shape (nu,), factors of the rows
+    stated: Array  # shape (k,), right sides of the last rows
 
 
 @final
 class Elements:
-    """The elements of a mechanism inside Pinocchio.
-
-    Args:
-        mechanism: the mechanism with the elements.
-        engine: the mechanism inside Pinocchio.
-        chart: its coordinate map.
-        sites: the bodies' origins.
-    """
+    """The elements of a mechanism inside Pinocchio."""
 
     def __init__(
         self, mechanism: Mechanism, engine: EngineModel, chart: Chart, sites: dict[str, Site]
@@ -286,34 +266,22 @@ class Elements:
 
 
 class Held(NamedTuple):
-    """The forces of the elements in one state, and the reactions that remain.
+    """The forces of the elements in one state, and the reactions that remain."""
 
-    Args:
-        forces: shape (k,), the elements' forces [N or N·m].
-        reactions: shape (joints, 2, 3), reactions of the joints.
-        loose: shape (joints, 6), whether redundant elements leave a component undetermined.
-        actions: shape (units, 3, 3), point, force and moment of each action on a body.
-        unknown: shape (k,), whether redundant elements leave a force undetermined.
-    """
-
-    forces: Array
-    reactions: Array
+    forces: Array  # shape (k,), the elements' forces [N or N·m]
+    reactions: Array  # shape (joints, 2, 3), reactions of the joints
+    # shape (joints, 6), whether redundant elements leave a component undetermined
     loose: npt.NDArray[np.bool_]
-    actions: Array
+    actions: Array  # shape (units, 3, 3), point, force and moment of each action on a body
+    # shape (k,), whether redundant elements leave a force undetermined
     unknown: npt.NDArray[np.bool_]
 
 
 def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, totals: Array) -> Held:
-    """Solve for the elements' forces; if several sets are possible, take the least.
-
-    Args:
-        columns: the unknown forces along the joints.
-        demand: shape (nu,), their required sum along the joint velocities.
-        units: the actions of unit forces on the bodies.
-        carried: shape (2, k, joints, 2, 3), wrenches of the joints under unit forces, and under
-            the forces that grow with their magnitudes.
-        totals: shape (joints, 2, 3), total wrenches across the joints.
-    """
+    """Solve for the elements' forces; if several sets are possible, take the least."""
+    # `carried`, shape (2, k, joints, 2, 3): the joints' wrenches under unit forces, and under those
+    # that grow with their magnitudes.
+    # Shapes: demand (nu,), carried (2, k, joints, 2, 3), totals (joints, 2, 3)
     carried, pressed = carried
     count = len(carried)
     _, sizes, right = np.linalg.svd(columns.matrix)
@@ -339,12 +307,7 @@ def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, tot
 
 @final
 class Guided:
-    """The joints of a mechanism whose reactions depend on guides without an element.
-
-    Args:
-        mechanism: any mechanism.
-        guides: the guides that its elements do not describe.
-    """
+    """The joints of a mechanism whose reactions depend on guides without an element."""
 
     def __init__(self, mechanism: Mechanism, guides: Sequence[Guide]) -> None:
         self._mechanism = mechanism

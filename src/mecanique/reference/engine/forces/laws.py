@@ -19,19 +19,12 @@ from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring,
 @final
 @dataclass(frozen=True)
 class Law:
-    """A force along x, a length or a coordinate: −k (x − x₀) − c x' + F.
+    """A force along x, a length or a coordinate: −k (x − x₀) − c x' + F."""
 
-    Args:
-        stiffness: k.
-        rest: x₀.
-        damping: c.
-        drive: F, which may depend on the state and time; None if there is none.
-    """
-
-    stiffness: Scalar = 0.0
-    rest: Scalar = 0.0
-    damping: Scalar = 0.0
-    drive: Scalar | None = None
+    stiffness: Scalar = 0.0  # k
+    rest: Scalar = 0.0  # x₀
+    damping: Scalar = 0.0  # c
+    drive: Scalar | None = None  # F, which may depend on the state and time; None if there is none
 
 
 def law_of(force: LineLoad | JointLoad) -> Law:

@@ -74,10 +74,9 @@ class _Hinge:
 @final
 @dataclass(frozen=True, eq=False)
 class _Load:
-    """A force and a torque on a body, in the axes of `turned`, if any.
+    """A force and a torque on a body, in the axes of `turned`, if any."""
 
-    `force` and `torque` are the indices of their first components; None if there is none.
-    """
+    # `force` and `torque` are the indices of their first components; None if there is none
 
     name: str
     site: Site
@@ -88,15 +87,9 @@ class _Load:
 
 @final
 class Loads:
-    """All forces of a mechanism except gravity and reactions.
+    """All forces of a mechanism except gravity and reactions."""
 
-    The engine's data must contain the positions and velocities of the state in question.
-
-    Args:
-        mechanism: the mechanism with the forces.
-        engine: the mechanism inside Pinocchio.
-        index: index of each joint coordinate in the values that are passed to the methods.
-    """
+    # The engine's data must contain the positions and velocities of the state in question
 
     def __init__(self, mechanism: Mechanism, engine: EngineModel, index: dict[str, int]) -> None:
         self._values = tuple(mechanism.values.values())

@@ -16,21 +16,13 @@ Triple: TypeAlias = "tuple[float, float, float]"
 @final
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """The axes of one of the engine's joints, as views of the engine's data.
+    """The axes of one of the engine's joints, as views of the engine's data."""
 
-    Args:
-        joint: index of the joint, 0 for the world.
-        rotation: shape (3, 3), from these axes to the world's.
-        origin: shape (3,), in the world [m].
-        linear: shape (3,), velocity of the origin, these axes [m/s].
-        angular: shape (3,), angular velocity, these axes [rad/s].
-    """
-
-    joint: int
-    rotation: Array
-    origin: Array
-    linear: Array
-    angular: Array
+    joint: int  # index of the joint, 0 for the world
+    rotation: Array  # shape (3, 3), from these axes to the world's
+    origin: Array  # shape (3,), in the world [m]
+    linear: Array  # shape (3,), velocity of the origin, these axes [m/s]
+    angular: Array  # shape (3,), angular velocity, these axes [rad/s]
 
     def to_world(self, vector: Triple) -> Triple:
         """Transform a vector from these axes to the world's."""
@@ -42,17 +34,11 @@ class Axes:
 @final
 @dataclass(frozen=True, eq=False)
 class Site:
-    """A point fixed in a body.
+    """A point fixed in a body."""
 
-    Args:
-        body: name of the body.
-        axes: axes of the joint that carries the body.
-        point: shape (3,), in those axes [m].
-    """
-
-    body: str
-    axes: Axes
-    point: Triple
+    body: str  # name of the body
+    axes: Axes  # axes of the joint that carries the body
+    point: Triple  # shape (3,), in those axes [m]
 
     def position(self) -> Triple:
         """Return its position in the world [m]."""
@@ -71,19 +57,12 @@ class Site:
 
 
 class Action(NamedTuple):
-    """A force at a point and a torque, on a body.
+    """A force at a point and a torque, on a body."""
 
-    Args:
-        site: a point of the body.
-        force: shape (3,), world axes [N].
-        point: point of action in the world, shape (3,) [m].
-        torque: shape (3,), world axes [N·m].
-    """
-
-    site: Site
-    force: Triple
-    point: Triple
-    torque: Triple
+    site: Site  # a point of the body
+    force: Triple  # shape (3,), world axes [N]
+    point: Triple  # point of action in the world, shape (3,) [m]
+    torque: Triple  # shape (3,), world axes [N·m]
 
     def moment(self, x: float, y: float, z: float) -> Triple:
         """Return the moment about the point (x, y, z) of the world, world axes [N·m]."""
@@ -96,11 +75,7 @@ class Action(NamedTuple):
 
 @final
 class External:
-    """The total action on each of the engine's bodies, in the engine's form.
-
-    Args:
-        joints: number of joints in the model, including the world.
-    """
+    """The total action on each of the engine's bodies, in the engine's form."""
 
     def __init__(self, joints: int) -> None:
         pin = engine_package()
