@@ -107,7 +107,7 @@ ORDER: dict[str, list[str]] = {
         "loops",
     ],
     "derivation.numeric": [
-        "dynamics momenta paths",
+        "dynamics paths",
         "recursion",
         "free_bodies lagrange",
         "constraints elements",

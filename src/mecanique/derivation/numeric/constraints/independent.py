@@ -22,18 +22,12 @@ import numpy as np
 from mecanique.derivation.numeric.constraints.loops import Closure
 from mecanique.derivation.numeric.constraints.multipliers import constraints
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
-from mecanique.derivation.numeric.paths import JETS, delay, stack_jets
+from mecanique.derivation.numeric.paths import JETS, stack_jets
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tolerances import ON_LOOPS, RANK, REGULAR
-from mecanique.derivation.tree.links import links, place_of
-from mecanique.derivation.tree.poses import (
-    Arithmetic,
-    combination,
-    joint_values,
-    moments,
-    poses,
-)
+from mecanique.derivation.tree.links import links
+from mecanique.derivation.tree.poses import combination, joint_values, poses
 from mecanique.derivation.tree.quaternions import quaternion_product, quaternion_rotation
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate
@@ -70,13 +64,6 @@ class Reduced:
         at = {name: k for k, name in enumerate(mechanism.velocities)}
         self._plain = {name: at[f"{name}'"] for name in mechanism.coordinates if f"{name}'" in at}
         self._definition = LagrangeOnJets(mechanism)
-        place = place_of(self._tree, mechanism)
-        self._bodies = [
-            (place[body.name], np.array(moments(body, mechanism.values, Arithmetic()), dtype=float))
-            for body in mechanism.bodies
-            if body.shapes and place[body.name] >= 0
-        ]
-        self._gravity = np.array(mechanism.evaluate_all(mechanism.gravity))
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return a, shape (n, nv)."""
@@ -161,22 +148,8 @@ class Reduced:
         # The latter two have shape (n, free)
         q = self._paths(states, a, rows, dependent, inverse)
         r, H = self._evaluate_poses(states, q)
-        E = np.zeros((a.shape[1], len(states)))
-        terms = [(Jet(H[place].c @ (0.5 * J)), H[place]) for place, J in self._bodies]
-        for half, pose in terms:
-            now = half.ddt().trace_with(pose.ddt())
-            later = delay(half).ddt().trace_with(delay(pose).ddt())
-            E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
-        weight = np.zeros_like(E)
-        for place, J in self._bodies:
-            weight = weight - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
-        for link in self._tree:
-            inertia = self._mechanism.evaluate(link.armature)
-            if inertia:
-                x = r[link.coordinates[0]]
-                now, later = (y.ddt() * y.ddt() * (0.5 * inertia) for y in (x, delay(x)))
-                E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
-        return q, np.asarray(E.T), np.asarray(weight.T)
+        E = self._definition.operate(r, H, a.shape)
+        return q, E, self._definition.weigh(H, a.shape)
 
     def _paths(
         self,
