@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,6 +16,7 @@ from systems import FREE, derive_system
 import mecanique as mq
 from mecanique import textbook
 from mecanique.derivation import derive
+from mecanique.derivation.numeric.dynamics import Latest
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.numeric.virtual_work import NumericVirtualWork
@@ -265,3 +267,11 @@ def test_what_is_kept_of_the_last_states_does_not_outlive_them(method: str) -> N
     kinetic, _ = equations.energy(q, v)
     faster, _ = equations.energy(q, 2 * v)
     np.testing.assert_allclose(faster, 4 * kinetic, rtol=1e-13, atol=0)
+
+
+def test_what_is_kept_of_the_last_states_is_not_pickled() -> None:
+    mechanism = mq.textbook.load("double_pendulum")
+    latest = Latest(len)
+    assert latest.at(random_states(mechanism, 100, 0)) == 100
+    assert len(pickle.dumps(latest)) < 200
+    assert pickle.loads(pickle.dumps(latest)).at(random_states(mechanism, 3, 0)) == 3

@@ -24,6 +24,9 @@ class Latest(Generic[T]):
         self._compute = compute
         self._kept: tuple[States, T] | None = None
 
+    def __reduce__(self) -> tuple[type[Latest[T]], tuple[Callable[[States], T]]]:
+        return Latest, (self._compute,)  # what is kept would make pickles twenty times larger
+
     def at(self, states: States) -> T:
         """Return what belongs to n states."""
         if any(callable(signal.signal) for signal in states.mechanism.inputs):
