@@ -196,7 +196,7 @@ def test_a_wheel_on_a_tilted_plane_has_a_closed_form_without_noise() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_hundred_tilts_offsets_and_sizes_of_each_loop(kind: str) -> None:
-    """From 1 mm to 1 km: all methods are those the engine's; one in five is also verified."""
+    """From 1 mm to 1 km: all methods agree with the engine; one in five is also verified."""
     for seed in range(KINDS.index(kind) + 600, 1200, len(KINDS)):
         mechanism = random_case(seed)
         q, v = closed_state(mechanism)

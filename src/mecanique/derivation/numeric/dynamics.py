@@ -31,11 +31,12 @@ class Latest(Generic[T]):
         """Return what belongs to n states."""
         if any(callable(signal.signal) for signal in states.mechanism.inputs):
             return self._compute(states)  # a function may answer otherwise the next time
-        if self._kept is None or not _same(self._kept[0], states):
+        kept = self._kept  # once, as another thread may replace it
+        if kept is None or not _same(kept[0], states):
             # a caller may change arrays in place, which must not change what is kept
             own = replace(states, q=states.q.copy(), v=states.v.copy(), t=states.t.copy())
-            self._kept = own, self._compute(own)
-        return self._kept[1]
+            self._kept = kept = own, self._compute(own)
+        return kept[1]
 
 
 def _same(first: States, second: States) -> bool:
