@@ -85,8 +85,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "program": ["tape", "evaluation half_angles listing sweeps traced", "solving"],
     "derivation": [
-        "tolerances",
-        "laws tree",
+        "laws tolerances tree",
         "mechanics scalars",
         "numeric printing",
         "symbolic",
@@ -108,7 +107,7 @@ ORDER: dict[str, list[str]] = {
         "loops",
     ],
     "derivation.numeric": [
-        "dynamics paths",
+        "dynamics momenta paths",
         "recursion",
         "free_bodies lagrange",
         "constraints elements",

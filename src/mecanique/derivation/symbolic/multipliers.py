@@ -39,11 +39,17 @@ _LONGEST = 60
 @final
 @dataclass(frozen=True)
 class Solved:
-    """A multiplier λ with factor × λ = value."""
+    """A multiplier λ with factor × λ = value.
 
-    multiplier: Series  # λ
+    Args:
+        multiplier: λ.
+        factor: its coefficient.
+        value: the right side, which may contain multipliers solved for before.
+    """
+
+    multiplier: Series
     factor: Series
-    value: Series  # may contain multipliers solved for before
+    value: Series
 
 
 @final

@@ -19,7 +19,17 @@ _SECONDS = 120.0
 
 
 def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Original:
-    """Read a file with Drake and evaluate it in n states, its root welded to the world."""
+    """Read a file with Drake and evaluate it in n states, its root welded to the world.
+
+    Args:
+        text: the file's text.
+        gravity: shape (3,) [m/s²].
+        q: positions of joints.
+        v: velocities of joints.
+
+    Raises:
+        EngineError: if Drake refuses the text; the message gives Drake's reason.
+    """
     asked = {"text": text.decode("utf-8", "replace"), "gravity": list(gravity)}
     request = json.dumps({**asked, "q": dict(q), "v": dict(v)})
     command = [sys.executable, "-m", __name__]
