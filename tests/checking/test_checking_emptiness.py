@@ -72,6 +72,10 @@ def test_equations_that_follow_from_each_other_count_once() -> None:
         ("T = T", "kinetic energy", "it holds for any value of the quantity in question"),
         ("abs(T - m l^2 q'^2/2) = 0", "kinetic energy", "it only touches zero"),
         ("V = V", "potential energy", "it holds for any value of the quantity in question"),
+        ("V", "potential energy", "it holds for any value of the quantity in question"),
+        ("2 L - L", "Lagrangian", "it holds for any value of the quantity in question"),
+        ("p", "momentum", "it holds for any value of the quantity in question"),
+        ("w", "frequency", "it holds for any value of the quantity in question"),
     ],
 )
 def test_a_quantity_is_not_had_for_nothing(text: str, ask: str, reason: str) -> None:
@@ -85,6 +89,37 @@ def test_a_letter_of_the_system_keeps_its_unit() -> None:
     with pytest.raises(mq.FormulaError, match="'g' is in m/s², its definition in 1/s²; define"):
         mq.check(pendulum, "q'' + g sin q = 0", let=["g = g/l"])
     assert mq.check(pendulum, "q'' + g/(2 l) sin q = 0", let=["l = l/2"]).right
+
+
+@pytest.mark.parametrize(
+    ("mass", "ask", "text"),
+    [
+        ("T", "kinetic energy", "1/2 T l^2 q'^2"),
+        ("K", "kinetic energy", "Ek = 1/2 K l^2 q'^2"),
+        ("E", "energy", "1/2 E l^2 q'^2 - E g l cos q"),
+        ("L", "Lagrangian", "1/2 L l^2 q'^2 + L g l cos q"),
+        ("p", "momentum", "p l^2 q'"),
+        ("p", "Hamiltonian", "pq^2/(2 p l^2) - p g l cos q"),
+        ("omega", "frequency", "sqrt(g/l)"),
+    ],
+)
+def test_a_letter_of_the_system_does_not_mean_the_quantity(mass: str, ask: str, text: str) -> None:
+    """A mass T is no kinetic energy, neither in its value nor in its unit."""
+    m, l, g = mq.Parameter(mass, 1.3, "kg"), mq.Parameter("l", 0.7, "m"), mq.Parameter("g", 9.81)
+    pendulum = mq.Mechanism(
+        "pendulum",
+        (mq.Body("ground"), mq.Body("bob", mq.particle(m).at((0, 0, -l)))),
+        (mq.Revolute("pin", "ground", "bob", axis=(0, -1, 0), coordinate="q"),),
+        parameters=(m, l, g),
+        gravity=(0, 0, -g),
+    )
+    assert mq.check(pendulum, text, ask).right
+    assert mq.check(pendulum, text.replace("1/2", "1/3").replace("l", "2 l"), ask).right is False
+
+
+@pytest.mark.parametrize("text", ["V = 0", "0"])
+def test_a_quantity_may_be_zero(text: str) -> None:
+    assert mq.check(mq.textbook.load("tennis_racket"), text, "potential energy").right
 
 
 @pytest.mark.parametrize(

@@ -95,12 +95,15 @@ def _judge_value(
 
 def _find_emptiness(one: Residual, known: Mapping[str, Array], *, alone: bool = True) -> str:
     """Return why an equation that holds does not determine its letters, "" if it does."""
-    # alone: it must hold for these values alone, in each state
-    if not one.statement.is_equation:
+    # alone: it must hold for these values alone, in each state; a mere formula is said to be equal
+    # to the quantity, and may contain its letter as well
+    if not one.statement.is_equation and not one.statement.sides[0].letters & known.keys():
         return ""
     count, tables = one.sample.count, []
     for factor in _FACTORS:
-        moved = {**one.sample.values, **{name: factor * value for name, value in known.items()}}
+        moved = dict(one.sample.values)
+        for name, value in known.items():
+            moved[name] = np.where(value == 0, np.log(factor), factor * value)
         values = one.tape.evaluate(moved, count)
         changed = np.where(values.size > 0, values.whole / values.size, 0.0)
         tables.append(np.where(np.abs(changed) > TOLERANCE, changed, 0.0))

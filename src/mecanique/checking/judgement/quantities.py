@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, TypeAlias, final
@@ -45,7 +45,8 @@ class Quantity:
 
     name: str  # name of the question
     kind: Kind  # the way to compare a formula
-    letters: tuple[str, ...] = ()  # the letters that denote it in equations
+    # the letters that denote it in equations; the mechanism's own keep their meaning
+    letters: tuple[str, ...] = ()
     # its values in the states, shape (n,); of a matrix (n, nv, nv); of several (k, n)
     values: Array | None = None
     # its values in other states with the same parameters, and the letters there
@@ -59,6 +60,7 @@ class Quantity:
     # values of further letters, or of those that a question fixes
     more: Mapping[str, Array] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # what an answer may leave out, or was taken for granted
+    velocity: str = ""  # whose momentum it is
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -67,6 +69,9 @@ class Quantity:
 
 
 _ZERO = np.zeros(())
+
+_UNNAMED = "#quantity"
+"""What is asked for where all its usual letters are taken."""
 
 _FREQUENCY = ("omega", "omega0", "omegan", "w", "f", "nu", "T", "T0")
 _LETTERS = {
@@ -113,7 +118,17 @@ def ask_for(truth: Truth, question: str) -> Quantity:
             f"the equations of {truth.mechanism.name!r} have no closed form, with which a "
             f"{name} could be compared"
         )
-    return _Asked(truth, position).find(name, what)
+    return _keep_letters(_Asked(truth, position).find(name, what), truth.sample.values)
+
+
+def _keep_letters(quantity: Quantity, taken: Container[str]) -> Quantity:
+    """Return a quantity without those of its letters that mean something in the mechanism."""
+    if quantity.kind not in ("value", "up to a constant", "several"):
+        return quantity
+    letters = tuple(name for name in quantity.letters if name not in taken) or (_UNNAMED,)
+    dimensions = {name: unit for name, unit in quantity.dimensions.items() if name not in taken}
+    series = {name: whole for whole in quantity.series.values() for name in letters}
+    return replace(quantity, letters=letters, dimensions=dimensions, series=series)
 
 
 @final
@@ -198,7 +213,8 @@ class _Asked:
         letters = ("p", f"p{chosen}", f"p{coordinates.index(chosen) + 1}")
         own = units(self._truth.mechanism).get(velocity)
         unit = {} if own is None else dict.fromkeys(letters, _divide("N·m", own))
-        return self._in_letters(Quantity(name, "value", letters, found, dimensions=unit), series)
+        whole = Quantity(name, "value", letters, found, dimensions=unit, velocity=velocity)
+        return self._in_letters(whole, series)
 
     def _reactions(self, name: str, _: str) -> Quantity:
         derivation = balances(self._truth)
@@ -279,8 +295,8 @@ class _Asked:
 
     def _name_momentum(self, k: int) -> list[str]:
         names = [v.removesuffix("'") for v in self._truth.velocities]
-        letters = [f"p{names[k]}", f"p{k + 1}"]
-        return [*letters, "p"] if len(names) == 1 else letters
+        letters = [f"p{names[k]}", f"p{k + 1}", *(["p"] if len(names) == 1 else [])]
+        return [name for name in letters if name not in self._sample.values] or letters[:1]
 
     def _hamiltonian(self, name: str, _: str) -> Quantity:
         """Return Σ p q' − L, as a function of positions and momenta."""

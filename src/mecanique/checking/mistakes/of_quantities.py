@@ -86,13 +86,10 @@ class QuantityMistakes:
                 continue
             more = np.einsum("ni,nij,nj->n", v, change, v) / 2
             if name == "momentum":
-                k = self._truth.velocities.index(f"{self._momentum_of(quantity)}'")
+                k = self._truth.velocities.index(quantity.velocity)
                 more = np.einsum("nj,nj->n", change[:, k], v)
             if self._holds(one, quantity, (quantity.values + more, sample.values), *resting):
                 yield Mistake(found.kind, found.sentence, "", found.weight)
-
-    def _momentum_of(self, quantity: Quantity) -> str:
-        return quantity.letters[1].removeprefix("p")
 
     def _at_rest(self, quantity: Quantity) -> Iterator[tuple[Array, Mapping[str, Array]]]:
         """Yield the quantity where velocities vanish, in the states and in the moved ones."""
