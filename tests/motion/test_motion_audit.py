@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.integrate import simpson
 
 import mecanique as mq
 from mecanique.motion import Audit, Event
@@ -47,6 +50,35 @@ def test_the_work_of_a_damper_is_the_energy_lost() -> None:
     later = motion.energy([1.0, 2.0])
     assert later.total[0] == pytest.approx(energy.total[60], rel=1e-12)
     assert later.work[0] == pytest.approx(energy.work[60], rel=1e-9)
+
+
+def test_what_attracts_has_a_potential() -> None:
+    """E = m v²/2 - m mu/r of Kepler's orbit, e = 0.6; nothing else does work."""
+    orbit = mq.textbook.load("kepler_orbit")
+    m, mu = orbit.values["m"], orbit.values["mu"]
+    motion = mq.simulate(orbit, q={"r": 1.0}, v={"phi": (1.6 * mu) ** 0.5}, duration=20.0)
+    energy = motion.energy()
+    np.testing.assert_allclose(energy.loads, -m * mu / motion["r"], rtol=1e-13, atol=0)
+    np.testing.assert_allclose(energy.total, -0.2 * m * mu, rtol=1e-9, atol=0)
+    assert not energy.work.any()
+    assert f"energy: {-0.2 * m * mu:.6g} J at the start, 0 J of work since" in motion.summary()
+
+
+def test_loads_of_one_body_are_told_apart() -> None:
+    """A steady push has a potential, -F l sin(q) here; a motor's power is work, by quadrature."""
+    pendulum = replace(
+        mq.textbook.load("rigid_bar_pendulum"),
+        forces=(
+            mq.Force("wind", "rod", (0, 0, -1.0), (3.0, 0, 0)),
+            mq.JointForce("motor", "pin", 0.4 * mq.coordinate("t")),
+        ),
+    )
+    motion = mq.simulate(pendulum, q={"q": 0.3}, duration=4.0, samples=4001)
+    energy = motion.energy()
+    np.testing.assert_allclose(energy.loads, -3.0 * np.sin(motion["q"]), rtol=0, atol=1e-12)
+    power = 0.4 * motion.t * motion["q'"]
+    assert energy.work[-1] == pytest.approx(simpson(power, x=motion.t), rel=1e-8)
+    assert np.abs(energy.balance).max() < 1e-9 * energy.scale
 
 
 def test_without_losses_energy_stays() -> None:

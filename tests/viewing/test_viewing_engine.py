@@ -124,6 +124,16 @@ def test_the_program_gives_every_number_of_the_scene(name: str) -> None:
     assert maker.make(scene).unknown == ()
 
 
+def test_the_program_stores_energy_in_loads_that_have_a_potential() -> None:
+    """V = -m mu/r; nothing does work."""
+    maker, scene = maker_of("kepler_orbit")
+    series = {one.name: one.values for one in scene.series}
+    values = load("kepler_orbit").values
+    V = -values["m"] * values["mu"] / series["r"]
+    np.testing.assert_allclose(series["energy potential"], V, rtol=1e-12, atol=0)
+    assert maker.make(scene).unknown == ()
+
+
 def test_what_the_program_does_not_give_is_unknown() -> None:
     maker, scene = maker_of("double_pendulum")
     wrong = replace(scene.arrows[2], vector=scene.arrows[2].vector * 1.001)

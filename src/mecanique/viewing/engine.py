@@ -15,9 +15,11 @@ from mecanique.arrays import spread
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.symbolic.forces import stored_in_loads
 from mecanique.derivation.tree.poses import times_point
 from mecanique.errors import DerivationError, MecaniqueError
 from mecanique.generation.build import assemble
+from mecanique.generation.mechanics.closed_form import Lowering
 from mecanique.generation.mechanics.constrained import inputs_at
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
 from mecanique.generation.mechanics.free_body_forces import FreeBodyForces
@@ -303,7 +305,8 @@ class Columns:
 
     def _power(self) -> Any:
         mechanism, letters, tape = self._mechanism, self._letters, self._letters.tape
-        free = all(force.conservative for force in mechanism.forces)
+        stored = stored_in_loads(mechanism)
+        free = all(force.conservative or force.name in stored for force in mechanism.forces)
         if free and not is_rheonomic(mechanism):
             return 0.0
         energy = sum(self._energy(), 0.0)
@@ -314,7 +317,11 @@ class Columns:
         return trace(tape, push_forward(tape, [value_of(energy)], along)[0])
 
     def _energy(self) -> tuple[Any, Any]:
-        T, V = (trace(self._letters.tape, x) for x in self._dynamics.answer("energy"))
+        letters = self._letters
+        T, V = (trace(letters.tape, x) for x in self._dynamics.answer("energy"))
+        known = {name: value_of(scalar) for name, scalar in letters.values.items()}
+        for series in stored_in_loads(self._mechanism).values():
+            V = V + trace(letters.tape, Lowering(series.ring, letters.tape, known)(series))
         return T, V
 
     def _points(self, scene: Scene) -> Iterator[Any]:

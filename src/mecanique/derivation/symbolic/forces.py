@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import final
 
 from mecanique.derivation.laws import Elastic, Law, laws_of
@@ -15,7 +15,12 @@ from mecanique.derivation.symbolic.derivation import Assumption
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector, dot, zero
+from mecanique.errors import DerivationError
 from mecanique.model.force_base import AnyForce, BodyLoad, LineLoad, WrenchOnBody
+from mecanique.model.mechanism import Mechanism
+
+MOST_VELOCITIES = 12
+"""Where more can move, the potentials of loads are not sought: their series would be too long."""
 
 
 @final
@@ -197,6 +202,25 @@ def find_potential(algebra: Algebra, load: Work) -> Work:
     if not V or not all((fall + force).vanishes() for fall, force in falls):
         return load
     return replace(load, kind="potential", scalar=V, stated=False)
+
+
+@lru_cache(maxsize=32)
+def stored_in_loads(mechanism: Mechanism) -> Mapping[str, Series]:
+    """Return the potential of each load that algebra shows to have one, by the load's name."""
+    loads = [force for force in mechanism.forces if not force.conservative]
+    if not loads or mechanism.nv > MOST_VELOCITIES:
+        return {}
+    stored = {}
+    try:
+        kinematics = Kinematics(Algebra(mechanism))
+        for force in loads:
+            works = [find_potential(kinematics.algebra, one) for one in works_of(kinematics, force)]
+            if all(work.kind == "potential" for work in works):
+                ring = kinematics.algebra.ring
+                stored[force.name] = ring.sum([work.scalar for work in works if work.scalar])
+    except DerivationError:
+        return {}
+    return stored
 
 
 def _find_square(law: Law, along: Span | Travel) -> tuple[Series, Series] | None:

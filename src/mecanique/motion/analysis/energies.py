@@ -39,20 +39,22 @@ class Energies(Legible):
         kinetic: shape (n,), T.
         gravity: shape (n,), V of gravity, zero if every body's center is at the world's origin.
         springs: shape (n,), V of the springs.
+        loads: shape (n,), V of the loads that algebra shows to have a potential.
         work: shape (n,), work since the start of everything that has no potential: dampers, drives,
-            loads, inputs, prescribed motion and impacts.
+            other loads, inputs, prescribed motion and impacts.
     """
 
     t: np.ndarray
     kinetic: np.ndarray
     gravity: np.ndarray
     springs: np.ndarray
+    loads: np.ndarray
     work: np.ndarray
 
     @cached_property
     def potential(self) -> np.ndarray:
-        """V = V of gravity + V of springs, shape (n,)."""
-        total: np.ndarray = self.gravity + self.springs
+        """V of gravity, springs and loads together, shape (n,)."""
+        total: np.ndarray = self.gravity + self.springs + self.loads
         return total
 
     @cached_property
@@ -93,7 +95,22 @@ def energies(motion: Trajectory, times: np.ndarray) -> Energies:
     work = _work(motion.mechanism, reference, curve, times)
     work = work - sum(_losses_at_impacts(motion, times).values())
     kinetic, gravity, springs = parts.T
-    return Energies(times, kinetic, gravity, springs, work)
+    loads = _stored_in_loads(motion.mechanism, state.q)
+    return Energies(times, kinetic, gravity, springs, loads, work)
+
+
+def _stored_in_loads(mechanism: Mechanism, q: np.ndarray) -> np.ndarray:
+    """Return V of the loads that have a potential, shape (n,) [J]."""
+    total = np.zeros(len(q))
+    if all(force.conservative for force in mechanism.forces):
+        return total
+    from mecanique.derivation.scalars.evaluation import Evaluation
+    from mecanique.derivation.symbolic.forces import stored_in_loads
+
+    letters = {**mechanism.values, **dict(zip(mechanism.coordinates, q.T, strict=True))}
+    for series in stored_in_loads(mechanism).values():
+        total = total + Evaluation(series.ring, letters)(series)
+    return total
 
 
 def losses(motion: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
@@ -163,6 +180,11 @@ def _work(
     free = tuple(force for force in mechanism.forces if not force.conservative)
     rheonomic = is_rheonomic(mechanism)
     work: np.ndarray = np.zeros(len(times))
+    if free:
+        from mecanique.derivation.symbolic.forces import stored_in_loads
+
+        stored = stored_in_loads(mechanism)
+        free = tuple(force for force in free if force.name not in stored)
     if free:
         from mecanique.reference import Reference
 

@@ -75,6 +75,7 @@ def _energies(motion: Trajectory, figure: Any, joint: str | None) -> None:
         ("kinetic", energy.kinetic),
         ("gravity", energy.gravity),
         ("springs", energy.springs),
+        ("loads", energy.loads),
         ("total", energy.total),
         ("work done on it", energy.work),
     ):
