@@ -25,6 +25,10 @@ STEPS = 100
 HALVINGS = 20
 """How often a step that does not help is halved."""
 
+PATIENCE, GAIN = 6, 0.9
+"""A start is given up after so many steps on loops that do not bring the forces down to this part
+of their least: between two turning points of a force Newton's method goes to and fro for good."""
+
 H = 1e-6
 """Step of the differences that give Newton's slope, in the unit of each coordinate."""
 
@@ -99,7 +103,7 @@ def _on_loops(
     rates = Rates.of(reference.mechanism)
     still = np.zeros(reference.mechanism.nv)
     q = close_position(closed, rates.normalize(np.array(start, dtype=float)), t)
-    balanced = False
+    balanced, best, idle = False, np.inf, 0
     for _ in range(STEPS):
         free = Independent(closed, q, t)
         count = len(free.chosen)
@@ -121,6 +125,10 @@ def _on_loops(
         balanced = bool((np.abs(value) <= least).all())
         mass = np.diag(tangent.T @ reference.mass_matrix(q, t) @ tangent)
         unit = np.sqrt(np.where(mass > 0, mass, 1.0))
+        left = _size(value / unit)
+        best, idle = (left, 0) if left <= GAIN * best else (best, idle + 1)
+        if idle > PATIENCE:
+            break
         step = _step(slope / np.outer(unit, unit), value / unit, longest=np.inf) / unit
         step *= min(1.0, 0.5 / max(_size(step), 1e-300))
         if _size(step) < 1e-12:
