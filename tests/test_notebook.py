@@ -141,6 +141,7 @@ def test_results_name_themselves_in_one_line_and_print_whole() -> None:
     weight = f"{pendulum.values['m'] * pendulum.values['g']:g}"
     assert repr(wrench).startswith("<Wrench: force: [")
     assert f" {weight}]; " in repr(wrench)
+    assert "places" not in repr(wrench)
     motion = mq.simulate(pendulum, q={"q": 1.0}, duration=1.0, samples=61)
     assert repr(motion.audit()) == "<Audit: 4 balances, all within their limits>"
     assert "shape (61,), 0 … 1" in repr(motion.energy())
@@ -153,6 +154,36 @@ def test_results_name_themselves_in_one_line_and_print_whole() -> None:
     for result in shown:
         assert repr(result).startswith(f"<{type(result).__name__}")
         assert len(repr(result)) < 120
+
+
+def test_an_audit_is_a_table() -> None:
+    audit = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q={"q": 1.0}).audit()
+    shown = audit._repr_html_()
+    assert shown.count("<tr>") == 1 + len(audit.rows)
+    assert f"<td>{audit['energy'].residual:.2e} J</td>" in shown
+    assert f"<p>{str(audit).splitlines()[-1]}</p>" in shown
+
+
+def test_what_happened_is_told_in_lines() -> None:
+    belt = mq.textbook.load("stick_slip")
+    motion = mq.simulate(belt, q={"x": 0.0}, v={"x": 0.1}, duration=0.5)
+    assert repr(motion.modes[0]) == "<ModeSpan: 0 to 0.3924 s: belt sticks>"
+    assert repr(motion.events[0]) == "<Occurrence: belt: slips -: t = 0.3924 s>"
+
+
+def test_equations_of_modes_are_set_as_others_are() -> None:
+    """A block on a belt: m x'' = −k x − μ m g while it slips forward."""
+    shown = mq.derive_modes(mq.textbook.load("stick_slip"))._repr_html_()
+    sticks, forward, back = shown.split("<h4>")[1:]
+    assert [text.partition("<")[0] for text in (sticks, forward, back)] == [
+        "belt sticks",
+        "belt slips +",
+        "belt slips -",
+    ]
+    assert 'aria-label="x&#x27;&#x27; = -(m mu g + k x)/m"' in forward
+    assert 'aria-label="R_belt = k x"' in sticks
+    assert "<mi>μ</mi>" in forward
+    assert "&lt; 0</p>" in back
 
 
 def test_a_picture_is_shown_and_written_only_where_asked(

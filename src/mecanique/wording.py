@@ -19,10 +19,12 @@ class Legible:
     """A result that a notebook prints as `str` does, and that `repr` names by its first line."""
 
     def __str__(self) -> str:
+        described = getattr(self, "__dataclass_fields__", {})
         lines = []
         for name, value in vars(self).items():
             empty = value is None or (isinstance(value, (str, tuple)) and not value)
-            if not (empty or name.startswith("_")):
+            hidden = name.startswith("_") or (name in described and not described[name].repr)
+            if not (empty or hidden):
                 lines.append(f"{name}: {write_value(value)}")
         return "\n".join(lines)
 

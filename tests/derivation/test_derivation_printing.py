@@ -16,9 +16,15 @@ import pytest
 from derivation_law import cos, exp, sin, sqrt, tan
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sympy import sympify
 
 from mecanique.derivation.printing.equations import equations, expression
-from mecanique.derivation.printing.expressions import to_formula, to_power, to_sympy
+from mecanique.derivation.printing.expressions import (
+    from_sympy,
+    to_formula,
+    to_power,
+    to_sympy,
+)
 from mecanique.derivation.printing.formulas import Product, multiply, number
 from mecanique.derivation.printing.letters import SplitName
 from mecanique.derivation.printing.writers import Equation, Expression, Latex, MathML, Text
@@ -641,3 +647,15 @@ def test_a_root_keeps_the_number_under_it() -> None:
     assert write(multiply(number(-1), x)) == "sqrt(-x)"
     assert write(multiply(x, y)) == "sqrt(x y)"
     assert Expression((to_power(multiply(number(3), x), Fraction(2)),)).text() == "9 x^2"
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["-m*(3*g*cos(q)**2 + 1.25)/(2*l)", "sqrt(a + b)/c**2 - 2", "(a - b)**(-3)*exp(-k)", "0"],
+)
+def test_formulas_of_sympy_keep_their_value(text: str) -> None:
+    value = sympify(text)
+    letters = sorted(value.free_symbols, key=str)
+    numbers = dict(zip(letters, np.linspace(0.4, 1.3, len(letters)), strict=True))
+    written = from_sympy(value, {}).sympy()
+    assert float(written.subs(numbers)) == pytest.approx(float(value.subs(numbers)), rel=1e-14)

@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import pickle
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,6 +40,19 @@ def test_every_plot_has_units_on_its_axes(
     assert (tmp_path / "a.png").stat().st_size > 10_000
 
 
+def test_a_notebook_shows_plots_without_being_set_up(motion: mq.Motion) -> None:
+    pytest.importorskip("matplotlib")
+    coin = mq.textbook.load("rolling_coin")
+    speeds = mq.sweep_speeds(coin, {"z": coin.values["r"]}, {"spin": 1.0}, [1.0, 2.0])
+    swaying = mq.linearize(mq.textbook.load("two_blocks")).response([1.0, 0.0])
+    plots: tuple[Any, ...] = (motion.plot(), speeds.plot(), swaying.plot())
+    for figure in plots:
+        shown: bytes = figure._repr_png_()  # what IPython asks for
+        assert shown.startswith(b"\x89PNG")
+    again = pickle.loads(pickle.dumps(speeds.plot()))
+    assert again.axes[0].get_xlabel() == "speed"
+
+
 def test_plots_that_do_not_exist_are_refused(
     motion: mq.Motion, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -47,6 +62,7 @@ def test_plots_that_do_not_exist_are_refused(
     with pytest.raises(mq.UnknownNameError, match=wrong):
         motion.plot("reactions", "pim")
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    monkeypatch.delitem(sys.modules, "mecanique.motion.output.shown", raising=False)
     with pytest.raises(
         mq.InputError,
         match=r"plots need matplotlib; install it with: pip install 'mecanique\[plot\]'",

@@ -11,6 +11,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
+from html import escape
 from itertools import product
 from math import prod
 from typing import Any, final
@@ -18,6 +20,10 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.methods import derive
+from mecanique.derivation.printing.expressions import from_sympy
+from mecanique.derivation.printing.formulas import MOVING, SUMS
+from mecanique.derivation.printing.prose import to_html
+from mecanique.derivation.printing.writers import MathML, Text, Writer, to_lines, write
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
 from mecanique.model.expression import Scalar, coordinate
@@ -36,6 +42,8 @@ LONGEST_FRACTION = 1_000_000
 
 MOST_SIMPLIFIED = 30
 """Operations of a formula up to which sympy's `simplify` is tried, whose time grows without end."""
+
+_UNDETERMINED = "its forces are not determined by rigid bodies"
 
 
 @final
@@ -56,13 +64,17 @@ class ModeEquations:
     forces: dict[str, Any]
     conditions: tuple[str, ...]
 
+    @property
+    def title(self) -> str:
+        """The state of each element in words, e.g. "belt slips +"."""
+        return ", ".join(f"{name} {state}" for name, state in self.states.items())
+
     def __str__(self) -> str:
-        listed = ", ".join(f"{name} {state}" for name, state in self.states.items())
-        lines = [f"{listed}:"]
+        lines = [f"{self.title}:"]
         for name, value in (self.accelerations | self.forces).items():
             lines.append(f"  {name} = {_write(value)}")
         if not self.accelerations:
-            lines.append("  its forces are not determined by rigid bodies")
+            lines.append(f"  {_UNDETERMINED}")
         lines += [f"  {condition}" for condition in self.conditions]
         return "\n".join(lines)
 
@@ -90,6 +102,39 @@ class Modes(Legible):
 
     def __str__(self) -> str:
         return "\n".join(map(str, self.modes))
+
+    def write(self, mode: ModeEquations, writer: Writer) -> list[str]:
+        """Write the equations of one of them in the format of a writer."""
+        from sympy import Float
+
+        lines = []
+        for name, value in (mode.accelerations | mode.forces).items():
+            decimals = bool(value.atoms(Float))
+            right = write([from_sympy(value, self._places)], writer, decimals=decimals)
+            lines.append(writer.equation(writer.letter(name, False, ""), right))
+        return lines
+
+    @cached_property
+    def _places(self) -> dict[str, tuple[float, float]]:
+        """The sort key of each letter in a product: parameters, coordinates, velocities."""
+        described = self.mechanism
+        kinds = (
+            (0, [parameter.symbol for parameter in described.parameters]),
+            (SUMS + 5, described.coordinates.names),
+            (MOVING, described.velocities),
+        )
+        return {name: (kind, k) for kind, names in kinds for k, name in enumerate(names)}
+
+    def _repr_html_(self) -> str:
+        shown = []
+        for mode in self.modes:
+            names = {*self._places, *mode.forces}
+            shown.append(f"<h4>{escape(mode.title)}</h4>")
+            shown += map(to_lines, self.write(mode, MathML()), self.write(mode, Text()))
+            if not mode.accelerations:
+                shown.append(f"<p>{escape(_UNDETERMINED)}</p>")
+            shown += [f"<p>{to_html(condition, names)}</p>" for condition in mode.conditions]
+        return "\n".join(shown)
 
     @property
     def _caption(self) -> str:

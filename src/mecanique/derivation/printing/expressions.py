@@ -7,7 +7,7 @@ the first polynomial is factored.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, TypeAlias, cast
@@ -376,6 +376,22 @@ def size(part: Product | Base) -> int:
 def to_sympy(series: Series) -> Any:
     """Return a series as a sympy expression, factored and with the fewest symbols."""
     return to_formula(series).sympy()
+
+
+def from_sympy(value: Any, places: Mapping[str, tuple[float, float]]) -> Product:
+    """Return a sympy expression as a formula, its letters with these sort keys in products."""
+    if value.is_Number:
+        return number(Fraction(str(value)))
+    if value.is_Symbol:
+        return multiply(Letter(value.name, places.get(value.name, (0, 0))))
+    parts = [from_sympy(part, places) for part in value.args]
+    if value.is_Add:
+        return multiply(add(parts))
+    if value.is_Mul:
+        return multiply(*parts)
+    if value.is_Pow:
+        return to_power(parts[0], Fraction(str(value.exp)))
+    return multiply(Call(value.func.__name__.lower(), add(parts)))
 
 
 def to_matrix(rows: Iterable[Iterable[Series]]) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from html import escape
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -13,7 +14,7 @@ from mecanique.motion.analysis.energies import energies
 from mecanique.motion.record.extremes import find_maxima
 from mecanique.motion.record.trajectory import Trajectory, add_steps
 from mecanique.motion.simulation.watching.validity import pressings
-from mecanique.wording import Legible, say_count
+from mecanique.wording import Legible, say_count, write_table
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.trust import Trust
@@ -134,22 +135,33 @@ class Audit(Legible):
 
     def __str__(self) -> str:
         width = max(len(row.name) for row in self.rows)
-        lines = [f"{'balance':<{width}}  {'residual':>18}  {'relative':>9}  {'limit':>7}  at t [s]"]
+        lines = []
+        for name, residual, relative, limit, time, verdict in self._table:
+            line = f"{name:<{width}}  {residual:>18}  {relative:>9}  {limit:>7}  {time}  {verdict}"
+            lines.append(line.rstrip())
+        return "\n".join([*lines, *self._remarks])
+
+    def _repr_html_(self) -> str:
+        remarks = "".join(f"<p>{escape(remark)}</p>" for remark in self._remarks)
+        return write_table(self._caption, self._table) + remarks
+
+    @property
+    def _table(self) -> list[tuple[str, str, str, str, str, str]]:
+        """The balances, with a head."""
+        head = ("balance", "residual", "relative", "limit", "at t [s]", "")
+        rows = [head]
         for row in self.rows:
-            verdict = "" if row.ok else "  BROKEN"
             residual = f"{row.residual:.2e} {row.unit}".rstrip()
-            lines.append(
-                f"{row.name:<{width}}  {residual:>18}  {row.relative:9.1e}  {row.limit:7.0e}  "
-                f"{row.time:.4g}{verdict}"
-            )
-        lines.append(
-            f"largest speed {self.speed:.4g} m/s, {self.speed_of_light_fraction:.1e} of the speed "
-            "of light"
-        )
-        lines += map(str, self.friction)
-        if self.trust is not None:
-            lines.append(str(self.trust))
-        return "\n".join(lines)
+            numbers = f"{row.relative:.1e}", f"{row.limit:.0e}", f"{row.time:.4g}"
+            rows.append((row.name, residual, *numbers, "" if row.ok else "BROKEN"))
+        return rows
+
+    @property
+    def _remarks(self) -> list[str]:
+        """What the audit says below its balances."""
+        share = f"{self.speed_of_light_fraction:.1e} of the speed of light"
+        remarks = [f"largest speed {self.speed:.4g} m/s, {share}", *map(str, self.friction)]
+        return remarks if self.trust is None else [*remarks, str(self.trust)]
 
 
 def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:

@@ -16,6 +16,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.linear.equilibrium import drop_disturbances
 from mecanique.motion.motion import Motion, simulate
+from mecanique.motion.output.plot import new_figure
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.rates import Rates
@@ -503,13 +504,7 @@ class Response(Legible):
         Raises:
             InputError: if matplotlib is not installed.
         """
-        try:
-            from matplotlib.figure import Figure
-        except ImportError:
-            raise InputError(
-                "plots need matplotlib; install it, e.g. pip install matplotlib"
-            ) from None
-        figure = Figure(layout="constrained")
+        figure = new_figure()
         above, below = figure.subplots(2, 1, sharex=True)
         for k, (name, unit) in enumerate(zip(self.names, self.units, strict=True)):
             above.semilogy(self.frequencies, self.amplitude[:, k], label=add_unit(name, unit))

@@ -12,6 +12,7 @@ from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.motion.linear.steady import STABLE, SteadyLinearization, linearize_steady, plain
+from mecanique.motion.output.plot import new_figure
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
@@ -69,10 +70,12 @@ class SpeedRange(Legible):
         return "\n".join([*lines, f"stability changes at: {limits}"])
 
     def plot(self) -> Figure:
-        """Return real and imaginary parts over the speed, with the limits of stability."""
-        from matplotlib.figure import Figure
+        """Return real and imaginary parts over the speed, with the limits of stability.
 
-        figure = Figure(layout="constrained")
+        Raises:
+            InputError: if matplotlib is not installed.
+        """
+        figure: Figure = new_figure()
         axes = figure.subplots()
         axes.plot(self.speeds, self.eigenvalues.real, "C0.", markersize=3)
         axes.plot(self.speeds, np.abs(self.eigenvalues.imag), "C1.", markersize=3)

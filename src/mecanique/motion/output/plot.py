@@ -23,15 +23,24 @@ def plot(motion: Trajectory, what: str = "coordinates", joint: str | None = None
     }
     if what not in kinds:
         raise UnknownNameError("plot", what, kinds)
+    figure = new_figure(figsize=(8, 5))
+    kinds[what](motion, figure, joint)
+    return figure
+
+
+def new_figure(**options: Any) -> Any:
+    """Return an empty matplotlib Figure, which a notebook shows.
+
+    Raises:
+        InputError: if matplotlib is not installed.
+    """
     try:
-        from matplotlib.figure import Figure
+        from mecanique.motion.output.shown import ShownFigure
     except ImportError:
         raise InputError(
             "plots need matplotlib; install it with: pip install 'mecanique[plot]'"
         ) from None
-    figure = Figure(figsize=(8, 5), layout="constrained")
-    kinds[what](motion, figure, joint)
-    return figure
+    return ShownFigure(layout="constrained", **options)
 
 
 def _coordinates(motion: Trajectory, figure: Any, joint: str | None) -> None:

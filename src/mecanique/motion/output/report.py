@@ -55,5 +55,5 @@ def summary(motion: Trajectory) -> str:
     if len(passed) > MAX_LISTED:
         lines.append(f"… and {len(passed) - MAX_LISTED} joints more pass theirs")
     for event in motion.events[:MAX_LISTED]:
-        lines.append(f"event {event.name}: t = {event.t:.9g} s")
+        lines.append(f"event {event}")
     return "\n".join(lines)

@@ -12,6 +12,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import Scalar, compile_scalars, finite, plain
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.rates import Rates
+from mecanique.wording import Legible
 
 Quantity: TypeAlias = Callable[[float, np.ndarray, np.ndarray], float]
 """A function of t, q and v."""
@@ -151,8 +152,8 @@ class Event:
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Occurrence:
+@dataclass(frozen=True, eq=False, repr=False)
+class Occurrence(Legible):
     """An event that took place.
 
     Args:
@@ -174,10 +175,13 @@ class Occurrence:
         """Whether the velocities jump."""
         return not np.array_equal(self.v, self.after)
 
+    def __str__(self) -> str:
+        return f"{self.name}: t = {self.t:.9g} s"
+
 
 @final
-@dataclass(frozen=True)
-class ModeSpan:
+@dataclass(frozen=True, repr=False)
+class ModeSpan(Legible):
     """A mode and when it held.
 
     Args:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from typing import Any
-from xml.dom.minidom import parseString
 
 import numpy as np
 
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.printing.writers import MathML
 from mecanique.derivation.switching import Modes, derive_modes, force_symbol
 from mecanique.errors import MecaniqueError
 from mecanique.figure.draw import figure_text
@@ -89,8 +88,6 @@ def _figure(motion: Motion) -> str:
 
 def letter(name: str) -> str:
     """Return the name of a quantity as it stands in equations, in MathML."""
-    from mecanique.derivation.printing.writers import MathML
-
     return MathML().letter(name, False, "")
 
 
@@ -128,25 +125,13 @@ def _derivations(
         return
     blocks = []
     for mode in modes.modes:
-        heading = ", ".join(f"{name} {state}" for name, state in mode.states.items())
-        solved = mode.accelerations | mode.forces
-        formulas = [_equation(name, value) for name, value in solved.items()]
+        heading, formulas = mode.title, modes.write(mode, MathML())
         # conditions stand below the last of a mode's equations
         notes = [""] * (len(formulas) - 1) + ["; ".join(mode.conditions)]
         for formula, note in zip(formulas or [""], notes or [""], strict=True):
             blocks.append(DerivationStep(heading, formula, note))
             heading = ""
     yield Derivation(title, tuple(blocks))
-
-
-def _equation(name: str, value: Any) -> str:
-    """A symbol and what it is equal to, in MathML."""
-    from sympy.printing.mathml import MathMLPresentationPrinter
-
-    printer = MathMLPresentationPrinter()
-    # letters and primes as in the equations of other mechanisms
-    printer._print_Symbol = lambda symbol: parseString(letter(symbol.name)).documentElement
-    return f"<mrow>{letter(name)}<mo>=</mo>{printer.doprint(value)}</mrow>"
 
 
 def _symbols_of_modes(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
