@@ -16,6 +16,8 @@ FORCES: tuple[mq.AnyForce, ...] = (
     mq.JointSpring("joint spring", "hinge", stiffness=2.0, reference=0.5),
     mq.JointDamper("joint damper", "hinge", damping=3.0),
     mq.JointForce("drive", "hinge", force=mq.time()),
+    mq.CentralForce("central", "a", (0, 0, 0), "b", (1, 0, 0), -1.0 / mq.distance()),
+    mq.Potential("well", "hinge", mq.coordinate("q") ** 2),
     mq.Force("force", "a", (0, 0, 1), (0, mq.coordinate("q"), 0), axes="b"),
     mq.Torque("torque", "a", (0, 0, mq.velocity("q"))),
 )
@@ -36,11 +38,11 @@ def test_every_type_is_among_the_samples() -> None:
 @pytest.mark.parametrize("force", FORCES, ids=lambda force: force.name)
 def test_a_force_describes_itself(force: mq.AnyForce) -> None:
     assert force.kind in {"spring", "damper", "load"}
-    assert force.conservative == (force.kind == "spring")
+    assert force.conservative == (force.kind == "spring" or force.name == "central")
     assert force.coefficient
-    assert force.symbols == {"drive": {"t"}, "force": {"q"}, "torque": {"q'"}}.get(
-        force.name, set()
-    )
+    varies = {"drive": {"t"}, "force": {"q"}, "torque": {"q'"}}
+    varies |= {"central": {"distance"}, "well": {"q"}}
+    assert force.symbols == varies.get(force.name, set())
     if isinstance(force, LineLoad):
         assert [end.body for end in force.ends] == ["a", "b"]
     if isinstance(force, BodyLoad):
@@ -54,7 +56,8 @@ def test_every_force_between_two_ends_has_a_law_on_each_side(force: mq.AnyForce)
     assert bool(laws) == (not isinstance(force, BodyLoad))
     if not isinstance(force, BodyLoad):
         law = law_of(force)
-        assert any((law.stiffness, law.damping, law.drive is not None))
+        given = law.drive is not None or law.potential is not None
+        assert any((law.stiffness, law.damping, given))
 
 
 def test_a_force_without_a_law_is_refused() -> None:

@@ -78,7 +78,7 @@ ORDER: dict[str, list[str]] = {
     "urdf.reading": [
         "fields letters packages",
         "contacts loops switching velocities xacro",
-        "elements joints",
+        "elements joints potentials",
         "links",
         "extensions",
         "document",

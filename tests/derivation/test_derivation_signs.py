@@ -229,6 +229,7 @@ class Stretched:
 
     x: float
     rate: float = 0.0
+    name: str = "distance"
 
     @property
     def square(self) -> float:

@@ -19,11 +19,23 @@ from typing import Any, ClassVar, Literal, Protocol, TypeAlias, final
 from mecanique.errors import DerivationError
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import AnyForce, BodyLoad
-from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring, Spring
+from mecanique.model.forces import (
+    CentralForce,
+    Damper,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Potential,
+    Spring,
+)
 
 
 class Along(Protocol):
     """The line that a force acts along; e is its unit vector, from end to end, or 1 in a joint."""
+
+    @property
+    def name(self) -> str:
+        """What potentials call x."""
 
     @property
     def x(self) -> Any:
@@ -48,6 +60,7 @@ class Travel:
 
     x: Any
     rate: Any
+    name: str = ""
 
     @property
     def square(self) -> Any:
@@ -81,6 +94,56 @@ class Elastic:
         """Return k (x − x₀) e."""
         k = self.stiffness
         return along.direct(k, -(k * self.rest) if self.rest else None)
+
+
+Number: TypeAlias = Callable[..., Any]
+"""Makes a scalar of the description one of a derivation; values of more letters may follow it."""
+
+
+@final
+@dataclass(frozen=True)
+class Stored:
+    """A given potential V(x)."""
+
+    potential: Scalar
+    number: Number
+
+    kind: ClassVar[Literal["potential"]] = "potential"
+
+    def scalar(self, along: Along) -> Any:
+        """Return V; that of x² is smooth where the ends meet."""
+        V = self._of_square(along.name)
+        if V is not None:
+            return self.number(V, {_SQUARE: along.square})
+        return self.number(self.potential, {along.name: along.x})
+
+    def pull(self, along: Along) -> Any:
+        """Return dV/dx e, for V(x²) as 2 dV/d(x²) x e."""
+        V = self._of_square(along.name)
+        if V is not None:
+            return along.direct(self.number(2 * _slope(V, _SQUARE), {_SQUARE: along.square}), None)
+        return along.direct(
+            None, self.number(_slope(self.potential, along.name), {along.name: along.x})
+        )
+
+    def _of_square(self, name: str) -> Scalar | None:
+        """Return V as a function of x², if it is one without roots."""
+        import sympy
+
+        s = sympy.Symbol(_SQUARE, positive=True)
+        V = sympy.sympify(self.potential).subs(sympy.Symbol(name), sympy.sqrt(s))
+        whole = all(power.exp.is_integer for power in V.atoms(sympy.Pow) if power.base == s)
+        return V.subs(s, sympy.Symbol(_SQUARE)) if whole else None
+
+
+_SQUARE = "distance^2"
+"""Name of x² in a potential; no letter of a description has it."""
+
+
+def _slope(V: Scalar, name: str) -> Scalar:
+    import sympy
+
+    return sympy.sympify(V).diff(sympy.Symbol(name))
 
 
 @final
@@ -118,16 +181,18 @@ class Drive:
         return along.direct(None, -self.force)
 
 
-Law: TypeAlias = Elastic | Viscous | Drive
+Law: TypeAlias = Elastic | Stored | Viscous | Drive
 
 
-def laws_of(force: AnyForce, number: Callable[[Scalar], Any]) -> tuple[Law, ...]:
+def laws_of(force: AnyForce, number: Number) -> tuple[Law, ...]:
     """Return the laws by which a force pulls its ends together; none for a load on one body."""
     match force:
         case Spring():
             return (Elastic(number(force.stiffness), number(force.free_length)),)
         case JointSpring():
             return (Elastic(number(force.stiffness), number(force.reference)),)
+        case CentralForce() | Potential():
+            return (Stored(force.potential, number),)
         case Damper() | JointDamper():
             return (Viscous(number(force.damping)),)
         case JointForce():

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import islice
 from typing import Any, final
 
 import numpy as np
@@ -296,6 +297,9 @@ def _closing(lagrange: Lagrange, any_left: bool) -> str:
 _AT = 0.3
 """The time at which the two sets of equations are compared [s]."""
 
+_ROUNDS = 100
+"""Lots of positions drawn at most, in search of those at which the closed form holds."""
+
 
 @final
 @dataclass(frozen=True, repr=False)
@@ -371,8 +375,10 @@ class Reduction(Legible):
     def _compute_states(self, samples: int, random: np.random.Generator) -> dict[str, Any]:
         """Compute motions by the full equations at random states, with momenta, by name."""
         mechanism, full = self.mechanism, derive(self.mechanism)
-        q = draw_positions(mechanism, samples, random, 1.0)
-        v = random.normal(size=(samples, mechanism.nv))
+        draws = (draw_positions(mechanism, samples, random, 1.0) for _ in range(_ROUNDS))
+        sound = (position for draw in draws for position in draw if full.holds(position, _AT))
+        q = np.array([*islice(sound, samples)])
+        v = random.normal(size=(len(q), mechanism.nv))
         a = full.acceleration(q, v, _AT)
         values: dict[str, Any] = {**mechanism.values, "t": _AT}
         for signal in mechanism.inputs:
@@ -386,7 +392,7 @@ class Reduction(Legible):
         M = full.mass_matrix(q, _AT)
         for name, letter in zip(self.cyclic, self.momenta, strict=True):
             k = mechanism.velocities.index(f"{name}'")
-            step = np.tile(np.eye(mechanism.nv)[k], (samples, 1))
+            step = np.tile(np.eye(mechanism.nv)[k], (len(q), 1))
             # p = ∂T/∂q' = M q' + terms of given motions: the part of T that is odd in q'
             ahead, behind = (full.energy(q, s * step, _AT)[0] for s in (1, -1))
             values[letter] = np.einsum("ni,ni->n", M[:, k], v) + (ahead - behind) / 2

@@ -20,8 +20,9 @@ from mecanique.figure.solids import Solid, outline, unit3
 from mecanique.figure.supports import nuts, stands_on_columns, supports, wall
 from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.expression import Scalar, plain, symbols_in
+from mecanique.model.expression import DISTANCE, Scalar, coordinate, evaluate, plain, symbols_in
 from mecanique.model.force_base import BodyLoad, End, JointLoad, LineLoad, WrenchOnBody, loads_in
+from mecanique.model.forces import CentralForce
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
 from mecanique.motion.analysis.forces import Actions
 
@@ -52,6 +53,12 @@ def _between(setting: Setting, links: Sequence[LineLoad]) -> Iterator[Mark]:
     first, camera = links[0], setting.camera
     a, b = (camera.at(setting.point(end.body, end.point)) for end in first.ends)
     along = unit(b - a)
+    for force in links:
+        if isinstance(force, CentralForce):
+            yield from _attract(setting, force, a, b)
+    links = [force for force in links if not isinstance(force, CentralForce)]
+    if not links:
+        return
     ground = [end.body == setting.mechanism.ground for end in first.ends]
     # a spring ends at the surface of the body it holds
     a = _surface(setting, first.body_a, a, along)
@@ -61,6 +68,20 @@ def _between(setting: Setting, links: Sequence[LineLoad]) -> Iterator[Mark]:
     if ground[1]:
         yield from wall(b, _level(-along))
     yield from _bundle(setting, a, b, links)
+
+
+def _attract(setting: Setting, force: CentralForce, a: Point, b: Point) -> Iterator[Mark]:
+    """A central force on each body that can move, as it points at this instant."""
+    reach = setting.point(force.body_b, force.point_b) - setting.point(force.body_a, force.point_a)
+    slope = plain(force.potential).diff(coordinate(DISTANCE))
+    values = {**setting.mechanism.values, DISTANCE: float(np.linalg.norm(reach))}
+    pulls = math.copysign(1.0, evaluate(slope, values))
+    for body, at, along in ((force.body_a, a, unit(b - a)), (force.body_b, b, unit(a - b))):
+        if body != setting.mechanism.ground:
+            tail = _beyond(setting, body, at, pulls * along)
+            tip = tail + ARROW * pulls * along
+            yield from arrow(tail, tip, "force")
+            yield label(tip, force.name, pulls * along, 5.0, "force-letter")
 
 
 def _level(outward: Point) -> Point:

@@ -25,7 +25,7 @@ from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import coordinate, time, velocity
+from mecanique.model.expression import coordinate, distance, time, velocity
 from mecanique.model.expression.functions import (
     acos,
     asin,
@@ -42,11 +42,13 @@ from mecanique.model.expression.functions import (
 )
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import (
+    CentralForce,
     Damper,
     Force,
     JointDamper,
     JointForce,
     JointSpring,
+    Potential,
     Spring,
     Torque,
 )
@@ -73,6 +75,7 @@ __all__ = [
     "Blade",
     "Body",
     "Box",
+    "CentralForce",
     "Contact",
     "Coordinates",
     "Cord",
@@ -97,6 +100,7 @@ __all__ = [
     "Parameter",
     "Placement",
     "Planar",
+    "Potential",
     "Prismatic",
     "Pulley",
     "Rack",
@@ -125,6 +129,7 @@ __all__ = [
     "cos",
     "cylinder",
     "disk",
+    "distance",
     "exp",
     "floating",
     "floating_state",

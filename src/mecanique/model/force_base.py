@@ -31,6 +31,7 @@ class Stated:
         varies: whether it may depend on the state, time and inputs, not on parameters alone.
         positive: whether it must not be negative.
         length: whether it is a length or a point [m].
+        stores: whether it is a potential: of the distance, or the joint's coordinate.
         units: its unit; of a force in a joint, on a slide and about an axis.
     """
 
@@ -39,6 +40,7 @@ class Stated:
     varies: bool
     positive: bool
     length: bool
+    stores: bool
     units: tuple[str, ...]
 
 
@@ -48,6 +50,7 @@ def state(
     varies: bool = False,
     positive: bool = False,
     length: bool = False,
+    stores: bool = False,
 ) -> Mapping[str, Any]:
     """Return the metadata of a field that states scalars; `Stated` explains them."""
     return {
@@ -56,6 +59,7 @@ def state(
         "varies": varies,
         "positive": positive,
         "length": length,
+        "stores": stores,
     }
 
 
@@ -83,7 +87,7 @@ class _Force(ABC):
     """Whether it has a potential."""
 
     letter: ClassVar[str]
-    """The field whose symbol stands for it in a figure."""
+    """The field whose symbol stands for it in a figure; the name of what has none."""
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -110,6 +114,7 @@ class _Force(ABC):
                 varies=item.metadata["varies"],
                 positive=item.metadata["positive"],
                 length=item.metadata["length"],
+                stores=item.metadata["stores"],
                 units=item.metadata["units"],
             )
             for item in fields(self)
@@ -123,7 +128,7 @@ class _Force(ABC):
 
     @property
     def coefficient(self) -> Any:
-        """The scalar, or the three, whose symbol stands for it in a figure."""
+        """The scalar, or the three, or the name that stands for it in a figure."""
         return getattr(self, self.letter)
 
 

@@ -86,6 +86,38 @@ class Damper(LineLoad):
 
 @final
 @dataclass(frozen=True)
+class CentralForce(LineLoad):
+    """A force between two points by a potential V of their distance: it pulls with dV/d(distance).
+
+    Gravitation has V = -G m1 m2/distance, Coulomb's force V = k q1 q2/distance, Hooke's law in
+    space V = k distance²/2 (Goldstein, Classical Mechanics, 3rd ed., sect. 3.2).
+
+    Args:
+        name: its name.
+        body_a: name of one body.
+        point_a: shape (3,), in the frame of body a [m].
+        body_b: name of the other body.
+        point_b: shape (3,), in the frame of body b [m].
+        potential: V, in parameters and `distance()` [J].
+
+    Example:
+        >>> from dataclasses import replace
+        >>> pull = -10.0 / mq.distance()
+        >>> sun = mq.CentralForce("sun", "ground", (0, 0, 0), "particle", (0, 0, 0), pull)
+        >>> planet = replace(mq.textbook.load("free_particle"), forces=(sun,), gravity=(0, 0, 0))
+        >>> mq.Reference(planet).energy([2.0, 0.0, 0.0]).potential
+        -5.0
+    """
+
+    kind = "load"
+    conservative = True
+    letter = "name"
+
+    potential: Scalar = field(metadata=state("J", stores=True))
+
+
+@final
+@dataclass(frozen=True)
 class JointSpring(JointLoad):
     """A linear spring in a joint with one coordinate: force −k (coordinate − reference).
 
@@ -108,6 +140,31 @@ class JointSpring(JointLoad):
 
     stiffness: Scalar = field(metadata=state("N/m", "N·m/rad", positive=True))
     reference: Scalar = field(default=0.0, metadata=state("m", "rad"))
+
+
+@final
+@dataclass(frozen=True)
+class Potential(JointLoad):
+    """A potential V of the coordinate of a joint: it drives the joint with -dV/d(coordinate).
+
+    Args:
+        name: its name.
+        joint: name of a revolute or prismatic joint.
+        potential: V, in parameters and the joint's coordinate [J].
+
+    Example:
+        >>> from dataclasses import replace
+        >>> q = mq.coordinate("q")
+        >>> well = mq.Potential("well", "pin", 2.0 * q**4 - q**2)
+        >>> print(mq.derive(replace(mq.textbook.load("rigid_bar_pendulum"), forces=(well,))))
+        q'' + 24 q^3/(m l^2) - 6 q/(m l^2) + 3 g sin(q)/(2 l) = 0
+    """
+
+    kind = "spring"
+    conservative = True
+    letter = "name"
+
+    potential: Scalar = field(metadata=state("J", stores=True))
 
 
 @final

@@ -37,6 +37,12 @@ BELT = "mecanique:belt"
 VELOCITY_CONSTRAINT = "mecanique:velocity_constraint"
 """Below robot: a linear constraint on the velocities of joints, with its name and rate."""
 
+POTENTIAL = "mecanique:potential"
+"""Below robot: a potential of the coordinate of a joint."""
+
+CENTRAL_FORCE = "mecanique:central_force"
+"""Below robot: a force between points of two links, by a potential of their distance."""
+
 TERM = "mecanique:term"
 """Below a velocity constraint: a joint, and the coefficient of its velocity."""
 

@@ -29,6 +29,7 @@ from mecanique.urdf.names import Names
 from mecanique.urdf.reading.document import Document, Source, read_document
 from mecanique.urdf.reading.letters import with_armature, with_letters, with_properties
 from mecanique.urdf.reading.packages import PackagePath
+from mecanique.urdf.reading.potentials import with_own_letters
 from mecanique.urdf.reading.xacro import Letters
 from mecanique.urdf.toml_loops import with_loops
 
@@ -174,7 +175,7 @@ def mechanism_of(
             document.name,
             tuple(bodies),
             tuple(joints),
-            forces=_forces(document, damping),
+            forces=with_own_letters(_forces(document, damping), named),
             loops=tuple(document.extensions.loops),
             contacts=tuple(document.extensions.contacts),
             velocity_constraints=tuple(constraint.of(named) for constraint in constraints),

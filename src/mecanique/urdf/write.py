@@ -16,7 +16,15 @@ from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Vi
 from mecanique.model.constraints.friction import Contact
 from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, loads_in
-from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring, Spring
+from mecanique.model.forces import (
+    CentralForce,
+    Damper,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Potential,
+    Spring,
+)
 from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Helical, Joint
 from mecanique.model.mechanism import Mechanism
@@ -38,6 +46,7 @@ from mecanique.urdf.markup import Comment, Node, Tag, number, numbers, text
 from mecanique.urdf.reading.contacts import contact_tag
 from mecanique.urdf.reading.elements import element_nodes
 from mecanique.urdf.reading.loops import has_own_loops, loop_nodes
+from mecanique.urdf.reading.potentials import potential_tag
 from mecanique.urdf.reading.switching import switching_tag
 from mecanique.urdf.reading.velocities import constraint_node
 
@@ -67,6 +76,7 @@ def write_urdf(
       same force as long as a hinge stays within half a turn of the spring's reference;
     - the armature of a joint becomes the rotor inertia of an actuator with gear ratio 1;
     - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`;
+    - potentials become `mecanique:potential` and `mecanique:central_force`;
     - other loops become `mecanique:loop`, what rolls `mecanique:rolling`, a blade `mecanique:blade`
       and a cord `mecanique:cord`, as `mecanique.urdf.reading.elements` describes them; friction,
       stops and contacts that open become `mecanique:friction`, `mecanique:stop` and
@@ -101,7 +111,9 @@ def write_urdf(
     links = chains(mechanism, spherical)
     prefixes = {"xmlns:drake": DRAKE_NAMESPACE}
     has_screws = any(isinstance(joint, Helical) for joint in mechanism.joints)
-    if has_screws or has_own_loops(mechanism) or mechanism.rolls or mechanism.switching:
+    stores = any(isinstance(force, Potential | CentralForce) for force in mechanism.forces)
+    loose = mechanism.rolls or mechanism.switching
+    if has_screws or has_own_loops(mechanism) or loose or stores:
         prefixes["xmlns:mecanique"] = OWN_NAMESPACE
     written = text(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **prefixes))
     if path is not None:
@@ -455,6 +467,8 @@ def forces_and_loops(
                 yield _between(mechanism, force, anchors, constants)
             case JointSpring():
                 yield from _joint_spring(mechanism, force, anchors)
+            case Potential() | CentralForce():
+                yield potential_tag(mechanism, force, anchors)
             case JointDamper() | BodyLoad() | JointForce():
                 pass  # written by `dynamics` and `load_lines`
             case _:

@@ -18,6 +18,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError, EngineError, InputError, IntegrationError
+from mecanique.model.forces import CentralForce
 from mecanique.model.mechanism import Mechanism
 from mecanique.textbook.catalogue import entry
 from mecanique.textbook.facts import (
@@ -43,6 +44,7 @@ from mecanique.verification.stencil import differences
 
 if TYPE_CHECKING:
     from mecanique.derivation.equations import Equations
+    from mecanique.derivation.symbolic.derivation import Assumption
     from mecanique.reference import Reference
 
 
@@ -118,13 +120,22 @@ class Bench:
     @cached_property
     def states(self) -> tuple[tuple[Array, Array, float], ...]:
         """The better half of twice as many random states: singular ones lose digits."""
-        states = random_states(self.mechanism, 2 * self.samples, self.seed)
+        states = random_states(self.mechanism, 2 * self.samples, self.seed, self._assumptions)
         worth = [
             np.linalg.cond(self.dynamics.mass_matrix(q, float(t)))
             for q, t in zip(states.q, states.t, strict=True)
         ]
         better = np.argsort(worth)[: self.samples]
         return tuple((states.q[k], states.v[k], float(states.t[k])) for k in better)
+
+    @property
+    def _assumptions(self) -> tuple[Assumption, ...]:
+        """What the closed form takes for granted of distances, and so do the facts."""
+        if not any(isinstance(force, CentralForce) for force in self.mechanism.forces):
+            return ()
+        from mecanique.derivation import derive
+
+        return derive(self.mechanism).derivation.assumptions
 
     def aside(self, q: Array, v: Array) -> Array:
         """Return the accelerations also where loops are open, next to where they are closed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, final
@@ -23,7 +23,7 @@ from mecanique.derivation.mechanics.vectors import (
     times_point,
 )
 from mecanique.errors import DerivationError
-from mecanique.model.expression import Scalar
+from mecanique.model.expression import DISTANCE, Scalar
 from mecanique.model.force_base import AnyForce, BodyLoad, End, JointLoad, LineLoad
 from mecanique.model.joint_base import Single
 from mecanique.program.sweeps import pull_back
@@ -54,6 +54,8 @@ class Action:
 @final
 class Span:
     """The line between two points, in scalars of any kind."""
+
+    name = DISTANCE
 
     def __init__(
         self,
@@ -211,7 +213,8 @@ class Forces:
 
     def _travel(self, force: JointLoad) -> Travel:
         chart, joint = self._recursion.chart, self._letters.mechanism.joint(force.joint)
-        return Travel(chart.r[joint.coordinates[-1]], chart.u[self._column[force.joint]])
+        name = joint.coordinates[-1]
+        return Travel(chart.r[name], chart.u[self._column[force.joint]], name)
 
     def _push(self, force: BodyLoad) -> Action:
         wrench, pull, turn = force.wrench, NOTHING, NOTHING
@@ -233,8 +236,9 @@ class Forces:
     def _vector(self, components: Sequence[Scalar]) -> Triple:
         return self._letters.vector([self._number(c) for c in components])
 
-    def _number(self, scalar: Any) -> Any:
-        return self._letters.number(scalar, self._recursion.chart.r)
+    def _number(self, scalar: Any, given: Mapping[str, Any] | None = None) -> Any:
+        r = self._recursion.chart.r
+        return self._letters.number(scalar, {**r, **given} if given else r)
 
     def _span(self, force: LineLoad) -> Span:
         a, b = (self._locate(end) for end in force.ends)

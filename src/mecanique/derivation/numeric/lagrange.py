@@ -14,21 +14,22 @@ the path along which they act.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
-from mecanique.derivation.laws import laws_of
+from mecanique.derivation.laws import Number, laws_of
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.momenta import momenta
 from mecanique.derivation.numeric.paths import JETS, delay, joint_paths, stack_jets
 from mecanique.derivation.numeric.recursion import solve
+from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
 from mecanique.derivation.tree.poses import Arithmetic, local, moments, placement_matrix, stack
-from mecanique.model.expression import Scalar, evaluate
+from mecanique.model.expression import DISTANCE, Scalar, evaluate
 from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -41,9 +42,10 @@ _LARGE = 2.0**40
 class _Along:
     """The line that a force acts along: a distance, given by its square, or a joint coordinate."""
 
-    def __init__(self, square: Jet, x: Jet | None = None) -> None:
+    def __init__(self, square: Jet, x: Jet | None = None, name: str = DISTANCE) -> None:
         self.square = square
         self._x = x
+        self.name = name
 
     @cached_property
     def x(self) -> Jet:
@@ -145,7 +147,7 @@ class LagrangeOnJets(BatchDynamics):
         T, V = np.zeros(len(states)), np.zeros(len(states))
         for term in self._kinetic(r, H):
             T = T + term.c[0, 0]
-        for term in self._spring_energies(r, H):
+        for term in self._spring_energies(r, H, states):
             V = V + term.c[0, 0]
         for place, J in self._bodies:
             V = V - H[place].c[0, 0][:, :3, :] @ J[:, 3] @ self._gravity
@@ -209,21 +211,25 @@ class LagrangeOnJets(BatchDynamics):
                 spin = r[link.coordinates[0]].ddt()
                 yield spin * spin * (0.5 * inertia)
 
-    def _spring_energies(self, r: dict[str, Jet], H: list[Jet]) -> Iterator[Jet]:
+    def _spring_energies(self, r: dict[str, Jet], H: list[Jet], states: States) -> Iterator[Jet]:
         for force in self._mechanism.forces:
             if force.conservative and not isinstance(force, BodyLoad):
                 along = self._along(force, r, H)
-                for law in laws_of(force, self._mechanism.evaluate):
+                for law in laws_of(force, self._number(states)):
                     if law.kind == "potential":
                         yield law.scalar(along)
 
-    def _number(self, states: States) -> Callable[[Scalar], Any]:
-        return lambda scalar: evaluate(scalar, states.values)
+    def _number(self, states: States) -> Number:
+        def number(scalar: Scalar, given: Mapping[str, Any] | None = None, /) -> Any:
+            values = {**states.values, **given} if given else states.values
+            return evaluate(scalar, values, function=function)
+
+        return number
 
     def _along(self, force: LineLoad | JointLoad, r: dict[str, Jet], H: list[Jet]) -> _Along:
         if isinstance(force, JointLoad):
-            x = r[self._link[force.joint].coordinates[0]]
-            return _Along(x * x, x)
+            name = self._link[force.joint].coordinates[0]
+            return _Along(r[name] * r[name], r[name], name)
         a, b = (self._locate(end.body, end.point, H) for end in force.ends)
         reach = b - a
         return _Along(Jet((reach * reach).c.sum(axis=(-2, -1))))

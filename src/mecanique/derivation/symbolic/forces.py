@@ -16,6 +16,7 @@ from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector, dot, zero
 from mecanique.errors import DerivationError
+from mecanique.model.expression import DISTANCE
 from mecanique.model.force_base import AnyForce, BodyLoad, LineLoad, WrenchOnBody
 from mecanique.model.mechanism import Mechanism
 
@@ -29,6 +30,8 @@ class Span:
 
     # If the squared distance is the square of a polynomial, the distance is that polynomial, taken
     # as positive where all coordinates are zero; otherwise it is adjoined as a root
+
+    name = DISTANCE
 
     def __init__(self, kinematics: Kinematics, force: LineLoad) -> None:
         self._kinematics = kinematics
@@ -84,14 +87,14 @@ class Travel:
     length: None = None
     assumption: None = None
 
-    def __init__(self, x: Series) -> None:
-        self.x = x
+    def __init__(self, x: Series, name: str = "") -> None:
+        self.x, self.name = x, name
 
     @classmethod
     def in_joint(cls, algebra: Algebra, joint: str) -> Travel:
         """Return the coordinate of a joint."""
         name = algebra.mechanism.joint(joint).coordinates[-1]
-        return cls(algebra.lift(algebra.values[name]))
+        return cls(algebra.lift(algebra.values[name]), name)
 
     @property
     def square(self) -> Series:
@@ -149,6 +152,7 @@ class Work:
     length: Series | None = None
     # stiffness k and elongation x of a spring with the energy ½ k x²
     square: tuple[Series, Series] | None = None
+    elastic: bool = False  # whether its law is that of a spring
     stated: bool = True  # whether its energy is that of its law, not found from a load
 
 
@@ -178,6 +182,7 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
             assumptions=assumptions,
             length=along.length,
             square=square,
+            elastic=isinstance(law, Elastic),
         )
 
 
@@ -236,7 +241,7 @@ def _find_forces(
     """Return the generalized forces: −∂V/∂q of a potential, −f ∂x/∂q of a pull f."""
     if law.kind == "potential" and scalar is not None:
         return tuple(-slope for slope in algebra.ring.along(scalar))
-    pull = law.pull(Travel(along.x))
+    pull = law.pull(Travel(along.x, along.name))
     return tuple(-(pull * slope) for slope in algebra.ring.along(along.x))
 
 

@@ -111,10 +111,13 @@ def energy_stages(
     elif heavy:
         sentences.append("The weights do no work in this motion.")
     potentials = [work for work in works if work.kind == "potential"]
-    if any(work.stated for work in potentials):
+    if any(work.elastic for work in potentials):
         sentences.append(
             "Each spring stores half its stiffness times the square of its elongation."
         )
+    given = [work.name for work in potentials if work.stated and not work.elastic]
+    if given:
+        sentences.append(f"The potential of {enumerate_words(given)} is given.")
     loads = [work.name for work in potentials if not work.stated]
     if loads:
         depend = "depends" if len(loads) == 1 else "depend"
@@ -180,8 +183,10 @@ def energy_integral(
     driven = any(tie.of_velocities and _find_orders(tie.demand) != {1} for tie in ties)
     if D or driven or kinds & given or any(work.kind == "work" for work in works):
         return []
-    sources = ["weights", "springs"]
-    sources += [work.name for work in works if work.kind == "potential" and not work.stated]
+    potentials = [work for work in works if work.kind == "potential"]
+    usual = gravity or not potentials or any(work.elastic for work in potentials)
+    sources = ["weights", "springs"] if usual else []
+    sources += [work.name for work in works if work.kind == "potential" and not work.elastic]
     idle = f"Nothing depends on time, no force but {enumerate_words(sources)} does work" + (
         ", and the constraints do none" if ties else ""
     )

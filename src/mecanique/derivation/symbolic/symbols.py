@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, final
 
@@ -103,9 +104,10 @@ class Algebra:
         series: Series = evaluate(whole, parts, function=function_without_arcs, number=self.number)
         return series
 
-    def series(self, scalar: Scalar) -> Series:
-        """Return a scalar of the description as a series."""
-        return self.lift(self.arithmetic(scalar, self.values))
+    def series(self, scalar: Scalar, given: Mapping[str, Series] | None = None) -> Series:
+        """Return a scalar of the description as a series; `given` are values of more letters."""
+        values = {**self.values, **given} if given else self.values
+        return self.lift(self.arithmetic(scalar, values))
 
     def lift(self, value: Any) -> Series:
         """Return a plain number as a series; return a series unchanged."""

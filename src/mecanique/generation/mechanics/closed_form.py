@@ -196,14 +196,6 @@ class ClosedFormProgram:
         """Return the kinetic and the potential energy."""
         return self._write(self._lagrange.T), self._write(self._lagrange.stored)
 
-    def rates(self) -> list[Any]:
-        """Return the rates of the coordinates."""
-        ring = self._derivation.algebra.ring
-        return [
-            self._write(ring.rates[ring.index(name)])
-            for name in self._letters.mechanism.coordinates
-        ]
-
     @cached_property
     def _lagrange(self) -> Lagrange:
         return Lagrange(self._letters.mechanism, self._derivation.algebra)

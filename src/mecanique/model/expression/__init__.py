@@ -1,12 +1,14 @@
 """Scalars: numbers, parameters and expressions in parameters, coordinates and time."""
 
 from mecanique.model.expression.scalars import (
+    DISTANCE,
     FUNCTIONS,
     Scalar,
     Vector,
     accept_arrays,
     compile_scalars,
     coordinate,
+    distance,
     evaluate,
     finite,
     numpy_function,
@@ -17,12 +19,14 @@ from mecanique.model.expression.scalars import (
 )
 
 __all__ = [
+    "DISTANCE",
     "FUNCTIONS",
     "Scalar",
     "Vector",
     "accept_arrays",
     "compile_scalars",
     "coordinate",
+    "distance",
     "evaluate",
     "finite",
     "numpy_function",

@@ -81,6 +81,23 @@ def velocity(name: str) -> Scalar:
     return Symbol(f"{name}'")
 
 
+def distance() -> Scalar:
+    """Return the symbol of the distance between the ends of a `CentralForce`.
+
+    Returns:
+        A sympy symbol.
+
+    Example:
+        >>> -10.0 / mq.distance()
+        -10.0/distance
+    """
+    return coordinate(DISTANCE)
+
+
+DISTANCE = "distance"
+"""Name of the distance between two points in a potential."""
+
+
 @final
 class _Time:
     """Return the symbol of time, t, for use in expressions; to be called: time().

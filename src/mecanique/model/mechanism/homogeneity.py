@@ -9,8 +9,9 @@ from typing import final
 
 from mecanique.model.bodies.shape import Shape
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere
-from mecanique.model.expression import Scalar, symbols_in
+from mecanique.model.expression import DISTANCE, Scalar, symbols_in
 from mecanique.model.force_base import JointLoad
+from mecanique.model.forces import CentralForce
 from mecanique.model.joint_base import UNITS, Single
 from mecanique.model.mechanism.description import Description
 from mecanique.model.placement import Placement
@@ -59,6 +60,8 @@ def dimensions_of(m: Description) -> Dimensions:
     declared = {letter.symbol: read_unit(letter.unit) for letter in m.parameters if letter.unit}
     declared |= {letter.symbol: read_unit(letter.unit) for letter in m.inputs if letter.unit}
     states: dict[str, Dimension] = {"t": read_unit("s")}
+    if any(isinstance(force, CentralForce) for force in m.forces):
+        states[DISTANCE] = read_unit("m")
     for joint in m.joints:
         for name, kind in zip(joint.coordinates, joint.kinds, strict=True):
             states[name] = read_unit(UNITS[kind])

@@ -12,8 +12,8 @@ from mecanique.errors import MecaniqueError
 from mecanique.model.constraints.friction import Contact
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.velocity_constraints import is_integrable
-from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
-from mecanique.model.force_base import JointLoad
+from mecanique.model.expression import DISTANCE, FUNCTIONS, Scalar, evaluate, plain, symbols_in
+from mecanique.model.force_base import AnyForce, JointLoad
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Planar, Prismatic, Revolute
 from mecanique.model.mechanism.description import Description
@@ -232,6 +232,9 @@ def _symbols(m: Description) -> Iterator[str]:
             yield f"input {signal.symbol!r} depends on {name!r}, which is no parameter"
     for force in m.forces:
         for stated in force.stated:
+            if stated.stores:
+                yield from _potential(m, force, stated.scalars[0], constants, everything)
+                continue
             known = everything if stated.varies else constants
             yield from _unknown(f"force {force.name!r}", stated.scalars, known)
     for loop in m.loops:
@@ -247,6 +250,27 @@ def _symbols(m: Description) -> Iterator[str]:
         yield from _unknown(where, switch.constants, constants)
         yield from _unknown(where, switch.varying, everything)
     yield from _unknown("gravity", m.gravity, constants)
+
+
+def _potential(
+    m: Description, force: AnyForce, V: Scalar, constants: set[str], everything: set[str]
+) -> Iterator[str]:
+    """Yield why a potential is no function of its one coordinate and parameters."""
+    where = f"force {force.name!r}"
+    its, named = {DISTANCE}, "distance()"
+    if isinstance(force, JointLoad):
+        its = {name for j in m.joints if j.name == force.joint for name in j.coordinates}
+        named = " and ".join(map(repr, sorted(its))) or "the joint's coordinate"
+    elif DISTANCE in everything:
+        yield f"{where}: {DISTANCE!r} is the distance of its ends; rename what is called so"
+    varying = symbols_in(V) & (everything - constants) - its
+    for name in sorted(varying):
+        other = "time" if name == "t" else repr(name)
+        yield (
+            f"{where}: its potential is to depend on {named} and parameters alone, got {other}; "
+            "what varies otherwise is a load"
+        )
+    yield from _unknown(where, (V,), constants | its | varying)
 
 
 def _unknown(where: str, scalars: Iterable[Scalar], known: set[str]) -> Iterator[str]:

@@ -47,10 +47,13 @@ def program_of(
     if mechanism.constrained:
         rates, landing = _solve_loops(letters, states)
     else:
-        form = ClosedFormProgram(letters, derive(mechanism))
+        equations = derive(mechanism)
+        # a closed form that takes the sign of a length for granted would go wrong beyond it
+        signed = bool(equations.derivation.assumptions)
+        form = Tree(letters) if signed else ClosedFormProgram(letters, equations)
         rest = [Q - h for Q, h in zip(form.forces(), form.bias(), strict=True)]
         accelerations = factorize(letters.tape, form.mass_matrix()).solve(rest)
-        rates = values_of([*form.rates(), *accelerations])
+        rates = values_of([*letters.rates, *accelerations])
     open_ = tuple(symbol for symbol in letters.open if symbol in kept)
     signals = tuple(letters.signals)
     return Program(mechanism, letters.tape, tuple(rates), open_, signals, landing)

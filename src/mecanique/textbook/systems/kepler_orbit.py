@@ -10,14 +10,14 @@ from numpy import cos, pi, sin, sqrt
 
 from mecanique.model import (
     Body,
-    Force,
+    CentralForce,
     Mechanism,
     Parameter,
     Prismatic,
     Revolute,
     Sphere,
     Visual,
-    coordinate,
+    distance,
     massless,
     particle,
 )
@@ -44,12 +44,8 @@ def build(m: Parameter, mu: Parameter) -> Mechanism:
             Prismatic("r", "radius", "planet", axis=(1, 0, 0)),
         ),
         forces=(
-            Force(
-                "attraction",
-                "planet",
-                (0, 0, 0),
-                (-mu * m / coordinate("r") ** 2, 0, 0),
-                axes="radius",
+            CentralForce(
+                "attraction", "ground", (0, 0, 0), "planet", (0, 0, 0), -m * mu / distance()
             ),
         ),
         parameters=(m, mu),
@@ -95,7 +91,10 @@ SYSTEM = System(
     facts=(
         Acceleration(
             "r'' = r phi'² - mu / r², phi'' = -2 r' phi' / r",
-            lambda s: [-2 * s["r'"] * s["phi'"] / s.r, s.r * s["phi'"] ** 2 - s.mu / s.r**2],
+            lambda s: [
+                -2 * s["r'"] * s["phi'"] / s.r,
+                s.r * s["phi'"] ** 2 - s.mu / s.r**2,
+            ],
         ),
         Conserved("r² phi' and the energy v² / 2 - mu / r, per mass", constants),
         Conserved(

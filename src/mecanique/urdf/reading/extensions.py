@@ -23,6 +23,7 @@ from mecanique.urdf.dialect import (
     BELT,
     BLADE,
     BUSHING,
+    CENTRAL_FORCE,
     CONTACT,
     CORD,
     DISTANCE_CONSTRAINT,
@@ -30,6 +31,7 @@ from mecanique.urdf.dialect import (
     FRICTION,
     GEAR,
     LOOP,
+    POTENTIAL,
     RACK,
     ROLLING,
     SPRING_DAMPER,
@@ -45,6 +47,7 @@ from mecanique.urdf.reading.elements import read_belt, read_cord, read_teeth
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement_of, single
 from mecanique.urdf.reading.joints import MOVING, SINGLE, JointText
 from mecanique.urdf.reading.loops import is_redundant, read_loop
+from mecanique.urdf.reading.potentials import read_potential
 from mecanique.urdf.reading.switching import read_switching
 from mecanique.urdf.reading.velocities import Between, read_velocity_constraint
 
@@ -130,7 +133,10 @@ def in_joint(
 
 _NOT_MODELED = ("drake:tendon_constraint", "loop_joint")
 
-_OWN = (LOOP, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT, ROLLING, BLADE, FRICTION, STOP, CONTACT)
+_OWN = (
+    *(LOOP, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT, ROLLING, BLADE, FRICTION, STOP, CONTACT),
+    *(POTENTIAL, CENTRAL_FORCE),
+)
 """Elements that mecanique alone reads."""
 
 
@@ -225,6 +231,9 @@ def _read_own(
     elif element.tag == VELOCITY_CONSTRAINT:
         constraint = read_velocity_constraint(element, joints, names, report)
         extensions.velocity_constraints += [constraint] if constraint is not None else []
+    elif element.tag in (POTENTIAL, CENTRAL_FORCE):
+        force = read_potential(element, links, joints, names, report)
+        extensions.forces += [force] if force is not None else []
     elif element.tag in (FRICTION, STOP, CONTACT):
         switching = read_switching(element, links, joints, names, report)
         extensions.switching += [switching] if switching is not None else []

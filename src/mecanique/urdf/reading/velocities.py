@@ -87,9 +87,9 @@ def constraint_node(mechanism: Mechanism, constraint: VelocityConstraint) -> Nod
 
     def text(scalar: Scalar) -> str:
         scalar = plain(scalar)
-        if isinstance(scalar, float):
-            return repr(scalar)
-        return _print(scalar.subs(values).subs(letters, simultaneous=True))
+        if not isinstance(scalar, float):
+            scalar = scalar.subs(values).subs(letters, simultaneous=True)
+        return write_expression(scalar)
 
     written = [
         Tag(TERM, joint=owners[name], coefficient=text(factor)) for name, factor in terms.items()
@@ -108,7 +108,7 @@ def read_velocity_constraint(
     sound = True
     for child in element.children:
         joint = name_of(child, report, "joint", where)
-        factor = _scalar(child, "coefficient", report, where)
+        factor = read_expression(child, "coefficient", report, where)
         if child.tag != TERM or joint is None or factor is None:
             sound = False
         elif joint not in joints:
@@ -116,21 +116,27 @@ def read_velocity_constraint(
             sound = False
         else:
             terms.append((joint, factor))
-    rate = _scalar(element, "rate", report, where) if "rate" in element.attributes else 0.0
+    rate = read_expression(element, "rate", report, where) if "rate" in element.attributes else 0.0
     if name is None or rate is None or not sound:
         return None
     return Between(names.free(name), tuple(terms), rate)
 
 
-def _scalar(element: Element, attribute: str, report: Report, where: str) -> Scalar | None:
-    """An attribute as an expression; nothing in it is executed."""
+def read_expression(
+    element: Element,
+    attribute: str,
+    report: Report,
+    where: str,
+    letters: str = "names of joints and t",
+) -> Scalar | None:
+    """Return an attribute as an expression in certain letters; nothing in it is executed."""
     text = element.attributes.get(attribute, "")
     try:
         if len(text) > _LONGEST:
             raise ValueError("it is too long")
         return plain(_value(ast.parse(text.strip(), mode="eval").body))
     except (SyntaxError, ValueError, ArithmeticError, RecursionError, MemoryError) as error:
-        expected = "expected an expression in names of joints and t"
+        expected = f"expected an expression in {letters}"
         said = f"{expected} for {attribute} of <{element.tag}>, got {text[:60]!r} ({error})"
         report.add("M602", element, where, said)
         return None
@@ -161,8 +167,10 @@ def _value(node: ast.AST, most: float = _MOST) -> Any:
     raise ValueError(f"{ast.unparse(node)} is none")
 
 
-def _print(expression: Any) -> str:
-    """An expression as text, its numbers in full."""
+def write_expression(expression: Scalar) -> str:
+    """Return an expression as text, its numbers in full."""
+    if isinstance(expression, float):
+        return repr(expression)
     from sympy.printing.str import StrPrinter
 
     class Full(StrPrinter):  # type: ignore[misc]

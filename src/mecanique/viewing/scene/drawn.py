@@ -139,7 +139,7 @@ def spans_of(mechanism: Mechanism) -> Iterator[Span]:
         joint.name for joint in mechanism.joints if loads_in(mechanism.forces, joint.name, "spring")
     }
     for force in mechanism.forces:
-        if isinstance(force, LineLoad):
+        if isinstance(force, LineLoad) and force.kind != "load":
             a, b = (Spot(end.body, end.point) for end in force.ends)
             yield Span(force.name, "spring" if force.kind == "spring" else "damper", (a, b))
     for loop in mechanism.loops:

@@ -13,18 +13,27 @@ from typing import final
 from mecanique.errors import EngineError
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import JointLoad, LineLoad
-from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring, Spring
+from mecanique.model.forces import (
+    CentralForce,
+    Damper,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Potential,
+    Spring,
+)
 
 
 @final
 @dataclass(frozen=True)
 class Law:
-    """A force along x, a length or a coordinate: −k (x − x₀) − c x' + F."""
+    """A force along x, a length or a coordinate: −k (x − x₀) − c x' + F − dV/dx."""
 
     stiffness: Scalar = 0.0  # k
     rest: Scalar = 0.0  # x₀
     damping: Scalar = 0.0  # c
     drive: Scalar | None = None  # F, which may depend on the state and time; None if there is none
+    potential: Scalar | None = None  # V(x), which adds -dV/dx; None if there is none
 
 
 def law_of(force: LineLoad | JointLoad) -> Law:
@@ -36,6 +45,8 @@ def law_of(force: LineLoad | JointLoad) -> Law:
             return Law(stiffness=force.stiffness, rest=force.reference)
         case Damper() | JointDamper():
             return Law(damping=force.damping)
+        case CentralForce() | Potential():
+            return Law(potential=force.potential)
         case JointForce():
             return Law(drive=force.force)
     raise EngineError(f"no law is known for force {force.name!r}, a {type(force).__name__}")

@@ -11,7 +11,13 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.model.expression import Scalar, Vector, compile_scalars
+from mecanique.model.expression import (
+    DISTANCE,
+    Scalar,
+    Vector,
+    accept_arrays,
+    compile_scalars,
+)
 from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
@@ -21,6 +27,37 @@ from mecanique.reference.engine.forces.sites import Action, Axes, External, Site
 from mecanique.reference.engine.load import EngineModel
 
 _ZERO: Triple = (0.0, 0.0, 0.0)
+
+
+@final
+class _Field:
+    """A potential V(x), its slope dV/dx and, where V is even, (dV/dx)/x."""
+
+    def __init__(self, mechanism: Mechanism, potential: Scalar, name: str) -> None:
+        import sympy
+
+        x, V = sympy.Symbol(name), sympy.sympify(potential)
+        V = V.subs({sympy.Symbol(letter): value for letter, value in mechanism.values.items()})
+        self.even = sympy.expand(V - V.subs(x, -x)) == 0
+        per_x = sympy.cancel(V.diff(x) / x) if self.even else V.diff(x) / x
+        self._at = compile_scalars([V, V.diff(x), per_x], (name,))
+        self._energies = accept_arrays(compile_scalars([V], (name,)))
+
+    def slope(self, x: float) -> float:
+        """Return dV/dx."""
+        return self._at(x)[1]
+
+    def tension(self, x: float) -> float:
+        """Return (dV/dx)/x."""
+        return self._at(x)[2]
+
+    def energy(self, x: float) -> float:
+        """Return V [J]."""
+        return self._at(x)[0]
+
+    def energies(self, x: Array) -> Array:
+        """Return V in many states [J]."""
+        return np.asarray(self._energies(x)[0], dtype=float)
 
 
 @final
@@ -34,6 +71,13 @@ class _Line:
     stiffness: float
     free_length: float
     damping: float
+    field: _Field | None
+
+    @property
+    def directed(self) -> bool:
+        """Whether it needs a direction, so that its ends must not coincide."""
+        free = bool(self.free_length or self.damping)
+        return free or (self.field is not None and not self.field.even)
 
 
 class _Term(NamedTuple):
@@ -45,6 +89,7 @@ class _Term(NamedTuple):
     stiffness: float
     rest: float
     damping: float
+    field: _Field | None
     drive: int | None
 
 
@@ -158,7 +203,11 @@ class Loads:
                 row = engine.seats[force.joint][-1].at_v
                 at = index[mechanism.joint(force.joint).coordinates[-1]]
                 drive = _note(None if law.drive is None else (law.drive,), scalars)
-                self._terms.append(_Term(force.name, row, at, *constants, drive))
+                field = None
+                if law.potential is not None:
+                    name = mechanism.joint(force.joint).coordinates[-1]
+                    field = _Field(mechanism, law.potential, name)
+                self._terms.append(_Term(force.name, row, at, *constants, field, drive))
             case BodyLoad():
                 wrench = force.wrench
                 turned = None
@@ -231,34 +280,41 @@ class Loads:
         ]
 
     def energy(self, values: list[float]) -> float:
-        """Return the potential energy of all springs, ½ k (elongation)² each [J]."""
+        """Return the potential energy of springs, ½ k (elongation)² each, and of fields [J]."""
         total = 0.0
         for line in self._lines:
-            if line.stiffness:
+            if line.stiffness or line.field is not None:
                 xa, xb = line.a.position(), line.b.position()
                 length = sqrt(sum((b - a) ** 2 for a, b in zip(xa, xb, strict=True)))
                 total += 0.5 * line.stiffness * (length - line.free_length) ** 2
+                total += 0.0 if line.field is None else line.field.energy(length)
         for term in self._terms:
-            total += 0.5 * term.stiffness * (values[term.at] - term.rest) ** 2
+            x = values[term.at]
+            total += 0.5 * term.stiffness * (x - term.rest) ** 2
+            total += 0.0 if term.field is None else term.field.energy(x)
         return total
 
     def energies(self, values: Array, position: Callable[[Site], Array]) -> Array:
-        """Return the potential energy of all springs in many states, shape (n,) [J]."""
+        """Return the potential energy of springs and fields in many states, shape (n,) [J]."""
         total = np.zeros(len(values))
         for line in self._lines:
-            if line.stiffness:
+            if line.stiffness or line.field is not None:
                 length = np.linalg.norm(position(line.b) - position(line.a), axis=1)
                 total += 0.5 * line.stiffness * (length - line.free_length) ** 2
+                total += 0.0 if line.field is None else line.field.energies(length)
         for term in self._terms:
-            total += 0.5 * term.stiffness * (values[:, term.at] - term.rest) ** 2
+            x = values[:, term.at]
+            total += 0.5 * term.stiffness * (x - term.rest) ** 2
+            total += 0.0 if term.field is None else term.field.energies(x)
         return total
 
     def check(self) -> None:
         """Refuse a state in which a force between two points has no direction."""
         for line in self._lines:
-            if (line.free_length or line.damping) and line.a.position() == line.b.position():
+            if line.directed and line.a.position() == line.b.position():
+                what = "spring or damper" if line.field is None else "central force"
                 raise EngineError(
-                    f"spring or damper {line.name!r} has no direction: its ends, on "
+                    f"{what} {line.name!r} has no direction: its ends, on "
                     f"{line.a.body!r} and {line.b.body!r}, coincide; "
                     "move the mechanism a little, or its ends"
                 )
@@ -278,8 +334,9 @@ class Loads:
         self, values: list[float], u: Array, numbers: tuple[float, ...]
     ) -> Iterator[tuple[int, float]]:
         """Yield each force in a joint, with the index of the joint's velocity."""
-        for _, row, at, stiffness, rest, damping, drive in self._terms:
+        for _, row, at, stiffness, rest, damping, field, drive in self._terms:
             size = -stiffness * (values[at] - rest) - damping * u.item(row)
+            size -= 0.0 if field is None else field.slope(values[at])
             yield row, size if drive is None else size + numbers[drive]
 
     def _seat(self, engine: EngineModel, body: str, point: Triple = _ZERO) -> Site:
@@ -291,7 +348,9 @@ class Loads:
         a, b = (self._seat(engine, end.body, _numbers(mechanism, end.point)) for end in force.ends)
         law = law_of(force)
         constants = _numbers(mechanism, (law.stiffness, law.rest, law.damping))
-        return _Line(force.name, a, b, *constants)
+        V = law.potential
+        field = None if V is None else _Field(mechanism, V, DISTANCE)
+        return _Line(force.name, a, b, *constants, field)
 
 
 def _pull(line: _Line) -> tuple[Action, Action]:
@@ -299,12 +358,14 @@ def _pull(line: _Line) -> tuple[Action, Action]:
     xa, xb = line.a.position(), line.b.position()
     dx, dy, dz = xb[0] - xa[0], xb[1] - xa[1], xb[2] - xa[2]
     tension = line.stiffness  # tension per length
-    if line.free_length or line.damping:
+    if line.field is not None or line.directed:
         square = dx * dx + dy * dy + dz * dz
-        if not square:
+        if line.directed and not square:
             return Action(line.a, _ZERO, xa, _ZERO), Action(line.b, _ZERO, xb, _ZERO)
         if line.free_length:
             tension *= 1 - line.free_length / sqrt(square)
+        if line.field is not None:
+            tension += line.field.tension(sqrt(square))
         if line.damping:
             va, vb = line.a.velocity(), line.b.velocity()
             parting = dx * (vb[0] - va[0]) + dy * (vb[1] - va[1]) + dz * (vb[2] - va[2])

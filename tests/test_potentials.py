@@ -1,0 +1,171 @@
+"""Potentials of joints and of distances: both sides of the wall, motions, files and refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+
+M = mq.Parameter("m", 2.0, "kg")
+K = mq.Parameter("k", 3.0, "N/m")
+B = mq.Parameter("b", 5.0, "N/m³")
+D = mq.Parameter("D", 3.0, "J", "depth of the well")
+A = mq.Parameter("a", 0.8, "m")
+G = mq.Parameter("G", 0.7, "N·m²/kg²")
+X = mq.coordinate("x")
+
+
+def duffing(*forces: mq.AnyForce) -> mq.Mechanism:
+    """A block on a slide; by default in Duffing's potential."""
+    well = mq.Potential("well", "slide", K * X**2 / 2 + B * X**4 / 4)
+    return mq.Mechanism(
+        "duffing",
+        (mq.Body("ground"), mq.Body("block", mq.particle(M))),
+        (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        forces=forces or (well,),
+        parameters=(M, K, B),
+        gravity=(0, 0, 0),
+    )
+
+
+def slides(letters: str, body: str) -> tuple[mq.Prismatic, ...]:
+    """Three slides that carry a body along x, y and z."""
+    stations = ("ground", f"{body}_x", f"{body}_y", body)
+    axes = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+    return tuple(
+        mq.Prismatic(
+            f"slide_{letter}", stations[k], stations[k + 1], axis=axes[k], coordinate=letter
+        )
+        for k, letter in enumerate(letters)
+    )
+
+
+def pair(potential: object) -> mq.Mechanism:
+    """Two particles free in space that attract each other."""
+    bodies = [mq.Body("ground")]
+    for body in ("one", "two"):
+        bodies += [mq.Body(f"{body}_x"), mq.Body(f"{body}_y"), mq.Body(body, mq.particle(M))]
+    bond = mq.CentralForce("bond", "one", (0, 0, 0), "two", (0, 0, 0), potential)
+    joints = (*slides("xyz", "one"), *slides("uvw", "two"))
+    return mq.Mechanism(
+        "pair", (*bodies,), joints, forces=(bond,), parameters=(M, K, G, D, A), gravity=(0, 0, 0)
+    )
+
+
+GRAVITATION = -G * M * M / mq.distance()
+HOOKE = K * mq.distance() ** 2 / 2
+MORSE = D * (1 - mq.exp(-mq.distance() / A)) ** 2
+
+
+def test_duffing_by_its_potential() -> None:
+    equations = mq.derive(duffing())
+    assert str(equations) == "x'' + k x/m + b x^3/m = 0"
+    text = equations.text(steps=True)
+    assert "The potential of well is given." in text
+    assert "V = k x^2/2 + b x^4/4" in text
+    assert "E = m x'^2/2 + k x^2/2 + b x^4/4" in text
+
+
+@pytest.mark.parametrize(
+    "mechanism",
+    [duffing(), pair(GRAVITATION), pair(HOOKE), pair(MORSE)],
+    ids=["duffing", "gravitation", "hooke", "morse"],
+)
+def test_all_derivations_agree_with_the_engine(mechanism: mq.Mechanism) -> None:
+    verdict = mq.verify(mechanism, samples=30)
+    assert verdict.agrees
+    assert verdict.worst < 1e-12
+
+
+def test_potentials_of_joints_and_distances_by_hand() -> None:
+    at, rate = {"x": 0.7}, {"x": 0.2}
+    reference = mq.Reference(duffing())
+    assert reference.energy(at, rate).potential == pytest.approx(1.5 * 0.49 + 1.25 * 0.7**4)
+    assert reference.acceleration(at, rate) == pytest.approx(-(3 * 0.7 + 5 * 0.343) / 2)
+    q = np.array([0.3, -0.2, 0.5, 1.3, 1.8, 2.5])  # the distance is 3
+    attracted = mq.Reference(pair(GRAVITATION))
+    assert attracted.energy(q).potential == pytest.approx(-0.7 * 4 / 3)
+    pull = 0.7 * 2 / 27 * (q[3:] - q[:3])
+    np.testing.assert_allclose(attracted.acceleration(q, 0 * q), [*pull, *-pull], rtol=1e-14)
+
+
+def test_two_bodies_keep_kepler_s_third_law_and_their_energy() -> None:
+    """A circle of two equal masses about their middle: omega² = 2 G m/d³."""
+    d, omega = 1.0, (2 * 0.7 * 2.0) ** 0.5
+    v = omega * d / 2
+    period = 2 * np.pi / omega
+    motion = mq.simulate(
+        pair(GRAVITATION), q={"x": -d / 2, "u": d / 2}, v={"y": -v, "v": v}, duration=period
+    )
+    np.testing.assert_allclose(motion.q[-1], motion.q[0], rtol=0, atol=1e-7)
+    assert motion.audit().ok
+
+
+def test_hooke_s_force_is_smooth_where_the_ends_meet() -> None:
+    q = np.zeros(6)
+    for method in ("lagrange", "newton_euler", "virtual_work"):
+        np.testing.assert_array_equal(mq.derive(pair(HOOKE), method).acceleration(q, q), q)
+    np.testing.assert_array_equal(mq.Reference(pair(HOOKE)).acceleration(q, q), q)
+    with pytest.raises(mq.EngineError, match="central force 'bond' has no direction"):
+        mq.Reference(pair(GRAVITATION)).acceleration(q, q)
+
+
+@pytest.mark.parametrize("mechanism", [duffing(), pair(GRAVITATION), pair(MORSE)])
+def test_potentials_go_through_urdf(mechanism: mq.Mechanism) -> None:
+    text = mq.write_urdf(mechanism)
+    assert not [f for f in mq.lint(text) if f.severity == "error"]
+    back = mq.read_urdf(text, gravity=(0, 0, 0))
+    assert [type(force) for force in back.forces] == [type(force) for force in mechanism.forces]
+    q = np.linspace(0.3, 1.4, mechanism.nq) ** 2
+    before, after = (mq.Reference(m) for m in (mechanism, back))
+    np.testing.assert_allclose(
+        after.acceleration(q, 0 * q), before.acceleration(q, 0 * q), rtol=1e-15
+    )
+    assert after.energy(q).potential == pytest.approx(before.energy(q).potential, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("tag", "said"),
+    [
+        ('potential name="a" joint="nowhere" potential="q"', "'nowhere' is no joint"),
+        ('potential name="a" joint="slide" potential="q +"', "expression in the letter q"),
+        (
+            'central_force name="a" link_a="block" point_a="0 0 0" link_b="block" point_b="0 0 0" '
+            'potential="distance"',
+            "both of its ends are on link 'block'",
+        ),
+    ],
+)
+def test_faulty_tags_are_reported(tag: str, said: str) -> None:
+    text = mq.write_urdf(duffing())
+    text = text.replace("</robot>", f"  <mecanique:{tag}/>\n</robot>")
+    with pytest.raises(mq.UrdfError, match=said):
+        mq.read_urdf(text)
+
+
+@pytest.mark.parametrize(
+    ("potential", "said"),
+    [
+        (mq.time() * X**2, "its potential is to depend on 'x' and parameters alone, got time"),
+        (
+            K * X**2 * mq.velocity("x"),
+            'parameters alone, got "x\'"; what varies otherwise is a load',
+        ),
+        (K * mq.coordinate("y") ** 2, "depends on 'y', which is not declared"),
+        (K * X, "potential"),
+    ],
+)
+def test_what_is_no_potential_is_refused(potential: object, said: str) -> None:
+    with pytest.raises(mq.MechanismError, match=said):
+        duffing(mq.Potential("well", "slide", potential))
+
+
+def test_a_distance_is_a_letter_of_its_own() -> None:
+    with pytest.raises(mq.MechanismError, match=r"is to depend on distance\(\) and parameters"):
+        pair(X * HOOKE)
+
+
+def test_the_arrow_of_an_attraction_points_to_the_other_end() -> None:
+    drawn = mq.picture(mq.textbook.load("kepler_orbit")).svg
+    assert "attraction" in drawn
