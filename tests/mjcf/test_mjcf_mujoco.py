@@ -221,6 +221,13 @@ TILTED = (
 )
 
 TEXTS |= {
+    "ball with a rotor": body(
+        '<joint type="ball" armature="0.3" damping="0.1" pos="0.1 0.2 0.3"/>' + GEOM + SECOND
+    ),
+    "ball with a rotor on a slide": world(
+        '<body><joint type="slide" axis="1 0 1"/><body pos="0 0 1"><joint type="ball" '
+        f'armature="0.3" damping="0.1"/>{GEOM}</body>{GEOM}</body>'
+    ),
     "ball with damping": body(
         '<joint type="ball" damping="0.3" pos="0.1 0.2 0.3"/>' + GEOM + SECOND
     ),

@@ -130,6 +130,32 @@ def test_what_is_left_out_is_told() -> None:
 BODY = '<body><joint axis="0 1 0"/>{}</body>'
 
 
+@pytest.mark.parametrize("beside", [True, False])
+def test_files_named_in_included_files_stand_beside_the_main_or_the_included_one(
+    tmp_path: Path, beside: bool
+) -> None:
+    parts = tmp_path / "parts"
+    parts.mkdir()
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 {}\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    (parts / "m.obj").write_text(corners.format(1), encoding="utf-8")
+    if beside:
+        (tmp_path / "m.obj").write_text(corners.format(2), encoding="utf-8")
+    asset = '<mujoco><asset><mesh name="m" file="m.obj"/></asset></mujoco>'
+    (parts / "asset.xml").write_text(asset, encoding="utf-8")
+    outer = '<mujoco><include file="asset.xml"/></mujoco>'
+    (parts / "outer.xml").write_text(outer, encoding="utf-8")
+    main = tmp_path / "main.xml"
+    geom = '<body><joint/><geom type="mesh" mesh="m"/></body>'
+    main.write_text(
+        f'<mujoco><include file="parts/outer.xml"/><worldbody>{geom}</worldbody></mujoco>',
+        encoding="utf-8",
+    )
+    theirs = mujoco.MjModel.from_xml_path(str(main))
+    mass = 1000 * (2 if beside else 1) / 6
+    assert float(theirs.body_mass[1]) == pytest.approx(mass, rel=1e-12)
+    assert read_mjcf(main).bodies[1].mass == pytest.approx(mass, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -149,6 +175,10 @@ BODY = '<body><joint axis="0 1 0"/>{}</body>'
         (model(BODY.format('<inertial pos="0 0 0"/>')), "<inertial> has no mass"),
         (model('<body><joint type="ball" stiffness="1"/></body>'), "stiffness of a ball joint"),
         (model('<body><joint type="free" armature="1"/></body>'), "armature of a free joint"),
+        (
+            model('<body><joint/><body><joint type="ball" armature="1"/></body></body>'),
+            "armature of a ball joint on a body that turns",
+        ),
         (model('<body><joint type="screw"/></body>'), "of type hinge, slide, ball or free"),
         (model('<body><joint stiffness="1 2"/></body>'), "expected 1 finite number for stiffness"),
         (model('<body><joint springdamper="1 1"/></body>'), "springdamper=… of <joint>"),

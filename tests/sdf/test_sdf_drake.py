@@ -175,6 +175,9 @@ TEXTS = {
     f'<model name="m">{TWO}{joint("r", "a", "b")}</model></world></sdf>',
     "two models": f'<sdf version="1.9"><world name="w"><model name="m">{TWO}'
     f'{joint("r", "a", "b")}</model><model name="n">{A}{ROOT}</model></world></sdf>',
+    "joint of the world": f'<sdf version="1.10"><world name="w"><model name="m">{A}{B}'
+    f'{joint("r", "a", "b")}</model><joint name="j" type="fixed"><parent>world</parent>'
+    "<child>m::a</child></joint></world></sdf>",
     "old": model(TWO + joint("r", "a", "b"), "1.4"),
     "new": model(TWO + joint("r", "a", "b"), "1.11"),
 }

@@ -122,6 +122,30 @@ def test_models_are_included_from_files(tmp_path: Path) -> None:
         read_sdf(main)
 
 
+def test_an_included_model_merges_into_the_one_that_includes_it(tmp_path: Path) -> None:
+    inside = B + '<frame name="f" attached_to="b"><pose>0 0.2 0 0 0 0.3</pose></frame>'
+    (tmp_path / "part.sdf").write_text(model(inside), encoding="utf-8")
+    main = tmp_path / "robot.sdf"
+    merged = '<include merge="true"><uri>part.sdf</uri><pose>0 0 1 0 0.2 0</pose></include>'
+    main.write_text(model(A + ROOT + merged + joint("r", "a", "f")), encoding="utf-8")
+    nested = f'<model name="n"><pose>0 0 1 0 0.2 0</pose>{inside}</model>'
+    apart = read_sdf(model(A + ROOT + nested + joint("r", "a", "n::f")))
+    mechanism = read_sdf(main)
+    assert [body.name for body in mechanism.bodies] == ["world", "a", "b"]
+    assert mechanism.joints[1].origin == apart.joints[1].origin
+    assert mechanism.bodies[2].center == apart.bodies[2].center
+    main.write_text(model(A + B + merged), encoding="utf-8")
+    with pytest.raises(mq.InputError, match="the name 'b' is there already"):
+        read_sdf(main)
+
+
+def test_drakes_mimic_is_a_law_of_one_joint() -> None:
+    tied = '<drake:mimic joint="q" multiplier="-2" offset="0.1"/>'
+    text = model(TWO + joint("r", "a", "b", more=tied))
+    mechanism = read_sdf(text.replace("<sdf ", '<sdf xmlns:drake="http://drake.mit.edu" '))
+    assert float(mechanism.coordinates.driven["r"].subs({"q": 0.5})) == pytest.approx(-0.9)
+
+
 def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
     file = tmp_path / "robot.sdf"
     extra = '<plugin name="p" filename="f"/><sensor name="s" type="imu"/>'
@@ -183,10 +207,7 @@ def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
         ),
         (model("<include><uri>https://x.y/z</uri></include>"), "https:// are not fetched"),
         (model("<include><uri>a.sdf</uri></include>"), "the model 'a.sdf' is not found"),
-        (
-            model('<include merge="true"><uri>a.sdf</uri></include>'),
-            'merge="true" of <include> is not read',
-        ),
+        (model(A.replace("<mass>2", "<mass>0")), "expected a positive <mass>, got 0: engines take"),
         (model(f'<link name="a">{MASS}<kinematic>1</kinematic></link>'), "a kinematic link"),
     ],
 )

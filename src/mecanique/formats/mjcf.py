@@ -236,6 +236,7 @@ class _Reader(Source):
         self._tendons: dict[str, _Tendon] = {}
         self._bodies, self._names = Names([GROUND]), Names()
         self._rubbing: list[str] = []
+        self._rotors: dict[str, float] = {}
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
         root = self.parse(self.file if self.file is not None else str(source))
@@ -275,11 +276,17 @@ class _Reader(Source):
                 children.append(self._include(child))
                 continue
             name = child.attributes.get("file", "")
-            path = (self.file.parent if self.file else Path()) / name
             if self.file is None or not name or Path(name).is_absolute():
                 raise self.refuse(child, f"expected a file beside this one, got {name!r}")
+            path = self._beside(child, name)
             children += self._include(self.parse_inclusion(child, path)).children
         return replace(element, children=tuple(children))
+
+    def _beside(self, element: Element, name: str | Path, folder: str = "") -> Path:
+        """Return a file beside the main one or, if there is none, beside the one that names it."""
+        main = (self.file.parent if self.file else Path()) / folder / name
+        near = Path(element.file).parent / name
+        return near if element.file and not main.is_file() and near.is_file() else main
 
     # settings and defaults
 
@@ -550,9 +557,12 @@ class _Reader(Source):
         if values["frictionloss"]:
             self._rubbing.append(name)
         if form in ("free", "ball"):
-            for what in ("stiffness", "armature"):
-                if values[what]:
-                    raise self.refuse(element, f"{what} of a {form} joint is not read")
+            if values["stiffness"]:
+                raise self.refuse(element, f"stiffness of a {form} joint is not read")
+            if values["armature"] and (form == "free" or self._turns(parent)):
+                on = "" if form == "free" else " on a body that turns"
+                raise self.refuse(element, f"armature of a {form} joint{on} is not read")
+            self._rotors[child] = values["armature"]
             if form == "free" and parent != GROUND:
                 raise self.refuse(element, "a free joint expects a body of the world")
             if values["damping"] and self._settings.dampers:
@@ -608,6 +618,13 @@ class _Reader(Source):
             self._forces.append(JointDamper(f"{name}_damper", name, values["damping"]))
         return np.asarray(np.linalg.inv(at))
 
+    def _turns(self, body: str) -> bool:
+        """Whether a body can turn against the world."""
+        carriers = {joint.child: joint for joint in self._joints}
+        while body != GROUND and isinstance(carriers[body], Fixed | Prismatic):
+            body = carriers[body].parent
+        return body != GROUND
+
     def _damp(self, name: str, form: str, parent: str, child: str, damping: float) -> None:
         """Add the resistance to each velocity of a free or ball joint, in the child's axes."""
         wx, wy, wz = (-damping * coordinate(f"{name}_w{k}") for k in "xyz")
@@ -616,7 +633,7 @@ class _Reader(Source):
             fx, fy, fz = (-damping * coordinate(f"{name}_v{k}") for k in "xyz")
             drag = Force(f"{name}_drag", child, (0.0, 0.0, 0.0), (fx, fy, fz), axes=child)
             self._forces.append(drag)
-        elif parent != GROUND:
+        elif self._turns(parent):
             reaction = Torque(f"{name}_damper_on_{parent}", parent, (-wx, -wy, -wz), axes=child)
             self._forces.append(reaction)
 
@@ -783,16 +800,16 @@ class _Reader(Source):
             name = texts.get("name") or Path(texts.get("file", "")).stem
             self._meshes[name] = child, texts
 
-    def _file_of(self, texts: Mapping[str, str]) -> Path:
+    def _file_of(self, element: Element, texts: Mapping[str, str]) -> Path:
         name = Path(texts["file"].replace("\\", "/"))
         name = Path(name.name) if self._settings.strips else name
-        return (self.file.parent if self.file else Path()) / self._settings.folder / name
+        return self._beside(element, name, self._settings.folder)
 
     def _show(self, element: Element, texts: Mapping[str, str]) -> Mesh | None:
         """What a page shows of a mesh, if it is a file that stands as it is."""
         if "file" not in texts or {"refpos", "refquat"} & texts.keys():
             return None
-        path = self._file_of(texts)
+        path = self._file_of(element, texts)
         x, y, z = self.numbers(element, texts, "scale", (1, 1, 1), 3).tolist()
         known = path.suffix.lower() in (".stl", ".obj") and path.is_file()
         return Mesh(texts["file"], path, (x, y, z)) if known else None
@@ -838,7 +855,7 @@ class _Reader(Source):
 
     def _corners(self, element: Element, texts: Mapping[str, str]) -> Corners:
         if "file" in texts:
-            return read_solid(self._file_of(texts))
+            return read_solid(self._file_of(element, texts))
         lists = {}
         for name in ("vertex", "face"):
             wanted = f"expected triples of numbers for {name} of <mesh>"
@@ -1099,7 +1116,9 @@ class _Reader(Source):
         bodies = []
         for link in self._links:
             mass = link.mass
-            whole = Mass(scale * mass.mass, mass.center, scale * mass.inertia)
+            # a rotor of a ball resists turning alike about all axes, as a sphere does
+            rotor = self._rotors.get(link.name, 0.0) * np.eye(3)
+            whole = Mass(scale * mass.mass, mass.center, scale * mass.inertia + rotor)
             bodies.append(whole.body(link.name, link.visuals))
             if link.lift:
                 fx, fy, fz = (-link.lift * whole.mass * s.gravity).tolist()

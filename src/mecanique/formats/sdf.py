@@ -67,6 +67,7 @@ _OMITTED = {
     "audio_source": "sounds",
     "battery": "batteries",
     "collision": "collisions",
+    "drake:collision_filter_group": "filters of collisions",
     "gripper": "grippers",
     "light": "lights",
     "particle_emitter": "emitters",
@@ -82,9 +83,10 @@ _KNOWN = {
     "link": "pose inertial visual gravity kinematic enable_wind self_collide must_be_base_link "
     "velocity_decay",
     "joint": "pose parent child axis axis2 physics thread_pitch screw_thread_pitch gearbox_ratio "
-    "gearbox_reference_body drake:rotor_inertia drake:gear_ratio drake:controller_gains",
-    "world": "model include gravity frame physics scene magnetic_field atmosphere wind gui road "
-    "spherical_coordinates population state",
+    "gearbox_reference_body drake:rotor_inertia drake:gear_ratio drake:controller_gains "
+    "drake:mimic",
+    "world": "model include joint gravity frame physics scene magnetic_field atmosphere wind gui "
+    "road spherical_coordinates population state",
     "axis": "xyz dynamics limit mimic initial_position use_parent_model_frame",
     "dynamics": "damping friction spring_stiffness spring_reference",
     "include": "uri name pose placement_frame static",
@@ -202,6 +204,8 @@ class _Reader(Source):
                     self._model(part, world, several, 0, static=False)
                 elif part.tag == "frame":
                     self._frame(part, world)
+                elif part.tag == "joint":
+                    self._note_joint(part, world)
         self._join_all(world)
         return self._mechanism(name)
 
@@ -375,10 +379,15 @@ class _Reader(Source):
         self._check(element, "model")
         given = around.child("name") if around.tag == "include" else None
         name = given.text.strip() if given is not None else self._name(element)
+        merges = around.tag == "include" and around.attributes.get("merge") in ("true", "1")
+        name = f"_merged__{name}__model__" if merges else name
         if name in outer.inner or name in outer.frames:
             raise self.refuse(around, f"the name {name!r} is there already")
         scope = _Scope(f"{outer.name}{name}::" if prefixed else "", outer)
-        outer.inner[name] = scope
+        if merges:
+            scope.name = outer.name
+        else:
+            outer.inner[name] = scope
         base = "__model__" if outer.parent is not None else GROUND
         own = _Frame(around, pose, outer, relative or base)
         scope.frames["__model__"] = own
@@ -396,6 +405,13 @@ class _Reader(Source):
                     self._model(child, scope, True, depth + 1, static=static)
         own.attached_to = name
         own.link = self._canonical(element, scope)
+        if merges:
+            # what was read stands in the outer model, too, but keeps its own names of frames
+            inside = {key: frame for key, frame in scope.frames.items() if frame is not own}
+            if taken := outer.frames.keys() & inside.keys():
+                raise self.refuse(around, f"the name {min(taken)!r} is there already")
+            outer.frames.update(inside)
+            outer.inner.update(scope.inner)
         if placed:
             # the model stands so that this frame of it has the pose that is stated
             target = self._find(scope, placed, around)
@@ -418,8 +434,6 @@ class _Reader(Source):
 
     def _include(self, element: Element) -> Element:
         self._check(element, "include")
-        if element.attributes.get("merge", "false") in ("true", "1"):
-            raise self.refuse(element, 'merge="true" of <include> is not read')
         uri = self._text_in(element, "uri")
         path = self._find_model(element, uri)
         root = self.parse_inclusion(element, path)
@@ -482,6 +496,9 @@ class _Reader(Source):
         if relative:
             raise self.refuse(inertial, "the pose of <inertial> is always relative to its link")
         mass = self._number_in(inertial, "mass", 1.0)
+        if not mass > 0:
+            message = f"expected a positive <mass>, got {mass:g}: engines take 1 kg instead"
+            raise self.refuse(inertial, message)
         stated = inertial.child("inertia")
         names = {"ixx": 1.0, "iyy": 1.0, "izz": 1.0, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
         entries = [self._number_in(stated, name, default) for name, default in names.items()]
@@ -678,6 +695,15 @@ class _Reader(Source):
         if damping:
             self._forces.append(JointDamper(f"{name}_damper", name, damping))
         mimic = axis.child("mimic")
+        tied = element.child("drake:mimic")
+        if tied is not None:
+            texts = tied.attributes
+            leader = f"{joint.scope.name}{texts.get('joint', '')}"
+            factor, offset = (
+                self.number(tied, texts, key, default)
+                for key, default in (("multiplier", 1.0), ("offset", 0.0))
+            )
+            self._follows[name] = factor * coordinate(leader) + offset
         if mimic is not None:
             leader = f"{joint.scope.name}{mimic.attributes.get('joint', '')}"
             if mimic.attributes.get("axis", "axis") != "axis":
