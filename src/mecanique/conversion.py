@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import Any, Literal, final
+from typing import Any, final
 
 import numpy as np
 
@@ -13,15 +13,21 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.formats.mjcf import read_mjcf
 from mecanique.formats.mjcf_write import write_mjcf
+from mecanique.formats.scope import SCOPES, Form, lifted_share, list_losses, list_unstated
+from mecanique.formats.sdf import read_sdf
+from mecanique.formats.sdf_write import write_sdf
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.force_base import BodyLoad
-from mecanique.model.forces import JointForce, Spring
-from mecanique.model.joint_base import Single
+from mecanique.model.force_base import AnyForce
+from mecanique.model.forces import JointDamper, Spring
+from mecanique.model.joint_base import Elementary, Limits, Single
+from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import Placement, pose_of
 from mecanique.model.random_positions import draw_positions
 from mecanique.reference import Reference
+from mecanique.urdf.dialect import UNBOUNDED
 from mecanique.urdf.read import read_urdf
-from mecanique.urdf.write import chains, load_lines, write_urdf
+from mecanique.urdf.write import axial_steps, chains, law_of_follower, write_urdf
 from mecanique.verification.engines import read_text_by
 from mecanique.verification.verdict import EngineReading
 from mecanique.wording import Legible
@@ -32,8 +38,16 @@ _STATES = 100
 _ALIKE = 1e-12
 """Largest relative difference of a conversion that is proved."""
 
-_ENGINES = {"URDF": ("pinocchio", "mujoco"), "MJCF": ("mujoco",)}
-"""The engines of each format that read the result by themselves, where they are installed."""
+_READERS: Mapping[Form, Callable[[str], Mechanism]] = {
+    "URDF": read_urdf,
+    "MJCF": read_mjcf,
+    "SDF": read_sdf,
+}
+_WRITERS: Mapping[Form, Callable[[Mechanism], str]] = {
+    "URDF": write_urdf,
+    "MJCF": write_mjcf,
+    "SDF": write_sdf,
+}
 
 
 @final
@@ -42,11 +56,12 @@ class Conversion(Legible):
     """A description in another format, with the proof.
 
     Args:
-        form: the format, "URDF" or "MJCF".
+        form: the format, "URDF", "MJCF" or "SDF".
         text: the description.
         lost: in a line each, what the format cannot express.
-        worst: the largest relative difference in mass matrix and inverse dynamics between the
-            source, without what is lost, and the result as mecanique reads it.
+        worst: the largest relative difference in mass matrix, inverse dynamics, limits and places
+            of loops' ends between the source, without what is lost, and the result as mecanique
+            reads it.
         states: number of states at which they were compared.
         readings: what the format's own engines make of the result.
 
@@ -90,13 +105,13 @@ class Conversion(Legible):
 
 
 def convert(
-    mechanism: Mechanism, form: Literal["URDF", "MJCF"], *, states: int = _STATES, seed: int = 0
+    mechanism: Mechanism, form: Form, *, states: int = _STATES, seed: int = 0
 ) -> Conversion:
     """Return a mechanism in a format, read again and compared with what it came from.
 
     Args:
         mechanism: what to write.
-        form: "URDF" or "MJCF".
+        form: "URDF", "MJCF" or "SDF".
         states: number of random states at which source and result are compared.
         seed: of the random states.
 
@@ -110,21 +125,42 @@ def convert(
         >>> mq.convert(mq.textbook.load("rigid_bar_pendulum"), "MJCF", states=5).lost
         ()
     """
-    if form not in _ENGINES:
-        raise InputError(f"expected 'URDF' or 'MJCF' for the format, got {form!r}")
+    if form not in SCOPES:
+        known = ", ".join(map(repr, SCOPES))
+        raise InputError(f"expected one of {known} for the format, got {form!r}")
     if not isinstance(states, int) or states < 1:
         raise InputError(f"expected a number of states from 1, got {states!r}")
-    if form == "MJCF":
-        text, lost = write_mjcf(mechanism)
-        result = read_mjcf(text)
-    else:
-        text, lost = write_urdf(mechanism), tuple(_list_losses(mechanism))
-        result = read_urdf(text, gravity=tuple(mechanism.evaluate_all(mechanism.gravity)))
-    worst = _difference(mechanism, result, states, seed, whole=not lost)
-    installed = [name for name in _ENGINES[form] if find_spec(name) is not None]
-    bare = result if form == "MJCF" else _without_rotors(result)
-    readings = read_text_by(replace(bare, switching=()), text, installed, seed)
-    return Conversion(form, text, lost, worst, states, readings)
+    text, lost = _WRITERS[form](mechanism), list_losses(mechanism, form)
+    result = _READERS[form](text)
+    if form == "URDF":  # which does not state it
+        x, y, z = mechanism.evaluate_all(mechanism.gravity)
+        result = replace(result, gravity=(x, y, z))
+    worst = _difference(mechanism, result, states, seed, form, whole=not lost)
+    installed = [name for name in SCOPES[form].engines if find_spec(name) is not None]
+    by_engines, read_again = text, result
+    if form == "URDF":
+        read_again = _without_rotors(result)
+    elif form == "SDF" and result.loops:
+        # Drake builds trees alone
+        read_again = replace(result, loops=())
+        by_engines = write_sdf(replace(mechanism, loops=()))
+    bare = replace(read_again, switching=())
+    readings = read_text_by(
+        bare, by_engines, installed, seed, states, _passive_forces(result, form)
+    )
+    unstated = list_unstated(mechanism, form)
+    return Conversion(form, text, (*lost, *unstated), worst, states, readings)
+
+
+def _passive_forces(result: Mechanism, form: Form) -> tuple[AnyForce, ...]:
+    """Return the springs and dampers that a format's engines compute."""
+    kinds = (JointDamper,) if form == "URDF" else SCOPES[form].forces
+    lifts = form == "MJCF"
+    return tuple(
+        force
+        for force in result.forces
+        if isinstance(force, kinds) or (lifts and lifted_share(result, force) is not None)
+    )
 
 
 def _without_rotors(mechanism: Mechanism) -> Mechanism:
@@ -136,24 +172,19 @@ def _without_rotors(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, joints=tuple(joints))
 
 
-def _list_losses(mechanism: Mechanism) -> Iterator[str]:
-    """Say what a URDF of the mechanism has in comments alone."""
-    yield from load_lines(mechanism)
-    for force in mechanism.forces:
-        if isinstance(force, Spring) and not mechanism.evaluate(force.free_length) > 0:
-            yield f"spring {force.name}: a free length of zero"
-    result = read_urdf(write_urdf(mechanism))
-    of_joints = {name for joint in mechanism.joints for name in joint.coordinates}
-    if result.nv != mechanism.nv or not of_joints >= set(mechanism.coordinates):
-        for name, law in mechanism.coordinates.driven.items():
-            yield f"{name} = {law}"
-
-
 def _difference(
-    mechanism: Mechanism, result: Mechanism, states: int, seed: int, *, whole: bool
+    mechanism: Mechanism, result: Mechanism, states: int, seed: int, form: Form, *, whole: bool
 ) -> float:
     """Return the largest relative difference of the trees' matrices and inverse dynamics."""
-    source, target = _comparable(mechanism, whole=whole), _comparable(result, whole=whole)
+    steps = axial_steps(mechanism)
+    laws = [
+        law_of_follower(mechanism, steps, name, SCOPES[form].degree)
+        for name in mechanism.coordinates.driven
+    ]
+    mapped = None not in laws
+    source, target = (
+        _comparable(side, form, whole=whole, mapped=mapped) for side in (mechanism, result)
+    )
     names = _pair_names(mechanism, result)
     if source.nv != target.nv or not set(source.coordinates) <= names.keys():
         return float("inf")
@@ -169,7 +200,14 @@ def _difference(
     mass_target = np.asarray(theirs.mass_matrix(q_target))[:, rates][:, :, rates]
     tau = np.asarray(ours.inverse_dynamics(q, v, a))
     tau_target = np.asarray(theirs.inverse_dynamics(q_target, v_target, a_target))[:, rates]
-    return max(_relative(mass, mass_target), _relative(tau, tau_target))
+    differences = [_relative(mass, mass_target), _relative(tau, tau_target)]
+    differences += _bounds_apart(mechanism, result)
+    if whole:
+        gaps = [_gaps(*side) for side in ((mechanism, ours, q), (result, theirs, q_target))]
+        if gaps[0].shape != gaps[1].shape:
+            return float("inf")
+        differences.append(_relative(*gaps))
+    return max(differences)
 
 
 def _relative(ours: Array, theirs: Array) -> float:
@@ -178,12 +216,40 @@ def _relative(ours: Array, theirs: Array) -> float:
     return off / size if size else off
 
 
-def _comparable(mechanism: Mechanism, *, whole: bool) -> Mechanism:
-    """Return the open tree with its springs and dampers; with its map if nothing of it is lost."""
-    kept = [f for f in mechanism.forces if whole or not isinstance(f, BodyLoad | JointForce)]
-    if not whole:
+def _bounds_apart(mechanism: Mechanism, result: Mechanism) -> Iterator[float]:
+    """Yield the relative differences of positions' limits, of joints with one coordinate."""
+    read = {joint.name: joint for joint in result.joints}
+    for joint in mechanism.joints:
+        other = read.get(joint.name)
+        if isinstance(joint, Single) and isinstance(other, Single):
+            sides = [side.limits or Limits() for side in (joint, other)]
+            for ours, theirs in zip(*((x.lower, x.upper) for x in sides), strict=True):
+                if max(abs(ours), abs(theirs)) < UNBOUNDED:
+                    yield abs(ours - theirs) / max(abs(ours), 1.0)
+
+
+def _gaps(mechanism: Mechanism, engine: Reference, q: Array) -> Array:
+    """Return where each loop's second frame is in its first: same gaps, same rank, same forces."""
+    poses = []
+    for loop in sorted(mechanism.loops, key=lambda loop: loop.name):
+        ends = []
+        for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)):
+            xyz, rpy = (mechanism.evaluate_all(part) for part in (frame.xyz, frame.rpy))
+            place = pose_of(Placement(tuple(xyz), tuple(rpy)))  # type: ignore[arg-type]
+            ends.append(np.array([engine.pose(body, state) @ place for state in q]))
+        gap = np.linalg.inv(ends[0]) @ ends[1]
+        # about what turns freely the frames of the result may be turned
+        poses.append({"ball": gap[:, :3, 3], "hinge": gap[:, :3, 2:]}.get(loop.kind, gap))
+    flat = [pose.reshape(len(q), -1) for pose in poses]
+    return np.hstack(flat) if flat else np.zeros((len(q), 0))
+
+
+def _comparable(mechanism: Mechanism, form: Form, *, whole: bool, mapped: bool) -> Mechanism:
+    """Return the open tree with the forces that a format states; with its map if it is stated."""
+    kept = [f for f in mechanism.forces if whole or isinstance(f, SCOPES[form].forces)]
+    if not whole and form == "URDF":
         kept = [f for f in kept if not isinstance(f, Spring) or mechanism.evaluate(f.free_length)]
-    given: dict[str, Any] = {} if whole else {"coordinates": Coordinates((), ())}
+    given: dict[str, Any] = {} if mapped else {"coordinates": Coordinates((), ())}
     return replace(
         mechanism,
         forces=tuple(kept),
@@ -199,15 +265,19 @@ def _comparable(mechanism: Mechanism, *, whole: bool) -> Mechanism:
 def _pair_names(mechanism: Mechanism, result: Mechanism) -> dict[str, str]:
     """Return the result's name of each coordinate and velocity."""
     read = {joint.name: joint for joint in result.joints}
+    free = {joint.child: joint for joint in result.joints if isinstance(joint, Floating)}
     names: dict[str, str] = {}
     for joint in mechanism.joints:
-        own = [*joint.coordinates, *joint.velocities]
-        theirs: list[str] = []
-        steps = [read[step.name] for step in chains(mechanism)[joint.name] if step.name in read]
-        for step in steps:
-            theirs += step.coordinates
-        for step in steps:
-            theirs += step.velocities
-        if len(own) == len(theirs):
-            names.update(zip(own, theirs, strict=True))
+        same = read.get(joint.name)
+        if isinstance(joint, Floating):
+            same = free.get(joint.child)
+        pairs: list[tuple[Joint | Elementary, Joint]] = []
+        if same is not None and same.nq == joint.nq:
+            pairs += [(joint, same)]
+        else:
+            steps = zip(joint.chain, chains(mechanism)[joint.name], strict=True)
+            pairs += [(motion, read[step.name]) for motion, step in steps if step.name in read]
+        for ours, theirs in pairs:
+            names.update(zip(ours.coordinates, theirs.coordinates, strict=True))
+            names.update(zip(ours.velocities, theirs.velocities, strict=True))
     return names

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -13,6 +14,9 @@ import mecanique as mq
 from mecanique import conversion as room
 from mecanique.cli import app
 from mecanique.formats.mjcf_write import write_mjcf
+from mecanique.formats.scope import SCOPES, Form
+from mecanique.model.bodies.shape import Shape
+from mecanique.verification.engines import ENGINES
 
 ARM = """<sdf version="1.9"><model name="m"><link name="a"><pose>0 0 1 0.1 0.2 0.3</pose></link>
 <link name="b"><pose>0.5 0.1 1 0.4 0 0.2</pose></link>
@@ -22,25 +26,169 @@ ARM = """<sdf version="1.9"><model name="m"><link name="a"><pose>0 0 1 0.1 0.2 0
 </axis></joint></model></sdf>"""
 
 
+@pytest.mark.parametrize("form", ["MJCF", "SDF"])
 @pytest.mark.parametrize("name", ["panda", "ur5_robot", "solo12", "double_pendulum"])
-def test_urdf_to_mjcf_and_back_is_the_same_robot(name: str) -> None:
+def test_urdf_to_another_format_and_back_is_the_same_robot(name: str, form: Form) -> None:
     robot = name in mq.robots()
     mechanism = mq.read(mq.robot(name)) if robot else mq.textbook.load(name)
-    out = mq.convert(mechanism, "MJCF", states=20)
+    out = mq.convert(mechanism, form, states=20)
     assert out.proved, str(out)
-    assert out.lost == ()
-    assert any(reading.engine.startswith("MuJoCo") for reading in out.readings)
+    if form == "MJCF":
+        assert any(reading.engine.startswith("MuJoCo") for reading in out.readings)
+        unstated = r"limits of velocity of \d+ joints: MJCF has none|\d+ meshes that show bodies"
+        assert all(re.match(unstated, line) for line in out.lost)
+    else:
+        assert out.lost == ()
     back = mq.convert(mq.read(out.text), "URDF", states=20)
     assert max(out.worst, back.worst) <= 1e-12, str(back)
     assert mq.verify(mechanism, against=mq.read_urdf(back.text), samples=5).agrees
 
 
-def test_sdf_becomes_urdf_and_mjcf() -> None:
-    forms: tuple[Literal["URDF", "MJCF"], ...] = ("URDF", "MJCF")
-    for form in forms:
-        conversion = mq.convert(mq.read(ARM), form)
+@pytest.mark.parametrize("form", SCOPES)
+def test_sdf_becomes_any_format(form: Form) -> None:
+    conversion = mq.convert(mq.read(ARM), form)
+    assert conversion.proved, str(conversion)
+    assert conversion.worst <= 1e-12
+
+
+def _box(name: str, mass: float = 2.0) -> mq.Body:
+    return mq.Body(name, mq.box(mass, (0.1, 0.2, 0.3)))
+
+
+def _chain(kind: str) -> mq.Mechanism:
+    """Two boxes, joined by a joint of a kind and a hinge with spring, damper, rotor and limits."""
+    place = mq.Placement((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
+    ends = ("first", "earth", "a")
+    joints: dict[str, mq.Joint] = {
+        "screw": mq.Helical(*ends, origin=place, axis=(0, 0.6, 0.8), pitch=0.07),
+        "universal": mq.Universal(*ends, origin=place),
+        "ball": mq.Spherical(*ends, origin=place),
+        "free": mq.Floating(*ends),
+        "planar": mq.Planar(*ends, origin=place),
+        "slide": mq.Prismatic(*ends, origin=place, axis=(0, 0.6, 0.8)),
+    }
+    limits = mq.Limits(-1.0, 2.0, effort=5.0)
+    hinge = mq.Revolute("q", "tool", "b", origin=place, axis=(1, 0, 0), limits=limits, armature=0.3)
+    fixed = mq.Fixed("mount", "a", "tool", origin=place)
+    bodies = (mq.Body("earth"), _box("a"), mq.Body("tool"), _box("b", 3.0))
+    forces = (mq.JointSpring("k", "q", 3.0, 0.4), mq.JointDamper("c", "q", 0.5))
+    return mq.Mechanism(
+        "chain",
+        bodies,
+        (joints[kind], fixed, hinge),
+        forces=forces,
+        gravity=(1, 0, -3),
+        ground="earth",
+    )
+
+
+@pytest.mark.parametrize("kind", ["screw", "universal", "ball", "free", "slide"])
+@pytest.mark.parametrize("form", SCOPES)
+def test_every_joint_is_written_with_what_acts_in_it(kind: str, form: Form) -> None:
+    mechanism = _chain(kind)
+    conversion = mq.convert(mechanism, form, states=20)
+    assert conversion.lost == ()
+    assert conversion.worst <= 1e-12, str(conversion)
+    result = mq.read(conversion.text)
+    hinge = next(joint for joint in result.joints if joint.name == "q")
+    assert isinstance(hinge, mq.Revolute)
+    assert (hinge.armature, hinge.limits) == (0.3, mq.Limits(-1.0, 2.0, effort=5.0))
+    if form != "URDF":  # where massless links make chains of joints, engines refuse them
         assert conversion.proved, str(conversion)
-        assert conversion.worst <= 1e-12
+
+
+def test_sdf_states_loops_where_all_coordinates_are_zero() -> None:
+    closed = mq.Loop.hinge("pin", "world", (0.3, 0.2, 1.3), "b", (0, 0, 0), (0, 0, 1), (0, 0, 1))
+    mechanism = mq.read(ARM)
+    place = np.linalg.inv(mq.Reference(mechanism).pose("b", [0.0, 0.0]))
+    point = place @ [0.3, 0.2, 1.3, 1.0]
+    axis = place[:3, :3] @ [0.0, 0.0, 1.0]
+    closed = mq.Loop.hinge(
+        "pin", "world", (0.3, 0.2, 1.3), "b", tuple(point[:3]), (0, 0, 1), tuple(axis)
+    )
+    conversion = mq.convert(replace(mechanism, loops=(closed,)), "SDF", states=20)
+    assert conversion.proved, str(conversion)
+    assert conversion.lost == ()
+    (loop,) = mq.read(conversion.text).loops
+    assert (loop.kind, loop.bodies) == ("hinge", ("world", "b"))
+    ball = mq.Loop.ball("far", "world", (0.3, 0.2, 1.3), "b", (0, 0, 0))
+    rod = mq.Loop.distance("rod", "world", (0, 0, 0), "b", (0, 0, 0), 1.0)
+    conversion = mq.convert(replace(mechanism, loops=(ball, rod)), "SDF", states=5)
+    assert conversion.lost == (
+        "loop far: it is open where SDF states it, at coordinates of zero",
+        "loop rod: SDF has none of the kind 'distance'",
+    )
+
+
+def test_a_share_of_the_weight_may_be_taken_off_a_body() -> None:
+    mechanism = _chain("slide")
+    center = mechanism.bodies[1].center
+    lift = mq.Force("lift", "a", center, (-1.0, 0.0, 3.0))  # half of its weight
+    lifted = replace(mechanism, forces=(*mechanism.forces, lift))
+    assert mq.convert(lifted, "URDF", states=5).lost == ("load lift: URDF states no such force",)
+    assert mq.convert(lifted, "SDF", states=5).lost == ("load lift: SDF states no such force",)
+    conversion = mq.convert(lifted, "MJCF", states=5)
+    assert conversion.proved, str(conversion)
+    assert 'gravcomp="0.5"' in conversion.text
+    whole = mq.Force("lift", "a", center, (-2.0, 0.0, 6.0))
+    conversion = mq.convert(replace(mechanism, forces=(whole,)), "SDF", states=5)
+    assert conversion.lost == ()
+    assert conversion.worst <= 1e-12
+
+
+def test_sdf_refuses_moving_bodies_without_mass() -> None:
+    mechanism = _chain("slide")
+    bodies = (mechanism.bodies[0], mq.Body("a"), *mechanism.bodies[2:])
+    conversion = mq.convert(replace(mechanism, bodies=bodies), "SDF", states=5)
+    assert conversion.lost == ("body a: SDF refuses moving bodies without mass",)
+    assert not conversion.proved  # engines take 1 kg
+    conversion = mq.convert(_chain("planar"), "SDF", states=5)
+    assert conversion.lost == ("joint first: SDF has none of the kind 'Planar'",)
+
+
+@pytest.mark.parametrize("form", ["MJCF", "SDF"])
+def test_what_shows_a_body_is_written(form: Form) -> None:
+    looks = (
+        mq.Visual(mq.Box((0.1, 0.2, 0.3)), mq.Placement((0.1, 0, 0), (0.1, 0.2, 0.3))),
+        mq.Visual(mq.Cylinder(0.1, 0.4)),
+        mq.Visual(mq.Sphere(0.2)),
+    )
+    mechanism = _chain("slide")
+    shape = Shape(2.0, (0.1, 0.0, 0.0), (0.02, 0.03, 0.04, 0.0, 0.0, 0.0), looks)
+    a = mq.Body("a", shape)
+    bodies = (mechanism.bodies[0], a, *mechanism.bodies[2:])
+    conversion = mq.convert(replace(mechanism, bodies=bodies), form, states=5)
+    assert conversion.worst <= 1e-12
+    shown = next(b for b in mq.read(conversion.text).bodies if b.name == "a").visuals
+    assert [visual.geometry for visual in shown] == [visual.geometry for visual in looks]
+    assert shown[0].placement.rpy == pytest.approx((0.1, 0.2, 0.3), abs=1e-15)
+
+
+def test_limits_that_differ_are_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    def write_wrongly(mechanism: mq.Mechanism) -> str:
+        return write_mjcf(mechanism).replace('range="-1 2"', 'range="-1 2.5"')
+
+    monkeypatch.setitem(room._WRITERS, "MJCF", write_wrongly)
+    conversion = mq.convert(_chain("slide"), "MJCF", states=5)
+    assert conversion.worst == pytest.approx(0.25)
+    assert not conversion.proved
+
+
+def test_an_engines_springs_are_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("mujoco")
+    from mecanique.reference.originals import mujoco
+
+    read = mujoco.read
+
+    def read_without_springs(text: bytes, *given: object) -> object:
+        return read(text.replace(b"stiffness=", b"group=").replace(b'group="3"', b""), *given)  # type: ignore[arg-type]
+
+    engine = replace(ENGINES["mujoco"], read=read_without_springs)  # type: ignore[arg-type]
+    monkeypatch.setitem(ENGINES, "mujoco", engine)
+    conversion = mq.convert(_chain("slide"), "MJCF", states=5)
+    (reading,) = conversion.readings
+    assert reading.differs
+    assert not conversion.proved
 
 
 def test_springs_loops_and_mimics_are_written() -> None:
@@ -70,11 +218,10 @@ def test_what_is_lost_is_listed() -> None:
 
 
 def test_a_wrong_result_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
-    def write_wrongly(mechanism: mq.Mechanism) -> tuple[str, tuple[str, ...]]:
-        text, lost = write_mjcf(mechanism)
-        return text.replace('mass="1"', 'mass="1.000001"'), lost
+    def write_wrongly(mechanism: mq.Mechanism) -> str:
+        return write_mjcf(mechanism).replace('mass="1"', 'mass="1.000001"')
 
-    monkeypatch.setattr(room, "write_mjcf", write_wrongly)
+    monkeypatch.setitem(room._WRITERS, "MJCF", write_wrongly)
     conversion = mq.convert(mq.read(ARM), "MJCF")
     assert not conversion.proved
     assert "The MJCF differs from the source" in str(conversion)
@@ -96,8 +243,8 @@ def test_the_command_writes_and_judges(tmp_path: Path) -> None:
     assert mq.read(result).nv == 2
     refused = CliRunner().invoke(app, ["convert", str(source), "-o", str(tmp_path / "arm.usd")])
     assert refused.exit_code == 2
-    assert "expected a file ending in .urdf, .xml or .mjcf, got 'arm.usd'" in refused.stderr
-    with pytest.raises(mq.InputError, match="expected 'URDF' or 'MJCF' for the format"):
-        mq.convert(mq.read(ARM), "SDF")  # type: ignore[arg-type]
+    assert "expected a file ending in .urdf, .xml, .mjcf, .sdf, got 'arm.usd'" in refused.stderr
+    with pytest.raises(mq.InputError, match="expected one of 'URDF', 'MJCF', 'SDF' for the format"):
+        mq.convert(mq.read(ARM), "USD")  # type: ignore[arg-type]
     with pytest.raises(mq.InputError, match="expected a number of states from 1, got 0"):
         mq.convert(mq.read(ARM), "URDF", states=0)

@@ -149,7 +149,9 @@ def test_a_robot_without_joints_of_one_coordinate_is_read_from_drake(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Its matrices have no entries, from which no number of states follows."""
-    answer = json.dumps({"joints": [], "mass": [[], []], "bias": [[], []], "complaints": []})
+    nothing: list[list[float]] = [[], []]
+    numbers = {"mass": nothing, "bias": nothing, "passive": nothing}
+    answer = json.dumps({"joints": [], **numbers, "complaints": []})
     done = subprocess.CompletedProcess([], 0, answer, "")
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: done)
     original = drake.read(b"<robot/>", (0.0, 0.0, -9.81), {}, {})

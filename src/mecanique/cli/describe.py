@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.exceptions import Exit
@@ -143,10 +143,6 @@ def diff(first: str, second: str, as_json: bool, *, reading: Reading) -> None:
         raise Exit(1)
 
 
-_SUFFIXES: dict[str, Literal["URDF", "MJCF"]] = {".urdf": "URDF", ".xml": "MJCF", ".mjcf": "MJCF"}
-"""The format of a file to write, by its suffix."""
-
-
 @click.command(epilog="Example: mecanique convert arm.urdf -o arm.xml")
 @options.system
 @click.option(
@@ -154,19 +150,22 @@ _SUFFIXES: dict[str, Literal["URDF", "MJCF"]] = {".urdf": "URDF", ".xml": "MJCF"
     "-o",
     type=options.PATH,
     required=True,
-    help="The file to write: .urdf for URDF, .xml or .mjcf for MJCF.",
+    help="The file to write: .urdf for URDF, .xml or .mjcf for MJCF, .sdf for SDF.",
 )
 @takes_system
 def convert(chosen: Chosen, output: Path) -> None:
-    """Convert a description to URDF or MJCF, and prove the result.
+    """Convert a description to URDF, MJCF or SDF, and prove the result.
 
     The result is read again, by mecanique and by the format's engines where they are installed, and
     compared with the source at 100 random states. What the format cannot express is listed.
     The exit code is 1 if the result differs.
     """
-    form = _SUFFIXES.get(output.suffix.lower())
+    from mecanique.formats.scope import SCOPES
+
+    forms = {suffix: form for form, scope in SCOPES.items() for suffix in scope.suffixes}
+    form = forms.get(output.suffix.lower())
     if form is None:
-        raise mq.InputError(f"expected a file ending in .urdf, .xml or .mjcf, got {output.name!r}")
+        raise mq.InputError(f"expected a file ending in {', '.join(forms)}, got {output.name!r}")
     conversion = mq.convert(chosen.mechanism, form)
     write_text(output, conversion.text)
     say(str(conversion))

@@ -583,13 +583,7 @@ class _Reader(Source):
         unit = math.radians(1) if self._settings.degrees and form == "hinge" else 1.0
         reference = unit * self.number(element, texts, "ref", 0.0)
         rest = unit * self.number(element, texts, "springref", 0.0)
-        limited = texts.get("limited", "auto")
-        limits = None
-        if limited == "true" or (
-            limited == "auto" and self._settings.autolimits and "range" in texts
-        ):
-            low, high = unit * self.numbers(element, texts, "range", (0, 0), 2)
-            limits = Limits(float(low), float(high))
+        limits = self._limits(element, texts, unit)
         # the text shows the body where the coordinate is its reference
         back = np.eye(4)
         if form == "hinge":
@@ -617,6 +611,27 @@ class _Reader(Source):
         if values["damping"] and self._settings.dampers:
             self._forces.append(JointDamper(f"{name}_damper", name, values["damping"]))
         return np.asarray(np.linalg.inv(at))
+
+    def _limits(self, element: Element, texts: Mapping[str, str], unit: float) -> Limits | None:
+        """The bounds of a joint's position, and of its effort where both signs have the same."""
+        bounds = {}
+        for name, flag, scale in (
+            ("range", "limited", unit),
+            ("actuatorfrcrange", "actuatorfrclimited", 1.0),
+        ):
+            limited = texts.get(flag, "auto")
+            if limited == "true" or (
+                limited == "auto" and self._settings.autolimits and name in texts
+            ):
+                low, high = scale * self.numbers(element, texts, name, (0, 0), 2)
+                bounds[name] = float(low), float(high)
+        lower, upper = bounds.get("range", (-math.inf, math.inf))
+        least, effort = bounds.get("actuatorfrcrange", (-math.inf, math.inf))
+        if least != -effort:
+            self.omitted["limits of effort with one sign"] += 1
+            effort = math.inf
+        whole = Limits(lower, upper, effort=effort)
+        return whole if whole != Limits() else None
 
     def _turns(self, body: str) -> bool:
         """Whether a body can turn against the world."""

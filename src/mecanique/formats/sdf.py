@@ -407,10 +407,10 @@ class _Reader(Source):
         own.link = self._canonical(element, scope)
         if merges:
             # what was read stands in the outer model, too, but keeps its own names of frames
-            inside = {key: frame for key, frame in scope.frames.items() if frame is not own}
-            if taken := outer.frames.keys() & inside.keys():
+            frames = {key: frame for key, frame in scope.frames.items() if frame is not own}
+            if taken := outer.frames.keys() & frames.keys():
                 raise self.refuse(around, f"the name {min(taken)!r} is there already")
-            outer.frames.update(inside)
+            outer.frames.update(frames)
             outer.inner.update(scope.inner)
         if placed:
             # the model stands so that this frame of it has the pose that is stated

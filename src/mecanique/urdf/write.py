@@ -246,7 +246,7 @@ def _joint(mechanism: Mechanism, joint: Joint, step: SimpleJoint) -> Tag:
     children += _limit(step, where)
     if isinstance(joint, Single):
         children += dynamics(mechanism, joint.name, where) if step.name == joint.name else ()
-        children += _mimic(mechanism, step.coordinate or "")
+    children += _mimic(mechanism, step.coordinate or "")
     if isinstance(joint, Helical) and step.name != joint.name:
         children.append(Tag(SCREW))
     if step.kind == "ball":
@@ -283,37 +283,49 @@ def _limit(step: SimpleJoint, where: str) -> Iterator[Tag]:
     yield Tag("limit", **attributes)
 
 
+def axial_steps(mechanism: Mechanism) -> dict[str, str]:
+    """Return the simple joint of each coordinate along or about an axis, by name."""
+    steps = (step for chain in chains(mechanism).values() for step in chain)
+    return {step.coordinate: step.name for step in steps if step.coordinate is not None}
+
+
+def law_of_follower(
+    mechanism: Mechanism, steps: Mapping[str, str], coordinate: str, degree: int
+) -> tuple[str, list[float]] | None:
+    """Return the simple joint that another follows, and the factors of its powers from the zeroth.
+
+    The name is empty where nothing is followed; None is returned unless the law is a polynomial of
+    one free joint, of this degree at most.
+    """
+    driven = mechanism.coordinates.driven
+    law = plain(driven[coordinate])
+    leaders = symbols_in(law) - mechanism.values.keys()
+    if coordinate not in steps or len(leaders) > 1 or not leaders <= steps.keys() - driven.keys():
+        return None
+    from sympy import Poly, PolynomialError, Symbol, sympify
+
+    (leader,) = leaders or {""}
+    try:
+        law = Poly(sympify(law), Symbol(leader or "_"))
+        factors = [mechanism.evaluate(factor) for factor in reversed(law.all_coeffs())]
+    except (PolynomialError, TypeError, ValueError):
+        return None
+    if len(factors) > degree + 1:
+        return None
+    return steps.get(leader, ""), [*factors, *([0.0] * (degree + 1 - len(factors)))]
+
+
 def _mimic(mechanism: Mechanism, coordinate: str) -> Iterator[Tag]:
     """A joint that follows one free joint linearly; comments state any other map."""
-    driven = mechanism.coordinates.driven
-    if coordinate not in driven:
+    if coordinate not in mechanism.coordinates.driven:
         return
-    expression = plain(driven[coordinate])
-    leaders = {
-        free.coordinate: free.name
-        for free in mechanism.joints
-        if isinstance(free, Single) and free.coordinate not in driven
-    }
-    if not symbols_in(expression) - mechanism.values.keys() <= leaders.keys():
+    law = law_of_follower(mechanism, axial_steps(mechanism), coordinate, 1)
+    if law is None or not law[0] or not law[1][1]:
         return
-    followed = symbols_in(expression) & leaders.keys()
-    if len(followed) != 1:
-        return
-    from sympy import Symbol
-
-    (leader,) = followed
-    slope = expression.diff(Symbol(leader))
-    if leader in symbols_in(slope):
-        return
-    factor = mechanism.evaluate(slope)
-    offset = mechanism.evaluate(expression.subs(Symbol(leader), 0))
+    leader, (offset, factor) = law
     where = f"the map of {coordinate!r}"
-    yield Tag(
-        "mimic",
-        joint=leaders[leader],
-        multiplier=number(factor, where),
-        offset=number(offset, where),
-    )
+    multiplier = number(factor, where)
+    yield Tag("mimic", joint=leader, multiplier=multiplier, offset=number(offset, where))
 
 
 def _actuators(mechanism: Mechanism) -> Iterator[Tag]:

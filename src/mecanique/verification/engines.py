@@ -17,6 +17,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError, UnknownNameError
 from mecanique.model.coordinates import Coordinates
+from mecanique.model.force_base import AnyForce
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding, Origin
@@ -72,13 +73,28 @@ def read_by(mechanism: Mechanism, engines: Sequence[str], seed: int) -> tuple[En
 
 
 def read_text_by(
-    mechanism: Mechanism, text: str, engines: Sequence[str], seed: int
+    mechanism: Mechanism,
+    text: str,
+    engines: Sequence[str],
+    seed: int,
+    states: int,
+    passive: Sequence[AnyForce],
 ) -> tuple[EngineReading, ...]:
-    """Compare what engines read from a text with what mecanique read from it."""
+    """Compare what engines read from a text with what mecanique read from it.
+
+    Args:
+        mechanism: what mecanique read.
+        text: what the engines read.
+        engines: their names.
+        seed: of the random states.
+        states: number of them.
+        passive: the springs and dampers that engines compute, if they compute any.
+    """
     tree = _strip(mechanism)
     chosen = [engine_of(name) for name in engines if name != "pinocchio" or has_pinocchio()]
     origin = Origin(None, text.encode())
-    return tuple(_compare(tree, origin, engine, seed) for engine in chosen)
+    loaded = replace(tree, forces=tuple(passive))
+    return tuple(_compare(tree, origin, engine, seed, states, loaded) for engine in chosen)
 
 
 def engine_of(name: str) -> Engine:
@@ -104,7 +120,14 @@ def _strip(mechanism: Mechanism) -> Mechanism:
     )
 
 
-def _compare(tree: Mechanism, origin: Origin, engine: Engine, seed: int) -> EngineReading:
+def _compare(
+    tree: Mechanism,
+    origin: Origin,
+    engine: Engine,
+    seed: int,
+    states: int = _STATES,
+    loaded: Mechanism | None = None,
+) -> EngineReading:
     title, package = engine.title, engine.package
     try:
         title = f"{title} {version(package)}"
@@ -112,8 +135,8 @@ def _compare(tree: Mechanism, origin: Origin, engine: Engine, seed: int) -> Engi
         return EngineReading(title, None, missing=f"pip install {package}")
     ours = {joint.name: joint for joint in tree.joints if isinstance(joint, Single)}
     random = np.random.default_rng(seed)
-    q = {name: random.uniform(-1.0, 1.0, _STATES).tolist() for name in ours}
-    v = {name: random.uniform(-1.0, 1.0, _STATES).tolist() for name in ours}
+    q = {name: random.uniform(-1.0, 1.0, states).tolist() for name in ours}
+    v = {name: random.uniform(-1.0, 1.0, states).tolist() for name in ours}
     try:
         original = engine.read(origin.text, tree.evaluate_all(tree.gravity), q, v)
     except EngineError as error:
@@ -123,8 +146,12 @@ def _compare(tree: Mechanism, origin: Origin, engine: Engine, seed: int) -> Engi
     order = [original.joints.index(joint.name) for joint in joints]
     others, offs = original.mass[:, order][:, :, order], original.bias[:, order]
     mass, bias = _answers(tree, joints, q, v)
+    pairs = [("mass matrix", mass, others), ("bias", bias, offs)]
+    if loaded is not None and original.passive is not None:
+        held = _answers(loaded, joints, q, v)[1]
+        pairs.append(("bias", held, offs - original.passive[:, order]))
     remarks = [f"{title} has no joint {name!r}" for name in lost]
-    worst = np.inf if lost else _difference(mass, bias, others, offs)
+    worst = np.inf if lost else _difference(pairs, mass)
     reading = EngineReading(title, worst)
     if reading.differs:
         remarks += [*_places(tree, joints, mass, others), *_traps(origin)]
@@ -135,23 +162,24 @@ def _compare(tree: Mechanism, origin: Origin, engine: Engine, seed: int) -> Engi
 def _answers(
     tree: Mechanism, joints: Sequence[Single], q: ByJoint, v: ByJoint
 ) -> tuple[Array, Array]:
-    """Return M and bias as mecanique reads the file, in some of its joints."""
+    """Return M and the forces without acceleration as mecanique reads the file, in some joints."""
     at = [tree.velocities.index(f"{joint.coordinate}'") for joint in joints]
     engine = Reference(tree)
-    place = np.tile(tree.neutral(), (_STATES, 1))
-    speed = np.zeros((_STATES, tree.nv))
+    states = max(map(len, q.values()), default=_STATES)
+    place = np.tile(tree.neutral(), (states, 1))
+    speed = np.zeros((states, tree.nv))
     for joint, index in zip(joints, at, strict=True):
         place[:, tree.coordinates.index(joint.coordinate)] = q[joint.name]
         speed[:, index] = v[joint.name]
-    mass, bias = engine.mass_matrix(place), engine.bias(place, speed)
+    mass = engine.mass_matrix(place)
+    bias = engine.inverse_dynamics(place, speed, np.zeros_like(speed))
     return np.asarray(mass)[:, at][:, :, at], np.asarray(bias)[:, at]
 
 
-def _difference(mass: Array, bias: Array, others: Array, offs: Array) -> float:
-    """Return the largest relative difference of both quantities, scaled as in a verdict."""
+def _difference(pairs: Sequence[tuple[str, Array, Array]], mass: Array) -> float:
+    """Return the largest relative difference of the quantities, scaled as in a verdict."""
     if not mass.size:
         return 0.0
-    pairs = (("mass matrix", mass, others), ("bias", bias, offs))
     worst = 0.0
     for quantity, a, b in pairs:
         x, y = scale(quantity, a, mass), scale(quantity, b, mass)

@@ -30,7 +30,9 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     Raises:
         EngineError: if Drake refuses the text; the message gives Drake's reason.
     """
-    asked = {"text": text.decode("utf-8", "replace"), "gravity": list(gravity)}
+    words = {"urdf": "robot", "sdf": "sdf", "xml": "mujoco"}
+    form = next((form for form, tag in words.items() if f"<{tag}".encode() in text), "urdf")
+    asked = {"text": text.decode("utf-8", "replace"), "form": form, "gravity": list(gravity)}
     request = json.dumps({**asked, "q": dict(q), "v": dict(v)})
     command = [sys.executable, "-m", __name__]
     try:
@@ -49,6 +51,7 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
         np.array(answer["mass"], dtype=float).reshape(states, count, count),
         np.array(answer["bias"], dtype=float).reshape(states, count),
         tuple(answer["complaints"]),
+        np.array(answer["passive"], dtype=float).reshape(states, count),
     )
 
 
@@ -56,14 +59,14 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     """Evaluate the request of `read`, within the process that Drake may crash."""
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
-    from pydrake.multibody.tree import BodyIndex, JointIndex
+    from pydrake.multibody.tree import BodyIndex, JointIndex, MultibodyForces
 
     heard = _Heard()
     log = logging.getLogger("drake")
     log.addHandler(heard)
     log.propagate = False
     plant = MultibodyPlant(time_step=0.0)
-    Parser(plant).AddModelsFromString(asked["text"], "urdf")
+    Parser(plant).AddModelsFromString(asked["text"], asked["form"])
     plant.mutable_gravity_field().set_gravity_vector(asked["gravity"])
     every = [plant.get_joint(JointIndex(k)) for k in range(plant.num_joints())]
     carried = {int(joint.child_body().index()) for joint in every}
@@ -77,7 +80,8 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     names = [joint.name() for joint in single]
     at = [joint.velocity_start() for joint in single]
     rest = np.array(plant.GetPositions(context))
-    masses, biases = [], []
+    masses, biases, passive = [], [], []
+    forces, still = MultibodyForces(plant), np.zeros(plant.num_velocities())
     for angles, rates in zip(columns(asked["q"], names), columns(asked["v"], names), strict=True):
         place, speed = rest.copy(), np.zeros(plant.num_velocities())
         place[[joint.position_start() for joint in single]] = angles
@@ -87,7 +91,11 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
         bias = plant.CalcBiasTerm(context) - plant.CalcGravityGeneralizedForces(context)
         masses.append(plant.CalcMassMatrix(context)[np.ix_(at, at)].tolist())
         biases.append(bias[at].tolist())
-    return {"joints": names, "mass": masses, "bias": biases, "complaints": heard.said}
+        plant.CalcForceElementsContribution(context, forces)
+        whole = plant.CalcInverseDynamics(context, still, forces)
+        passive.append((bias - whole)[at].tolist())
+    answers = {"mass": masses, "bias": biases, "passive": passive}
+    return {"joints": names, **answers, "complaints": heard.said}
 
 
 @final

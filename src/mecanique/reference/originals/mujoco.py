@@ -40,7 +40,7 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     single = [model.joint(k) for k in range(model.njnt) if int(model.jnt_type[k]) in kinds]
     names = tuple(joint.name for joint in single)
     at = [int(joint.dofadr[0]) for joint in single]
-    masses, biases = [], []
+    masses, biases, passive = [], [], []
     for angles, rates in zip(columns(q, names), columns(v, names), strict=True):
         data.qpos[:], data.qvel[:] = model.qpos0, 0.0
         data.qpos[[int(joint.qposadr[0]) for joint in single]] = angles
@@ -51,4 +51,5 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
             mujoco.mj_mulM(model, data, column, unit)
         masses.append(mass[np.ix_(at, at)])
         biases.append(np.array(data.qfrc_bias[at]))
-    return Original(names, np.array(masses), np.array(biases), ())
+        passive.append(np.array(data.qfrc_passive[at]))
+    return Original(names, np.array(masses), np.array(biases), (), np.array(passive))

@@ -23,6 +23,7 @@ class Original:
     mass: Array  # mass matrices, shape (n, k, k)
     bias: Array  # shape (n, k)
     complaints: tuple[str, ...]  # the engine's own messages about the file
+    passive: Array | None = None  # forces of springs and dampers, shape (n, k), if it has any
 
 
 def columns(values: ByJoint, joints: Sequence[str]) -> Array:

@@ -1,0 +1,229 @@
+"""What each format can express, stated once for readers of verdicts and for all writers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.model.bodies import Body
+from mecanique.model.bodies.visuals import Mesh
+from mecanique.model.constraints.loops import Loop
+from mecanique.model.force_base import AnyForce
+from mecanique.model.forces import Damper, Force, JointDamper, JointSpring, Spring
+from mecanique.model.joint_base import Single
+from mecanique.model.joints import Fixed, Floating, Joint, Planar
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import Placement, pose_of
+from mecanique.urdf.dialect import UNBOUNDED
+from mecanique.urdf.write import axial_steps, law_of_follower
+from mecanique.wording import say_count
+
+Form: TypeAlias = Literal["URDF", "MJCF", "SDF"]
+
+_CLOSED = 1e-9
+"""How far the frames of a loop may be apart that SDF shows closed, relative to 1 m and to 1."""
+
+_WHOLE = 1e-12
+"""How far a force may be from a share of the weight that it is taken for."""
+
+
+@final
+@dataclass(frozen=True)
+class Scope:
+    """What a format can express."""
+
+    form: Form
+    suffixes: tuple[str, ...]  # of its files
+    engines: tuple[str, ...]  # that read it by their own parsers
+    forces: tuple[type[AnyForce], ...]
+    loops: frozenset[str] | None  # kinds; None for all
+    degree: int  # of the polynomials by which a joint may follow another
+    joints: tuple[type[Joint], ...]  # that move and are not among its own or chains of them
+    lifts: Literal["none", "whole", "any"]  # the share of its weight that may be taken off a body
+    closed: bool = False  # whether loops are stated by the poses where all coordinates are zero
+    massive: bool = False  # whether each moving body needs mass
+    dialect: bool = False  # whether tags of this package state what rolls, guides and switches
+
+
+SCOPES: Mapping[Form, Scope] = {
+    scope.form: scope
+    for scope in (
+        Scope(
+            "URDF",
+            (".urdf",),
+            ("pinocchio", "mujoco"),
+            (Spring, Damper, JointSpring, JointDamper),
+            None,
+            1,
+            (),
+            "none",
+            dialect=True,
+        ),
+        Scope(
+            "MJCF",
+            (".xml", ".mjcf"),
+            ("mujoco",),
+            (Spring, Damper, JointSpring, JointDamper),
+            frozenset({"ball", "weld"}),
+            4,
+            (),
+            "any",
+        ),
+        Scope(
+            "SDF",
+            (".sdf",),
+            ("drake",),
+            (JointSpring, JointDamper),
+            frozenset({"ball", "weld", "hinge"}),
+            1,
+            (Planar,),
+            "whole",
+            closed=True,
+            massive=True,
+        ),
+    )
+}
+
+
+def list_losses(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
+    """Say in a line each what a format cannot express of a mechanism."""
+    return tuple(_losses(mechanism, SCOPES[form]))
+
+
+def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
+    form = scope.form
+    for force in mechanism.forces:
+        if not isinstance(force, scope.forces):
+            share = lifted_share(mechanism, force)
+            if share is None or scope.lifts == "none" or (scope.lifts == "whole" and share != 1):
+                yield f"{force.kind} {force.name}: {form} states no such force"
+        elif form == "URDF" and isinstance(force, Spring) and _has_no_length(mechanism, force):
+            yield f"spring {force.name}: its free length is zero, and Drake's tag wants more"
+    poses = home_poses(mechanism)
+    for loop in mechanism.loops:
+        if scope.loops is not None and loop.kind not in scope.loops:
+            yield f"loop {loop.name}: {form} has none of the kind {loop.kind!r}"
+        elif scope.closed and not is_closed(mechanism, loop, poses):
+            yield f"loop {loop.name}: it is open where {form} states it, at coordinates of zero"
+    steps = axial_steps(mechanism)
+    for name, law in mechanism.coordinates.driven.items():
+        if law_of_follower(mechanism, steps, name, scope.degree) is None:
+            most = "linear laws of one joint" if scope.degree == 1 else "polynomials of degree four"
+            yield f"{name} = {law}: {form} knows {most} alone"
+    carrying = {joint.parent for joint in mechanism.joints}
+    for joint in mechanism.joints:
+        if isinstance(joint, scope.joints):
+            yield f"joint {joint.name}: {form} has none of the kind {type(joint).__name__!r}"
+        if isinstance(joint, Floating) and form != "URDF":
+            placed = any(mechanism.evaluate_all((*joint.origin.xyz, *joint.origin.rpy)))
+            if placed or joint.parent != mechanism.ground:
+                yield f"joint {joint.name}: free joints start at the world's frame"
+        if form == "SDF" and _idles(mechanism, joint):
+            yield f"joint {joint.name}: without effort it has no rotor in SDF"
+        body = next(body for body in mechanism.bodies if body.name == joint.child)
+        if isinstance(joint, Fixed) or not is_empty(mechanism, body):
+            continue
+        if scope.massive or (form == "MJCF" and joint.child not in carrying):
+            yield f"body {body.name}: {form} refuses moving bodies without mass"
+    if scope.dialect:
+        return
+    for contact in mechanism.contacts:
+        yield f"contact {contact.name}: {form} has no rolling without slip"
+    for constraint in mechanism.velocity_constraints:
+        yield f"velocity constraint {constraint.name}: {form} has none"
+    for element in (*mechanism.switching, *mechanism.elements):
+        yield f"{type(element).__name__.lower()} {element.name}: {form} has none"
+
+
+def list_unstated(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
+    """Say in a line each what is left out that has no part in the equations of motion."""
+    if form != "MJCF":
+        return ()
+    bounds = [joint.limits for joint in mechanism.joints if isinstance(joint, Single)]
+    fast = sum(limits is not None and limits.velocity < UNBOUNDED for limits in bounds)
+    looks = [visual.geometry for body in mechanism.bodies for visual in body.visuals]
+    meshes = sum(isinstance(geometry, Mesh) for geometry in looks)
+    lines = {
+        f"limits of velocity of {say_count(fast, 'joint')}: MJCF has none": fast,
+        f"{say_count(meshes, 'mesh', 'meshes')} that show bodies: left out": meshes,
+    }
+    return tuple(line for line, count in lines.items() if count)
+
+
+def _idles(mechanism: Mechanism, joint: Joint) -> bool:
+    """Whether a joint has a rotor and no effort."""
+    if not isinstance(joint, Single) or joint.limits is None or joint.limits.effort:
+        return False
+    return bool(mechanism.evaluate(joint.armature))
+
+
+def _has_no_length(mechanism: Mechanism, spring: Spring) -> bool:
+    return not mechanism.evaluate(spring.free_length) > 0
+
+
+def is_empty(mechanism: Mechanism, body: Body) -> bool:
+    """Whether a body has neither mass nor inertia."""
+    return not any(mechanism.evaluate_all((body.mass, *body.inertia)))
+
+
+def lifted_share(mechanism: Mechanism, force: AnyForce) -> float | None:
+    """Return the share of its body's weight that a force takes off it, if it does nothing else."""
+    if not isinstance(force, Force) or force.axes != "world":
+        return None
+    try:
+        given = np.array(mechanism.evaluate_all((*force.force, *force.point)))
+    except (TypeError, ValueError):
+        return None  # it is not constant
+    body = next(body for body in mechanism.bodies if body.name == force.body)
+    weight = mechanism.evaluate(body.mass) * np.array(mechanism.evaluate_all(mechanism.gravity))
+    if not weight.any():
+        return None
+    share = float(-(given[:3] @ weight) / (weight @ weight))
+    share = 1.0 if abs(share - 1) <= _WHOLE else share
+    off = [*(given[:3] + share * weight), *(given[3:] - mechanism.evaluate_all(body.center))]
+    return share if np.abs(off).max() <= _WHOLE * (1 + np.abs(weight).max()) else None
+
+
+def joint_spring(mechanism: Mechanism, joint: str) -> tuple[float, float]:
+    """Return stiffness and reference of all springs in a joint as one."""
+    springs = [f for f in mechanism.forces if isinstance(f, JointSpring) and f.joint == joint]
+    stiffness = sum(mechanism.evaluate(spring.stiffness) for spring in springs)
+    pull = sum(mechanism.evaluate(s.stiffness) * mechanism.evaluate(s.reference) for s in springs)
+    return stiffness, pull / stiffness if stiffness else 0.0
+
+
+def joint_damping(mechanism: Mechanism, joint: str) -> float:
+    """Return the damping of all dampers in a joint."""
+    dampers = (f for f in mechanism.forces if isinstance(f, JointDamper) and f.joint == joint)
+    return float(sum(mechanism.evaluate(damper.damping) for damper in dampers))
+
+
+def home_poses(mechanism: Mechanism) -> dict[str, Array]:
+    """Return the poses of all bodies where all coordinates are zero, shape (4, 4)."""
+    poses = {mechanism.ground: np.eye(4)}
+    left = list(mechanism.joints)
+    while left:
+        ready = [joint for joint in left if joint.parent in poses]
+        for joint in ready:
+            poses[joint.child] = poses[joint.parent] @ _numeric_pose(mechanism, joint.origin)
+        left = [joint for joint in left if joint.child not in poses]
+    return poses
+
+
+def is_closed(mechanism: Mechanism, loop: Loop, poses: Mapping[str, Array]) -> bool:
+    """Whether a ball, hinge or weld is closed in these poses of the bodies."""
+    a, b = (
+        poses[body] @ _numeric_pose(mechanism, frame)
+        for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b))
+    )
+    first = {"ball": 3, "hinge": 2, "weld": 0}[loop.kind]
+    return bool(np.abs(a[:3, first:] - b[:3, first:]).max() <= _CLOSED)
+
+
+def _numeric_pose(mechanism: Mechanism, place: Placement) -> Array:
+    (x, y, z), (roll, pitch, yaw) = map(mechanism.evaluate_all, (place.xyz, place.rpy))
+    return pose_of(Placement((x, y, z), (roll, pitch, yaw)))
