@@ -24,6 +24,8 @@ def _looking(azimuth: float, elevation: float) -> Floats:
 FRONT = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
 TOP = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
 ISOMETRIC = _looking(math.radians(-33.0), math.radians(18.0))
+ACROSS = _looking(math.radians(57.0), math.radians(18.0))
+"""A quarter turn about the vertical from the usual view."""
 
 
 @final
@@ -68,5 +70,15 @@ def side_of(mechanism: Mechanism, poses: Floats) -> Floats:
     for view in (FRONT, TOP):
         normal = view[2]
         if all(abs(abs(axis @ normal) - (0.0 if slides else 1.0)) < 1e-6 for slides, axis in axes):
-            return view
+            return _upright(mechanism, view)
     return ISOMETRIC
+
+
+def _upright(mechanism: Mechanism, view: Floats) -> Floats:
+    """Return a flat view turned until gravity points down on paper, as beside an incline."""
+    up = -np.array(mechanism.evaluate_all(mechanism.gravity))
+    size = float(np.linalg.norm(up))
+    if not size or abs(up @ view[2]) > 1e-9 * size or abs(up @ view[0]) < 1e-9 * size:
+        return view
+    up = up / size
+    return np.array([np.cross(up, view[2]), up, view[2]])

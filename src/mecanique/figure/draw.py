@@ -176,13 +176,16 @@ def _set_up(
             np.asarray(state.q),
             np.asarray(state.v),
             float(state.t),
+            switching=shown.mechanism.switching,
         )
     if isinstance(shown, Mechanism):
         position = posture(shown) if q is None else shown.position(q)
         instant = 0.0 if t is None else float(t)
-        if shown.switching:  # friction, stops and contacts that open have no sign of their own
+        switching = shown.switching
+        if switching:  # the reference is asked for places alone, whatever the mode
             shown = replace(shown, switching=())
-        return setting(shown, Reference.of(shown), position, np.zeros(shown.nv), instant, extent)
+        reference, rest = Reference.of(shown), np.zeros(shown.nv)
+        return setting(shown, reference, position, rest, instant, extent, switching)
     raise InputError(f"expected a Motion or a Mechanism, got {type(shown).__name__}")
 
 

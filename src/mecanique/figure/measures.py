@@ -9,10 +9,11 @@ import numpy as np
 
 from mecanique.figure.paper.arrows import arrow, dimension
 from mecanique.figure.paper.marks import Mark, Point, Stroke, Words, across, label, rich, unit
-from mecanique.figure.setting import Setting, is_zero
+from mecanique.figure.setting import CONE, Setting, is_zero
 from mecanique.figure.solids import Solid, radius_of
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder
+from mecanique.model.expression import symbols_in
 from mecanique.model.joints import Prismatic
 
 MEASURED_LENGTH, MEASURED_RADIUS = 40.0, 18.0
@@ -23,6 +24,12 @@ DIMENSION_OFFSET = 18.0
 
 SLOPE_RADIUS = 60.0
 """Radius of the arc that shows an incline's angle [pt]."""
+
+RAIL_GAP = 8.0
+"""How far a rail lies below what slides on it [pt]."""
+
+ASIDE = 0.3
+"""Cosine of the angle to the view up to which the radius of a disk in space is drawn."""
 
 RADIUS_ANGLE = -0.7
 """Angle at which a disk's radius is drawn, on paper, y downwards [rad]."""
@@ -68,14 +75,21 @@ def _length(setting: Setting, rod: Solid, name: str) -> Iterator[Mark]:
 
 
 def _radius(setting: Setting, disk: Solid, name: str) -> Iterator[Mark]:
-    """An arrow to the rim of a disk seen face on."""
+    """An arrow to the rim of a disk seen face on, or in space at least from aside."""
     camera = setting.camera
-    radius = disk.size * camera.scale
-    face_on = camera.flat and abs(float(disk.pose[:3, 2] @ camera.toward)) > 0.9
-    if radius <= MEASURED_RADIUS or not face_on:
+    radius, facing = disk.size * camera.scale, float(disk.pose[:3, 2] @ camera.toward)
+    least = 0.9 if camera.flat else 0.0 if disk.form == CONE else ASIDE
+    if radius <= MEASURED_RADIUS or abs(facing) < least:
         return
-    center = camera.at(disk.ends[0])
-    rim = center + radius * np.array([math.cos(RADIUS_ANGLE), math.sin(RADIUS_ANGLE)])
+    way = np.array([math.cos(RADIUS_ANGLE), math.sin(RADIUS_ANGLE)])
+    if camera.flat:
+        center = camera.at(disk.ends[0])
+        rim = center + radius * way
+    else:
+        half = len(disk.corners) // 2
+        edge = disk.corners[half:] if facing > 0 else disk.corners[:half]
+        center, around = camera.at(edge.mean(axis=0)), camera.at(edge)
+        rim = around[int(np.argmax((around - center) @ way))]
     yield from arrow(center, rim, "thin")
     yield label((center + rim) / 2, name, np.array([-0.6, -0.8]), 4.0)
 
@@ -92,19 +106,44 @@ def slopes(setting: Setting) -> Iterator[Mark]:
     ]
     if not camera.flat or len(visuals) != len(plates):
         return
+    yield from _rail_slopes(setting)
     for visual, plate in zip(visuals, plates, strict=True):
         names = [setting.name(angle) for angle in visual.placement.rpy if not is_zero(angle)]
         a, b = camera.at(plate.ends)
         low, high = (a, b) if a[1] > b[1] else (b, a)
         if len(names) != 1 or not names[0] or abs(high[1] - low[1]) < 1.0:
             continue
-        inward = np.array([math.copysign(1.0, high[0] - low[0]), 0.0])
-        slope = math.atan2(low[1] - high[1], abs(high[0] - low[0]))
-        turn = np.linspace(0.0, slope, 25)[:, None]
-        points = low + SLOPE_RADIUS * (np.cos(turn) * inward - np.sin(turn) * np.array([0.0, 1.0]))
-        yield Stroke(np.array([low, low + 1.3 * SLOPE_RADIUS * inward]), "axis")
-        yield Stroke(points, "thin")
-        yield label(points[12], names[0], points[12] - low, 5.0)
+        yield from _slope(low, high, names[0])
+
+
+def _rail_slopes(setting: Setting) -> Iterator[Mark]:
+    """The angle by which gravity is tilted against a slide on the ground."""
+    mechanism, camera = setting.mechanism, setting.camera
+    letters = {p.symbol for p in mechanism.parameters if p.unit == "rad"}
+    used = frozenset().union(*map(symbols_in, mechanism.gravity)) & letters
+    for joint in mechanism.joints:
+        if len(used) != 1 or joint.parent != mechanism.ground or not isinstance(joint, Prismatic):
+            continue
+        along = unit(camera.at(setting.axis(joint)))
+        along = along if along[1] > 0 else -along
+        below = across(along)
+        below = below if below[1] > 0 else -below
+        low = camera.at(setting.point(joint.child))
+        low = low + (setting.reach(joint.child, below) - float(low @ below)) * below
+        low = low + (setting.reach(joint.child, along) - float(low @ along) + SLOPE_RADIUS) * along
+        low = low + RAIL_GAP * below
+        yield from _slope(low, low - along, *used)
+
+
+def _slope(low: Point, high: Point, name: str) -> Iterator[Mark]:
+    """The angle at the foot of an incline, from the horizontal."""
+    inward = np.array([math.copysign(1.0, high[0] - low[0]), 0.0])
+    slope = math.atan2(low[1] - high[1], abs(high[0] - low[0]))
+    turn = np.linspace(0.0, slope, 25)[:, None]
+    points = low + SLOPE_RADIUS * (np.cos(turn) * inward - np.sin(turn) * np.array([0.0, 1.0]))
+    yield Stroke(np.array([low, low + 1.3 * SLOPE_RADIUS * inward]), "axis")
+    yield Stroke(points, "thin")
+    yield label(points[12], name, points[12] - low, 5.0)
 
 
 def _outward(setting: Setting, a: Point, b: Point) -> float:

@@ -135,6 +135,8 @@ def _in_slide(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) ->
         shift = middle - (middle @ along) * along
         a, b = a + shift, b + shift
     if float((b - a) @ along) > 46:
+        if joint.parent == setting.mechanism.ground and joint.parent not in solids:
+            yield from wall(a, along)
         yield from _bundle(setting, a, _surface(setting, joint.child, b, -along), loads)
         return
     tip = _surface(setting, joint.child, b, -along)

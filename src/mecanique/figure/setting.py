@@ -11,14 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mecanique.errors import MecaniqueError
-from mecanique.figure.camera import Camera, Floats, side_of
+from mecanique.figure.camera import ACROSS, ISOMETRIC, Camera, Floats, side_of
 from mecanique.figure.paper.marks import Point
 from mecanique.figure.solids import Solid, solids
 from mecanique.model.bodies.visuals import Box
+from mecanique.model.constraints.friction import Contact, Stop, Switching
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import LineLoad
 from mecanique.model.forces import Spring
-from mecanique.model.joints import Joint
+from mecanique.model.joints import Joint, Prismatic
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
 from mecanique.reference import Reference
@@ -31,6 +32,9 @@ PLATE_MARGIN = 0.3
 
 FLATNESS = 0.1
 """A box of the ground thinner than this share of its length is a plate."""
+
+CONE, POINTED = "solid cone", 0.5
+"""A cone is seen from another side if the cosine of its angle to the view is larger than this."""
 
 STEPS = np.linspace(0.0, 1.0, 13)
 """Places along a solid that are tried for a letter."""
@@ -52,6 +56,7 @@ class Setting:
     poses: Floats  # shape (nb, 4, 4)
     camera: Camera
     solids: tuple[Solid, ...]
+    switching: tuple[Switching, ...] = ()  # friction, stops and contacts, which only show
 
     def index(self, body: str) -> int:
         """Return the index of a body among the poses."""
@@ -123,11 +128,15 @@ def setting(
     v: Floats,
     t: float,
     extent: tuple[float, float] = (WIDTH, HEIGHT),
+    switching: tuple[Switching, ...] = (),
 ) -> Setting:
     """Return a mechanism at one instant, in the view and at the scale that suit it best."""
     poses = np.asarray(reference.poses(q, t))
     drawn = tuple(_trim_plates(mechanism, poses, tuple(solids(mechanism, poses))))
     axes = side_of(mechanism, poses)
+    points_at_eye = [abs(float(s.pose[:3, 2] @ axes[2])) > POINTED for s in drawn if s.form == CONE]
+    if axes is ISOMETRIC and any(points_at_eye):
+        axes = ACROSS
     ground = [body.name for body in mechanism.bodies].index(mechanism.ground)
     spots = [np.delete(poses, ground, axis=0)[:, :3, 3], *(solid.corners for solid in drawn)]
     spots += (
@@ -138,6 +147,7 @@ def setting(
     spots += [
         _ends(mechanism, poses, force) for force in mechanism.forces if isinstance(force, LineLoad)
     ]
+    spots += [*_touched(mechanism, poses, switching)]
     seen = (np.concatenate(spots) if any(map(len, spots)) else np.zeros((1, 3))) @ axes[:2].T
     room = {"ball": 14.0, "rod": 0.0}
     sizes = [solid.size * room.get(solid.kind, 2.6) for solid in drawn]
@@ -153,7 +163,28 @@ def setting(
         poses=poses,
         camera=Camera(axes, scale),
         solids=drawn,
+        switching=switching,
     )
+
+
+def _touched(
+    mechanism: Mechanism, poses: Floats, switching: tuple[Switching, ...]
+) -> Iterator[Floats]:
+    """Yield where bodies would touch planes, and the circles on which turning slides stop."""
+    at = {body.name: k for k, body in enumerate(mechanism.bodies)}
+    for element in switching:
+        if isinstance(element, Contact) and is_zero(element.bowl):
+            body, on = poses[at[element.body]], poses[at[element.on]]
+            plane = on @ mechanism.matrix(element.plane)
+            center = (body @ [*mechanism.evaluate_all(element.center), 1.0])[:3]
+            normal = plane[:3, 2]
+            yield (center - (center - plane[:3, 3]) @ normal * normal)[None]
+        elif isinstance(element, Stop):
+            joint = mechanism.joint(element.joint)
+            if isinstance(joint, Prismatic) and joint.parent != mechanism.ground:
+                seat = poses[at[joint.parent]] @ [*mechanism.evaluate_all(joint.origin.xyz), 1.0]
+                radius = mechanism.evaluate(element.at)
+                yield seat[:3] + radius * np.concatenate([np.eye(3), -np.eye(3)])
 
 
 def _trim_plates(mechanism: Mechanism, poses: Floats, drawn: tuple[Solid, ...]) -> Iterator[Solid]:

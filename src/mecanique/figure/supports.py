@@ -9,9 +9,11 @@ from typing import final
 
 import numpy as np
 
-from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, unit
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, label, unit
 from mecanique.figure.paper.symbols import hatch, pin
-from mecanique.figure.setting import Setting
+from mecanique.figure.setting import Setting, is_zero
+from mecanique.model.constraint_base import PressingContact
+from mecanique.model.constraints.friction import Contact, Friction, Stop
 from mecanique.model.force_base import loads_in
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
@@ -21,13 +23,26 @@ DOWN = np.array([0.0, 1.0])
 NUT = (11.0, 8.0)
 """Half the width and half the height of a nut [pt]."""
 
+RADIUS_WAY = np.array([-0.8, -0.6])
+"""Where on paper the radius of a circle is drawn that a slide stops on."""
+
+PLANE_MARGIN = 26.0
+"""How far a plane is drawn beyond what touches it [pt]."""
+
+STOP_AT, STOP_GAP = 0.8, 5.0
+"""Where a stop stands along a body that turns, and how far from its middle line [pt]."""
+
 THREADS = 3
 """How many turns of the thread are drawn in a nut."""
 
 
 def supports(setting: Setting) -> Iterator[Mark]:
-    """Yield what holds the joints of the ground."""
+    """Yield what holds the joints of the ground, and what bodies touch."""
     yield from _slabs(setting)
+    yield from _planes(setting)
+    for element in setting.switching:
+        if isinstance(element, Stop):
+            yield from _stop(setting, element)
     rails: list[_Rail] = []
     for joint in setting.mechanism.joints:
         if joint.parent != setting.mechanism.ground or joint.followers:
@@ -130,6 +145,66 @@ def _slabs(setting: Setting) -> Iterator[Mark]:
         yield from hatch(a, b) if float(-across(unit(b - a)) @ low) > 0 else hatch(b, a)
 
 
+def _planes(setting: Setting) -> Iterator[Mark]:
+    """The planes that bodies touch or roll on, hatched, where they are seen edge on."""
+    mechanism, camera = setting.mechanism, setting.camera
+    if any(solid.body == mechanism.ground for solid in setting.solids):
+        return
+    lines = list[tuple[Point, Point]]()
+    for contact in (*mechanism.contacts, *setting.switching):
+        if not isinstance(contact, PressingContact | Contact):
+            continue
+        on = setting.poses[setting.index(contact.on)]
+        plane = on @ mechanism.matrix(contact.plane)
+        normal, at = camera.at(plane[:3, 2]) / camera.scale, camera.at(plane[:3, 3])
+        known = any(abs(n @ normal) > 0.999 and abs((at - o) @ n) < 1.0 for o, n in lines)
+        if is_zero(contact.bowl) and math.hypot(*normal) > 0.99 and not known:
+            lines.append((at, unit(normal)))
+    spots = np.concatenate([setting.paper(body.name) for body in mechanism.bodies])
+    for at, out in lines:
+        along = across(out)
+        spans = (spots - at) @ along
+        low, high = float(spans.min()) - PLANE_MARGIN, float(spans.max()) + PLANE_MARGIN
+        for other, normal in lines:  # a floor ends at a wall
+            rise, reach = float(along @ normal), float((at - other) @ normal)
+            if rise > 0.1:
+                low = max(low, -reach / rise)
+            elif rise < -0.1:
+                high = min(high, -reach / rise)
+        a, b = at + low * along, at + high * along
+        yield from hatch(a, b) if float(across(along) @ out) > 0 else hatch(b, a)
+
+
+def _stop(setting: Setting, stop: Stop) -> Iterator[Mark]:
+    """The wall that a stop is, or the circle on which a slide that turns ends."""
+    mechanism, camera = setting.mechanism, setting.camera
+    joint = mechanism.joint(stop.joint)
+    limit, seat = mechanism.evaluate(stop.at), setting.seat(joint)
+    if not camera.flat or not isinstance(joint, (Prismatic, Revolute)):
+        return
+    if isinstance(joint, Prismatic):
+        along = unit(camera.at(setting.axis(joint))) * stop.side
+        if joint.parent == mechanism.ground:
+            child = camera.at(setting.point(joint.child))
+            depth = setting.reach(joint.child, along) - float(child @ along)
+            place = camera.at(seat + limit * setting.axis(joint))
+            yield from wall(place + depth * along, -along)
+        elif not any(solid.body == joint.parent for solid in setting.solids):
+            center, radius = camera.at(seat), abs(limit) * camera.scale
+            yield Circle(center, radius, "clear" if stop.side < 0 else "dashed")
+            rim = center + radius * RADIUS_WAY
+            yield Stroke(np.array([center, rim]), "thin")
+            yield label((center + rim) / 2, setting.name(stop.at), across(RADIUS_WAY), 5.0)
+    elif joint.coordinate in mechanism.coordinates:
+        axis = setting.axis(joint)
+        angle = limit - float(setting.q[mechanism.coordinates.index(joint.coordinate)])
+        corners = np.concatenate([s.ends for s in setting.solids if s.body == joint.child])
+        arm = max((corner - seat for corner in corners), key=lambda r: float(np.linalg.norm(r)))
+        arm = math.cos(angle) * arm + math.sin(angle) * np.cross(axis, arm)
+        ahead = unit(camera.at(np.cross(axis, arm))) * stop.side
+        yield from wall(camera.at(seat + STOP_AT * arm) + STOP_GAP * ahead, -ahead)
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class _Rail:
@@ -166,14 +241,15 @@ def _rail(setting: Setting, joint: Prismatic) -> Iterator[_Rail]:
     depth = setting.reach(joint.child, below) - float(center @ below)
     half = max(setting.reach(joint.child, along) - float(center @ along), 12.0)
     ends = [float((zero - center) @ along), 0.0]
-    line = center + (depth + 8.0) * below
+    rubs = any(isinstance(e, Friction) and e.joint == joint.name for e in setting.switching)
+    line = center + (depth + (0.0 if rubs else 8.0)) * below
     inset = max(half - 9.0, 0.45 * half)
     top = center + (depth + 4.0) * below
     yield _Rail(
         line + (min(ends) - half - 26) * along,
         line + (max(ends) + half + 26) * along,
         below,
-        (top - inset * along, top + inset * along),
+        () if rubs else (top - inset * along, top + inset * along),
     )
 
 

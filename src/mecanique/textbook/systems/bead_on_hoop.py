@@ -6,6 +6,8 @@ bead's radius from the downward vertical. If the hoop turns fast enough, the bea
 for one side.
 """
 
+from dataclasses import replace
+
 from numpy import arccos, cos, sin, sqrt
 
 from mecanique.model import (
@@ -14,7 +16,6 @@ from mecanique.model import (
     Mechanism,
     Parameter,
     Revolute,
-    massless,
     particle,
     ring,
     time,
@@ -27,7 +28,7 @@ QUARTER = 1.5707963267948966
 
 def build(m: Parameter, R: Parameter, W: Parameter, g: Parameter) -> Mechanism:
     """Return the hoop, which is only drawn, and its bead."""
-    hoop = massless(*ring(1.0, R, thickness=0.01).at(rpy=(QUARTER, 0, 0)).visuals)
+    hoop = replace(ring(0.0, R, thickness=0.01), inertia=(0.0,) * 6).at(rpy=(QUARTER, 0, 0))
     return Mechanism(
         name="bead_on_hoop",
         bodies=(Body("ground"), Body("hoop", hoop), Body("bead", particle(m, (0, 0, -R)))),

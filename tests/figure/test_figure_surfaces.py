@@ -1,0 +1,130 @@
+"""Floors, walls, stops and inclines of a figure, and what of a body in space is measured."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.figure.draw import _set_up
+from mecanique.figure.mechanism import figure
+from mecanique.figure.paper.marks import Circle, Stroke, Words
+from mecanique.figure.setting import Setting
+
+
+def seen(name: str, **q: float) -> Setting:
+    """The setting of a system's figure, at a position."""
+    return _set_up(mq.textbook.load(name), None, q)
+
+
+def grounds(shown: Setting) -> list[Any]:
+    """The lines of ground of a figure."""
+    return [m.points for m in figure(shown) if isinstance(m, Stroke) and m.style == "ground"]
+
+
+def letters(shown: Setting) -> set[str]:
+    """What is written in a figure."""
+    marks = (m for m in figure(shown) if isinstance(m, Words))
+    return {"".join(text for text, _ in mark.parts) for mark in marks}
+
+
+def test_a_ladder_stands_on_a_floor_that_ends_at_its_wall() -> None:
+    lean = 0.4
+    l = mq.textbook.load("ladder").values["l"]
+    shown = seen("ladder", th=lean, z=l * math.cos(lean))
+    camera = shown.camera
+    lines = sorted(grounds(shown), key=lambda points: np.ptp(points[:, 0]))
+    wall, floor = lines
+    corner, foot = camera.at((0, 0, 0)), camera.at((l * math.sin(lean), 0, 0))
+    np.testing.assert_allclose(wall[:, 0], corner[0], atol=1e-6)
+    np.testing.assert_allclose(floor[:, 1], corner[1], atol=1e-6)
+    assert floor[:, 0].min() == pytest.approx(corner[0])
+    assert floor[:, 0].max() > foot[0] + 10
+    assert wall[:, 1].max() == pytest.approx(corner[1])
+
+
+def test_the_figure_reaches_down_to_the_floor_of_a_ball_in_the_air() -> None:
+    (floor,) = grounds(seen("bouncing_ball", z=2.0))
+    shown = seen("bouncing_ball", z=2.0)
+    np.testing.assert_allclose(floor[:, 1], shown.camera.at((0, 0, 0))[1], atol=1e-6)
+
+
+def test_the_hatching_lies_below_the_floor() -> None:
+    shown = seen("rocking_block", z=1.0)
+    (floor,) = grounds(shown)  # the corners touch one floor, drawn once
+    hatches = [m.points for m in figure(shown) if isinstance(m, Stroke) and m.style == "hatch"]
+    assert all(points[1, 1] > floor[0, 1] for points in hatches)
+
+
+def test_an_incline_is_drawn_inclined() -> None:
+    shown = seen("block_on_incline", x=0.0)
+    alpha = shown.mechanism.values["alpha"]
+    (line,) = grounds(shown)
+    across, down = np.abs(line[1] - line[0])
+    assert math.atan2(down, across) == pytest.approx(alpha)
+    gravity = shown.camera.at(shown.mechanism.evaluate_all(shown.mechanism.gravity))
+    assert gravity[0] == pytest.approx(0.0, abs=1e-9)
+    assert gravity[1] > 0
+    assert "α" in letters(shown)
+
+
+@pytest.mark.parametrize(
+    ("name", "letter", "style"),
+    [("bead_leaves_sphere", "R", "clear"), ("slack_cord", "l", "dashed")],
+)
+def test_what_stops_a_turning_slide_is_a_circle(name: str, letter: str, style: str) -> None:
+    shown = seen(name, r=0.8, th=0.4)
+    radius = shown.mechanism.values[letter] * shown.camera.scale
+    circles = [m for m in figure(shown) if isinstance(m, Circle) and m.style == style]
+    assert any(circle.radius == pytest.approx(radius) for circle in circles)
+    assert letter in letters(shown)
+
+
+def test_a_pendulum_s_stop_stands_where_the_bar_strikes() -> None:
+    """At q = 0 the bar hangs; it comes from the right, so the wall lies to the left."""
+    shown = seen("pendulum_with_stop", q=0.9)
+    lines = grounds(shown)
+    pin = shown.camera.at((0, 0, 0))
+    stops = [points for points in lines if np.ptp(points[:, 0]) < 1]
+    assert len(stops) == 1
+    assert -10 < float(stops[0][0, 0] - pin[0]) < 0
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_slide_s_stop_is_a_wall_beyond_the_body(side: int) -> None:
+    mechanism = mq.textbook.load("two_blocks")
+    joint = mechanism.joints[0]
+    stop = mq.Stop("bumper", joint.name, at=0.4 * side, side=side)
+    shown = _set_up(replace(mechanism, switching=(stop,)), None, None)
+    bare = _set_up(mechanism, None, None)
+    assert len(grounds(shown)) == len(grounds(bare)) + 1
+    place = shown.camera.at(shown.seat(joint) + 0.4 * side * shown.axis(joint))
+    walls = [points for points in grounds(shown) if np.ptp(points[:, 0]) < 1]
+    assert any(side * (points[0, 0] - place[0]) > 5 for points in walls)
+
+
+def test_a_cone_is_seen_from_aside_and_a_hoop_is_no_disk() -> None:
+    top = seen("heavy_top", phi=0.55, theta=0.95)
+    (cone,) = [s for s in top.solids if s.form == "solid cone" and s.kind == "cylinder"]
+    assert abs(float(cone.pose[:3, 2] @ top.camera.toward)) < 0.5
+    hoop = mq.textbook.load("bead_on_hoop").body("hoop")
+    assert hoop.mass == 0
+    assert hoop.shapes[0].form == "thin ring"
+
+
+@pytest.mark.parametrize(
+    ("name", "radii"),
+    [
+        ("heavy_top", {"r"}),
+        ("rolling_coin", {"r"}),
+        ("bead_on_hoop", {"R"}),
+        ("whipple_bicycle", {"rR", "rF"}),
+    ],
+)
+def test_radii_of_bodies_in_space_are_shown(name: str, radii: set[str]) -> None:
+    shown = _set_up(mq.textbook.load(name), None, None)
+    assert radii <= letters(shown)
