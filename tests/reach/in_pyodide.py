@@ -10,7 +10,9 @@ import sys
 import warnings
 from pathlib import Path
 
-ABSENT = {"numpy", "scipy", "sympy", "click", "rich", "pinocchio", "tornado", "meshcat"}
+ABSENT = {
+    "numpy", "scipy", "sympy", "matplotlib", "click", "rich", "pinocchio", "tornado", "meshcat",
+}  # fmt: skip
 """What neither the archive nor Pyodide's core has."""
 
 root = Path("mecanique")

@@ -126,6 +126,45 @@ test("all positions of rest of a bead on a hoop are found, with their stability"
   near(rests[0].y[0], aside, 1e-8); // that downhill from the start comes first
 });
 
+// A cart of mass M on a level track with a pendulum of mass 1 and length 1: x is free.
+const CART = {
+  engine: {
+    ...BLOCK.engine,
+    coordinates: ["x", "q"],
+    velocities: ["x'", "q'"],
+    parameters: ["M", "g"],
+    values: [2, 9.81],
+    start: [3, 1, 0, 0],
+  },
+  program: {
+    rates: (t, y, p, out, tau) => {
+      const [c, s] = [Math.cos(y[1]), Math.sin(y[1])];
+      const [a, b] = [s * y[3] ** 2 + (tau ? tau[0] : 0), -p[1] * s + (tau ? tau[1] : 0)];
+      const determinant = p[0] + s * s;
+      out.set([y[2], y[3], (a - c * b) / determinant, ((p[0] + 1) * b - c * a) / determinant, 0]);
+      return out;
+    },
+  },
+};
+
+test("what is free stays where it starts, and the pole rests below and above the cart", () => {
+  const machine = new Machine(CART.engine, CART.program);
+  const from = machine.begin(machine.initial());
+  const rests = new SmallMotions(machine, machine.initial()).findAll(
+    from,
+    [20, Math.PI],
+    [false, true],
+  );
+  assert.equal(rests.length, 2);
+  rests.forEach(({ y, modes }, k) => {
+    near(y[0], 3, 1e-6);
+    near(y[1], k * Math.PI, 1e-6);
+    const squares = modes.map(({ square }) => square);
+    near(Math.max(...squares.map(Math.abs)), (9.81 * 3) / 2, 1e-6);
+    assert.ok(squares.includes(0));
+  });
+});
+
 test("a mode moves by its own sine", () => {
   const { machine, setting } = bench();
   const small = new SmallMotions(machine, setting);

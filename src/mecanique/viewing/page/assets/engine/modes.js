@@ -6,14 +6,14 @@ import { dot } from "../data/vectors.js";
 
 const SMALL = 1e-5;
 const RANK = 1e-9; // of the largest eigenvalue
+const FREE = 1e-6; // stiffness of a motion that is free, of the largest
 const SWEEPS = 60;
 const DESCENTS = 300;
 const FARTHEST_STEP = 0.2; // of a round, in the units of the coordinates
 const STEPS = 40; // of Newton's, from a start that leads somewhere
-const STARTS = 40;
-const SEARCH = 400; // how long other positions of rest are searched for [ms]
+const IDLE = 40; // starts that lead nowhere new, after which the search ends
+const SEARCH = 1000; // how long it may last [ms]
 const SAME = 1e-5; // positions nearer than this are one
-const GOLDEN = (Math.sqrt(5) - 1) / 2;
 const RESTING = 1e-9; // of the accelerations that a push of the size of the forces would cause
 
 // Eigenvalues and eigenvectors (columns) of a symmetric matrix, by Jacobi's rotations.
@@ -47,11 +47,13 @@ function rotate(A, V, [p, q], [c, s]) {
     [A[p][k], A[q][k]] = [c * A[p][k] - s * A[q][k], s * A[p][k] + c * A[q][k]];
 }
 
-// The k-th of evenly spread numbers from 0 to 1 for the n-th start, by powers of an irrational.
-const spread = (n, k) => {
-  const x = n * GOLDEN ** (k + 1);
-  return x - Math.floor(x);
-};
+// The n-th of points spread evenly in a cube of some dimensions with edges from 0 to 1: multiples of
+// the powers of 1/φ, φ^(d + 1) = φ + 1, of which no two depend on each other (Roberts, 2018).
+function spread(n, dimensions) {
+  let phi = 1;
+  for (let round = 0; round < 40; round++) phi = (1 + phi) ** (1 / (dimensions + 1));
+  return Array.from({ length: dimensions }, (_, k) => (n / phi ** (k + 1)) % 1);
+}
 
 const isAlike = (modes, others) => {
   const most = Math.max(...modes.map(({ square }) => Math.abs(square)), 1e-300);
@@ -107,7 +109,7 @@ export class SmallMotions {
     return { L: scaled(1), inverse: scaled(-1), rest };
   }
 
-  // −∂a/∂q and −∂a/∂v along the directions, at rest.
+  // −∂a/∂q and −∂a/∂v along the directions; the former is symmetric at rest alone.
   stiffness(y, { L, inverse }) {
     const { nq } = this.machine;
     const slope = (change) => {
@@ -124,7 +126,7 @@ export class SmallMotions {
       return next;
     };
     return {
-      S: symmetric(along((x, h) => this.moved(y, x, h))),
+      K: along((x, h) => this.moved(y, x, h)),
       R: along(faster),
     };
   }
@@ -139,16 +141,28 @@ export class SmallMotions {
       const at = this.directions(y);
       const push = at.inverse.map((row) => dot(row, at.rest));
       const size = Math.hypot(...push);
-      const { S } = this.stiffness(y, at);
-      const { values, vectors } = eigen(S);
-      const most = Math.max(...values.map(Math.abs), 1e-300);
+      if (!push.length || !Number.isFinite(size)) return null; // nothing can move, or nowhere
+      const { K } = this.stiffness(y, at);
+      const columns = push.map((_, i) => column(K, i));
+      const squares = eigen(columns.map((a) => columns.map((b) => dot(a, b))));
+      const most = Math.sqrt(Math.max(...squares.values, 1e-300));
       if (size <= RESTING * most) return { y, at };
       const eta = push.map(() => 0);
-      values.forEach((value, k) => {
-        const axis = column(vectors, k);
-        if (Math.abs(value) < 1e-6 * most) return; // free to move: any place will do
-        const step = dot(axis, push) / (downhill ? Math.abs(value) : value);
-        axis.forEach((x, i) => (eta[i] += step * x));
+      const go = (axis, step) => axis.forEach((x, i) => (eta[i] += step * x));
+      const free = (k) => Math.sqrt(Math.abs(squares.values[k])) < FREE * most;
+      if (downhill) {
+        const { values, vectors } = eigen(symmetric(K));
+        values.forEach((value, k) => {
+          const axis = column(vectors, k);
+          if (Math.abs(value) > FREE * most) go(axis, dot(axis, push) / Math.abs(value));
+        });
+      }
+      squares.values.forEach((square, k) => {
+        const axis = column(squares.vectors, k);
+        if (free(k))
+          go(axis, -dot(axis, eta)); // where nothing pushes, any place will do
+        else if (!downhill)
+          go(axis, columns.reduce((sum, c, i) => sum + axis[i] * dot(c, push), 0) / square);
       });
       const x = at.L[0].map((_, i) => dot(column(at.L, i), eta));
       y = this.moved(y, x, Math.min(1, FARTHEST_STEP / (Math.hypot(...x) || 1)));
@@ -159,7 +173,19 @@ export class SmallMotions {
   // The position of rest nearest downhill and its modes: ω² [1/s²], damping ratio, shape.
   find(from) {
     const found = this.settle(from);
-    return found && this.describe(found);
+    return found && this.describe(this.bring(found, from));
+  }
+
+  // Of positions of rest among which a mechanism is free to move, the one nearest a state.
+  bring(found, from) {
+    let { y } = found;
+    for (const { square, shape } of this.describe(found).modes) {
+      if (square !== 0) continue;
+      const along = this.moved(y, shape).map((x, k) => x - y[k]);
+      const away = from.map((x, k) => (k < this.machine.nq ? x - y[k] : 0));
+      y = this.moved(y, shape, dot(along, away) / dot(along, along));
+    }
+    return y === found.y ? found : (this.settle(y, false) ?? found);
   }
 
   // All positions of rest that searches from the start and from places spread around it lead to,
@@ -170,13 +196,16 @@ export class SmallMotions {
     // into −π … π, where −π counts as π
     const fold = (x, k) =>
       turns[k] ? x - 2 * Math.PI * Math.ceil((x - SAME) / (2 * Math.PI) - 0.5) : x;
-    for (let n = 0; n < STARTS && (n < 2 || performance.now() < end); n++) {
+    let latest = 0;
+    for (let n = 0; n < 2 || (n - latest < IDLE && performance.now() < end); n++) {
       const start = from.slice();
-      if (n > 1) spans.forEach((span, k) => (start[k] += span * (2 * spread(n, k) - 1)));
+      if (n > 1) spread(n, spans.length).forEach((x, k) => (start[k] += spans[k] * (2 * x - 1)));
       this.machine.normalize(start);
       if (this.loops && !this.loops.close(this.t, start)) continue;
-      const found = this.settle(start, n === 0);
-      if (!found || this.machine.beyond(this.p, [this.t, found.y])) continue;
+      const settled = this.settle(start, n === 0);
+      if (!settled) continue;
+      const found = this.bring(settled, from);
+      if (this.machine.beyond(this.p, [this.t, found.y])) continue;
       turns.forEach((_, k) => (found.y[k] = fold(found.y[k], k)));
       const gap = ({ y }) => Math.max(...spans.map((_, k) => Math.abs(fold(y[k] - found.y[k], k))));
       if (rests.some((rest) => gap(rest) < SAME)) continue;
@@ -185,13 +214,14 @@ export class SmallMotions {
       const free = rest.modes.filter(({ square }) => square === 0).length;
       if (free && rests.some(({ modes }) => isAlike(modes, rest.modes))) continue;
       rests.push(rest);
+      latest = n;
     }
     return rests;
   }
 
   describe({ y, at }) {
-    const { S, R } = this.stiffness(y, at);
-    const { values, vectors } = eigen(S);
+    const { K, R } = this.stiffness(y, at);
+    const { values, vectors } = eigen(symmetric(K));
     const most = Math.max(...values.map(Math.abs), 1e-300);
     const order = values.map((_, k) => k).sort((a, b) => values[a] - values[b]);
     const modes = order.map((k) => {

@@ -7,7 +7,7 @@ import { measure } from "../data/numbers.js";
 
 const PERIODS = 4;
 const SWAY = 0.25; // amplitude of the largest coordinate: rad, or this part of the picture's size
-const NOWHERE = 1e-8; // what rounding leaves of a position at zero
+const NOWHERE = 1e-6; // what searches leave of a position at zero
 const COLUMNS = ["Mode", "ω [rad/s]", "f [Hz]", "T [s]", "Damping ratio", ""];
 
 // A period that is this long on the screen is easy to follow [s].
