@@ -85,7 +85,8 @@ ORDER: dict[str, list[str]] = {
     ],
     "program": ["tape", "evaluation half_angles listing sweeps traced", "solving"],
     "derivation": [
-        "laws tolerances tree",
+        "tolerances",
+        "laws tree",
         "mechanics scalars",
         "numeric printing",
         "symbolic",
@@ -107,7 +108,7 @@ ORDER: dict[str, list[str]] = {
         "loops",
     ],
     "derivation.numeric": [
-        "dynamics momenta paths",
+        "dynamics paths",
         "recursion",
         "free_bodies lagrange",
         "constraints elements",

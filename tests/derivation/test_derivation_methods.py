@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,8 +13,10 @@ import pytest
 from derivation_samples import SAMPLES, sample, states
 from systems import FREE, derive_system
 
+import mecanique as mq
 from mecanique import textbook
 from mecanique.derivation import derive
+from mecanique.derivation.numeric.dynamics import Latest
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.numeric.virtual_work import NumericVirtualWork
@@ -246,3 +249,29 @@ def test_reactions_come_for_one_state_and_for_many() -> None:
     many = equations.reactions(np.array([[0.0], [0.1]]), np.array([[2.0], [0.0]]))["pin"]
     assert many.force.shape == (2, 3)
     np.testing.assert_allclose(many.force[0], one.force, rtol=1e-14, atol=0)
+
+
+@pytest.mark.parametrize("method", ["lagrange", "newton_euler", "virtual_work"])
+def test_what_is_kept_of_the_last_states_does_not_outlive_them(method: str) -> None:
+    """A caller may fill the same array anew; the answers are those of its present numbers."""
+    mechanism = mq.textbook.load("double_pendulum")
+    equations = mq.derive(mechanism, method=method)
+    q, v = np.array([[0.1, 0.2]]), np.array([[0.3, -0.4]])
+    before = equations.bias(q, v)
+    q[:] = [0.7, -0.5]
+    after = equations.bias(q, v)
+    fresh = mq.derive(mechanism, method=method).bias(q.copy(), v)
+    np.testing.assert_allclose(after, fresh, rtol=1e-14, atol=1e-14)
+    q[:] = [0.1, 0.2]
+    np.testing.assert_allclose(equations.bias(q, v), before, rtol=1e-14, atol=1e-14)
+    kinetic, _ = equations.energy(q, v)
+    faster, _ = equations.energy(q, 2 * v)
+    np.testing.assert_allclose(faster, 4 * kinetic, rtol=1e-13, atol=0)
+
+
+def test_what_is_kept_of_the_last_states_is_not_pickled() -> None:
+    mechanism = mq.textbook.load("double_pendulum")
+    latest = Latest(len)
+    assert latest.at(random_states(mechanism, 100, 0)) == 100
+    assert len(pickle.dumps(latest)) < 200
+    assert pickle.loads(pickle.dumps(latest)).at(random_states(mechanism, 3, 0)) == 3

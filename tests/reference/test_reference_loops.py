@@ -601,3 +601,16 @@ def test_independent_velocities_determine_the_others() -> None:
     assert reference.drift(q, v).max() < 1e-13
     np.testing.assert_allclose(free.tangents(q)[:, 0] * 3.0, v, rtol=1e-12, atol=0)
     np.testing.assert_allclose((ahead - behind) / (2 * h), a, rtol=1e-5, atol=0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_slopes_at_a_position_are_those_of_the_whole_closure(kind: str) -> None:
+    """A search for closed positions asks for J alone, without rates of the engine's Jacobians."""
+    closed = Reference(spatial(kind)).closed
+    assert closed is not None
+    mechanism, closures = closed.mechanism, closed.closures
+    q = mechanism.normalize(mechanism.neutral() + 0.1)
+    whole = closures.scale(q, np.zeros(mechanism.nv), 0.3)
+    J, rounding = closures.slopes(q, 0.3)
+    np.testing.assert_allclose(J, whole.jacobian, rtol=1e-14, atol=1e-14)
+    np.testing.assert_allclose(rounding, whole.rounding, rtol=1e-14, atol=0)

@@ -31,7 +31,12 @@ from mecanique.model.values import Given
 from mecanique.reference import Reference
 from mecanique.reference.engine.package import engine_name
 from mecanique.threads import one_thread_for_loops
-from mecanique.verification.rounding import entry_rounding, measure_noise, rounding
+from mecanique.verification.rounding import (
+    entry_rounding,
+    in_independent_coordinates,
+    measure_noise,
+    rounding,
+)
 from mecanique.verification.rows import QUANTITIES, DynamicsSource, evaluate, rows_of, scales
 from mecanique.verification.states import random_states, usual_samples
 from mecanique.verification.verdict import TOLERANCE, Row, Verdict, conclude
@@ -304,8 +309,7 @@ class Answers:
         for name, ours in self.forms.items():
             most = usual
             if name == _INDEPENDENT:
-                regular = regularity(mechanism, states)
-                most = rounding(mechanism, states, self.engine, regular=regular)
+                most = in_independent_coordinates(usual, regularity(mechanism, states))
             count = min(map(len, ours.values()), default=0)
             some = states.at(np.arange(count))
             judged = partial(

@@ -17,7 +17,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.formats.read import read
 from mecanique.model import slips
 from mecanique.model.bodies import Body
-from mecanique.model.bodies.tensor import tensor_of
+from mecanique.model.bodies.tensor import moments_of, tensor_of
 from mecanique.model.expression import plain, symbols_in
 from mecanique.model.force_base import JointLoad
 from mecanique.model.joint_base import Limits, Single
@@ -308,13 +308,7 @@ def _total(m: Mechanism, body: str) -> Array:
     """Return mass, first and second moments of all that is welded to a body, in its frame."""
     total = np.zeros((4, 4))
     for name, pose in _welds(m, body):
-        mass, center, inertia = numbers_of(m.body(name))
-        moments = np.zeros((4, 4))
-        moments[:3, :3] = np.trace(inertia) / 2 * np.eye(3) - inertia
-        moments[:3, :3] += mass * np.outer(center, center)
-        moments[:3, 3] = moments[3, :3] = mass * center
-        moments[3, 3] = mass
-        total += pose @ moments @ pose.T
+        total += pose @ moments_of(*numbers_of(m.body(name))) @ pose.T
     return total
 
 

@@ -110,10 +110,8 @@ def rounding(
     mechanism: Mechanism,
     states: States,
     values: Mapping[str, Array],
-    *,
-    regular: Array | float = 1.0,
 ) -> dict[str, Array]:
-    """Return how far rounding may separate sources, by quantity, (n,); regular () or (n,)."""
+    """Return how far rounding may separate sources, by quantity, (n,)."""
     if not {"mass matrix", "bias", "forces"} <= values.keys() or not mechanism.nv:
         return {}
     d = scales(values["mass matrix"])
@@ -133,15 +131,7 @@ def rounding(
         scaled["acceleration"] = values["acceleration"] * d
         if mechanism.constrained:
             linked = constraints(mechanism, states)
-            bounds["acceleration"] = _of_loops(
-                linked,
-                d,
-                mass,
-                s,
-                scaled,
-                beta,
-                np.broadcast_to(1 / np.maximum(regular, _RANK), len(d)),
-            )
+            bounds["acceleration"] = _of_loops(linked, d, mass, s, scaled, beta)
         else:
             inverse = np.abs(_inverses(mass))
             pushed = pushed + np.sum(s * np.abs(scaled["acceleration"]), axis=1)
@@ -149,10 +139,15 @@ def rounding(
             bounds["acceleration"] = np.linalg.norm(driven, axis=1) * pushed
             energy = moving_mass(mechanism) * np.sum(s * driven, axis=1)
             bounds["reactions"] = np.sqrt(energy) * pushed
-    if np.ndim(regular) and "acceleration" in bounds:
-        bounds["acceleration"] = _STEPS * bounds["acceleration"]
     unit = UNIT * mechanism.nv ** (1.0 if mechanism.loops else 0.5)
     return {name: unit * np.nan_to_num(bound, posinf=np.inf) for name, bound in bounds.items()}
+
+
+def in_independent_coordinates(bounds: Mapping[str, Array], regular: Array) -> dict[str, Array]:
+    """Return the bounds for the block B of J that determines the others; regular (n,)."""
+    # B⁻¹ enters twice in each step along the path
+    gain = _STEPS / np.maximum(regular, _RANK) ** 2
+    return {name: bound * (gain if name == "acceleration" else 1) for name, bound in bounds.items()}
 
 
 def _of_loops(
@@ -162,7 +157,6 @@ def _of_loops(
     s: Array,
     scaled: Mapping[str, Array],
     beta: Mapping[str, Array],
-    gain: Array,
 ) -> Array:
     """Return the bounds on ‖δa‖ of a closed mechanism, for u = 1, shape (n,)."""
     bounds = np.zeros(len(d))
@@ -191,7 +185,7 @@ def _of_loops(
         pushed += largest * _norm(multipliers)
         drifted = largest * moved + uncertain * _norm(gamma)
         forced = _norm(np.abs(by_force) @ s[k])
-        bounds[k] = gain[k] ** 2 * (forced * pushed + _norm(by_drift) * drifted)
+        bounds[k] = forced * pushed + _norm(by_drift) * drifted
     return bounds
 
 

@@ -76,17 +76,11 @@ class Seat:
 @final
 @dataclass(frozen=True)
 class Wrench:
-    """A force and a moment on a moving link.
+    """A force and a moment on a moving link."""
 
-    Args:
-        place: index of the link.
-        force: in the link's axes.
-        moment: about the link's origin, in its axes.
-    """
-
-    place: int
-    force: Triple
-    moment: Triple
+    place: int  # index of the link
+    force: Triple  # in the link's axes
+    moment: Triple  # about the link's origin, in its axes
 
 
 @final
@@ -224,7 +218,9 @@ def skeleton_of(mechanism: Mechanism, tree: Sequence[Link], numbers: Numbers) ->
     stands: list[Rows] = []
     for k, (link, place) in enumerate(zip(tree, numbers.origins, strict=True)):
         before = seats[link.parent] if link.parent >= 0 else ground
-        pose = _place_in(before.pose, place, numbers.identity)
+        pose = place
+        if before.pose is not numbers.identity:
+            pose = _clean(product(before.pose, place))
         if link.kind == "fixed":
             seats.append(Seat(before.place, pose))
         else:
@@ -630,11 +626,6 @@ def _momentum(
         return scale(inertia.m, linear), cross(inertia.h, linear)
     assert angular is not None
     return cross(angular, inertia.h), turning_momentum(angular, inertia.E)
-
-
-def _place_in(pose: Rows, frame: Rows, identity: Rows) -> Rows:
-    """Return the pose of a frame that is placed in another one."""
-    return frame if pose is identity else _clean(product(pose, frame))
 
 
 def _clean(pose: Rows) -> Rows:

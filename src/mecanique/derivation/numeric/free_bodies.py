@@ -23,6 +23,7 @@ from mecanique.derivation.mechanics.vectors import (
     scale,
     times_point,
 )
+from mecanique.derivation.numeric.dynamics import Latest
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.expression import Scalar
@@ -109,9 +110,13 @@ class FreeBodies:
         ]
         """For each joint velocity: index of the body it moves, and the coordinates it changes."""
         self._masses = [self._mass(joint.child) for joint in self._joints]
+        self._latest = Latest(self._free)
 
     def at(self, states: States) -> Snapshot:
         """Return the free bodies at n states."""
+        return self._latest.at(states)
+
+    def _free(self, states: States) -> Snapshot:
         tree = self._recursion.at(states)
         chart, world, n = tree.chart, World(tree), len(states)
         slides, turns = np.zeros((2, 3, len(self._holders), n))
@@ -261,23 +266,6 @@ def cross_rows(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     turned[:, 1] = az * bx - ax * bz
     turned[:, 2] = ax * by - ay * bx
     return turned
-
-
-def total_momentum(
-    bodies: Sequence[FreeBody], count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the linear momentum, and the angular ones about origin and center of mass."""
-    # They are the sums of m v_C and of H_C + r_C × m v_C, each shape (n, 3) (Fundamentals of
-    # Dynamics, eqs. 1.7, 1.9, 1.11).
-    linear, angular, first = (np.zeros((count, 3)) for _ in range(3))
-    mass = 0.0
-    for body in bodies:
-        push = body.mass * body.velocity
-        linear = linear + push
-        angular = angular + body.angular_momentum + cross_rows(body.center, push)
-        first, mass = first + body.mass * body.center, mass + body.mass
-    center = first / mass if mass else first
-    return linear, angular, angular - cross_rows(center, linear)
 
 
 def _project_jacobian(J: np.ndarray, chart: JointMotion) -> np.ndarray:

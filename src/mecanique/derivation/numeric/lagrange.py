@@ -14,7 +14,7 @@ the path along which they act.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, final
 
@@ -22,9 +22,7 @@ import numpy as np
 
 from mecanique.derivation.laws import Number, laws_of
 from mecanique.derivation.numeric.dynamics import BatchDynamics
-from mecanique.derivation.numeric.momenta import momenta
-from mecanique.derivation.numeric.paths import JETS, delay, joint_paths, stack_jets
-from mecanique.derivation.numeric.recursion import solve
+from mecanique.derivation.numeric.paths import JETS, constant_jet, delay, joint_paths, stack_jets
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
@@ -118,7 +116,11 @@ class LagrangeOnJets(BatchDynamics):
     def gravity(self, states: States) -> np.ndarray:
         """Return ∂V/∂q of gravity, shape (n, nv)."""
         _, H = self.motion(states, np.zeros_like(states.v))
-        E = np.zeros((self._mechanism.nv, len(states)))
+        return self.weigh(H, states.v.shape)
+
+    def weigh(self, H: list[Jet], shape: tuple[int, ...]) -> np.ndarray:
+        """Return ∂V/∂q of gravity at poses on jets, shape (n, directions)."""
+        E = np.zeros(shape[::-1])
         for place, J in self._bodies:
             E = E - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
         return np.asarray(E.T)
@@ -128,17 +130,11 @@ class LagrangeOnJets(BatchDynamics):
         _, H = self.motion(states, np.zeros_like(states.v))
         free = moving(self._tree)
         bodies = [(H[place].c, J) for place, J in self._bodies if free[place]]
-        return momenta(
+        return _momenta(
             [c[0, 0] for c, _ in bodies],
             [c[1, 0] for c, _ in bodies],
             [J for _, J in bodies],
             len(states),
-        )
-
-    def acceleration(self, states: States) -> np.ndarray:
-        """Return a from M a + bias = forces, shape (n, nv)."""
-        return solve(
-            self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
         )
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
@@ -161,12 +157,12 @@ class LagrangeOnJets(BatchDynamics):
     def _inertia(self, states: States, a: np.ndarray) -> np.ndarray:
         """Lagrange's operator on T, shape (n, nv)."""
         r, H = self.motion(states, a)
-        later_r, later_H = (
-            {name: delay(x) for name, x in r.items()},
-            [delay(pose) for pose in H],
-        )
-        E = np.zeros((self._mechanism.nv, len(states)))
-        for now, later in zip(self._kinetic(r, H), self._kinetic(later_r, later_H), strict=True):
+        return self.operate(r, H, a.shape)
+
+    def operate(self, r: dict[str, Any], H: list[Jet], shape: tuple[int, ...]) -> np.ndarray:
+        """Return Lagrange's operator on T along a motion on jets, shape (n, directions)."""
+        E = np.zeros(shape[::-1])
+        for now, later in zip(self._kinetic(r, H), self._kinetic(r, H, delay), strict=True):
             E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
         return np.asarray(E.T)
 
@@ -199,16 +195,17 @@ class LagrangeOnJets(BatchDynamics):
             c[:, 1 + k] = c[:, 0] @ matrix
         return Jet(c)
 
-    def _kinetic(self, r: dict[str, Jet], H: list[Jet]) -> Iterator[Jet]:
+    def _kinetic(
+        self, r: dict[str, Any], H: list[Jet], vary: Callable[[Jet], Jet] = lambda x: x
+    ) -> Iterator[Jet]:
         """Yield ½ tr(Ḣ J Ḣᵀ) of each body and ½ I ṙ² of each rotor."""
         for place, J in self._bodies:
-            rate = H[place].ddt()
-            square = Jet(rate.c @ (0.5 * J)) * rate
-            yield Jet(square.c.sum(axis=(-2, -1)))
+            rate = vary(H[place]).ddt()
+            yield Jet(rate.c @ (0.5 * J)).trace_with(rate)
         for link in self._tree:
             inertia = self._mechanism.evaluate(link.armature)
             if inertia:
-                spin = r[link.coordinates[0]].ddt()
+                spin = vary(r[link.coordinates[0]]).ddt()
                 yield spin * spin * (0.5 * inertia)
 
     def _spring_energies(self, r: dict[str, Jet], H: list[Jet], states: States) -> Iterator[Jet]:
@@ -258,9 +255,7 @@ class LagrangeOnJets(BatchDynamics):
         place = self._place[body]
         if place >= 0:
             return Jet((H[place].c @ column)[..., :3, :])
-        fixed = np.zeros((*H[0].c.shape[:3], 3, 1))
-        fixed[0, 0] = column[:3]
-        return Jet(fixed)
+        return constant_jet(column[:3], (*H[0].c.shape[:3], 3, 1))
 
     def _vector(
         self, components: tuple[Scalar, Scalar, Scalar], axes: str, H: list[Jet], states: States
@@ -272,3 +267,26 @@ class LagrangeOnJets(BatchDynamics):
         return (
             vectors if place < 0 else np.einsum("nij,nj->ni", H[place].c[0, 0][:, :3, :3], vectors)
         )
+
+
+def _momenta(
+    H: Sequence[np.ndarray], Hd: Sequence[np.ndarray], J: Sequence[np.ndarray], n: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the linear momentum, and the angular ones about origin and center of mass."""
+    # Each has shape (n, 3). Ḣ J Hᵀ contains ∫ ẋ dm and ∫ ẋ xᵀ dm, whose skew part is the angular
+    # momentum ∫ x × ẋ dm (Goldstein, Classical Mechanics, 1980, sect. 1-2).
+    # Shapes: H (n, 4, 4), Hd [1/s], J (4, 4)
+    if not H:
+        zero = np.zeros((n, 3))
+        return zero, zero, zero
+    K = sum(
+        (rate @ second) @ np.swapaxes(pose, -1, -2)
+        for pose, rate, second in zip(H, Hd, J, strict=True)
+    )
+    first = sum((pose @ second)[:, :3, 3] for pose, second in zip(H, J, strict=True))
+    mass = sum(second[3, 3] for second in J)
+    linear = K[:, :3, 3]
+    skew = K - np.swapaxes(K, -1, -2)
+    angular = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=-1)
+    center = first / mass if mass else first
+    return linear, angular, angular - np.cross(center, linear)

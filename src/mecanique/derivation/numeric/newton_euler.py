@@ -23,7 +23,7 @@ from typing import ClassVar, NamedTuple, final
 import numpy as np
 
 from mecanique.derivation.numeric.constraints.multipliers import Held
-from mecanique.derivation.numeric.dynamics import BatchDynamics
+from mecanique.derivation.numeric.dynamics import BatchDynamics, solve
 from mecanique.derivation.numeric.elements import (
     Along,
     find_unexplained,
@@ -36,9 +36,7 @@ from mecanique.derivation.numeric.free_bodies import (
     Snapshot,
     cross_rows,
     times,
-    total_momentum,
 )
-from mecanique.derivation.numeric.recursion import solve
 from mecanique.derivation.tolerances import OUTSIDE, RANK_UNSCALED
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.elements import force_names
@@ -56,9 +54,8 @@ class Reaction(NamedTuple):
     moment: np.ndarray
 
 
-@final
-class Balances(BatchDynamics):
-    """The balances of linear and angular momentum of every body of a mechanism, in numbers."""
+class FreeBodyDynamics(BatchDynamics):
+    """What free bodies give, however their equations are solved."""
 
     rolls: ClassVar[bool] = True
 
@@ -69,6 +66,37 @@ class Balances(BatchDynamics):
     @cached_property
     def _held(self) -> Held:
         return Held(self._mechanism)
+
+    def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
+        """Return T = Σ ½ m v_C² + ½ H_C·ω and V of gravity and springs, each shape (n,) [J]."""
+        # The kinetic energy is that of Fundamentals of Dynamics, eq. 1.31.
+        at = self._bodies.at(states)
+        T = 0.5 * np.sum(at.armature * at.u**2, axis=-1)
+        V = at.springs
+        for body in at.bodies:
+            T = T + 0.5 * body.mass * (body.velocity**2).sum(-1)
+            T = T + 0.5 * (body.angular_momentum * body.spin).sum(-1)
+            V = V - body.mass * body.center @ self._bodies.gravity
+        return T, V
+
+    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the linear momentum, and the angular ones about origin and center of mass."""
+        # They are the sums of m v_C and of H_C + r_C × m v_C, each shape (n, 3) (Fundamentals of
+        # Dynamics, eqs. 1.7, 1.9, 1.11).
+        linear, angular, first = (np.zeros((len(states), 3)) for _ in range(3))
+        mass = 0.0
+        for body in self._bodies.moving(states):
+            push = body.mass * body.velocity
+            linear = linear + push
+            angular = angular + body.angular_momentum + cross_rows(body.center, push)
+            first, mass = first + body.mass * body.center, mass + body.mass
+        center = first / mass if mass else first
+        return linear, angular, angular - cross_rows(center, linear)
+
+
+@final
+class Balances(FreeBodyDynamics):
+    """The balances of linear and angular momentum of every body of a mechanism, in numbers."""
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return the accelerations, shape (n, nv), solved for together with all reactions."""
@@ -195,10 +223,6 @@ class Balances(BatchDynamics):
         needs = [np.concatenate([body.force, body.moment], axis=1)[..., None] for body in at.bodies]
         return self._project(at, needs)[..., 0]
 
-    def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
-        """Return M a + bias, shape (n, nv)."""
-        return np.asarray((self.mass_matrix(states) @ a[..., None])[..., 0] + self.bias(states))
-
     def gravity(self, states: States) -> np.ndarray:
         """Return gravity's part of the bias, shape (n, nv)."""
         at, n = self._bodies.at(states), len(states)
@@ -206,14 +230,6 @@ class Balances(BatchDynamics):
             body.mass * np.concatenate([self._bodies.gravity, np.zeros(3)]) for body in at.bodies
         ]
         return -self._project(at, [np.broadcast_to(w, (n, 6))[..., None] for w in weights])[..., 0]
-
-    def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return kinetic and potential energy, each shape (n,) [J]."""
-        return kinetic_and_potential(self._bodies.at(states), self._bodies.gravity)
-
-    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the momenta, linear, angular about the origin and about the center of mass."""
-        return total_momentum(self._bodies.moving(states), len(states))
 
     def _project(self, at: Snapshot, needs: list[np.ndarray]) -> np.ndarray:
         """Project the bodies' wrenches on the generalized velocities, without reactions."""
@@ -320,18 +336,6 @@ class Balances(BatchDynamics):
                     column[:, push] -= sign * direction
                     column[:, turn] -= sign * np.cross(arm, direction)
         return A, np.concatenate([known, -rows.gamma], axis=1)
-
-
-def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return T = Σ ½ m v_C² + ½ H_C·ω and V of gravity and springs, each shape (n,); g (3,)."""
-    # The kinetic energy is that of Fundamentals of Dynamics, eq. 1.31.
-    T = 0.5 * np.sum(at.armature * at.u**2, axis=-1)
-    V = at.springs
-    for body in at.bodies:
-        T = T + 0.5 * body.mass * (body.velocity**2).sum(-1)
-        T = T + 0.5 * (body.angular_momentum * body.spin).sum(-1)
-        V = V - body.mass * body.center @ g
-    return T, V
 
 
 _REFINED = 3

@@ -75,6 +75,13 @@ def constant_jet(value: Any, shape: tuple[int, ...]) -> Jet:
     return Jet(c)
 
 
+def frame_jet(poses: list[Jet], place: int, X: np.ndarray | None = None) -> Jet:
+    """Return the pose of a frame X in a link, or in the ground at place −1."""
+    if place < 0:
+        return constant_jet(np.eye(4) if X is None else X, poses[0].c.shape)
+    return poses[place] if X is None else poses[place] @ X
+
+
 def stack_column(entries: Sequence[Any], shape: tuple[int, ...]) -> Jet:
     """Return a vector of jets and numbers as a jet of columns, trailing shape (n, 3, 1)."""
     c = np.zeros((*shape, 3, 1))

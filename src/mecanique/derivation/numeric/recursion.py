@@ -23,10 +23,10 @@ from mecanique.derivation.mechanics.vectors import (
     cross,
     product,
 )
-from mecanique.derivation.numeric.dynamics import BatchDynamics
+from mecanique.derivation.numeric.dynamics import BatchDynamics, Latest
 from mecanique.derivation.tree.links import Link, links, place_of
 from mecanique.derivation.tree.poses import Arithmetic, moments, placement_matrix
-from mecanique.errors import DerivationError, InputError
+from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -128,6 +128,7 @@ class Recursion(BatchDynamics):
         self._chart = CoordinateMap(mechanism, self._tree)
         self._numbers = numbers or _Numbers.of(mechanism, self._tree)
         self._constants: dict[Scalar, float | None] = {}
+        self._latest = Latest(self._place)
 
     @cached_property
     def _skeleton(self) -> Skeleton:
@@ -188,12 +189,6 @@ class Recursion(BatchDynamics):
         zero = np.zeros(len(states))
         return T + zero, V + Forces(tree.letters, tree).energy() + zero
 
-    def acceleration(self, states: States) -> np.ndarray:
-        """Return a from M a + bias = forces, shape (n, nv)."""
-        return solve(
-            self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
-        )
-
     def poses(self, states: States) -> list[np.ndarray]:
         """Return the pose of every link, in the order of the tree, each shape (n, 4, 4)."""
         tree = self.at(states)
@@ -207,6 +202,9 @@ class Recursion(BatchDynamics):
 
     def at(self, states: States) -> TreeRecursion:
         """Return the tree at n states, its vectors with the states along the last axis."""
+        return self._latest.at(states)
+
+    def _place(self, states: States) -> TreeRecursion:
         letters = ArrayLetters(states, self._constants)
         return TreeRecursion(letters, self._skeleton, self._chart.at(letters))
 
@@ -288,17 +286,6 @@ class Recursion(BatchDynamics):
         if chart.places is not None:
             return Y[:, chart.places]
         return np.asarray(np.einsum("nukab,uvn->nvkab", Y, chart.G))
-
-
-def solve(mechanism: Mechanism, M: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """Solve M a = rest for a, shape (n, nv); M (n, nv, nv), rest (n, nv)."""
-    try:
-        return np.linalg.solve(M, rest[..., None])[..., 0]
-    except np.linalg.LinAlgError:
-        raise DerivationError(
-            f"mechanism {mechanism.name!r}: its mass matrix is singular, as some motion has no "
-            "inertia; give what it moves mass or inertia, or leave that coordinate out"
-        ) from None
 
 
 def _last(matrices: np.ndarray) -> np.ndarray:

@@ -16,34 +16,19 @@ teoria matematica del movimento, 1896; Kane & Levinson, Dynamics, 1985, sect. 4.
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 
-from mecanique.derivation.numeric.constraints.multipliers import Held
-from mecanique.derivation.numeric.dynamics import BatchDynamics
-from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
-from mecanique.derivation.numeric.newton_euler import kinetic_and_potential
-from mecanique.derivation.numeric.recursion import solve
+from mecanique.derivation.numeric.dynamics import solve
+from mecanique.derivation.numeric.newton_euler import FreeBodyDynamics
 from mecanique.derivation.tolerances import RANK
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
 
 @final
-class NumericVirtualWork(BatchDynamics):
+class NumericVirtualWork(FreeBodyDynamics):
     """The equations of motion in numbers, by the virtual work of applied and inertia forces."""
-
-    rolls: ClassVar[bool] = True
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self._mechanism = mechanism
-        self._bodies = FreeBodies(mechanism)
-
-    @cached_property
-    def _held(self) -> Held:
-        return Held(self._mechanism)
 
     def mass_matrix(self, states: States) -> np.ndarray:
         """Return M: minus the virtual work of the inertia forces of unit accelerations."""
@@ -70,10 +55,6 @@ class NumericVirtualWork(BatchDynamics):
         for body in self._bodies.at(states).bodies:
             out = out + self._work(body.J, body.force) + self._work(body.J_spin, body.moment)
         return out
-
-    def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
-        """Return M a + bias, shape (n, nv)."""
-        return np.asarray(times(self.mass_matrix(states), a) + self.bias(states))
 
     def gravity(self, states: States) -> np.ndarray:
         """Return gravity's part of the bias, shape (n, nv)."""
@@ -112,15 +93,6 @@ class NumericVirtualWork(BatchDynamics):
         u = solve(self._mechanism, inertia[None], force[None])[0]
         a: np.ndarray = S @ u + sigma
         return a
-
-    def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return kinetic and potential energy, each shape (n,) [J]."""
-        at: Snapshot = self._bodies.at(states)
-        return kinetic_and_potential(at, self._bodies.gravity)
-
-    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the momenta, linear, angular about the origin and about the center of mass."""
-        return total_momentum(self._bodies.moving(states), len(states))
 
     def _work(self, J: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return the virtual work of a force or moment in each δq, shape (n, nv)."""

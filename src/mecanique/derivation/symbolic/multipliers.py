@@ -39,17 +39,11 @@ _LONGEST = 60
 @final
 @dataclass(frozen=True)
 class Solved:
-    """A multiplier λ with factor × λ = value.
+    """A multiplier λ with factor × λ = value."""
 
-    Args:
-        multiplier: λ.
-        factor: its coefficient.
-        value: the right side, which may contain multipliers solved for before.
-    """
-
-    multiplier: Series
+    multiplier: Series  # λ
     factor: Series
-    value: Series
+    value: Series  # may contain multipliers solved for before
 
 
 @final

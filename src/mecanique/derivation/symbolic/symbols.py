@@ -86,6 +86,8 @@ class Algebra:
 
     def number(self, constant: Any) -> Series:
         """Return a constant as a series, exact if it is recognized as a root or a fraction."""
+        if isinstance(constant, Fraction):
+            return self.ring.number(constant)
         if isinstance(constant, (int, float)) or constant.is_Float:
             return self._float(float(constant))
         if constant.is_Rational:

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, TypeAlias, final
 
 import numpy as np
 
+from mecanique.derivation.tolerances import WHOLE
 from mecanique.derivation.tree.links import Link
 from mecanique.derivation.tree.quaternions import quaternion_rotation
 from mecanique.model.bodies import Body
@@ -71,10 +73,49 @@ def poses(tree: Sequence[Link], values: Mapping[str, Any], arithmetic: Arithmeti
 
 def origin(placement: Placement, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matrix:
     """Return a placement as a matrix."""
+    exact = None if arithmetic.number is float else exact_rotation(placement)
     pose = []
-    for row, offset in zip(placement.rotation, placement.xyz, strict=True):
-        pose.append([arithmetic(entry, values) for entry in (*row, offset)])
+    for k, (row, offset) in enumerate(zip(placement.rotation, placement.xyz, strict=True)):
+        if exact is None:
+            turned = [arithmetic(entry, values) for entry in row]
+        else:
+            turned = [_constant(entry, arithmetic) for entry in exact[k]]
+        pose.append([*turned, arithmetic(offset, values)])
     return pose
+
+
+def _constant(entry: Fraction, arithmetic: Arithmetic) -> Any:
+    return int(entry) if entry in (0, 1, -1) else arithmetic.number(entry)
+
+
+def exact_rotation(placement: Placement) -> Matrix | None:
+    """Return a tilt by any angles in fractions that are exactly orthogonal; None for others."""
+    # R Rᵀ of floats is off by ε, and what should cancel in series stays as terms of rounding. With
+    # t = tan(θ/2) the point ((1 − t²), 2t)/(1 + t²) lies on the unit circle exactly.
+    if not all(isinstance(angle, float) for angle in placement.rpy):
+        return None
+    points = [_on_circle(float(angle)) for angle in placement.rpy]
+    known = [point for point in points if point is not None]
+    if len(known) < len(points) or all(0 in point for point in known):
+        return None
+    (cr, sr), (cp, sp), (cy, sy) = known
+    return [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+
+
+def _on_circle(angle: float) -> tuple[Fraction, Fraction] | None:
+    """Return fractions for cosine and sine; None if these are written as known roots."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    if min(abs(cosine), abs(sine)) < WHOLE:
+        return Fraction(round(cosine)), Fraction(round(sine))
+    square = min(cosine * cosine, sine * sine)
+    if abs(float(Fraction(square).limit_denominator(1000)) - square) <= 2e-15 * square:
+        return None
+    t = Fraction(float(np.tan(angle / 2)))
+    return (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
 
 
 def placement_matrix(placement: Placement, values: Mapping[str, float]) -> np.ndarray:

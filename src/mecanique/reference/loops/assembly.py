@@ -180,23 +180,23 @@ def settle(closed: Closed, q: Array, t: float, held: Array | None = None) -> tup
     """Return the positions closest to closed that were found, and their gaps, shape (m,)."""
     # Parts that share no motion are closed at the same time, but each with its own damping and end
     closures, parts = closed.closures, closed.closures.parts
-    still, positional = np.zeros(closed.mechanism.nv), closures.positional
-    free = np.ones(len(still)) if held is None else np.where(held, 0.0, 1.0)
+    positional = closures.positional
+    free = np.ones(closed.mechanism.nv) if held is None else np.where(held, 0.0, 1.0)
     searches = []
     for k in range(parts.count):
         moving = np.flatnonzero(parts.columns == k)
         if free[moving].any():
             searches.append(_Search(np.flatnonzero((parts.rows == k) & positional), moving))
-    gaps = _gaps(closed, q, t)
+    gaps, here = _gaps(closed, q, t), closures.slopes(q, t)
     for _ in range(_STEPS):
         searches = [search for search in searches if not search.is_over(gaps)]
         if not searches:
             break
-        here = closures.scale(q, still, t)
-        J = here.jacobian * free
-        step = np.zeros(len(still))
+        slopes, rounding = here
+        J = slopes * free
+        step = np.zeros(len(free))
         for search in searches:
-            step[search.at] = free[search.at] * search.step(J, gaps, here.rounding)
+            step[search.at] = free[search.at] * search.step(J, gaps, rounding)
         moved = displace(closed, q, closures.columns * step)
         trial = _gaps(closed, moved, t)
         back = [search for search in searches if not search.accept(gaps, trial)]
@@ -206,7 +206,7 @@ def settle(closed: Closed, q: Array, t: float, held: Array | None = None) -> tup
             step[np.concatenate([search.at for search in back])] = 0.0
             moved = displace(closed, q, closures.columns * step)
             trial = _gaps(closed, moved, t)
-        q, gaps = moved, trial
+        q, gaps, here = moved, trial, closures.slopes(moved, t)
     return q, np.abs(gaps)
 
 

@@ -296,13 +296,47 @@ class Closures:
             [parting, spin, change, spin_gain - turning_a @ spin], axis=2
         )
         six = inside.transpose(0, 2, 1).reshape(-1, 2, 6)
-        # columns of the twist of b relative to a: velocity at frame b's origin, angular velocity
-        J = np.empty((len(place), 6, len(u)))
+        phi = self._residual(here) if residual else np.zeros(len(self._owner))
+        J = self._relative_twists(turn, place)
+        return self._select(phi, here, J, six[:, 0], six[:, 1])
+
+    def slopes(self, q: Array, t: float) -> tuple[Array, Array]:
+        """Return `scale`'s J and rounding at a position, without what velocities change."""
+        chart, still = self._chart, np.zeros(len(self.columns))
+        if self.contacts.names or self._velocity_rows.names:
+            closure = self.scale(q, still, t)
+            return closure.jacobian, closure.rounding
+        chart.place(q, t)
+        self._pin.computeJointJacobians(self._engine.model, self._engine.data, chart.p)
+        turn, here, place = self._frames()
+        self._places, self._spans = place, here[0]
+        rows = self._rows_of_loops(here, self._relative_twists(turn, place))
+        if not chart.identical:
+            chart.at(q, still, t)
+            rows = rows @ chart.G
+        return self.rows[:, None] * rows * self.columns, self._rounding_of_rows()
+
+    def _relative_twists(self, turn: Array, place: Array) -> Array:
+        """Return velocity at b's origin and angular velocity of b in a's axes, (loops, 6, nv)."""
+        columns, inverse = self._engine.data.J.reshape(6, -1), turn.transpose(0, 2, 1)
+        (at,) = hat(place[None])
+        J = np.empty((len(place), 6, columns.shape[1]))
         J[:, :3] = inverse @ (columns[:3] - at @ columns[3:])
         J[:, 3:] = inverse @ columns[3:]
         J *= self._between[:, None, :]
-        phi = self._residual(here) if residual else np.zeros(len(self._owner))
-        return self._select(phi, here, J, six[:, 0], six[:, 1])
+        return J
+
+    def _rows_of_loops(self, here: tuple[Array, Array], J: Array) -> Array:
+        """Select rows of J from the six of each loop; some kinds combine them."""
+        place, turn = here
+        rows: Array = J[self._owner, self._component]
+        for i in self._rods:
+            k = self._owner[i]
+            rows[i] = _unit(place[k]) @ J[k, :3]
+        for i in self._plates:
+            k = self._owner[i]
+            rows[i] = _plate_row(turn[k]) @ J[k, 3:]
+        return rows
 
     def residual(self, q: Array, t: float) -> Array:
         """Return Φ, shape (m,)."""
@@ -371,14 +405,12 @@ class Closures:
     ) -> Closure:
         """Select rows from the six of each loop; distances and angles in a plane combine them."""
         place, turn = here
-        at = self._owner, self._component
-        rows: Array = J[at]
-        gamma: Array = second[at]
+        rows = self._rows_of_loops(here, J)
+        gamma: Array = second[self._owner, self._component]
         for i in self._rods:
             k = self._owner[i]
             along, distance = _unit(place[k]), float(np.linalg.norm(place[k]))
             parting = rate[k, :3]
-            rows[i] = along @ J[k, :3]
             across = float(parting @ parting) - float(along @ parting) ** 2
             gamma[i] = along @ second[k, :3] + (across / distance if distance else 0.0)
         for i in self._plates:
@@ -386,7 +418,6 @@ class Closures:
             spin, x = rate[k, 3:], turn[k][:, 0]
             row, level = _plate_row(turn[k]), float(x[0] ** 2 + x[1] ** 2)
             slope = cross(spin, x)
-            rows[i] = row @ J[k, 3:]
             # θ' = w·ω with w = (−x z, −y z, x² + y²) / (x² + y²) for b's axis (x, y, z);
             # θ'' = w·ω' + w'·ω
             (a, b, c), (da, db, dc) = x, slope

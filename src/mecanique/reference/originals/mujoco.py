@@ -17,17 +17,7 @@ _MESHES = re.compile(
 
 
 def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Original:
-    """Read a file with MuJoCo, without its meshes, and evaluate it in n states.
-
-    Args:
-        text: the file's text.
-        gravity: shape (3,) [m/s²].
-        q: positions of joints.
-        v: velocities of joints.
-
-    Raises:
-        EngineError: if MuJoCo refuses the text; the message gives MuJoCo's reason.
-    """
+    """Read a file with MuJoCo, without its meshes, and evaluate it in n states."""
     import mujoco
 
     try:

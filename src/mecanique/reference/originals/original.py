@@ -1,4 +1,8 @@
-"""A robot as another engine reads it from its file."""
+"""A robot as another engine reads it from its file.
+
+Each engine's `read` takes the text, gravity (3,) [m/s²], positions and velocities of joints; it
+raises EngineError with the engine's own reason if the engine refuses the text.
+"""
 
 from __future__ import annotations
 

@@ -18,17 +18,7 @@ _COMPLAINT = re.compile(r"^(?:Error|Warning):\s+(.*?)\s*$", re.MULTILINE)
 
 
 def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Original:
-    """Read a file with Pinocchio and evaluate it in n states.
-
-    Args:
-        text: the file's text.
-        gravity: shape (3,) [m/s²].
-        q: positions of joints.
-        v: velocities of joints.
-
-    Raises:
-        EngineError: if Pinocchio refuses the text; the message gives Pinocchio's reason.
-    """
+    """Read a file with Pinocchio and evaluate it in n states."""
     import pinocchio as pin
 
     model, refused = None, ""

@@ -110,16 +110,24 @@ def aba(
         return np.full(model.nv, np.nan)
 
 
-def computeJointJacobiansTimeVariation(model: Model, data: Data, q: Array, v: Array) -> None:
-    """Set the Jacobians of the joints in world axes at the world's origin, and their rates."""
+def computeJointJacobians(model: Model, data: Data, q: Array) -> None:
+    """Set the Jacobians of the joints in world axes at the world's origin."""
     _place(model, data, q)
-    twists = [np.zeros(6)]
     for i in range(1, model.njoints):
         joint, span = model.joints[i], _span(model.joints[i])
         R, p = data.oMi[i].rotation, data.oMi[i].translation
         angular = R @ joint.S[3:]
-        linear = R @ joint.S[:3] + np.cross(p, angular, axis=0)
-        data.J[:3, span], data.J[3:, span] = linear, angular
+        data.J[:3, span] = R @ joint.S[:3] + np.cross(p, angular, axis=0)
+        data.J[3:, span] = angular
+
+
+def computeJointJacobiansTimeVariation(model: Model, data: Data, q: Array, v: Array) -> None:
+    """Set the Jacobians of the joints in world axes at the world's origin, and their rates."""
+    computeJointJacobians(model, data, q)
+    twists = [np.zeros(6)]
+    for i in range(1, model.njoints):
+        span = _span(model.joints[i])
+        linear, angular = data.J[:3, span], data.J[3:, span]
         twists.append(twists[model.parents[i]] + data.J[:, span] @ v[span])
         # columns are fixed in the moving body: their rate is the cross product with its twist
         velocity, omega = twists[i][:3], twists[i][3:]
@@ -130,7 +138,7 @@ def computeJointJacobiansTimeVariation(model: Model, data: Data, q: Array, v: Ar
 
 def computeFrameJacobian(model: Model, data: Data, q: Array, frame: int, axes: str) -> Array:
     """Return the Jacobian of a frame in world axes at its origin, shape (6, nv)."""
-    computeJointJacobiansTimeVariation(model, data, q, np.zeros(model.nv))
+    computeJointJacobians(model, data, q)
     at = model.frames[frame]
     place = data.oMi[at.parentJoint].act(at.placement.translation)
     jacobian = np.zeros((6, model.nv))

@@ -11,6 +11,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.model import slips
+from mecanique.model.bodies.tensor import moments_of
 from mecanique.model.slips import Slip, say_factor
 from mecanique.model.states import States
 from mecanique.verification.causes.evidence import (
@@ -32,15 +33,6 @@ def parts_of(J: Array) -> tuple[float, Array, Array]:
     c = J[:3, 3] / m if m else np.zeros(3)
     second = J[:3, :3] - m * np.outer(c, c)
     return m, c, np.trace(second) * np.eye(3) - second
-
-
-def moments_of(m: float, c: Array, inertia: Array) -> Array:
-    """Return the mass moments ∫ (p, 1)(p, 1)ᵀ dm, shape (4, 4)."""
-    J = np.empty((4, 4))
-    J[:3, :3] = np.trace(inertia) / 2 * np.eye(3) - inertia + m * np.outer(c, c)
-    J[:3, 3] = J[3, :3] = m * c
-    J[3, 3] = m
-    return J
 
 
 _UPPER = np.triu_indices(4)

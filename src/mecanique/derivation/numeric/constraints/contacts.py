@@ -20,7 +20,12 @@ from mecanique.derivation.numeric.constraints.loops import (
     shift_sizes,
     turn_sizes,
 )
-from mecanique.derivation.numeric.paths import coordinate_paths, ground_on_jets, stack_column
+from mecanique.derivation.numeric.paths import (
+    coordinate_paths,
+    frame_jet,
+    ground_on_jets,
+    stack_column,
+)
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import links, place_of
@@ -53,7 +58,7 @@ class VelocityLaws:
         blocks = []
         for contact in self._mechanism.contacts:
             place, directions, gap = self.touch(contact, poses)
-            A, B = (self._pose(body, poses) for body in (contact.body, contact.on))
+            A, B = (frame_jet(poses, self._place[body]) for body in (contact.body, contact.on))
             rows = [_no_slip(A, B, place, direction) for direction in directions]
             jacobian, gamma = (np.stack(parts, axis=1) for parts in zip(*rows, strict=True))
             residual = np.zeros(gamma.shape)
@@ -91,14 +96,6 @@ class VelocityLaws:
                 gamma[:, row] += rate * states.v[:, k]
             gamma[:, row] -= path(constraint.rate)[1]
         return Constraints(np.zeros((n, size)), jacobian, gamma)
-
-    def _pose(self, body: str, poses: list[Jet]) -> Jet:
-        place = self._place[body]
-        if place >= 0:
-            return poses[place]
-        c = np.zeros(poses[0].c.shape)
-        c[0, 0] = np.eye(4)
-        return Jet(c)
 
 
 def _no_slip(A: Jet, B: Jet, place: Jet, direction: Jet) -> tuple[np.ndarray, np.ndarray]:

@@ -22,18 +22,12 @@ import numpy as np
 from mecanique.derivation.numeric.constraints.loops import Closure
 from mecanique.derivation.numeric.constraints.multipliers import constraints
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
-from mecanique.derivation.numeric.paths import JETS, delay, stack_jets
+from mecanique.derivation.numeric.paths import JETS, stack_jets
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tolerances import ON_LOOPS, RANK, REGULAR
-from mecanique.derivation.tree.links import links, place_of
-from mecanique.derivation.tree.poses import (
-    Arithmetic,
-    combination,
-    joint_values,
-    moments,
-    poses,
-)
+from mecanique.derivation.tree.links import links
+from mecanique.derivation.tree.poses import combination, joint_values, poses
 from mecanique.derivation.tree.quaternions import quaternion_product, quaternion_rotation
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate
@@ -53,6 +47,11 @@ class _Group(NamedTuple):
     blocks: np.ndarray  # J in these rows and columns, shape (states, rows, rows)
     regular: np.ndarray  # least singular value of each block, relative to J's
 
+    @property
+    def inverse(self) -> np.ndarray:
+        """Inverses of the blocks."""
+        return np.linalg.inv(self.blocks)
+
 
 @final
 class Reduced:
@@ -70,13 +69,6 @@ class Reduced:
         at = {name: k for k, name in enumerate(mechanism.velocities)}
         self._plain = {name: at[f"{name}'"] for name in mechanism.coordinates if f"{name}'" in at}
         self._definition = LagrangeOnJets(mechanism)
-        place = place_of(self._tree, mechanism)
-        self._bodies = [
-            (place[body.name], np.array(moments(body, mechanism.values, Arithmetic()), dtype=float))
-            for body in mechanism.bodies
-            if body.shapes and place[body.name] >= 0
-        ]
-        self._gravity = np.array(mechanism.evaluate_all(mechanism.gravity))
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return a, shape (n, nv)."""
@@ -85,10 +77,7 @@ class Reduced:
             return result
         forces = self._definition.forces(states)
         for group in self._groups(states):
-            some, inverse = states.at(group.at), np.linalg.inv(group.blocks)
-            result[group.at] = self._solve(
-                some, forces[group.at], group.rows, group.dependent, inverse
-            )
+            result[group.at] = self._solve(states.at(group.at), forces[group.at], group)
         return result
 
     def regularity(self, states: States) -> np.ndarray:
@@ -113,24 +102,17 @@ class Reduced:
             yield _Group(waiting[fit], rows, dependent, blocks[fit], regular[fit])
             waiting = waiting[~fit]
 
-    def _solve(
-        self,
-        states: States,
-        forces: np.ndarray,
-        rows: np.ndarray,
-        dependent: np.ndarray,
-        inverse: np.ndarray,
-    ) -> np.ndarray:
+    def _solve(self, states: States, forces: np.ndarray, group: _Group) -> np.ndarray:
         nv, n = self._mechanism.nv, len(states)
-        free = np.setdiff1d(np.arange(nv), dependent)
-        rest, E, weight = self._operator(states, np.zeros((n, len(free))), rows, dependent, inverse)
+        free = np.setdiff1d(np.arange(nv), group.dependent)
+        rest, E, weight = self._operator(states, np.zeros((n, len(free))), group)
         # partial derivatives of all coordinates with respect to the independent ones
         follow = np.stack([x.c[0, 1:] for x in rest], axis=0).transpose(2, 0, 1)
         M = np.empty((n, len(free), len(free)))
         for k in range(len(free)):
             a = np.zeros((n, len(free)))
             a[:, k] = 1.0
-            M[:, :, k] = self._operator(states, a, rows, dependent, inverse)[1] - E
+            M[:, :, k] = self._operator(states, a, group)[1] - E
         right = np.einsum("nvk,nv->nk", follow, forces) - E - weight
         try:
             independent = np.linalg.solve(M, right[..., None])[..., 0]
@@ -150,43 +132,18 @@ class Reduced:
         return found
 
     def _operator(
-        self,
-        states: States,
-        a: np.ndarray,
-        rows: np.ndarray,
-        dependent: np.ndarray,
-        inverse: np.ndarray,
+        self, states: States, a: np.ndarray, group: _Group
     ) -> tuple[list[Jet], np.ndarray, np.ndarray]:
         """Return the coordinates as jets, Lagrange's operator on T, and ∂V/∂q of gravity."""
         # The latter two have shape (n, free)
-        q = self._paths(states, a, rows, dependent, inverse)
+        q = self._paths(states, a, group)
         r, H = self._evaluate_poses(states, q)
-        E = np.zeros((a.shape[1], len(states)))
-        terms = [(Jet(H[place].c @ (0.5 * J)), H[place]) for place, J in self._bodies]
-        for half, pose in terms:
-            now = half.ddt().trace_with(pose.ddt())
-            later = delay(half).ddt().trace_with(delay(pose).ddt())
-            E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
-        weight = np.zeros_like(E)
-        for place, J in self._bodies:
-            weight = weight - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
-        for link in self._tree:
-            inertia = self._mechanism.evaluate(link.armature)
-            if inertia:
-                x = r[link.coordinates[0]]
-                now, later = (y.ddt() * y.ddt() * (0.5 * inertia) for y in (x, delay(x)))
-                E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
-        return q, np.asarray(E.T), np.asarray(weight.T)
+        E = self._definition.operate(r, H, a.shape)
+        return q, E, self._definition.weigh(H, a.shape)
 
-    def _paths(
-        self,
-        states: States,
-        a: np.ndarray,
-        rows: np.ndarray,
-        dependent: np.ndarray,
-        inverse: np.ndarray,
-    ) -> list[Jet]:
+    def _paths(self, states: States, a: np.ndarray, group: _Group) -> list[Jet]:
         nv, n = self._mechanism.nv, len(states)
+        dependent, inverse = group.dependent, group.inverse
         free = np.setdiff1d(np.arange(nv), dependent).tolist()
         c = np.zeros((nv, 3, 1 + len(free), n))
         for name, q in zip(self._mechanism.coordinates, states.q.T, strict=True):
@@ -206,7 +163,7 @@ class Reduced:
             last = np.inf
             for _ in range(_SWEEPS):
                 phi = self._closure.rows(self._evaluate_poses(states, x)[1])
-                off = np.stack([phi[i].c[order] / units[i] for i in rows], axis=-1)
+                off = np.stack([phi[i].c[order] / units[i] for i in group.rows], axis=-1)
                 if given and float(np.abs(off[0]).max(initial=0.0)) < ON_LOOPS:
                     off[0] = 0.0
                 size = float(np.abs(off).max(initial=0.0))

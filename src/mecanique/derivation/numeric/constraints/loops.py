@@ -15,7 +15,7 @@ sect. 2, 3).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 from typing import Any, NamedTuple, final
@@ -24,7 +24,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.derivation.mechanics.loops import closure
-from mecanique.derivation.numeric.paths import constant_jet, ground_on_jets
+from mecanique.derivation.numeric.paths import constant_jet, frame_jet, ground_on_jets
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tolerances import DEFINITE, RANK, ROUNDING
 from mecanique.derivation.tree.links import links, place_of
@@ -114,14 +114,11 @@ class Closure:
         jacobian = drop_rounding(np.moveaxis(c[0, 1:], 0, -1), self._terms(poses))
         return Constraints(c[0, 0], jacobian, 2 * c[2, 0])
 
-    def _frames(self, poses: list[Jet]) -> Iterator[tuple[Jet, Jet]]:
-        for (place_a, X_a), (place_b, X_b) in self._ends:
-            yield _carry(poses, place_a, X_a), _carry(poses, place_b, X_b)
-
     def _terms(self, poses: list[Jet]) -> np.ndarray:
         """Return the size of what is summed in each entry of J, shape (n, m, nv)."""
         terms = []
-        for loop, (A, B) in zip(self._mechanism.loops, self._frames(poses), strict=True):
+        for loop, ends in zip(self._mechanism.loops, self._ends, strict=True):
+            A, B = (frame_jet(poses, place, X) for place, X in ends)
             turn = turn_sizes(A)
             # p = Rᵀ (p_B − p_A) turns with frame a, and p_B − p_A is as certain as its two terms
             far = sum(np.linalg.norm(X.value[:, :3, 3], axis=-1) for X in (A, B))
@@ -133,15 +130,6 @@ class Closure:
 
 def _angle(y: Any, x: Any) -> Any:
     return y.atan2(x) if isinstance(y, Jet) else np.arctan2(y, x)
-
-
-def _carry(poses: list[Jet], place: int, X: np.ndarray) -> Jet:
-    if place >= 0:
-        return poses[place] @ X
-    some = poses[0].c
-    c = np.zeros(some.shape)
-    c[0, 0] = X
-    return Jet(c)
 
 
 def is_locked(state: States, at: Callable[[States], Constraints]) -> bool:
