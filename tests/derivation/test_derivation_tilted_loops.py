@@ -164,7 +164,8 @@ def test_loops_that_leave_more_free_are_refused() -> None:
 def test_tilts_in_closed_form_are_exactly_orthogonal() -> None:
     """R Rᵀ = 1 without a rest, so that identities cancel; angles with known roots keep these."""
     algebra = Algebra(linkage("pin"))
-    for rpy in ((0.3, 0.2, 0.1), (np.pi / 2, 0.0, 0.4), (-2.0, 3.0, -np.pi), (1e-9, 0.0, 0.0)):
+    tilts = ((0.3, 0.2, 0.1), (np.pi / 2, 0.0, 0.4), (-2.0, 3.0, -np.pi), (1e-9, 0.0, 0.0))
+    for rpy in (*tilts, (np.pi / 4, 1.0, 0.0)):
         placement = mq.Placement((0.0, 0.0, 0.0), rpy)
         rows = [row[:3] for row in origin(placement, {}, algebra.arithmetic)]
         for i, row in enumerate(rows):

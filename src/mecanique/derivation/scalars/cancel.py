@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from math import gcd
 
 from mecanique.derivation.scalars.polynomials import Polynomial, exponent, exponents, power
 from mecanique.derivation.scalars.series import Kind, Series, canonical
@@ -87,22 +88,18 @@ def divide_exactly(series: Series, divisor: Series) -> Series | None:
     """Return series / divisor, None with a remainder; the divisor has no sines or cosines."""
     if divisor.parts.keys() != {0} or not series:
         return None
+    content = gcd(*divisor.parts[0].values())
+    primitive = {m: c // content for m, c in divisor.parts[0].items()}
     parts: dict[int, Polynomial] = {}
-    scale = divisor.parts[0][max(divisor.parts[0])]
     longest = max(map(len, series.parts.values()))
     for trig, polynomial in series.parts.items():
-        # coefficients stay integers as each step scales the numerator by the divisor's leading one
-        divided = _divide_long(polynomial, divisor.parts[0], scale, longest)
+        divided = _divide_long(polynomial, primitive, longest)
         if divided is None:
             return None
         parts[trig] = divided
     reach = series.reach + divisor.reach
-    quotient: Series = (
-        canonical(series.ring, parts, series.denominator, reach)
-        * divisor.denominator
-        / scale**longest
-    )
-    return quotient
+    quotient = canonical(series.ring, parts, series.denominator, reach)
+    return quotient * divisor.denominator / content
 
 
 def divide_by_wave(series: Series, index: int, parity: int) -> Series | None:
@@ -153,22 +150,21 @@ def integrate(series: Series, name: str) -> Series | None:
     return ring.sum(terms)
 
 
-def _divide_long(
-    numerator: Polynomial, divisor: Polynomial, scale: int, steps: int
-) -> Polynomial | None:
-    """Return numerator × scale^steps / divisor, or None if there is a remainder."""
-    rest = {m: c * scale**steps for m, c in numerator.items()}
-    lead = max(divisor)
+def _divide_long(numerator: Polynomial, primitive: Polynomial, steps: int) -> Polynomial | None:
+    """Return numerator / divisor, or None if there is a remainder."""
+    # By Gauss's lemma an exact quotient by a divisor whose coefficients share no factor is integral
+    rest, lead = dict(numerator), max(primitive)
     quotient: Polynomial = {}
     for _ in range(steps):
         if not rest:
             break
         top = max(rest)
-        if rest[top] % scale:
+        factor, remainder = divmod(rest[top], primitive[lead])
+        if remainder:
             return None
-        factor, shift = rest[top] // scale, top - lead
+        shift = top - lead
         quotient[shift] = factor
-        for m, c in divisor.items():
+        for m, c in primitive.items():
             left = rest.get(m + shift, 0) - factor * c
             if left:
                 rest[m + shift] = left

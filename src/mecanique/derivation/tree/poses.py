@@ -94,11 +94,9 @@ def exact_rotation(placement: Placement) -> Matrix | None:
     # t = tan(θ/2) the point ((1 − t²), 2t)/(1 + t²) lies on the unit circle exactly.
     if not all(isinstance(angle, float) for angle in placement.rpy):
         return None
-    points = [_on_circle(float(angle)) for angle in placement.rpy]
-    known = [point for point in points if point is not None]
-    if len(known) < len(points) or all(0 in point for point in known):
+    if all(_has_known_roots(float(angle)) for angle in placement.rpy):
         return None
-    (cr, sr), (cp, sp), (cy, sy) = known
+    (cr, sr), (cp, sp), (cy, sy) = (_on_circle(float(angle)) for angle in placement.rpy)
     return [
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
@@ -106,14 +104,17 @@ def exact_rotation(placement: Placement) -> Matrix | None:
     ]
 
 
-def _on_circle(angle: float) -> tuple[Fraction, Fraction] | None:
-    """Return fractions for cosine and sine; None if these are written as known roots."""
+def _has_known_roots(angle: float) -> bool:
+    square = min(np.cos(angle) ** 2, np.sin(angle) ** 2)
+    root = float(Fraction(square).limit_denominator(1000))
+    return square < WHOLE**2 or bool(abs(root - square) <= 2e-15 * square)
+
+
+def _on_circle(angle: float) -> tuple[Fraction, Fraction]:
+    """Return fractions for cosine and sine, whose squares add up to one exactly."""
     cosine, sine = np.cos(angle), np.sin(angle)
     if min(abs(cosine), abs(sine)) < WHOLE:
         return Fraction(round(cosine)), Fraction(round(sine))
-    square = min(cosine * cosine, sine * sine)
-    if abs(float(Fraction(square).limit_denominator(1000)) - square) <= 2e-15 * square:
-        return None
     t = Fraction(float(np.tan(angle / 2)))
     return (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
 

@@ -8,6 +8,7 @@ state back onto the loops.
 from __future__ import annotations
 
 from collections.abc import Collection
+from copy import copy
 from math import inf
 
 from mecanique.derivation import derive
@@ -56,7 +57,8 @@ def program_of(
         rates = values_of([*letters.rates, *accelerations])
     open_ = tuple(symbol for symbol in letters.open if symbol in kept)
     signals = tuple(letters.signals)
-    return Program(mechanism, letters.tape, tuple(rates), open_, signals, landing)
+    # a copy, so that who keeps the program for a mechanism does not keep that mechanism alive
+    return Program(copy(mechanism), letters.tape, tuple(rates), open_, signals, landing)
 
 
 def power_of(mechanism: Mechanism) -> Program:
