@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 from dataclasses import replace
 
 import pytest
+from reading_faults import blame
 
 import mecanique as mq
-from mecanique.reference.originals import drake
+from mecanique.reference.originals import drake, exudyn
 from mecanique.urdf import read_urdf
 from mecanique.verification.engines import read_by
 from mecanique.verification.verdict import EngineReading
@@ -156,3 +158,87 @@ def test_a_robot_without_joints_of_one_coordinate_is_read_from_drake(
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: done)
     original = drake.read(b"<robot/>", (0.0, 0.0, -9.81), {}, {})
     assert (original.mass.shape, original.bias.shape) == ((2, 0, 0), (2, 0))
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize(
+    ("fault", "culprit"),
+    [
+        ("mass in grams", "mecanique"),
+        ("place mirrored", "pinocchio"),
+        ("axis turned", "mujoco"),
+        ("moment doubled", "pinocchio"),
+    ],
+)
+def test_of_three_sources_the_one_that_misreads_is_named(fault: str, culprit: str) -> None:
+    pytest.importorskip("mujoco")
+    _, blamed, readings = blame(culprit, 0, fault, ("pinocchio", "mujoco"), seed=3)
+    assert blamed == (culprit,)
+    right = [r for r in readings if not r.engine.lower().startswith(culprit)]
+    assert all(r.alike for r in right)
+
+
+@pytest.mark.engine
+def test_the_verdict_names_who_stands_alone() -> None:
+    pytest.importorskip("mujoco")
+    text = ARM.replace('value="0.5"', 'value="0.5 "', 1)
+    verdict = mq.verify(read_urdf(text), samples=3, engines=("mujoco",))
+    (dissenter,) = verdict.dissenters
+    assert dissenter.startswith("Pinocchio")
+    assert f"{dissenter} stands alone: mecanique and MuJoCo" in str(verdict)
+    assert mq.verify(read_urdf(text), samples=3).dissenters == ()  # two sources have no majority
+
+
+def test_exudyn_builds_the_robot_of_the_file() -> None:
+    pytest.importorskip("exudyn")
+    assert reading(ARM, "exudyn").worst < 1e-12  # type: ignore[operator]
+    found = reading(
+        ARM.replace('"continuous"', '"floating"').replace('<mimic joint="j"/>', ""), "exudyn"
+    )
+    assert found.refused == "its trees have no joint of type 'floating'"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (b"<sdf/>", "it is built of URDF alone, not of <sdf>"),
+        (b"<robot><joint name='j'/></robot>", "joint 'j' has no parent or no child"),
+        (b"<robot", "line 1: "),
+        (ARM.replace('value="0.5"', 'value="x"').encode(), "expected 1 numbers for value, got 'x'"),
+    ],
+)
+def test_exudyn_is_built_of_sound_urdf_alone(text: bytes, said: str) -> None:
+    with pytest.raises(mq.EngineError, match=re.escape(said)):
+        exudyn.read(text, (0.0, 0.0, -9.81), {}, {})
+
+
+MJCF = """<mujoco model="m"><compiler settotalmass="3"/>
+<option gravity="0 0 -3"/>
+<worldbody><body name="b"><joint name="a" axis="0 1 0" armature="0.1"/>
+<geom type="box" size="0.1 0.2 0.3" pos="0.1 0 0"/></body></worldbody></mujoco>"""
+
+
+@pytest.mark.engine
+def test_engines_read_mjcf_themselves_and_lines_they_leave_out_are_named() -> None:
+    pytest.importorskip("mujoco")
+    verdict = mq.verify(mq.read(MJCF), samples=3, engines=("mujoco", "pinocchio"))
+    mujoco, pinocchio = verdict.readings
+    assert mujoco.worst is not None
+    assert mujoco.worst < 1e-12
+    assert pinocchio.differs
+    assert "line 1: Pinocchio leaves out settotalmass=… of <compiler>" in pinocchio.remarks
+    assert "line 2: Pinocchio leaves out gravity=… of <option>" in pinocchio.remarks
+    assert mq.verify(mq.read(MJCF), samples=3).readings == ()
+
+
+def test_engines_that_read_no_sdf_say_so() -> None:
+    text = '<sdf version="1.9"><model name="m"><link name="a"/><joint name="q" type="revolute">'
+    text += (
+        "<parent>world</parent><child>a</child><axis><xyz>0 1 0</xyz></axis></joint></model></sdf>"
+    )
+    found = mq.verify(mq.read(text), samples=3, engines=("mujoco", "pinocchio", "drake")).readings
+    assert found[0].refused == "it has no reader of SDF"
+    assert found[1].refused == "its packages have no reader of SDF"
+    if not found[2].missing:
+        assert found[2].worst is not None
+        assert found[2].worst < 1e-12

@@ -63,7 +63,7 @@ _PROCESSES = 2
     "--engines",
     default="",
     metavar="NAMES",
-    help="Further engines that read the file themselves, comma-separated: mujoco, drake.",
+    help="Further engines that read the file themselves, comma-separated: mujoco, drake, exudyn.",
 )
 @click.option("--states", is_flag=True, help="Print the states with the largest disagreements.")
 @click.option("--all", "every", is_flag=True, help="Verify every textbook system.")

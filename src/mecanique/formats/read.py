@@ -13,6 +13,7 @@ from mecanique.formats.mjcf import read_mjcf
 from mecanique.formats.sdf import read_sdf
 from mecanique.model.forces import JointDamper
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.origin import Origin
 from mecanique.urdf.findings import Report
 from mecanique.urdf.parse import MOST_BYTES, parse
 from mecanique.urdf.read import read_urdf
@@ -81,7 +82,11 @@ def read(
     if not damping:
         kept = tuple(force for force in mechanism.forces if not isinstance(force, JointDamper))
         mechanism = replace(mechanism, forces=kept)
-    return with_letters(with_armature(mechanism, armature), parameters)
+    whole = with_letters(with_armature(mechanism, armature), parameters)
+    is_text = isinstance(path_or_text, str) and "<" in path_or_text
+    text = path_or_text.encode() if isinstance(path_or_text, str) and is_text else b""
+    text = text or Path(path_or_text).read_bytes()
+    return replace(whole, origin=Origin(None if is_text else str(path_or_text), text, form=form))
 
 
 def name_format(path_or_text: str | os.PathLike[str]) -> Literal["URDF", "MJCF", "SDF"]:

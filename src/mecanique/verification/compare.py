@@ -488,8 +488,9 @@ def verify(
             source, by 1e-9. Where rounding alone explains more, it may differ by so much; the
             verdict says so.
         engines: those that read the file itself as well as Pinocchio, if the mechanism was read
-            from one, with their own parsers: "mujoco", "drake" (extra `engines`). Where the mass
-            matrix or bias of one differs, the verdict says why, and does not agree.
+            from one, with their own parsers: "mujoco", "drake", "exudyn" (extra `engines`). Where
+            the mass matrix or bias of one differs, the verdict says why, and does not agree; of
+            three sources or more it names those that read otherwise than most.
         progress: called with what is compared next and the fraction done.
 
     Returns:
@@ -525,7 +526,8 @@ def verify(
         return explained  # nothing was read from a file
     from mecanique.verification.engines import read_by
 
-    everyone = list(dict.fromkeys((*_USUAL, *engines)))
+    usual = _USUAL if mechanism.origin is None or mechanism.origin.form == "URDF" else ()
+    everyone = list(dict.fromkeys((*usual, *engines)))
     return replace(explained, readings=read_by(mechanism, everyone, seed))
 
 

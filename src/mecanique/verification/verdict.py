@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import platform
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from html import escape
 from typing import Any, final
@@ -16,7 +16,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding
 from mecanique.reference.engine.package import MISSING, STAND_IN, engine_package, has_pinocchio
 from mecanique.version import __version__
-from mecanique.wording import Legible, say_count, write_table
+from mecanique.wording import Legible, enumerate_words, say_count, write_table
 
 _MOST_CHANGES = 40
 """As many changes stand in the text; JSON has all of them."""
@@ -129,6 +129,7 @@ class EngineReading:
     refused: str = ""  # why the engine does not read the file, or empty
     remarks: tuple[str, ...] = ()  # what differs, with lines and reasons
     missing: str = ""  # what to install so that the engine can read the file, or empty
+    alike: tuple[str, ...] = ()  # the other sources that read the same, "mecanique" among them
 
     @property
     def differs(self) -> bool:
@@ -163,6 +164,20 @@ class EngineReading:
         rest = len(self.remarks) - _MOST_LISTED
         more = (f"… and {say_count(rest, 'remark')} more in --json",) if rest > 0 else ()
         return (head, *self.remarks[:_MOST_LISTED], *more)
+
+
+OURS = "mecanique"
+"""What it is called among the sources that read a file."""
+
+
+def dissenters_among(readings: Sequence[EngineReading]) -> tuple[str, ...]:
+    """Return the sources that read a file otherwise than most; empty without a majority."""
+    groups = {r.engine: {r.engine, *r.alike} for r in readings if r.worst is not None}
+    groups[OURS] = {OURS, *(name for name, group in groups.items() if OURS in group)}
+    largest = max(groups.values(), key=len)
+    if 2 * len(largest) <= len(groups):
+        return ()
+    return tuple(name for name in groups if name not in largest)
 
 
 REMOVED = 1e-8
@@ -327,6 +342,11 @@ class Verdict(Legible):
         return bool(self.rows) and all(row.agrees for row in self.rows) and not differ
 
     @property
+    def dissenters(self) -> tuple[str, ...]:
+        """Who reads the file otherwise than most of all engines and mecanique; empty if none is."""
+        return dissenters_among(self.readings)
+
+    @property
     def summary(self) -> str:
         """The verdict in one sentence."""
         where = (
@@ -417,6 +437,11 @@ class Verdict(Legible):
         causes = [cause for cause in self.causes if cause not in known]
         lines = [f"likely cause {k}: {cause}" for k, cause in enumerate(causes, 1)]
         lines += [sentence for reading in self.readings for sentence in reading.sentences()]
+        if dissenters := self.dissenters:
+            sources = (OURS, *(r.engine for r in self.readings if r.worst is not None))
+            others = enumerate_words([name for name in sources if name not in dissenters])
+            alone = "stands alone" if len(dissenters) == 1 else "stand apart"
+            lines.append(f"{enumerate_words(dissenters)} {alone}: {others} read the file alike")
         short = len(self.coordinates) <= _FEW and self.difference is None
         for row in self.rows:
             pair = f"{row.quantity}, {' and '.join(row.sources)}"

@@ -62,8 +62,10 @@ class Origin:
         file: the path of its file, if there is one.
         text: the text as it was read.
         flaws: the errors in it that its equations of motion do without.
+        form: its format: "URDF", "MJCF" or "SDF".
     """
 
     file: str | None
     text: bytes
     flaws: tuple[Finding, ...] = ()
+    form: str = "URDF"

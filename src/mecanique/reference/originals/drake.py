@@ -12,7 +12,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import EngineError
-from mecanique.reference.originals.original import ByJoint, Original, columns
+from mecanique.reference.originals.original import ByJoint, Original, columns, form_of
 
 _SECONDS = 120.0
 """Time limit for a file [s]."""
@@ -30,8 +30,7 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     Raises:
         EngineError: if Drake refuses the text; the message gives Drake's reason.
     """
-    words = {"urdf": "robot", "sdf": "sdf", "xml": "mujoco"}
-    form = next((form for form, tag in words.items() if f"<{tag}".encode() in text), "urdf")
+    form = {"URDF": "urdf", "MJCF": "xml", "SDF": "sdf"}[form_of(text)]
     asked = {"text": text.decode("utf-8", "replace"), "form": form, "gravity": list(gravity)}
     request = json.dumps({**asked, "q": dict(q), "v": dict(v)})
     command = [sys.executable, "-m", __name__]

@@ -6,6 +6,7 @@ raises EngineError with the engine's own reason if the engine refuses the text.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias, final
@@ -28,6 +29,14 @@ class Original:
     bias: Array  # shape (n, k)
     complaints: tuple[str, ...]  # the engine's own messages about the file
     passive: Array | None = None  # forces of springs and dampers, shape (n, k), if it has any
+
+
+def form_of(text: bytes) -> str:
+    """Return the format of a text by its outermost element: "URDF", "MJCF" or "SDF"."""
+    bare = re.sub(rb"<!--.*?-->", b"", text, flags=re.DOTALL)
+    root = re.search(rb"<(robot|mujoco|sdf)\b", bare)
+    forms = {b"mujoco": "MJCF", b"sdf": "SDF"}
+    return "URDF" if root is None else forms.get(root[1], "URDF")
 
 
 def columns(values: ByJoint, joints: Sequence[str]) -> Array:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from mecanique.errors import EngineError
-from mecanique.reference.originals.original import ByJoint, Original, columns
+from mecanique.reference.originals.original import ByJoint, Original, columns, form_of
 
 _COMPLAINT = re.compile(r"^(?:Error|Warning):\s+(.*?)\s*$", re.MULTILINE)
 
@@ -24,7 +24,15 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     model, refused = None, ""
     with _standard_error() as heard:
         try:
-            model = pin.buildModelFromXML(text.decode("utf-8", "replace"))
+            if form_of(text) == "SDF":
+                raise EngineError("its packages have no reader of SDF")
+            if form_of(text) == "MJCF":
+                with tempfile.NamedTemporaryFile(suffix=".xml") as file:
+                    file.write(text)
+                    file.flush()
+                    model = pin.buildModelFromMJCF(file.name)
+            else:
+                model = pin.buildModelFromXML(text.decode("utf-8", "replace"))
         except (ValueError, RuntimeError) as error:
             refused = str(error)
     said = tuple(dict.fromkeys(_COMPLAINT.findall(heard[0])))

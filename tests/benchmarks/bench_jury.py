@@ -1,0 +1,37 @@
+"""Forty faults of reading, ten of each source: whom the engines' jury blames.
+
+Run by hand with the extra `engines`: python tests/benchmarks/bench_jury.py
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "verification"))
+
+from reading_faults import FAULTS, PACKAGES, blame
+
+from mecanique.verification.verdict import OURS
+
+
+def main() -> None:
+    """Print a table of faults, and whom the jury blames."""
+    engines = [name for name in PACKAGES if name != "exudyn"]
+    sources = (OURS, *engines)
+    right = 0
+    print(f"{'fault':22} {'robot':16} {'read wrongly by':16} blamed")
+    for k, fault in enumerate(FAULTS):
+        for m, culprit in enumerate(sources):
+            jury = [*engines, "exudyn"]
+            robot, blamed, readings = blame(culprit, k + m, fault, jury, 40 * k + m)
+            right += blamed == (culprit,)
+            told = ", ".join(blamed) or "nobody"
+            if blamed != (culprit,):
+                told += "  (" + "; ".join(r.said or f"{r.engine} agrees" for r in readings) + ")"
+            print(f"{fault:22} {robot:16} {culprit:16} {told}")
+    print(f"{right} of {len(FAULTS) * len(sources)} blamed on the right one")
+
+
+if __name__ == "__main__":
+    main()
