@@ -154,9 +154,10 @@ ORDER: dict[str, list[str]] = {
     "verification": [
         "foreign states stencil verdict",
         "rows",
-        "diff engines facts rounding transformation",
+        "diff engines modes rounding transformation",
+        "facts",
         "causes",
-        "against modes",
+        "against",
         "compare",
         "chapter survey",
     ],

@@ -7,8 +7,9 @@ from mecanique.urdf.write import write_urdf
 
 if __name__ == "__main__":
     here = Path(__file__).parent
-    for name in names():
+    everyone = (*names(), *names(corners=True))
+    for name in everyone:
         write_urdf(load(name), here / f"{name}.urdf")
     for path in here.glob("*.urdf"):
-        if path.stem not in names():
+        if path.stem not in everyone:
             path.unlink()

@@ -45,6 +45,7 @@ from mecanique.model import (
     Blade as Blade,
     Body as Body,
     Box as Box,
+    Capstan as Capstan,
     CentralForce as CentralForce,
     Contact as Contact,
     Coordinates as Coordinates,

@@ -425,6 +425,122 @@ def test_a_ball_leaves_a_ball_at_ten_seventeenths() -> None:
     np.testing.assert_allclose(cosine, 10 / 17 * math.cos(lean), rtol=0, atol=1e-5)
 
 
+def wheel(lever: float, mu: float) -> mq.Mechanism:
+    """Return a disk of 1 kg and 0.1 m on a level floor, with resistance to rolling."""
+    disk = mq.disk(1.0, 0.1).at(rpy=(math.pi / 2, 0, 0))
+    bodies = (
+        mq.Body("ground"),
+        *(mq.Body(name, mq.massless()) for name in ("carriage", "lift")),
+        mq.Body("disk", disk),
+    )
+    joints = (
+        mq.Prismatic("along", "ground", "carriage", axis=(1, 0, 0), coordinate="x"),
+        mq.Prismatic("up", "carriage", "lift", axis=(0, 0, 1), coordinate="z"),
+        mq.Revolute("spin", "lift", "disk", axis=(0, -1, 0), coordinate="th"),
+    )
+    elements = (
+        mq.Contact("floor", "disk", radius=0.1, mu=mu),
+        mq.Friction("rolls", "spin", lever, load="floor"),
+    )
+    return mq.Mechanism("wheel", bodies, joints, switching=elements)
+
+
+def test_resistance_to_rolling_stops_a_disk() -> None:
+    """The couple δ m g slows it by 2 δ g/(3 r²) as it rolls, and heat is what it had."""
+    lever, v = 0.002, 0.5
+    slows = 2 * lever * G / (3 * 0.1)
+    start = {"x": v, "th": -v / 0.1}
+    motion = mq.simulate(wheel(lever, 0.5), q={"z": 0.1}, v=start, duration=v / slows + 0.5)
+    rests = motion.events[0]
+    assert rests.name == "rolls: sticks"
+    np.testing.assert_allclose(rests.t, v / slows, rtol=1e-12, atol=0)
+    np.testing.assert_allclose(motion["x"][-1], v**2 / (2 * slows), rtol=1e-12, atol=0)
+    lost = motion.losses()
+    np.testing.assert_allclose(lost["rolls: friction"][-1], 0.75 * v**2, rtol=1e-11, atol=0)
+    assert np.abs(motion.v[-1]).max() < 1e-30
+
+
+def test_a_couple_goes_by_the_force_that_presses_now() -> None:
+    """In the air there is none: the disk keeps its spin until it lands."""
+    motion = mq.simulate(wheel(0.002, 0.5), q={"z": 1.1}, v={"th": 3.0}, duration=0.4)
+    np.testing.assert_allclose(motion["th'"], 3.0, rtol=1e-14, atol=0)
+
+
+def test_a_latch_keeps_what_comes_to_it_up_to_its_pull() -> None:
+    """A spring k that pulls back with k x tears it off only where its pull is above."""
+    for holds, kept in ((110.0, True), (90.0, False)):
+        block = slider(mq.Stop("latch", "slide", at=1.0, holds=holds), stiffness=100.0)
+        motion = mq.simulate(block, v={"x": 11.0}, duration=1.0)
+        assert motion.modes[-1].states["latch"] == ("closed" if kept else "open")
+        assert (motion["x"][-1] == pytest.approx(1.0, abs=1e-13)) == kept
+    with pytest.raises(mq.InputError, match="expected a stiffness or what it holds, got both"):
+        mq.Stop("latch", "slide", stiffness=1.0, holds=1.0)
+
+
+def test_a_latch_opens_where_the_pull_passes_what_it_holds() -> None:
+    ramp = mq.Input("F", lambda t: -2.0 * t, "N", "pull")
+    latch = mq.Stop("latch", "slide", at=0.0, holds=1.0)
+    block = slider(latch)
+    block = replace(block, inputs=(ramp,), forces=(mq.JointForce("pull", "slide", ramp),))
+    motion = mq.simulate(block, duration=1.5)
+    (opens,) = motion.events
+    assert opens.name == "latch: open"
+    assert opens.t == pytest.approx(0.5, rel=1e-11)
+    # x'' = −2 t from there
+    T = 1.5
+    assert motion["x'"][-1] == pytest.approx(-(T**2 - 0.25), rel=1e-10)
+
+
+def test_a_cord_over_a_drum_is_held_by_less_than_euler_says() -> None:
+    """m₁/m₂ = 3 is held where e^(μ φ) > 3, and slips where it is less."""
+    for turns, kept in ((1.0, True), (0.8, False)):
+        capstan = mq.textbook.load("capstan", phi=2 * math.pi * turns)
+        motion = mq.simulate(capstan, q={"x": 1.0, "y": 2.0}, duration=0.1)
+        assert motion.modes[0].states["drum"] == ("sticks" if kept else "slips +")
+    hinge = mq.Revolute("pin", "ground", "block", axis=(0, 1, 0), coordinate="x")
+    cord = mq.Capstan("cord", "pin", "pin", length=1.0, wrap=1.0)
+    with pytest.raises(mq.MechanismError, match="expected the name of a slide, got 'pin'"):
+        replace(slider(), joints=(hinge,), switching=(cord,))
+    with pytest.raises(mq.MechanismError, match="capstan 'cord': expected a wrap above 0, got 0"):
+        replace(slider(), switching=(mq.Capstan("cord", "slide", "slide", length=1.0),))
+
+
+def test_a_drum_that_turns_drags_the_cord() -> None:
+    """It runs towards the lighter weight, so friction is to that side, at whatever speed."""
+    drum = mq.textbook.load("capstan")
+    (cord,) = drum.switching
+    assert isinstance(cord, mq.Capstan)
+    driven = replace(drum, switching=(replace(cord, speed=-5.0),))
+    motion = mq.simulate(driven, q={"x": 1.0, "y": 2.0}, duration=0.1)
+    m_1, m_2, grown = 3.0, 1.0, math.exp(0.2 * math.pi)
+    assert motion.modes[0].states["drum"] == "slips +"
+    expected = G * (m_1 - m_2 * grown) / (m_1 + m_2 * grown)
+    assert motion["x'"][-1] == pytest.approx(expected * 0.1, rel=1e-12)
+
+
+def test_a_load_that_is_no_contact_is_named() -> None:
+    with pytest.raises(mq.MechanismError, match="'wall', its load, is no contact or stop"):
+        slider(mq.Friction("f", "slide", 0.1, load="wall"))
+
+
+def test_many_motions_with_corners() -> None:
+    """Each dry oscillator rests after its own number of half cycles."""
+    block = mq.textbook.load("dry_oscillator")
+    starts = [0.1, 0.05, 0.004]
+    runs = mq.simulate_many(block, q={"x": starts}, duration=3.0, rtol=1e-12)
+    assert "watches where dry switches" in runs.method
+    swing = 0.1 * G / 100.0
+
+    def rest(x: float) -> float:
+        while abs(x) > swing:
+            x = -x + 2 * math.copysign(swing, x)
+        return x
+
+    np.testing.assert_allclose(runs["x"][:, -1], [rest(x) for x in starts], rtol=0, atol=1e-12)
+    with pytest.raises(mq.InputError, match="'batch' does not watch where dry switches; expected"):
+        mq.simulate_many(block, q={"x": starts}, duration=3.0, method="batch")
+
+
 SYSTEMS = {
     "stick and slip": slider(
         mq.Friction("belt", "slide", 0.2, G, mu_static=0.4, speed=0.2),

@@ -35,13 +35,16 @@ CHAPTER = {
 
 ROOT = Path(__file__).parents[2]
 
+EVERYONE = (*names(), *names(corners=True))
+
 
 def words(text: str) -> set[str]:
     return set(re.findall(r"\w+", text))
 
 
 def statement(name: str) -> str:
-    return import_module(f"mecanique.textbook.systems.{name}").__doc__ or ""
+    folder = "corners" if name in names(corners=True) else "systems"
+    return import_module(f"mecanique.textbook.{folder}.{name}").__doc__ or ""
 
 
 def test_every_system_of_the_chapter_is_there() -> None:
@@ -49,7 +52,7 @@ def test_every_system_of_the_chapter_is_there() -> None:
     assert all("Fundamentals of Dynamics" in entry(name).source for name in CHAPTER)
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", EVERYONE)
 def test_the_docstring_states_the_problem(name: str) -> None:
     title, *body = statement(name).strip().split("\n")
     assert title.endswith(".")
@@ -59,14 +62,14 @@ def test_the_docstring_states_the_problem(name: str) -> None:
     assert not missing, "parameters that the statement does not name"
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", EVERYONE)
 def test_the_docstring_names_the_generalized_coordinates(name: str) -> None:
     known = words(statement(name))
     coordinates = load(name).coordinates if not entry(name).options else load(name, n=1).coordinates
     assert set(coordinates) <= known | {"theta1"}
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", EVERYONE)
 def test_title_source_parameters_and_tags_are_filled_in(name: str) -> None:
     system = entry(name)
     assert 10 <= len(system.title) <= 70
@@ -80,7 +83,7 @@ def test_title_source_parameters_and_tags_are_filled_in(name: str) -> None:
         assert parameter.meaning
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", EVERYONE)
 def test_there_are_two_facts_or_more_in_one_line_each(name: str) -> None:
     facts = entry(name).facts
     assert len(facts) >= 2
@@ -88,7 +91,7 @@ def test_there_are_two_facts_or_more_in_one_line_each(name: str) -> None:
     assert len({fact.statement for fact in facts}) == len(facts)
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", EVERYONE)
 def test_a_urdf_and_a_picture_are_kept(name: str) -> None:
     """That they are up to date is tested where they are written."""
     assert (ROOT / "urdf" / f"{name}.urdf").is_file(), (
@@ -98,14 +101,14 @@ def test_a_urdf_and_a_picture_are_kept(name: str) -> None:
     assert (ROOT / "examples" / "pictures" / f"{name}.svg").is_file(), f"run: {drawn}"
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", EVERYONE)
 def test_the_mechanism_carries_the_name_and_the_parameters_of_its_entry(name: str) -> None:
     mechanism = load(name)
     assert mechanism.name == name
     assert mechanism.parameters == entry(name).parameters
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", EVERYONE)
 def test_every_body_with_mass_is_drawn(name: str) -> None:
     mechanism = load(name)
     heavy = [body for body in mechanism.bodies if mechanism.evaluate(body.mass) > 0]

@@ -18,6 +18,8 @@ BLOCK = mq.Mechanism(
         mq.Friction("dry", "slide", 0.2, 9.81, mu_static=0.25, speed=0.1),
         mq.Stop("wall", "slide", at=1.0, restitution=0.5),
         mq.Stop("buffer", "slide", at=-1.0, side=-1, stiffness=500.0),
+        mq.Stop("latch", "slide", at=2.0, holds=3.0),
+        mq.Friction("brake", "slide", 0.2, load="wall"),
     ),
 )
 BALL = mq.Mechanism(

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import mecanique as mq
 from mecanique.derivation import switching
+from mecanique.verification import modes
 
 m, g, mu, alpha, r = (
     mq.Parameter("m", 1.3, "kg"),
@@ -52,6 +54,30 @@ def shaken() -> mq.Mechanism:
     return replace(smooth, switching=dry)
 
 
+def rolling() -> mq.Mechanism:
+    """Return a ball with resistance to rolling: a couple of r/10 times the normal force."""
+    bodies = (
+        *(mq.Body(name, mq.massless()) for name in ("carriage", "lift")),
+        mq.Body("body", mq.ball(m, r)),
+    )
+    joints = (
+        mq.Prismatic("along", "ground", "carriage", axis=(1, 0, 0), coordinate="x"),
+        mq.Prismatic("up", "carriage", "lift", axis=(0, 0, 1), coordinate="z"),
+        mq.Revolute("spin", "lift", "body", axis=(0, -1, 0), coordinate="th"),
+    )
+    return mq.Mechanism(
+        "wheel",
+        (mq.Body("ground"), *bodies),
+        joints,
+        parameters=(m, g, mu, alpha, r),
+        gravity=INCLINED,
+        switching=(
+            mq.Contact("floor", "body", radius=r, mu=mu),
+            mq.Friction("rolls", "spin", r / 10, load="floor"),
+        ),
+    )
+
+
 SYSTEMS = {
     "block": slider(mq.Friction("dry", "slide", mu, m * g * mq.cos(alpha))),
     "belt": slider(mq.Friction("belt", "slide", mu, m * g, speed=0.4)),
@@ -64,6 +90,9 @@ SYSTEMS = {
     "rod": flat(mq.rod(m, 2.0), mu=mu),
     "smooth corner": flat(mq.box(m, (0.1, 0.1, 0.4)), center=(0.05, 0.0, 0.2)),
     "shaken": shaken(),
+    "capstan": mq.textbook.load("capstan"),
+    "rolling resistance": rolling(),
+    "latch": slider(mq.Stop("latch", "slide", 1.0, holds=2.0)),
 }
 
 
@@ -71,14 +100,81 @@ SYSTEMS = {
 def test_every_mode_agrees_with_the_engine(system: str) -> None:
     verdict = mq.verify(SYSTEMS[system], samples=20)
     assert verdict.agrees, str(verdict)
-    assert {row.quantity for row in verdict.rows} == {"acceleration", "forces of elements"}
+    of_modes = [row for row in verdict.rows if "impact" not in row.sources[0]]
+    assert {row.quantity for row in of_modes} == {"acceleration", "forces of elements"}
     left_out = sum("rigid bodies do not determine" in note for note in verdict.notes)
-    assert len(verdict.rows) == 2 * (len(mq.derive_modes(SYSTEMS[system]).modes) - left_out)
+    assert len(of_modes) == 2 * (len(mq.derive_modes(SYSTEMS[system]).modes) - left_out)
+    struck = [e.name for e in SYSTEMS[system].switching if modes._is_struck(e)]
+    assert {row.sources[0] for row in verdict.rows if row not in of_modes} == {
+        f"impact of {name}" for name in struck
+    }
+
+
+def table() -> mq.Mechanism:
+    """Return a ball in space on a rough floor."""
+    bodies = mq.Body("ground"), mq.Body("ball", mq.ball(m, r))
+    cloth = mq.Contact("cloth", "ball", radius=r, mu=mu, restitution=0.3)
+    joint = mq.Floating("free", "ground", "ball")
+    return mq.Mechanism("table", bodies, (joint,), parameters=(m, r, mu), switching=(cloth,))
+
+
+def test_slip_along_two_directions_is_compared_in_numbers() -> None:
+    verdict = mq.verify(table(), samples=10)
+    assert verdict.agrees, str(verdict)
+    assert {row.sources[0] for row in verdict.rows} == {"3 modes", "impact of cloth"}
+    assert {row.quantity for row in verdict.rows if "impact" in row.sources[0]} == {
+        "acceleration",
+        "forces of elements",
+        "momentum about contacts",
+    }
+
+
+def test_a_row_of_contact_that_is_wrong_is_seen_in_modes_and_impacts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    right = modes._ask_jets
+
+    def tilt(*given: object) -> object:
+        terms = right(*given)  # type: ignore[arg-type]
+        forces = [replace(f, jacobian=f.jacobian * 1.001) if f.presses else f for f in terms.forces]
+        return terms._replace(forces=tuple(forces))
+
+    monkeypatch.setattr(modes, "_ask_jets", tilt)
+    verdict = mq.verify(table(), samples=5)
+    assert {row.sources[0] for row in verdict.rows if not row.agrees} == {
+        "3 modes",
+        "impact of cloth",
+    }
+
+
+def test_an_impact_that_changes_momentum_about_the_contact_is_seen(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    right = modes._ask_jets
+
+    def shift(*given: object) -> object:
+        terms = right(*given)  # type: ignore[arg-type]
+        forces = list(terms.forces)
+        spin = np.zeros_like(forces[1].jacobian)
+        spin[:, 5] = 0.01
+        forces[1] = replace(forces[1], jacobian=forces[1].jacobian + spin)
+        return terms._replace(forces=tuple(forces))
+
+    monkeypatch.setattr(modes, "_ask_jets", shift)
+    verdict = mq.verify(table(), samples=5)
+    wrong = {row.quantity for row in verdict.rows if not row.agrees}
+    assert "momentum about contacts" in wrong
+
+
+def test_too_many_modes_are_refused() -> None:
+    dry = tuple(mq.Friction(f"f{k}", "slide", mu, 1.0) for k in range(8))
+    with pytest.raises(mq.DerivationError, match="has 6561 modes, more than 4096; expected fewer"):
+        mq.verify(slider(*dry), samples=1)
 
 
 def test_a_law_of_friction_that_is_wrong_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     right = switching._find_load
-    monkeypatch.setattr(switching, "_find_load", lambda forces: 1.01 * right(forces))
+    monkeypatch.setattr(switching, "_find_load", lambda element: 1.01 * right(element))
     verdict = mq.verify(SYSTEMS["ball"], samples=5)
     assert not verdict.agrees
     wrong = {row.sources[0] for row in verdict.rows if not row.agrees}

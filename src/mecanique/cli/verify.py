@@ -154,7 +154,7 @@ def textbook_facts(system: str, parameters: Sequence[str], seed: int) -> tuple[F
         return ()
     from mecanique.verification.facts import check_facts
 
-    return check_facts(system, numbers(parameters, "-p"), seed=seed)
+    return check_facts(system, numbers(parameters, "-p"), seed=seed, simulate=mq.simulate)
 
 
 def survey(samples: int, seed: int, *, robots: bool) -> Survey:

@@ -26,7 +26,7 @@ from mecanique.derivation.printing.prose import to_html
 from mecanique.derivation.printing.writers import MathML, Text, Writer, to_lines, write
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
-from mecanique.model.expression import Scalar, coordinate
+from mecanique.model.expression import Scalar, coordinate, plain
 from mecanique.model.forces import Force, JointForce, Torque
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Fixed
@@ -148,14 +148,22 @@ class _ElementForces:
     element: Switching
     normal: Any
     tangent: Any
-    gap: Scalar  # of a stop; 0 otherwise
-    speed: Scalar  # what its row lacks when nothing moves but what time and belts do
+    gap: Scalar = 0.0  # of a row of joints that presses
+    drift: Scalar = 0.0  # of that row when nothing moves but what time moves
+    speed: Scalar = 0.0  # what the rate of slip lacks, likewise
     sideways: Any = None  # a force across the tangent, which must not matter in a plane
 
 
-def force_symbol(letter: str, element: Switching) -> str:
+def force_symbol(letter: str, element: str) -> str:
     """Return the symbol of a force of an element, N, T or R with its name."""
-    return f"{letter}_{re.sub(r'[^0-9a-zA-Z]', '_', element.name)}"
+    return f"{letter}_{re.sub(r'[^0-9a-zA-Z]', '_', element)}"
+
+
+def list_letters(element: Switching) -> tuple[str, ...]:
+    """Return the letters of an element's forces, N first if it presses."""
+    if isinstance(element, Contact):
+        return ("N", "T") if element.rubs else ("N",)
+    return tuple(row.letter for row in element.joint_rows)
 
 
 def derive_modes(mechanism: Mechanism) -> Modes:
@@ -247,7 +255,7 @@ def derive_modes(mechanism: Mechanism) -> Modes:
 
 def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
     """Return the smooth mechanism with the elements' forces as inputs, and these."""
-    from sympy import Symbol, diff, sympify
+    from sympy import Rational, Symbol, diff, sympify
 
     if mechanism.loops or mechanism.contacts or mechanism.velocity_constraints:
         raise DerivationError(
@@ -261,7 +269,7 @@ def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
     unknown: list[_ElementForces] = []
 
     def add(letter: str, element: Switching, unit: str) -> Any:
-        symbol = force_symbol(letter, element)
+        symbol = force_symbol(letter, element.name)
         inputs.append(Input(symbol, 0.0, unit, f"force of {element.name}"))
         return Symbol(symbol)
 
@@ -301,22 +309,30 @@ def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
             forces.append(Force(f"{name}, force", element.body, (cx, cy, cz), tuple(pull), axes))
             if element.radius != 0:
                 forces.append(Torque(f"{name}, moment", element.body, turn, axes))
-            unknown.append(_ElementForces(element, normal, tangent, 0, 0, sideways))
+            unknown.append(_ElementForces(element, normal, tangent, sideways=sideways))
             continue
-        joint = mechanism.joint(element.joint)
-        assert isinstance(joint, Single), "validated"
-        unit = "N·m" if joint.turns else "N"
-        place = driven.get(joint.coordinate, coordinate(joint.coordinate))
-        drift = diff(place, Symbol("t"))
-        if isinstance(element, Friction):
-            tangent = add("R", element, unit)
-            forces.append(JointForce(element.name, element.joint, tangent))
-            unknown.append(_ElementForces(element, None, tangent, 0, element.speed - drift))
-        else:
-            normal = add("N", element, unit)
-            forces.append(JointForce(element.name, element.joint, -element.side * normal))
-            gap = element.side * (element.at - place)
-            unknown.append(_ElementForces(element, normal, None, gap, element.side * drift))
+        in_joints = _ElementForces(element, None, None)
+        pulls: dict[str, Any] = {}
+        for row in element.joint_rows:
+            place: Any = row.offset or 0
+            joints = [mechanism.joint(name) for name, _ in row.weights]
+            turns = any(isinstance(joint, Single) and joint.turns for joint in joints)
+            force = add(row.letter, element, "N·m" if turns else "N")
+            for name, weight in row.weights:
+                factor = Rational(weight)  # of letters that are exact, no decimals come
+                joint = mechanism.joint(name)
+                assert isinstance(joint, Single), "validated"
+                place += factor * driven.get(joint.coordinate, coordinate(joint.coordinate))
+                pulls[name] = pulls.get(name, 0) + factor * force
+            drift = diff(place, Symbol("t"))
+            if row.offset is None:
+                in_joints = replace(in_joints, tangent=force, speed=row.speed - drift)
+            else:
+                in_joints = replace(in_joints, normal=force, gap=place, drift=-drift)
+        for name, pull in pulls.items():
+            label = element.name if len(pulls) == 1 else f"{element.name} on {name}"
+            forces.append(JointForce(label, name, pull))
+        unknown.append(in_joints)
     loaded = replace(mechanism, switching=(), inputs=tuple(inputs), forces=tuple(forces))
     return loaded, unknown
 
@@ -348,17 +364,22 @@ def _constrain(forces: _ElementForces, state: str, hold: Any) -> Iterator[Any]:
         if isinstance(element, Stop) and element.stiffness is not None:
             yield normal + element.stiffness * forces.gap
         else:
-            yield hold(normal, forces.speed)
-    if tangent is None or isinstance(element, Stop):
+            yield hold(normal, forces.drift)
+    if tangent is None:
         return
     if state == "sticks":
         yield hold(tangent, forces.speed)
     else:
-        yield tangent + (1 if state == "slips +" else -1) * element.mu * _find_load(forces)
+        sign = 1 if state == "slips +" else -1
+        yield tangent + sign * element.coefficients[0] * _find_load(element)
 
 
-def _find_load(forces: _ElementForces) -> Any:
-    return forces.element.load if isinstance(forces.element, Friction) else forces.normal
+def _find_load(element: Switching) -> Any:
+    """Return the force that friction goes by: the symbol of what presses, 1 if none is named."""
+    from sympy import Symbol
+
+    by = element.pressed_by
+    return 1 if by is None else Symbol(force_symbol("N", by))
 
 
 def _solve(laws: list[Any], unknowns: list[Any]) -> dict[Any, Any]:
@@ -455,18 +476,26 @@ def _say_conditions(
         if pressed.is_number and pressed < 0:
             yield f"never, as {normal} would be {_write(pressed)}"
         else:
-            yield f"while {_write(pressed)} ≥ 0"
-    if tangent is None or isinstance(element, Stop):
+            least = -element.holds if isinstance(element, Stop) else 0
+            yield f"while {_write(pressed)} ≥ {_write(plain(least))}"
+    if tangent is None:
         return
     if state != "sticks":
         sign = ">" if state == "slips +" else "<"
         yield f"while {_write(_shorten(rate(tangent, forces.speed)))} {sign} 0"
     elif tangent in solution:
-        load = _find_load(forces)
-        ratio = _shorten(solution[tangent] / solution.get(load, load))
+        load, limit = _find_load(element), element.coefficients[1]
+        load = solution.get(load, load)
+        if isinstance(element, Friction):
+            limit = element.holding
+            load = load if element.pressed_by else element.load
+        if load == 0:
+            yield f"sticks if {_write(solution[tangent])} = 0"
+            return
+        ratio = _shorten(solution[tangent] / load)
         if ratio.could_extract_minus_sign():
             ratio = -ratio
-        yield f"sticks if |{_write(ratio)}| ≤ {_write(element.holding)}"
+        yield f"sticks if |{_write(ratio)}| ≤ {_write(limit)}"
 
 
 def _write(value: Any) -> str:

@@ -20,7 +20,7 @@ from mecanique.model.bodies.shapes import (
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.constraints.contacts import Blade, Rolling
 from mecanique.model.constraints.cords import Belt, Cord, Pulley
-from mecanique.model.constraints.friction import Contact, Friction, Stop
+from mecanique.model.constraints.friction import Capstan, Contact, Friction, Stop
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
@@ -75,6 +75,7 @@ __all__ = [
     "Blade",
     "Body",
     "Box",
+    "Capstan",
     "CentralForce",
     "Contact",
     "Coordinates",

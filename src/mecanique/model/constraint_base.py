@@ -214,9 +214,42 @@ class GuidingElement(_Speaking):
         return ()
 
 
+@final
+@dataclass(frozen=True)
+class JointRow:
+    """A direction in which an element in joints presses or rubs.
+
+    Args:
+        letter: of its force, "N" if it presses and "R" if it rubs.
+        weights: of the coordinate of each joint in the gap, or in the rate of slip.
+        offset: the gap where the coordinates are zero; None for friction.
+        speed: what the rate of slip lacks [m/s or rad/s].
+    """
+
+    letter: str
+    weights: tuple[tuple[str, float], ...]
+    offset: Scalar | None = None
+    speed: Scalar = 0.0
+
+
 @dataclass(frozen=True)
 class SwitchingElement(_Speaking):
     """What every element that switches between states says of itself."""
+
+    @property
+    def joint_rows(self) -> tuple[JointRow, ...]:
+        """Its directions if it sits in joints, the one that presses first."""
+        return ()
+
+    @property
+    def coefficients(self) -> tuple[Scalar, Scalar]:
+        """Kinetic and static friction, for each newton that presses or, of a stated load, in N."""
+        return (0.0, 0.0)
+
+    @property
+    def pressed_by(self) -> str | None:
+        """The element whose normal force its friction goes by; None if its load is stated."""
+        return None
 
     @property
     def bodies(self) -> tuple[str, ...]:

@@ -231,6 +231,49 @@ class StabilityLimit(_Stated):
     period: Formula | None = None
 
 
+@final
+@dataclass(frozen=True)
+class ModeAcceleration(_Stated):
+    """The accelerations in one mode of what switches, at any state.
+
+    Args:
+        states: the state of each element, in order.
+        formula: gives v', shape (nv,).
+    """
+
+    states: tuple[str, ...]
+    formula: Formula
+
+
+@final
+@dataclass(frozen=True)
+class Occurs(_Stated):
+    """What is so when something happens in the default motion, for the typical values.
+
+    Args:
+        event: its name, or "end" for the end of the motion.
+        formula: gives, by name, the time "t", coordinates and velocities there, and velocities
+            after an impact as "after x'"; it may ask for the state there.
+        which: which of the events of this name, counted from 0.
+    """
+
+    event: str
+    formula: Callable[[Values], Mapping[str, float]]
+    which: int = 0
+
+
+@final
+@dataclass(frozen=True)
+class Lasting(_Stated):
+    """Quantities that stay constant in the default motion, through all modes and impacts.
+
+    Args:
+        formula: gives one number or several, at any state.
+    """
+
+    formula: Formula
+
+
 Fact: TypeAlias = (
     Acceleration
     | MassMatrix
@@ -244,4 +287,7 @@ Fact: TypeAlias = (
     | Eigenvalues
     | Steady
     | StabilityLimit
+    | ModeAcceleration
+    | Occurs
+    | Lasting
 )

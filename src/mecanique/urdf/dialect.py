@@ -49,11 +49,17 @@ TERM = "mecanique:term"
 FRICTION = "mecanique:friction"
 """Below robot: dry friction in a joint."""
 
+CAPSTAN = "mecanique:capstan"
+"""A cord over a rough drum between two slides."""
+
 STOP = "mecanique:stop"
 """Below robot: a stop of a joint, rigid or elastic."""
 
 CONTACT = "mecanique:contact"
 """Below robot: a contact of a link with a plane or sphere of another that opens and closes."""
+
+SWITCHING = (FRICTION, STOP, CAPSTAN, CONTACT)
+"""The tags of elements that switch."""
 
 GEAR = "mecanique:gear"
 """Below robot: two wheels in mesh, with the joints that carry them and their pitch radii."""

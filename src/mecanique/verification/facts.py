@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, final
 
@@ -29,7 +29,10 @@ from mecanique.textbook.facts import (
     Frequencies,
     GuideForce,
     KineticEnergy,
+    Lasting,
     MassMatrix,
+    ModeAcceleration,
+    Occurs,
     Period,
     Reaction,
     Solution,
@@ -62,6 +65,7 @@ class Bench:
     source: str  # whose equations of motion are used, "reference" or "derive"
     samples: int  # number of random states
     seed: int  # of the random states
+    simulate: Callable[..., Any] | None = None  # makes motions
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -69,11 +73,16 @@ class Bench:
         return self.system.mechanism(**self.values)
 
     @cached_property
+    def smooth(self) -> Mechanism:
+        """The same without what switches."""
+        return replace(self.mechanism, switching=()) if self.mechanism.switching else self.mechanism
+
+    @cached_property
     def reference(self) -> Reference:
         """The engine's side of it, loaded once."""
         from mecanique.reference import Reference
 
-        return Reference.of(self.mechanism)
+        return Reference.of(self.smooth)
 
     @cached_property
     def dynamics(self) -> Reference | Equations:
@@ -82,7 +91,19 @@ class Bench:
             return self.reference
         from mecanique.derivation import derive
 
-        return derive(self.mechanism)
+        return derive(self.smooth)
+
+    @cached_property
+    def motion(self) -> Any:
+        """The default motion."""
+        assert self.simulate is not None, "facts of motions are left out without it"
+        return self.simulate(
+            self.mechanism,
+            q=dict(self.system.start),
+            v=dict(self.system.start_velocity),
+            duration=self.system.duration,
+            rtol=1e-13,
+        )
 
     @cached_property
     def constants(self) -> dict[str, Any]:
@@ -120,7 +141,7 @@ class Bench:
     @cached_property
     def states(self) -> tuple[tuple[Array, Array, float], ...]:
         """The better half of twice as many random states: singular ones lose digits."""
-        states = random_states(self.mechanism, 2 * self.samples, self.seed, self._assumptions)
+        states = random_states(self.smooth, 2 * self.samples, self.seed, self._assumptions)
         worth = [
             np.linalg.cond(self.dynamics.mass_matrix(q, float(t)))
             for q, t in zip(states.q, states.t, strict=True)
@@ -135,7 +156,7 @@ class Bench:
             return ()
         from mecanique.derivation import derive
 
-        return derive(self.mechanism).derivation.assumptions
+        return derive(self.smooth).derivation.assumptions
 
     def aside(self, q: Array, v: Array) -> Array:
         """Return the accelerations also where loops are open, next to where they are closed."""
@@ -255,8 +276,9 @@ def check_facts(
     source: str = "reference",
     samples: int = 20,
     seed: int = 0,
+    simulate: Callable[..., Any] | None = None,
 ) -> tuple[FactRow, ...]:
-    """Check every fact of a textbook system."""
+    """Check every fact of a textbook system; those of its motion only with `mq.simulate`."""
     if source not in SOURCES:
         raise InputError(f"expected a source among {', '.join(SOURCES)}, got {source!r}")
 
@@ -268,12 +290,14 @@ def check_facts(
         """Facts that suppose the same parameters are asked of one bench."""
         named = frozenset(given.items())
         if named not in benches:
-            benches[named] = Bench(system, {**(values or {}), **given}, source, samples, seed)
+            changed = {**(values or {}), **given}
+            benches[named] = Bench(system, changed, source, samples, seed, simulate)
         return benches[named]
 
     system.mechanism(**(values or {}))  # refuses unknown parameters even where no fact needs them
     called = system.title if isinstance(name, System) else name
-    return tuple(_row(called, fact, build) for fact in system.facts)
+    known = [f for f in system.facts if simulate or not isinstance(f, (Occurs, Lasting))]
+    return tuple(_row(called, fact, build) for fact in known)
 
 
 _Build = Callable[[Mapping[str, float]], Bench]
@@ -331,6 +355,54 @@ def _residual(fact: Fact, build: _Build) -> float:
             return _steady(bench, fact)
         case StabilityLimit():
             return _limit(bench, fact, build)
+        case ModeAcceleration():
+            return _in_mode(bench, fact)
+        case Occurs():
+            return _at_event(bench, fact)
+        case Lasting():
+            return _last(bench, fact)
+
+
+def _in_mode(bench: Bench, fact: ModeAcceleration) -> float:
+    from mecanique.verification.modes import accelerate
+
+    states = random_states(bench.smooth, bench.samples, bench.seed)
+    names = [element.name for element in bench.mechanism.switching]
+    computed = accelerate(bench.mechanism, dict(zip(names, fact.states, strict=True)), states)
+    expected = [
+        fact.formula(bench.numbers(q, v, t))
+        for q, v, t in zip(states.q, states.v, states.t.tolist(), strict=True)
+    ]
+    return _relative(computed, expected)
+
+
+def _at_event(bench: Bench, fact: Occurs) -> float:
+    """Return the largest relative difference of what is stated of an event."""
+    motion = bench.motion
+    if fact.event == "end":
+        t, q, v, after = motion.t[-1], motion.q[-1], motion.v[-1], motion.v[-1]
+    else:
+        events = [event for event in motion.events if event.name == fact.event]
+        if len(events) <= fact.which:
+            raise ArithmeticError(f"{fact.event!r} happens {len(events)} times")
+        event = events[fact.which]
+        t, q, v, after = event.t, event.q, event.v, event.after
+    numbers = bench.numbers(q, v, float(t))
+    speeds = bench.mechanism.velocities
+    known = {**numbers.numbers, **{f"after {k}": x for k, x in zip(speeds, after, strict=True)}}
+    stated = fact.formula(numbers)
+    # what is zero but for rounding has the scale of the others
+    largest = max(map(abs, stated.values()))
+    return float(
+        max(abs(known[name] - x) / (abs(x) or largest or 1.0) for name, x in stated.items())
+    )
+
+
+def _last(bench: Bench, fact: Lasting) -> float:
+    motion = bench.motion
+    states = zip(motion.q, motion.v, motion.t.tolist(), strict=True)
+    values = [np.atleast_1d(fact.formula(bench.numbers(*state))) for state in states]
+    return float(np.max(np.abs(np.array(values) - values[0])) / np.max(np.abs(values[0])))
 
 
 def _relative(value: Any, expected: Any) -> float:

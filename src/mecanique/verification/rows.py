@@ -53,6 +53,9 @@ QUANTITIES = (
 OF_ELEMENTS = "forces of elements"
 """What is compared besides the accelerations in each mode of what switches."""
 
+IMPACT_MOMENTUM = "momentum about contacts"
+"""What an impact leaves as it is."""
+
 SMALL = 1e-3
 """Part of the typical size below which a value is judged against the typical size."""
 
@@ -119,7 +122,7 @@ def _sizes(x: Array, y: Array, least: float) -> Array:
 Values: TypeAlias = Mapping[str, Array]
 """What one source gives at all states: quantity -> shape (n, …)."""
 
-_BY_MASS = (*QUANTITIES[6:], OF_ELEMENTS)
+_BY_MASS = (*QUANTITIES[6:], OF_ELEMENTS, IMPACT_MOMENTUM)
 """Quantities whose typical size is the moving mass at 1 m/s or 1 m/s²."""
 
 
@@ -200,7 +203,7 @@ def rows_of(
     usual = TOLERANCE if tolerance is None else tolerance
     M, bounds = theirs["mass matrix"], entries or {}
     rows = []
-    for quantity in (name for name in (*QUANTITIES, OF_ELEMENTS) if name in ours):
+    for quantity in (name for name in (*QUANTITIES, OF_ELEMENTS, IMPACT_MOMENTUM) if name in ours):
         x, y = (scale(quantity, values[quantity], M) for values in (ours, theirs))
         least, least_allowed, remark = least_size(quantity, mass), usual, ""
         by_entry = quantity in bounds

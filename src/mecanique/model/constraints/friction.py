@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, final
 
 from mecanique.errors import InputError
-from mecanique.model.constraint_base import Rule, SwitchingElement, unit
+from mecanique.model.constraint_base import JointRow, Quantity, Rule, SwitchingElement, unit
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector
@@ -34,14 +34,17 @@ class Friction(SwitchingElement):
     While it slips, the force on the child is μ times the load, against the rate of the joint's
     coordinate; while it sticks, whatever holds it, up to μ₀ times the load. What can stick, sticks.
     Viscous friction is a damper beside it, Stribeck's a coefficient that depends on the
-    rate.
+    rate. Resistance to rolling or spinning is a couple in the joint that turns: a length in the
+    place of μ, times the normal force of a contact.
 
     Args:
         name: its name.
         joint: name of a revolute or prismatic joint.
         mu: coefficient μ of kinetic friction; an expression in parameters, coordinates and rates.
+            For resistance to rolling, the lever of the normal force [m].
         load: the force that presses, or about an axis that force times its radius [N or N·m]; an
-            expression in parameters, coordinates, rates and time.
+            expression in parameters, coordinates, rates and time. Or the name of the contact or
+            stop whose normal force presses.
         mu_static: coefficient μ₀ of static friction; μ by default.
         speed: rate of the surface it rubs on, of a belt or a shaft [m/s or rad/s]; an expression in
             parameters.
@@ -55,23 +58,51 @@ class Friction(SwitchingElement):
     """
 
     joint: str = ""
-    mu: Scalar = field(default=0.0, metadata=unit("1"))
-    load: Scalar = field(default=0.0, metadata=unit(FORCE))
-    mu_static: Scalar | None = field(default=None, metadata=unit("1"))
+    mu: Scalar = 0.0
+    load: Scalar | str = field(default=0.0)
+    mu_static: Scalar | None = None
     speed: Scalar = field(default=0.0, metadata=unit(SPEED))
 
     states = ("sticks", "slips +", "slips -")
 
     def __post_init__(self) -> None:
-        for name in ("mu", "load", "speed"):
+        stated = ("mu", "speed") if isinstance(self.load, str) else ("mu", "load", "speed")
+        for name in stated:
             object.__setattr__(self, name, plain(getattr(self, name)))
         static = self.mu if self.mu_static is None else plain(self.mu_static)
         object.__setattr__(self, "mu_static", static)
 
     @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What it states with a unit: of its coefficients, that of the joint's force."""
+        ratio = "1|m" if self.pressed_by else "1"
+        stated = [Quantity("its mu", (self.mu,), ratio)]
+        stated.append(Quantity("its mu static", (self.holding,), ratio))
+        if not isinstance(self.load, str):
+            stated.append(Quantity("its load", (self.load,), FORCE))
+        return (*stated, *super().quantities)
+
+    @property
+    def pressed_by(self) -> str | None:
+        """The contact or stop that presses, if it is named."""
+        return self.load if isinstance(self.load, str) else None
+
+    @property
+    def joint_rows(self) -> tuple[JointRow, ...]:
+        """The rate of its joint against the surface."""
+        return (JointRow("R", ((self.joint, 1.0),), speed=self.speed),)
+
+    @property
+    def coefficients(self) -> tuple[Scalar, Scalar]:
+        """The friction at its load, or at one newton of what presses."""
+        load = 1.0 if isinstance(self.load, str) else self.load
+        return (self.mu * load, self.holding * load)
+
+    @property
     def varying(self) -> tuple[Scalar, ...]:
         """Its coefficients and its load."""
-        return (self.mu, self.holding, self.load)
+        load = () if isinstance(self.load, str) else (self.load,)
+        return (self.mu, self.holding, *load)
 
     @property
     def constants(self) -> tuple[Scalar, ...]:
@@ -87,7 +118,8 @@ class Friction(SwitchingElement):
         """Yield what its numbers keep to."""
         yield from friction_rules(f"friction {self.name!r}", self.mu, self.holding)
         words = ": expected a load of at least 0, got {}"
-        yield Rule(f"friction {self.name!r}", words, (self.load,), self.load)
+        if not isinstance(self.load, str):
+            yield Rule(f"friction {self.name!r}", words, (self.load,), self.load)
 
 
 @final
@@ -103,6 +135,7 @@ class Stop(SwitchingElement):
         restitution: e in 0…1, the ratio of the rates after and before an impact.
         stiffness: of an elastic stop [N·m/rad or N/m]; None for a rigid one.
         in_turn: as of a `Contact`.
+        holds: the pull up to which a latch keeps what has come to it [N·m or N]; 0 for none.
 
     Example:
         >>> wall = mq.Stop("wall", "pin", at=0.5, restitution=0.8)
@@ -116,13 +149,16 @@ class Stop(SwitchingElement):
     restitution: Scalar = 0.0
     stiffness: Scalar | None = field(default=None, metadata=unit(STIFFNESS))
     in_turn: bool = False
+    holds: Scalar = field(default=0.0, metadata=unit(FORCE))
 
     states = ("open", "closed")
 
     def __post_init__(self) -> None:
         if self.side not in (1, -1):
             raise InputError(f"stop {self.name!r}: expected side 1 or -1, got {self.side!r}")
-        for name in ("at", "restitution"):
+        if self.stiffness is not None and self.holds != 0:
+            raise InputError(f"stop {self.name!r}: expected a stiffness or what it holds, got both")
+        for name in ("at", "restitution", "holds"):
             object.__setattr__(self, name, plain(getattr(self, name)))
         if self.stiffness is not None:
             object.__setattr__(self, "stiffness", plain(self.stiffness))
@@ -131,14 +167,102 @@ class Stop(SwitchingElement):
     def constants(self) -> tuple[Scalar, ...]:
         """All its scalars."""
         stiffness = () if self.stiffness is None else (self.stiffness,)
-        return (self.at, self.restitution, *stiffness)
+        return (self.at, self.restitution, self.holds, *stiffness)
+
+    @property
+    def joint_rows(self) -> tuple[JointRow, ...]:
+        """What is left to the stop."""
+        return (JointRow("N", ((self.joint, -self.side),), self.side * self.at),)
 
     def rules(self) -> Iterator[Rule]:
         """Yield what its numbers keep to."""
         yield from restitution_rules(f"stop {self.name!r}", self.restitution)
+        words = ": expected a pull that it holds of at least 0, got {}"
+        yield Rule(f"stop {self.name!r}", words, (self.holds,), self.holds)
         if self.stiffness is not None:
             words = ": expected a stiffness above 0, got {}"
             yield Rule(f"stop {self.name!r}", words, (self.stiffness,), self.stiffness, strict=True)
+
+
+@final
+@dataclass(frozen=True)
+class Capstan(SwitchingElement):
+    """A cord over a rough drum between two slides: slack, or taut and sticking or slipping.
+
+    Where it slips, its tensions are as 1 to e^(μ φ) (Euler, 1769). Their mean is its normal force N
+    and their difference its friction R, so that |R| ≤ 2 tanh(μ φ/2) N.
+
+    Args:
+        name: its name.
+        joint: name of the slide at one end, along which the cord pulls.
+        other: name of that at the other end. The coordinates are the lengths of the runs.
+        length: of both runs together [m]; an expression in parameters.
+        wrap: the angle φ of the drum that the cord touches [rad].
+        mu: coefficient μ of kinetic friction; an expression in parameters.
+        mu_static: coefficient μ₀ of static friction; μ by default.
+        speed: of the drum's surface, towards the first slide [m/s]; an expression in parameters.
+        restitution: e in 0…1 of the jerk by which it becomes taut.
+
+    Example:
+        >>> mq.textbook.load("capstan").switching[0].states
+        ('open', 'sticks', 'slips +', 'slips -')
+    """
+
+    joint: str = ""
+    other: str = ""
+    length: Scalar = field(default=0.0, metadata=unit("m"))
+    wrap: Scalar = field(default=0.0, metadata=unit("rad"))
+    mu: Scalar = field(default=0.0, metadata=unit("1"))
+    mu_static: Scalar | None = field(default=None, metadata=unit("1"))
+    speed: Scalar = field(default=0.0, metadata=unit("m/s"))
+    restitution: Scalar = 0.0
+
+    states = ("open", "sticks", "slips +", "slips -")
+
+    def __post_init__(self) -> None:
+        static = self.mu if self.mu_static is None else self.mu_static
+        object.__setattr__(self, "mu_static", static)
+        for name in ("length", "wrap", "mu", "mu_static", "speed", "restitution"):
+            object.__setattr__(self, name, plain(getattr(self, name)))
+
+    @property
+    def holding(self) -> Scalar:
+        """The coefficient of static friction."""
+        return self.mu if self.mu_static is None else self.mu_static
+
+    @property
+    def constants(self) -> tuple[Scalar, ...]:
+        """All its scalars."""
+        sizes = (self.length, self.wrap, self.speed, self.restitution)
+        return (*sizes, self.mu, self.holding)
+
+    @property
+    def joint_rows(self) -> tuple[JointRow, ...]:
+        """The slack, and the rate of the cord over the drum."""
+        ends = (self.joint, self.other)
+        slack = JointRow("N", tuple((end, -1.0) for end in ends), self.length)
+        return slack, JointRow("R", ((ends[0], 0.5), (ends[1], -0.5)), speed=self.speed)
+
+    @property
+    def coefficients(self) -> tuple[Scalar, Scalar]:
+        """The difference of the tensions where it slips, or may slip, at a mean of one newton."""
+        from sympy import tanh
+
+        # (e^u − 1)/(e^u + 1), in one function that sympy's polynomials take as a letter
+        return 2 * tanh(self.mu * self.wrap / 2), 2 * tanh(self.holding * self.wrap / 2)
+
+    @property
+    def pressed_by(self) -> str:
+        """Itself."""
+        return self.name
+
+    def rules(self) -> Iterator[Rule]:
+        """Yield what its numbers keep to."""
+        where = f"capstan {self.name!r}"
+        yield from friction_rules(where, self.mu, self.holding)
+        yield from restitution_rules(where, self.restitution)
+        for words, size in (("a length", self.length), ("a wrap", self.wrap)):
+            yield Rule(where, f": expected {words} above 0, got {{}}", (size,), size, strict=True)
 
 
 @final
@@ -230,6 +354,16 @@ class Contact(SwitchingElement):
         return (*self.closed.scalars, self.mu, self.holding, self.restitution)
 
     @property
+    def coefficients(self) -> tuple[Scalar, Scalar]:
+        """Those of kinetic and static friction."""
+        return (self.mu, self.holding)
+
+    @property
+    def pressed_by(self) -> str:
+        """Itself."""
+        return self.name
+
+    @property
     def bodies(self) -> tuple[str, ...]:
         """The two bodies that touch."""
         return (self.body, self.on)
@@ -242,7 +376,7 @@ class Contact(SwitchingElement):
         yield from restitution_rules(where, self.restitution)
 
 
-Switching: TypeAlias = Friction | Stop | Contact
+Switching: TypeAlias = Friction | Stop | Capstan | Contact
 """An element that switches."""
 
 

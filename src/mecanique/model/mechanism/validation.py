@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from mecanique.errors import MecaniqueError
-from mecanique.model.constraints.friction import Contact
+from mecanique.model.constraints.friction import Capstan, Contact, Friction
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.velocity_constraints import is_integrable
 from mecanique.model.expression import DISTANCE, FUNCTIONS, Scalar, evaluate, plain, symbols_in
@@ -60,14 +60,20 @@ def _elements(m: Description) -> Iterator[str]:
 
 def _switching(m: Description) -> Iterator[str]:
     single = {joint.name for joint in m.joints if isinstance(joint, Single)}
+    slides = {joint.name for joint in m.joints if isinstance(joint, Prismatic)}
     for element in m.switching:
         where = f"switching element {element.name!r}"
         yield from _strangers(m, where, element.bodies)
-        if isinstance(element, Contact):
-            if element.body == element.on:
-                yield f"{where}: body {element.body!r} touches itself"
-        elif element.joint not in single:
-            yield f"{where}: {element.joint!r} is no joint with one coordinate"
+        if isinstance(element, Contact) and element.body == element.on:
+            yield f"{where}: body {element.body!r} touches itself"
+        for joint in {name for row in element.joint_rows for name, _ in row.weights}:
+            if joint not in single:
+                yield f"{where}: {joint!r} is no joint with one coordinate"
+            elif isinstance(element, Capstan) and joint not in slides:
+                yield f"{where}: expected the name of a slide, got {joint!r}"
+        pressing = {other.name for other in m.switching if not isinstance(other, Friction)}
+        if element.pressed_by is not None and element.pressed_by not in pressing:
+            yield f"{where}: {element.pressed_by!r}, its load, is no contact or stop"
 
 
 def _meshes(m: Description, element: Gear | Rack) -> Iterator[str]:

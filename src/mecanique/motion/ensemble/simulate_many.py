@@ -94,7 +94,7 @@ def simulate_many(
         method: "auto", or one of "batch" (numpy), "taylor" (heyoka, extra `fast`), "compiled" (C,
             with a C compiler; the only fast one that keeps loops closed), "single" (each run by
             `simulate`). "auto" takes "single" where no other can be had, e.g. where there are
-            limits.
+            limits or elements that switch.
         samples: number of samples, the start and the end among them, or their times [s], shape
             (m,).
         t0: time at the start [s].
@@ -269,14 +269,16 @@ def _choose(
     """Return the method and the reason for it; its equations are compared with the reference."""
     if method == "single":
         return method, ""
-    if mechanism.limits:
-        limited = ", ".join(mechanism.limits)
+    watched = [f"the limits of {', '.join(mechanism.limits)}"] if mechanism.limits else []
+    if mechanism.switching:
+        switching = ", ".join(element.name for element in mechanism.switching)
+        watched.append(f"where {switching} switches")
+    if watched:
         if method != "auto":
             raise InputError(
-                f"method {method!r} does not watch the limits of {limited}; "
-                "expected 'single' or 'auto'"
+                f"method {method!r} does not watch {watched[0]}; expected 'single' or 'auto'"
             )
-        return "single", f"; chosen because it watches the limits of {limited}"
+        return "single", f"; chosen because it watches {' and '.join(watched)}"
     if mechanism.constrained and method in ("batch", "taylor"):
         raise DerivationError(
             f"mechanism {mechanism.name!r} has constraints, which method {method!r} does not "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import inf
 from typing import ClassVar, NoReturn, TypeVar, final
@@ -12,7 +12,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError, IntegrationError
-from mecanique.model.constraints.friction import Contact, Friction
+from mecanique.model.constraints.friction import Contact
 from mecanique.model.forces import Force, JointForce, Torque
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
@@ -398,7 +398,10 @@ class Corners:
     def _still(self, terms: Terms, v: Array) -> float:
         """Return the speed below which a row's rate is rounding."""
         size = np.abs(terms.jacobian) @ np.abs(v) + np.abs(terms.drift)
-        return STILL * float(size.max(initial=0.0)) + 1e-300
+        # where all comes to rest at once, speeds are rounding of those that the loads bring about
+        pull = np.abs(terms.jacobian) @ np.abs(np.linalg.solve(terms.mass, terms.load))
+        usual = float(np.sqrt(self.length * pull.max(initial=0.0)))
+        return STILL * max(float(size.max(initial=0.0)), usual) + 1e-300
 
     def _decide(self, t: float, y: Array, ask: Callable[[], _Answer]) -> _Answer:
         try:
@@ -532,14 +535,18 @@ class Corners:
                     forces.append(Force(f"{name} on {body}", body, (0, 0, 0), (fx, fy, fz)))
                     forces.append(Torque(f"{name} on {body}, moment", body, (mx, my, mz)))
                 continue
-            joint = m.joint(source.joint)
-            assert isinstance(joint, Single), "validated"
-            row = element.tangents[0] if isinstance(source, Friction) else element.normal
-            assert row is not None, "a stop has a gap"
-            sign = 1.0 if isinstance(source, Friction) else -float(source.side)
-            unit = "N·m" if joint.turns else "N"
-            signal = add(name, unit, record.along(row, sign))
-            forces.append(JointForce(name, source.joint, signal))
+            rows = [row for row in (element.normal, *element.tangents) if row is not None]
+            shares: dict[str, dict[int, float]] = {}
+            for row, stated in zip(rows, source.joint_rows, strict=True):
+                for joint_name, weight in stated.weights:
+                    shares.setdefault(joint_name, {})[row] = weight
+            for joint_name, weights in shares.items():
+                joint = m.joint(joint_name)
+                assert isinstance(joint, Single), "validated"
+                unit = "N·m" if joint.turns else "N"
+                label = name if len(shares) == 1 else f"{name} on {joint_name}"
+                signal = add(label, unit, record.along(weights))
+                forces.append(JointForce(label, joint_name, signal))
         return replace(m, inputs=tuple(inputs), forces=tuple(forces))
 
 
@@ -565,9 +572,14 @@ class _ForceRecord:
             known = self._known[t] = forces, wrenches
         return known
 
-    def along(self, row: int, sign: float) -> Callable[[float], float]:
-        """Return the force along a row as a function of time."""
-        return _Signal(lambda t: sign * float(self._at(t)[0][row]))
+    def along(self, weights: Mapping[int, float]) -> Callable[[float], float]:
+        """Return the force along rows, weighted, as a function of time."""
+
+        def value(t: float) -> float:
+            forces = self._at(t)[0]
+            return float(sum(weight * forces[row] for row, weight in weights.items()))
+
+        return _Signal(value)
 
     def component(self, contact: str, body: str, part: int) -> Callable[[float], float]:
         """Return a component of a contact's force on a body, or of its moment."""

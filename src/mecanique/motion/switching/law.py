@@ -20,7 +20,6 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
-from mecanique.model.constraints.friction import Friction
 from mecanique.motion.switching.rows import ElementRows, Terms
 
 OPEN, CLOSED, STICKS = "open", "closed", "sticks"
@@ -107,7 +106,7 @@ def hold(
     rows = list(permanent)
     m, scalars = len(terms.jacobian), terms.gaps.dtype
     known = np.zeros(m, scalars)
-    sliding: dict[int, list[tuple[int, float]]] = {}
+    sliding: dict[int, list[tuple[int, float]]] = {}  # shares of the row that presses
     for k, (element, state) in enumerate(zip(elements, mode, strict=True)):
         normal = element.normal
         if state.name == OPEN:
@@ -121,11 +120,14 @@ def hold(
         elif state.direction:
             pairs = zip(element.tangents, state.direction, strict=True)
             shares = [(row, -terms.kinetic[k] * part) for row, part in pairs]
-            if normal is None:
+            if element.pressing is None:
                 for row, share in shares:
                     known[row] = share
             else:
-                sliding[normal] = shares
+                sliding.setdefault(element.pressing, []).extend(shares)
+    for pressing in sliding.keys() - rows:  # of an elastic stop, or of nothing that touches
+        for row, share in sliding[pressing]:
+            known[row] = share * known[pressing]
     friction = np.zeros((len(rows), m), scalars)
     for i, row in enumerate(rows):
         friction[i, row] = 1.0
@@ -206,17 +208,24 @@ def list_margins(
             gap = terms.gaps[normal]
             margins.append((gap if state.name == OPEN else -gap, 1.0))
             continue
-        press = 1.0 if normal is None or forces is None else forces[normal]
+        press: Any = 1.0
+        if normal is not None and forces is not None:
+            press = forces[normal] + element.holds
         friction: Any = 1.0
         if state.name == STICKS and forces is not None:
             pulls = [forces[row] for row in element.tangents]
-            friction = terms.static[k] * press - length(*pulls)
+            friction = friction_limit(element, terms.static[k], forces) - length(*pulls)
         elif state.direction:
             # the slip along the direction in which it began
             pairs = zip(element.tangents, state.direction, strict=True)
             friction = sum(terms.rates[row] * part for row, part in pairs)
         margins.append((press, friction))
     return margins
+
+
+def friction_limit(element: ElementRows, coefficient: Any, forces: Array) -> Any:
+    """Return the most friction of an element, by its coefficient and the forces along rows."""
+    return coefficient if element.pressing is None else coefficient * forces[element.pressing]
 
 
 @final
@@ -276,10 +285,6 @@ class Laws:
                 margins[k, 1] = float(slip @ np.array(state.direction))
         return margins
 
-    def _friction_limit(self, terms: Terms, k: int, forces: Array, coefficient: Array) -> float:
-        normal = self.elements[k].normal
-        return float(coefficient[k] * (1.0 if normal is None else forces[normal]))
-
     # which mode follows -------------------------------------------------------------------------
 
     def follow(
@@ -311,7 +316,7 @@ class Laws:
             for solution in self._in_space(terms, mode):
                 if self._follows(terms, solution, touching, still):
                     solutions.append(solution)
-        return _prefer_sticking(self, terms, _distinct(solutions, terms))
+        return _distinct(_prefer_sticking(self, terms, solutions), terms)
 
     def _candidates(
         self, terms: Terms, element: ElementRows, touches: bool, still: float
@@ -418,11 +423,11 @@ class Laws:
                 if near and growth[normal] < -SLACK * size[normal]:
                     return False
                 continue
-            if normal is not None and forces[normal] < -SLACK * pull:
+            if normal is not None and forces[normal] < -element.holds - SLACK * pull:
                 return False
             tangents = list(element.tangents)
             if state.name == STICKS:
-                bound = self._friction_limit(terms, k, forces, terms.static)
+                bound = friction_limit(element, terms.static[k], forces)
                 if np.linalg.norm(forces[tangents]) > bound + SLACK * pull:
                     return False
             elif state.direction and np.linalg.norm(terms.rates[tangents]) <= still:
@@ -467,12 +472,12 @@ class Laws:
                 continue
             if normal is not None:
                 rows.append(-spread[normal])
-                bounds.append(float(solution.forces[normal]))
+                bounds.append(float(solution.forces[normal]) + element.holds)
             if state.name != STICKS:
                 continue
-            limit, tangents = terms.static[k], list(element.tangents)
-            by_normal = 0.0 if normal is None else limit * spread[normal]
-            most = limit * (1.0 if normal is None else float(solution.forces[normal]))
+            limit, tangents, pressing = terms.static[k], list(element.tangents), element.pressing
+            by_normal = 0.0 if pressing is None else limit * spread[pressing]
+            most = float(friction_limit(element, limit, solution.forces))
             for direction in _DIRECTIONS[len(tangents)]:
                 rows.append(direction @ spread[tangents] - by_normal)
                 bounds.append(most - float(direction @ solution.forces[tangents]))
@@ -505,8 +510,7 @@ class Laws:
             for k, element in enumerate(self.elements)
             if touching[k] and element.normal is not None and element.stiffness is None
         ]
-        elements = [self.elements[k].element for k in contacts]
-        if any(e.in_turn for e in elements if not isinstance(e, Friction)):
+        if any(getattr(self.elements[k].element, "in_turn", False) for k in contacts):
             return self._in_turn(terms, contacts, still)
         return self._together(terms, contacts, still)
 
@@ -699,7 +703,7 @@ def _distinct(solutions: Sequence[Solution], terms: Terms, still: float = 0.0) -
 
 
 def _prefer_sticking(laws: Laws, terms: Terms, solutions: list[Solution]) -> list[Solution]:
-    """Leave out slip where static friction beyond the kinetic holds: what can stick, sticks."""
+    """Leave out what ends where it need not: what can stick sticks, and latches keep closed."""
     kept = []
     for solution in solutions:
         yields_to = False
@@ -712,9 +716,12 @@ def _prefer_sticking(laws: Laws, terms: Terms, solutions: list[Solution]) -> lis
             held = [
                 k
                 for k in differ
-                if rival.mode[k].name == STICKS
-                and solution.mode[k].direction
-                and terms.static[k] > terms.kinetic[k]
+                if (
+                    rival.mode[k].name == STICKS
+                    and solution.mode[k].direction
+                    and terms.static[k] > terms.kinetic[k]
+                )
+                or (rival.mode[k].name == CLOSED and laws.elements[k].holds > 0)
             ]
             yields_to |= bool(differ) and held == differ
         if not yields_to:

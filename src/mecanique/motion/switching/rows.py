@@ -16,8 +16,9 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.errors import InputError
+from mecanique.model.constraint_base import JointRow
 from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
+from mecanique.model.constraints.friction import Contact, Switching
 from mecanique.model.expression import Scalar, coordinate, symbols_in
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
@@ -61,8 +62,10 @@ class ElementRows:
     element: Switching
     normal: int | None  # its row of the gap; None if it only rubs
     tangents: tuple[int, ...]  # its rows along which it rubs
+    pressing: int | None = None  # the row whose force its friction goes by
     restitution: float = 0.0
     stiffness: float | None = None  # of an elastic stop
+    holds: float = 0.0  # the pull that a latch keeps
 
     @property
     def name(self) -> str:
@@ -93,7 +96,7 @@ class Rows:
         if self._closed is not None:
             self._positional = np.array(self._closed.closures.positional, dtype=bool)
         self._from_engine = len(names)
-        self._in_joints = [e for e in mechanism.switching if not isinstance(e, Contact)]
+        self._in_joints = [row for e in mechanism.switching for row in e.joint_rows]
         self.letters = Letters(self.whole)
         self._measure = self._compile()
         self.names = names
@@ -103,6 +106,7 @@ class Rows:
     def _assign(self, names: list[str]) -> tuple[ElementRows, ...]:
         idle = self._find_idle()
         elements: list[ElementRows] = []
+        first = self._from_engine
         for element in self.mechanism.switching:
             if isinstance(element, Contact):
                 tangents = [names.index(f"{element.name}: {row}") for row in ("x", "y")]
@@ -111,25 +115,38 @@ class Rows:
                         element,
                         names.index(f"{element.name}: normal"),
                         tuple(k for k in tangents if element.rubs and not idle[k]),
-                        self.mechanism.evaluate(element.restitution),
+                        restitution=self.mechanism.evaluate(element.restitution),
                     )
                 )
                 continue
-            row = self._from_engine + self._in_joints.index(element)
-            if isinstance(element, Friction):
-                elements.append(ElementRows(element, None, (row,)))
-                continue
-            stiffness = element.stiffness
+            presses = [row.offset is not None for row in element.joint_rows]
+            rows = range(first, first + len(presses))
+            first = rows.stop
+            normal = next((row for row, so in zip(rows, presses, strict=True) if so), None)
+            tangents = [row for row, so in zip(rows, presses, strict=True) if not so]
+            restitution, stiffness, holds = (
+                None if value is None else self.mechanism.evaluate(value)
+                for value in (
+                    getattr(element, name, None) for name in ("restitution", "stiffness", "holds")
+                )
+            )
             elements.append(
                 ElementRows(
                     element,
-                    row,
-                    (),
-                    self.mechanism.evaluate(element.restitution),
-                    None if stiffness is None else self.mechanism.evaluate(stiffness),
+                    normal,
+                    tuple(tangents),
+                    restitution=restitution or 0.0,
+                    stiffness=stiffness,
+                    holds=holds or 0.0,
                 )
             )
-        return tuple(elements)
+        normals = {element.name: element.normal for element in elements}
+        return tuple(
+            replace(rows, pressing=normals[rows.element.pressed_by])
+            if rows.element.pressed_by is not None
+            else rows
+            for rows in elements
+        )
 
     def _find_idle(self) -> Flags:
         """Return which of the engine's rows no motion changes in sampled states."""
@@ -147,7 +164,7 @@ class Rows:
     @property
     def positional(self) -> Flags:
         """Whether a row is the rate of a gap, shape (m,)."""
-        stops = [isinstance(element, Stop) for element in self._in_joints]
+        stops = [row.offset is not None for row in self._in_joints]
         return np.concatenate([self._positional, np.array(stops, dtype=bool)])
 
     def on_tape(self) -> Terms:
@@ -157,13 +174,9 @@ class Rows:
         """
         letters, nv = self.letters, self.base.nv
         gaps, slopes, drifts, rates, gammas = [list[Any]() for _ in range(5)]
-        for element in self._in_joints:
-            place = letters.number(self._place_of(element), letters.values)
-            speed: Any = 0.0
-            if isinstance(element, Stop):
-                place = element.side * (letters.number(element.at, letters.values) - place)
-            else:
-                speed = letters.number(element.speed, letters.values)
+        for joint_row in self._in_joints:
+            place = letters.number(self._place_of(joint_row), letters.values)
+            speed = letters.number(joint_row.speed, letters.values)
             (rate,) = letters.along([place])
             (gamma,) = letters.along([rate - speed])
             by_letters = [{letters.t.place: 1.0}, *({q.place: 1.0} for q in letters.q)]
@@ -172,20 +185,15 @@ class Rows:
             for name, slope in zip(self.base.coordinates, by_q, strict=True):
                 if f"{name}'" in self.base.velocities:
                     row[self.base.velocities.index(f"{name}'")] = slope
-            gaps.append(place if isinstance(element, Stop) else 0.0)
+            gaps.append(0.0 if joint_row.offset is None else place)
             slopes.append(row)
             drifts.append(by_t - speed)
             rates.append(rate - speed)
             gammas.append(gamma)
         kinetic, static = [list[Any]() for _ in range(2)]
         for switching in self.mechanism.switching:
-            pair: tuple[Scalar, Scalar] = (0.0, 0.0)
-            if isinstance(switching, Friction):
-                pair = (switching.mu * switching.load, switching.holding * switching.load)
-            elif isinstance(switching, Contact):
-                pair = (switching.mu, switching.holding)
-            kinetic.append(letters.number(pair[0], letters.values))
-            static.append(letters.number(pair[1], letters.values))
+            for numbers, scalar in zip((kinetic, static), switching.coefficients, strict=True):
+                numbers.append(letters.number(scalar, letters.values))
         return Terms(
             mass=as_scalars([]),
             load=as_scalars([]),
@@ -203,19 +211,22 @@ class Rows:
         (slope,) = push_forward(tape, values_of([scalar]), direction)
         return trace(tape, slope)
 
-    def _place_of(self, element: Friction | Stop) -> Scalar:
-        """Return the coordinate of an element's joint, in those of the mechanism."""
+    def _place_of(self, row: JointRow) -> Scalar:
+        """Return the gap of a row of joints, or the way that it rubs, in the coordinates."""
         m = self.base
-        joint = m.joint(element.joint)
-        assert isinstance(joint, Single), "validated"
-        place = m.coordinates.driven.get(joint.coordinate, coordinate(joint.coordinate))
-        for name in symbols_in(place):
-            if name in m.coordinates and f"{name}'" not in m.velocities:
-                raise InputError(
-                    f"{element.name!r}: its joint follows {name!r}, part of a quaternion, "
-                    "which elements that switch do not treat; put it into another joint"
-                )
-        return place
+        whole: Any = row.offset or 0.0
+        for name, weight in row.weights:
+            joint = m.joint(name)
+            assert isinstance(joint, Single), "validated"
+            place: Any = m.coordinates.driven.get(joint.coordinate, coordinate(joint.coordinate))
+            for symbol in symbols_in(place):
+                if symbol in m.coordinates and f"{symbol}'" not in m.velocities:
+                    raise InputError(
+                        f"joint {name!r} follows {symbol!r}, part of a quaternion, which elements "
+                        "that switch do not treat; put them into another joint"
+                    )
+            whole = whole + weight * place
+        return whole
 
     def _compile(self) -> Callable[[float, Array], tuple[float, ...]]:
         """Return the function that gives gap, drift, γ and slopes of each joint's row, and μ."""

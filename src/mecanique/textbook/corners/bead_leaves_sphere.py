@@ -5,6 +5,8 @@ coordinates are its distance r from the center of the sphere and the angle th of
 vertical. It leaves where its height is two thirds of that at which it began.
 """
 
+from math import acos, cos, sin, sqrt
+
 from mecanique.model import (
     Body,
     Mechanism,
@@ -15,6 +17,7 @@ from mecanique.model import (
     massless,
     particle,
 )
+from mecanique.textbook.facts import ModeAcceleration, Occurs
 from mecanique.textbook.system import System
 
 
@@ -49,4 +52,19 @@ SYSTEM = System(
     start={"th": 0.1, "r": 1.0},
     duration=1.2,
     tags=("planar", "contact", "corners"),
+    facts=(
+        ModeAcceleration(
+            "r th'' = g sin(th) - 2 r' th' on and off the sphere",
+            ("closed",),
+            lambda s: [(s.g * sin(s.th) - 2 * s["r'"] * s["th'"]) / s.r, 0.0],
+        ),
+        Occurs(
+            "it leaves where cos(th) = 2/3 cos(th_0), at sqrt(2/3 g R cos(th_0))",
+            "sphere: open",
+            lambda s: {
+                "th": acos(2 / 3 * cos(0.1)),
+                "th'": sqrt(2 / 3 * s.g * cos(0.1) / s.R),
+            },
+        ),
+    ),
 )

@@ -6,6 +6,7 @@ rolling. From the speed v it rolls at 5/7 of it, from 2 v/(7 mu g) on.
 """
 
 from mecanique.model import Body, Contact, Mechanism, Parameter, Planar, ball
+from mecanique.textbook.facts import Occurs
 from mecanique.textbook.system import System
 
 
@@ -40,4 +41,16 @@ SYSTEM = System(
     start_velocity={"x": 1.0},
     duration=1.0,
     tags=("planar", "friction", "corners"),
+    facts=(
+        Occurs(
+            "it rolls after 2 v/(7 mu g)",
+            "cloth: sticks",
+            lambda s: {"t": 2 / (7 * s.mu * s.g), "x": 12 / (49 * s.mu * s.g)},
+        ),
+        Occurs(
+            "five sevenths of its speed are left",
+            "end",
+            lambda s: {"x'": 5 / 7, "th'": -5 / (7 * s.r)},
+        ),
+    ),
 )

@@ -5,7 +5,10 @@ under gravity g. The generalized coordinate x is its way down the incline. It re
 is at most mu_0; otherwise x'' = g (sin(alpha) - mu cos(alpha)).
 """
 
+from math import cos, sin
+
 from mecanique.model import Body, Friction, Mechanism, Parameter, Prismatic, box
+from mecanique.textbook.facts import ModeAcceleration, Occurs
 from mecanique.textbook.system import System
 
 
@@ -43,4 +46,24 @@ SYSTEM = System(
     start_velocity={"x": -1.0},
     duration=2.0,
     tags=("planar", "friction", "corners"),
+    facts=(
+        ModeAcceleration(
+            "x'' = g (sin(alpha) - mu cos(alpha)) where it slides down",
+            ("slips +",),
+            lambda s: [s.g * (sin(s.alpha) - s.mu * cos(s.alpha))],
+        ),
+        ModeAcceleration(
+            "x'' = g (sin(alpha) + mu cos(alpha)) where it slides up",
+            ("slips -",),
+            lambda s: [s.g * (sin(s.alpha) + s.mu * cos(s.alpha))],
+        ),
+        Occurs(
+            "pushed up at v it turns after v/(g (sin(alpha) + mu cos(alpha)))",
+            "dry: slips +",
+            lambda s: {
+                "t": 1 / (s.g * (sin(s.alpha) + s.mu * cos(s.alpha))),
+                "x": -0.5 / (s.g * (sin(s.alpha) + s.mu * cos(s.alpha))),
+            },
+        ),
+    ),
 )

@@ -5,7 +5,10 @@ its speed. The generalized coordinate z is the height of its lowest point. Dropp
 impacts end at sqrt(2 h/g) (1 + e)/(1 - e).
 """
 
+from math import sqrt
+
 from mecanique.model import Body, Contact, Mechanism, Parameter, Placement, Prismatic, ball
+from mecanique.textbook.facts import ModeAcceleration, Occurs
 from mecanique.textbook.system import System
 
 
@@ -48,4 +51,17 @@ SYSTEM = System(
     start={"z": 1.0},
     duration=5.0,
     tags=("planar", "impact", "corners"),
+    facts=(
+        ModeAcceleration("z'' = -g in flight", ("open",), lambda s: [-s.g]),
+        Occurs(
+            "dropped from h it strikes after sqrt(2 h/g) and leaves at e sqrt(2 g h)",
+            "floor: impact",
+            lambda s: {"t": sqrt(2 / s.g), "after z'": s.e * sqrt(2 * s.g)},
+        ),
+        Occurs(
+            "it rests after sqrt(2 h/g) (1 + e)/(1 - e)",
+            "floor: rest",
+            lambda s: {"t": sqrt(2 / s.g) * (1 + s.e) / (1 - s.e)},
+        ),
+    ),
 )

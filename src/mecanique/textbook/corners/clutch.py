@@ -6,6 +6,7 @@ the slip s of the second against it. From the slip w they are locked after w/(T 
 """
 
 from mecanique.model import Body, Friction, Mechanism, Parameter, Revolute, disk
+from mecanique.textbook.facts import ModeAcceleration, Occurs
 from mecanique.textbook.system import System
 
 
@@ -46,4 +47,19 @@ SYSTEM = System(
     start_velocity={"p": 40.0, "s": -40.0},
     duration=3.0,
     tags=("friction", "corners"),
+    facts=(
+        ModeAcceleration(
+            "p'' = -T/J_1, s'' = T (1/J_1 + 1/J_2) where the load lags",
+            ("slips -",),
+            lambda s: [-s.T / s.J_1, s.T * (1 / s.J_1 + 1 / s.J_2)],
+        ),
+        Occurs(
+            "it locks after w/(T (1/J_1 + 1/J_2)), at J_1 w/(J_1 + J_2)",
+            "plates: sticks",
+            lambda s: {
+                "t": 40 / (s.T * (1 / s.J_1 + 1 / s.J_2)),
+                "p'": 40 * s.J_1 / (s.J_1 + s.J_2),
+            },
+        ),
+    ),
 )

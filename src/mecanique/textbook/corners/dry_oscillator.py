@@ -6,7 +6,10 @@ spring. Each half period pi sqrt(m/k) shifts the center by 2 mu m g/k; it rests 
 within mu m g/k of the origin.
 """
 
+from math import pi, sqrt
+
 from mecanique.model import Body, Friction, JointSpring, Mechanism, Parameter, Prismatic, box
+from mecanique.textbook.facts import ModeAcceleration, Occurs
 from mecanique.textbook.system import System
 
 
@@ -41,4 +44,21 @@ SYSTEM = System(
     start={"x": 0.1},
     duration=3.0,
     tags=("planar", "spring", "friction", "corners"),
+    facts=(
+        ModeAcceleration(
+            "m x'' + k x = -mu m g where it slides forward",
+            ("slips +",),
+            lambda s: [-s.k * s.x / s.m - s.mu * s.g],
+        ),
+        Occurs(
+            "it turns first after pi sqrt(m/k), nearer by 2 mu m g/k",
+            "dry: slips +",
+            lambda s: {"t": pi * sqrt(s.m / s.k), "x": -0.1 + 2 * s.mu * s.m * s.g / s.k},
+        ),
+        Occurs(
+            "it rests after five half cycles, nearer by 10 mu m g/k",
+            "dry: sticks",
+            lambda s: {"t": 5 * pi * sqrt(s.m / s.k), "x": -0.1 + 10 * s.mu * s.m * s.g / s.k},
+        ),
+    ),
 )

@@ -5,9 +5,10 @@ down from rest under gravity g. The generalized coordinates x and z are those of
 lean from the wall. It leaves the wall when its top is at two thirds of the height it began at.
 """
 
-from math import cos, pi
+from math import cos, pi, sqrt
 
 from mecanique.model import Body, Contact, Mechanism, Parameter, Placement, Planar, rod
+from mecanique.textbook.facts import Occurs
 from mecanique.textbook.system import System
 
 
@@ -43,4 +44,16 @@ SYSTEM = System(
     start={"x": 0.0, "z": 2.0 * cos(0.3), "th": 0.3},
     duration=1.1,
     tags=("planar", "contact", "corners"),
+    facts=(
+        Occurs(
+            "it leaves the wall at two thirds of its height",
+            "wall: open",
+            lambda s: {"z": 2 / 3 * s.l * cos(0.3)},
+        ),
+        Occurs(
+            "its rate is then sqrt(g cos(th_0)/l)",
+            "wall: open",
+            lambda s: {"th'": sqrt(s.g * cos(0.3) / s.l)},
+        ),
+    ),
 )

@@ -6,6 +6,7 @@ The impacts follow one another, so the momentum of the first ball passes to the 
 """
 
 from mecanique.model import Body, Mechanism, Parameter, Placement, Prismatic, Stop, ball
+from mecanique.textbook.facts import Occurs
 from mecanique.textbook.system import System
 
 
@@ -41,4 +42,12 @@ SYSTEM = System(
     start_velocity={"x": 1.0, "s1": -1.0},
     duration=1.0,
     tags=("planar", "impact", "corners"),
+    facts=(
+        Occurs("the first ball stops at the second", "end", lambda s: {"x'": 0.0, "x": 0.0}),
+        Occurs(
+            "the last ball takes all of the momentum",
+            "touch1: impact",
+            lambda s: {"t": 0.3, "after x'": 0.0, "after s1'": 0.0, "after s2'": 1.0},
+        ),
+    ),
 )

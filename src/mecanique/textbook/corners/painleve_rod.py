@@ -5,9 +5,10 @@ friction mu and leans, under gravity g. The generalized coordinates x and z are 
 th is its angle. Where mu is above 4/3 there are positions in which sliding has no solution, or two.
 """
 
-from math import atan, cos, pi
+from math import atan, cos, pi, sin
 
 from mecanique.model import Body, Contact, Mechanism, Parameter, Planar, rod
+from mecanique.textbook.facts import ModeAcceleration, Occurs, Values
 from mecanique.textbook.system import System
 
 
@@ -32,6 +33,13 @@ LEAN = pi / 2 - atan(2.0)
 """The lean at which the least coefficient of friction gives the paradox."""
 
 
+def _slides(s: Values) -> list[float]:
+    """The accelerations while it slides forward, by the force N of the floor."""
+    across = sin(s.th) - s.mu * cos(s.th)
+    N = s.m * (s.g - s.l * cos(s.th) * s["th'"] ** 2) / (1 + 3 * sin(s.th) * across)
+    return [-s.mu * N / s.m, N / s.m - s.g, 3 * N * across / (s.m * s.l)]
+
+
 SYSTEM = System(
     title="Painlevé's rod, which slides on its end",
     source="Painlevé, C. R. Acad. Sci. 121 (1895) 112; Champneys & Várkonyi, arXiv 1601.03545",
@@ -46,4 +54,16 @@ SYSTEM = System(
     start_velocity={"x": 1.0},
     duration=0.2,
     tags=("planar", "friction", "contact", "corners"),
+    facts=(
+        ModeAcceleration(
+            "N (1 + 3 sin(th) (sin(th) - mu cos(th))) = m (g - l th'^2 cos(th)) where it slides",
+            ("slips +",),
+            _slides,
+        ),
+        Occurs(
+            "its end is at rest when it sticks",
+            "floor: sticks",
+            lambda s: {"x'": -s.l * cos(s.th) * s["th'"]},
+        ),
+    ),
 )

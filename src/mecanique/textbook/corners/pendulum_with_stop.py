@@ -5,7 +5,10 @@ throws it back with e of its rate. The generalized coordinate q is the angle fro
 vertical.
 """
 
+from math import cos, sin, sqrt
+
 from mecanique.model import Body, Mechanism, Parameter, Revolute, Stop, rod
+from mecanique.textbook.facts import Occurs, Values
 from mecanique.textbook.system import System
 
 
@@ -26,6 +29,12 @@ def build(
     )
 
 
+def _quarter(s: Values) -> float:
+    from scipy.special import ellipk
+
+    return float(ellipk(sin(0.5) ** 2) * sqrt(2 * s.l / (3 * s.g)))
+
+
 SYSTEM = System(
     title="Bar pendulum that strikes a stop",
     source="Shaw & Rand, Int. J. Non-Linear Mech. 24 (1989) 41; Goldsmith, Impact, ch. 2",
@@ -39,4 +48,19 @@ SYSTEM = System(
     start={"q": 1.0},
     duration=6.0,
     tags=("planar", "pendulum", "impact", "corners"),
+    facts=(
+        Occurs(
+            "it strikes after a quarter period, K(sin(1/2)) sqrt(2 l/(3 g))",
+            "stop: impact",
+            lambda s: {"t": _quarter(s)},
+        ),
+        Occurs(
+            "it strikes at sqrt(3 g (1 - cos(1))/l), and e of that is left",
+            "stop: impact",
+            lambda s: {
+                "q'": -sqrt(3 * s.g * (1 - cos(1.0)) / s.l),
+                "after q'": s.e * sqrt(3 * s.g * (1 - cos(1.0)) / s.l),
+            },
+        ),
+    ),
 )

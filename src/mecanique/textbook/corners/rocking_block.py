@@ -5,9 +5,10 @@ rocks about its edges under gravity g; each impact leaves 1 - 3/2 sin(a)^2 of it
 tan(a) = b/h. The generalized coordinates x and z are those of its center, th is its tilt.
 """
 
-from math import atan2, cos, sin
+from math import asin, atan2, cos, hypot, sin, sqrt
 
 from mecanique.model import Body, Contact, Mechanism, Parameter, Planar, box
+from mecanique.textbook.facts import Occurs, Values
 from mecanique.textbook.system import System
 
 
@@ -35,6 +36,24 @@ def build(
 TILT = atan2(0.2, 0.8) / 2
 """Half the tilt at which the block of the typical values is on the point of falling."""
 
+
+def _pace(s: Values) -> float:
+    """The rate p of a block on its edge, p^2 = 3 g/(4 R)."""
+    return sqrt(3 * s.g / (2 * hypot(s.b, s.h)))
+
+
+def _falls(s: Values) -> float:
+    return _pace(s) * sqrt(2 * (cos(TILT) - cos(2 * TILT)))
+
+
+def _quarter(s: Values) -> float:
+    """The time from rest: a pendulum of the rate p, upside down, that falls to its angle 2 TILT."""
+    from scipy.special import ellipk, ellipkinc
+
+    k = cos(TILT / 2)
+    return float((ellipk(k**2) - ellipkinc(asin(cos(TILT) / k), k**2)) / _pace(s))
+
+
 SYSTEM = System(
     title="Block that rocks on its edges",
     source="Housner, Bull. Seism. Soc. Am. 53 (1963) 403",
@@ -53,4 +72,16 @@ SYSTEM = System(
     },
     duration=2.0,
     tags=("planar", "contact", "impact", "friction", "corners"),
+    facts=(
+        Occurs(
+            "the quarter period is an elliptic integral",
+            "left: impact",
+            lambda s: {"t": _quarter(s)},
+        ),
+        Occurs(
+            "it falls at p sqrt(2 (cos(a/2) - cos(a))), and 1 - 3/2 sin(a)^2 of that is left",
+            "left: impact",
+            lambda s: {"th'": _falls(s), "after th'": (1 - 1.5 * sin(2 * TILT) ** 2) * _falls(s)},
+        ),
+    ),
 )

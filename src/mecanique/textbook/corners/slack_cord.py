@@ -6,7 +6,7 @@ from the downward vertical. With v^2 = 4 g l the cord goes slack 2 l/3 above the
 again further down.
 """
 
-from math import sqrt
+from math import acos, pi, sqrt
 
 from mecanique.model import (
     Body,
@@ -18,6 +18,7 @@ from mecanique.model import (
     massless,
     particle,
 )
+from mecanique.textbook.facts import Occurs
 from mecanique.textbook.system import System
 
 
@@ -53,4 +54,16 @@ SYSTEM = System(
     start_velocity={"th": sqrt(4 * 9.81)},
     duration=1.5,
     tags=("planar", "contact", "impact", "corners"),
+    facts=(
+        Occurs(
+            "it goes slack where cos(th) = -2/3, at sqrt(2/3 g l)",
+            "cord: open",
+            lambda s: {"th": acos(-2 / 3), "th'": sqrt(2 / 3 * s.g / s.l)},
+        ),
+        Occurs(
+            "it is taut again where the parabola meets the circle, at th = 4 pi - 3 acos(-2/3)",
+            "cord: impact",
+            lambda s: {"th": 4 * pi - 3 * acos(-2 / 3)},
+        ),
+    ),
 )

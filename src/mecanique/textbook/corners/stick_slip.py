@@ -6,7 +6,10 @@ generalized coordinate x is the stretch of the spring. It sticks until k x = mu_
 about mu m g/k until its speed is the belt's again.
 """
 
+from math import atan2, pi, sqrt
+
 from mecanique.model import Body, Friction, JointSpring, Mechanism, Parameter, Prismatic, box
+from mecanique.textbook.facts import ModeAcceleration, Occurs
 from mecanique.textbook.system import System
 
 
@@ -46,4 +49,25 @@ SYSTEM = System(
     start_velocity={"x": 0.1},
     duration=10.0,
     tags=("planar", "spring", "friction", "corners"),
+    facts=(
+        ModeAcceleration(
+            "m x'' + k x = mu m g where the belt overtakes it",
+            ("slips -",),
+            lambda s: [s.mu * s.g - s.k * s.x / s.m],
+        ),
+        Occurs(
+            "it is torn away where k x = mu_0 m g",
+            "belt: slips -",
+            lambda s: {"x": s.mu_0 * s.m * s.g / s.k, "t": s.mu_0 * s.m * s.g / (s.k * s.v)},
+        ),
+        Occurs(
+            "it sticks again as far beyond mu m g/k as it was before",
+            "belt: sticks",
+            lambda s: {
+                "x'": s.v,
+                "t": s.mu_0 * s.m * s.g / (s.k * s.v)
+                + 2 * (pi - atan2((s.mu_0 - s.mu) * s.g * sqrt(s.m / s.k), s.v)) * sqrt(s.m / s.k),
+            },
+        ),
+    ),
 )

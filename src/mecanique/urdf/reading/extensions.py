@@ -24,18 +24,16 @@ from mecanique.urdf.dialect import (
     BLADE,
     BUSHING,
     CENTRAL_FORCE,
-    CONTACT,
     CORD,
     DISTANCE_CONSTRAINT,
     EXTENSIONS,
-    FRICTION,
     GEAR,
     LOOP,
     POTENTIAL,
     RACK,
     ROLLING,
     SPRING_DAMPER,
-    STOP,
+    SWITCHING,
     VELOCITY_CONSTRAINT,
     Extension,
 )
@@ -134,7 +132,7 @@ def in_joint(
 _NOT_MODELED = ("drake:tendon_constraint", "loop_joint")
 
 _OWN = (
-    *(LOOP, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT, ROLLING, BLADE, FRICTION, STOP, CONTACT),
+    *(LOOP, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT, ROLLING, BLADE, *SWITCHING),
     *(POTENTIAL, CENTRAL_FORCE),
 )
 """Elements that mecanique alone reads."""
@@ -234,7 +232,7 @@ def _read_own(
     elif element.tag in (POTENTIAL, CENTRAL_FORCE):
         force = read_potential(element, links, joints, names, report)
         extensions.forces += [force] if force is not None else []
-    elif element.tag in (FRICTION, STOP, CONTACT):
+    elif element.tag in SWITCHING:
         switching = read_switching(element, links, joints, names, report)
         extensions.switching += [switching] if switching is not None else []
     else:

@@ -10,11 +10,10 @@ import numpy as np
 
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.printing.writers import MathML
-from mecanique.derivation.switching import Modes, derive_modes, force_symbol
+from mecanique.derivation.switching import Modes, derive_modes, force_symbol, list_letters
 from mecanique.errors import MecaniqueError
 from mecanique.figure.draw import figure_text
 from mecanique.model.constraints.contacts import SPEAKING
-from mecanique.model.constraints.friction import Friction, Stop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.analysis.forces import TOGETHER, Action
@@ -139,11 +138,10 @@ def _symbols_of_modes(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
         meaning = parameter.meaning or "a parameter"
         yield letter(parameter.symbol), add_unit(meaning, parameter.unit)
     for element in mechanism.switching:
-        if not isinstance(element, Friction):
-            yield letter(force_symbol("N", element)), f"force by which {element.name} presses"
-        if not isinstance(element, Stop):
-            sign = "R" if isinstance(element, Friction) else "T"
-            yield letter(force_symbol(sign, element)), f"friction of {element.name}"
+        for sign in list_letters(element):
+            words = f"force by which {element.name} presses" if sign == "N" else ""
+            words = words or f"friction of {element.name}"
+            yield letter(force_symbol(sign, element.name)), words
 
 
 def _symbols_of(

@@ -1,0 +1,89 @@
+"""Two weights on a cord over a rough drum.
+
+Weights m_1 and m_2 hang from the ends of a cord of length l that is wound around a drum that stands
+still, over the angle phi with the coefficient of friction mu, under gravity g. The generalized
+coordinates x and y are the lengths of the two runs. The heavier weight sinks while its tension is
+e^(mu phi) times that of the other.
+"""
+
+from numpy import exp
+
+from mecanique.model import Body, Capstan, Mechanism, Parameter, Placement, Prismatic, particle
+from mecanique.textbook.facts import ModeAcceleration, Occurs, Values
+from mecanique.textbook.system import System
+
+
+def build(
+    m_1: Parameter,
+    m_2: Parameter,
+    l: Parameter,
+    phi: Parameter,
+    mu: Parameter,
+    g: Parameter,
+) -> Mechanism:
+    """Return the mechanism."""
+    beside = Placement((0.2, 0, 0))
+    return Mechanism(
+        name="capstan",
+        bodies=(Body("ground"), Body("left", particle(m_1)), Body("right", particle(m_2))),
+        joints=(
+            Prismatic("run1", "ground", "left", axis=(0, 0, -1), coordinate="x"),
+            Prismatic("run2", "ground", "right", axis=(0, 0, -1), origin=beside, coordinate="y"),
+        ),
+        parameters=(m_1, m_2, l, phi, mu, g),
+        gravity=(0, 0, -g),
+        switching=(Capstan("drum", "run1", "run2", length=l, wrap=phi, mu=mu),),
+    )
+
+
+def _sinks(s: Values) -> float:
+    """The acceleration of the first weight where it sinks."""
+    grown = s.m_2 * exp(s.mu * s.phi)
+    return float(s.g * (s.m_1 - grown) / (s.m_1 + grown))
+
+
+def _rises(s: Values) -> float:
+    """Its acceleration where it rises."""
+    grown = s.m_1 * exp(s.mu * s.phi)
+    return float(s.g * (grown - s.m_2) / (grown + s.m_2))
+
+
+SYSTEM = System(
+    title="Two weights on a cord over a rough drum",
+    source="Euler, Mém. Acad. Berlin 18 (1769) 265; Meriam & Kraige, Statics, sect. 6/8",
+    parameters=(
+        Parameter("m_1", 3.0, "kg", "mass of the weight that sinks"),
+        Parameter("m_2", 1.0, "kg", "mass of the other"),
+        Parameter("l", 3.0, "m", "length of the cord beside the drum"),
+        Parameter("phi", 3.141592653589793, "rad", "angle that the cord is wound"),
+        Parameter("mu", 0.2, "1", "coefficient of friction"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"x": 1.0, "y": 2.0},
+    start_velocity={"x": -1.0, "y": 1.0},
+    duration=0.8,
+    tags=("planar", "friction", "corners"),
+    facts=(
+        ModeAcceleration(
+            "x'' = -y'' = g (m_1 - m_2 e^(mu phi))/(m_1 + m_2 e^(mu phi)) where it sinks",
+            ("slips +",),
+            lambda s: [_sinks(s), -_sinks(s)],
+        ),
+        ModeAcceleration(
+            "x'' = -y'' = g (m_1 e^(mu phi) - m_2)/(m_1 e^(mu phi) + m_2) where it rises",
+            ("slips -",),
+            lambda s: [_rises(s), -_rises(s)],
+        ),
+        Occurs(
+            "thrown up at v it turns after v/x'', v^2/(2 x'') higher",
+            "drum: slips +",
+            lambda s: {"t": 1 / _rises(s), "x": 1 - 1 / (2 * _rises(s))},
+        ),
+        Occurs(
+            "from there it sinks as g (m_1 - m_2 e^(mu phi))/(m_1 + m_2 e^(mu phi)) says",
+            "end",
+            lambda s: {"x'": _sinks(s) * (s.t - 1 / _rises(s))},
+        ),
+    ),
+)

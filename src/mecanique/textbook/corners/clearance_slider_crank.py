@@ -1,0 +1,155 @@
+"""Slider-crank whose slider has clearance in its guide.
+
+A crank of length l_1 and a rod of length l_2, with masses m_1, m_2 and inertias J_1, J_2 about
+their middles, drive a block of mass m_3, inertia J_3, length 2 a and height 2 b in a guide wider by
+the clearance c on either side. The block's corners strike and slide along the guide, with the
+coefficients of restitution e and of friction mu, under gravity g. The generalized coordinates are
+the angle p of the crank, and the turns q of the rod against it and s of the block against the rod.
+"""
+
+from math import pi
+
+from numpy import cos
+
+from mecanique.model import (
+    Body,
+    Contact,
+    Mechanism,
+    Parameter,
+    Placement,
+    Revolute,
+    Shape,
+    box,
+    rod,
+)
+from mecanique.textbook.facts import KineticEnergy, MassMatrix, Values
+from mecanique.textbook.system import System
+
+
+def build(
+    l_1: Parameter,
+    l_2: Parameter,
+    m_1: Parameter,
+    m_2: Parameter,
+    m_3: Parameter,
+    J_1: Parameter,
+    J_2: Parameter,
+    J_3: Parameter,
+    a: Parameter,
+    b: Parameter,
+    c: Parameter,
+    e: Parameter,
+    mu: Parameter,
+    g: Parameter,
+) -> Mechanism:
+    """Return the mechanism."""
+
+    def link(m: Parameter, J: Parameter, l: Parameter) -> Shape:
+        drawn = rod(m, l).at((l / 2, 0, 0), (0, -pi / 2, 0)).visuals
+        return Shape(m, (l / 2, 0, 0), (J, J, J, 0, 0, 0), visuals=drawn)
+
+    drawn = box(m_3, (2 * a, 2 * b, 2 * b)).visuals
+    block = Shape(m_3, inertia=(J_3, J_3, J_3, 0, 0, 0), visuals=drawn)
+    walls = {
+        1: Placement((0, 0, b + c), (pi, 0, 0)),
+        -1: Placement((0, 0, -b - c)),
+    }
+    names = {1: "upper", -1: "lower"}
+    return Mechanism(
+        name="clearance_slider_crank",
+        bodies=(
+            Body("ground"),
+            Body("crank", link(m_1, J_1, l_1)),
+            Body("rod", link(m_2, J_2, l_2)),
+            Body("block", block),
+        ),
+        joints=(
+            Revolute("shaft", "ground", "crank", axis=(0, -1, 0), coordinate="p"),
+            Revolute(
+                "crank_pin",
+                "crank",
+                "rod",
+                axis=(0, -1, 0),
+                origin=Placement((l_1, 0, 0)),
+                coordinate="q",
+            ),
+            Revolute(
+                "wrist_pin",
+                "rod",
+                "block",
+                axis=(0, -1, 0),
+                origin=Placement((l_2, 0, 0)),
+                coordinate="s",
+            ),
+        ),
+        parameters=(l_1, l_2, m_1, m_2, m_3, J_1, J_2, J_3, a, b, c, e, mu, g),
+        gravity=(0, 0, -g),
+        switching=tuple(
+            Contact(
+                f"{names[side]} {where}",
+                "block",
+                center=(end * a, 0, side * b),
+                plane=walls[side],
+                mu=mu,
+                restitution=e,
+            )
+            for side in (1, -1)
+            for end, where in ((-1, "left"), (1, "right"))
+        ),
+    )
+
+
+def _absolute_mass(s: Values) -> list[list[float]]:
+    """The mass matrix of the rates of the three angles against the guide."""
+    crank = s.J_1 + (s.m_1 / 4 + s.m_2 + s.m_3) * s.l_1**2
+    coupled = (s.m_2 / 2 + s.m_3) * s.l_1 * s.l_2 * cos(s.q)
+    coupler = s.J_2 + (s.m_2 / 4 + s.m_3) * s.l_2**2
+    return [[crank, coupled, 0.0], [coupled, coupler, 0.0], [0.0, 0.0, s.J_3]]
+
+
+def _mass_matrix(s: Values) -> list[list[float]]:
+    """The same of the rates of p, q and s, each an angle less than the one before."""
+    M = _absolute_mass(s)
+    return [
+        [sum(M[i][k] for i in range(row, 3) for k in range(column, 3)) for column in range(3)]
+        for row in range(3)
+    ]
+
+
+def _kinetic_energy(s: Values) -> float:
+    M, rates = _absolute_mass(s), [s["p'"], s["p'"] + s["q'"], s["p'"] + s["q'"] + s["s'"]]
+    return float(sum(M[i][k] * rates[i] * rates[k] for i in range(3) for k in range(3)) / 2)
+
+
+SYSTEM = System(
+    title="Slider-crank with clearance in its guide",
+    source="Flores, Leine & Glocker, Multibody Syst. Dyn. 23 (2010) 165, sect. 5",
+    parameters=(
+        Parameter("l_1", 0.153, "m", "length of the crank"),
+        Parameter("l_2", 0.306, "m", "length of the rod"),
+        Parameter("m_1", 0.038, "kg", "mass of the crank"),
+        Parameter("m_2", 0.038, "kg", "mass of the rod"),
+        Parameter("m_3", 0.076, "kg", "mass of the block"),
+        Parameter("J_1", 7.4e-5, "kg·m²", "inertia of the crank"),
+        Parameter("J_2", 5.9e-4, "kg·m²", "inertia of the rod"),
+        Parameter("J_3", 2.7e-6, "kg·m²", "inertia of the block"),
+        Parameter("a", 0.025, "m", "half the length of the block"),
+        Parameter("b", 0.0125, "m", "half the height of the block"),
+        Parameter("c", 0.001, "m", "clearance on either side"),
+        Parameter("e", 0.4, "1", "coefficient of restitution"),
+        Parameter("mu", 0.01, "1", "coefficient of friction"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start_velocity={"p": 150.0, "q": -225.0, "s": 75.0},
+    duration=0.05,
+    tags=("planar", "impact", "friction", "contact", "corners"),
+    facts=(
+        MassMatrix("M of the three angles, taken one from the other", _mass_matrix),
+        KineticEnergy(
+            "T = ((J_1 + (m_1/4 + m_2 + m_3) l_1^2) w_1^2 + (J_2 + (m_2/4 + m_3) l_2^2) w_2^2"
+            " + (m_2 + 2 m_3) l_1 l_2 w_1 w_2 cos(q) + J_3 w_3^2)/2",
+            _kinetic_energy,
+        ),
+    ),
+)
