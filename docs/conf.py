@@ -6,6 +6,8 @@ the linter, tags, public names, working pages) is written by `docs/generate.py` 
 
 from __future__ import annotations
 
+import logging
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,7 +26,7 @@ project = "mecanique"
 author = "The mecanique developers"
 copyright = "2026, The mecanique developers"  # noqa: A001 the name Sphinx asks for
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["_generated/pages", "paper", "try"]
+exclude_patterns = ["_generated/api_names.md", "_generated/pages", "paper", "try"]
 html_theme = "furo"
 html_title = "mecanique"
 html_extra_path = ["_generated/pages"]
@@ -76,6 +78,15 @@ def write_dashes(app: Sphinx, page: nodes.document) -> None:
 def setup(app: Sphinx) -> None:
     """Write what the code already says before anything is read."""
     import generate
+
+    # kernels read no settings of whoever builds, and do not warn of how they are connected
+    settings = HERE / "_generated" / "ipython"
+    profile = settings / "profile_default"
+    profile.mkdir(parents=True, exist_ok=True)
+    quiet = '{"IPKernelApp": {"log_level": "ERROR"}}'
+    (profile / "ipython_kernel_config.json").write_text(quiet, encoding="utf-8")
+    os.environ["IPYTHONDIR"] = str(settings)
+    logging.getLogger("traitlets").setLevel(logging.WARNING)
 
     app.connect("doctree-read", write_dashes)
     app.add_html_math_renderer("mathml", (write_math, None), (write_math_block, None))

@@ -57,6 +57,22 @@ API = {
     "Errors": ("mecanique.errors",),
 }
 """The chapters of the API reference, each with the rooms its names live in; the deepest counts."""
+SECTIONS = {
+    "Mechanisms": ("mecanique",),
+    "Bodies and shapes": ("mecanique.model.bodies",),
+    "Joints": (
+        "mecanique.model.joints",
+        "mecanique.model.joint_base",
+        "mecanique.model.free_bodies",
+    ),
+    "Forces": ("mecanique.model.forces", "mecanique.model.force_base"),
+    "Loops, contacts and guides": ("mecanique.model.constraints",),
+    "Expressions": ("mecanique.model.expression",),
+    "Catalogue and files": ("mecanique.textbook", "mecanique.formats", "mecanique.urdf"),
+}
+"""The sections of a long chapter, likewise, by the rooms where their names are defined."""
+LONG = 30
+"""A chapter of more names has sections."""
 ELSEWHERE = {
     "degrees_of_freedom": "Describe",
     "Freedom": "Describe",
@@ -115,8 +131,8 @@ def write_all(directory: Path) -> None:
     (directory / "benchmarks.md").write_text(benchmarks(), encoding="utf-8")
     (directory / "operations.md").write_text(operations(), encoding="utf-8")
     (directory / "revisions.md").write_text(revisions(), encoding="utf-8")
-    for title, text in api_pages():
-        (directory / f"api_{slug(title)}.md").write_text(text, encoding="utf-8")
+    for name, text in api_pages():
+        (directory / f"{name}.md").write_text(text, encoding="utf-8")
     shutil.copytree(TRY, directory / "pages" / "try", dirs_exist_ok=True)
     pack(directory / "pages" / "try" / "mecanique.zip")
     pages = os.environ.get("MECANIQUE_DOCS_GALLERY", "").split()
@@ -219,7 +235,7 @@ def urdf_tags() -> str:
 
 
 def api_pages() -> Iterator[tuple[str, str]]:
-    """Yield every chapter's title and page; together they hold all public names.
+    """Yield the name and text of every chapter, with all public names, and of an overview.
 
     Raises:
         RuntimeError: if a public name stands in no chapter.
@@ -229,9 +245,43 @@ def api_pages() -> Iterator[tuple[str, str]]:
     chapters: dict[str, list[str]] = {title: [] for title in API}
     for name, module in homes.items():
         chapters[chapter_of(name, module)].append(name)
+    overview = []
     for title, members in chapters.items():
-        ordered = sorted(members, key=place_of)
-        yield title, f"# {title}\n\n" + "\n".join(directive(name) for name in ordered)
+        page = [f"# {title}", ""]
+        overview += [f"## [{title}](../_generated/api_{slug(title)}.md)", ""]
+        for section, names in sections_of(sorted(members, key=place_of)):
+            if section:
+                page += [f"## {section}", ""]
+                overview += [f"### {section}", ""]
+            lines = table("| name | what it is |", [line_of(name) for name in names])
+            page += [lines, *map(directive, names)]
+            overview.append(lines)
+        yield f"api_{slug(title)}", "\n".join(page)
+    yield "api_names", "\n".join(overview)
+
+
+def sections_of(names: list[str]) -> Iterator[tuple[str, list[str]]]:
+    """Yield the sections of a chapter; a short one has a single section without a title."""
+    if len(names) <= LONG:
+        yield "", names
+        return
+    for section, rooms in SECTIONS.items():
+        yield section, [name for name in names if room_of(name) in rooms]
+
+
+def room_of(name: str) -> str:
+    """Return the room of `SECTIONS` in which a public name is defined."""
+    module: str = getattr(inspect.unwrap(getattr(mq, name)), "__module__", f"mecanique.{name}")
+    module = ALIASES.get(name, module)
+    rooms = [room for rooms in SECTIONS.values() for room in rooms if belongs(module, room)]
+    return max(rooms, key=len)
+
+
+def line_of(name: str) -> str:
+    """Return the row of a public name in an overview: a link, and its first sentence."""
+    said = text_below(name) if name in ALIASES else inspect.getdoc(getattr(mq, name)) or ""
+    first = " ".join(said.partition("\n\n")[0].split())
+    return f"| {{py:obj}}`{name} <mecanique.{name}>` | {cell(first)} |"
 
 
 def place_of(name: str) -> tuple[int, str]:

@@ -78,9 +78,15 @@ def headings(text: str) -> set[str]:
 
 def test_every_public_name_stands_in_one_chapter(generate: object) -> None:
     pages = dict(generate.api_pages())  # type: ignore[attr-defined]
+    overview = pages.pop("api_names")
     text = "\n".join(pages.values())
     for name in mq.__all__:
         assert text.count(f":: mecanique.{name}\n") == 1, name
+        assert overview.count(f"<mecanique.{name}>`") == 1, name
+    sections = dict(part.split("\n", 1) for part in pages["api_describe"].split("\n## ")[1:])
+    for section, names in {"Bodies and shapes": "Body rod", "Expressions": "sin time"}.items():
+        assert all(f":: mecanique.{name}\n" in sections[section] for name in names.split())
+    assert "| A hinge: the child turns about an axis by its coordinate [rad]. |" in overview
 
 
 def test_tables_are_made_from_the_code(generate: object) -> None:
