@@ -377,7 +377,7 @@ def test_derive_solves_what_rolls() -> None:
     [
         (("rolling_disk", "--in", "x,turn"), "leave 1 of 3 velocities free, got x, turn to keep"),
         (("double_pendulum", "--in", "q1"), "without constraints it has 2 of 2 velocities free"),
-        (("slider_crank", "--solve"), "reduce_loops keeps one coordinate of loops"),
+        (("governor", "--solve"), "expected loops that leave one of its 4 velocities free"),
         (("cart_pole", "--in", "z"), "unknown coordinate 'z'"),
         (("cart_pole", "--solve", "--routh"), "expected one of --routh, --in or --solve"),
         (("cart_pole", "--solve", "--units"), "expected one of --routh, --in or --solve"),

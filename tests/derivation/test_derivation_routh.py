@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -135,3 +136,10 @@ def test_the_command_prints_steps_and_a_document() -> None:
     none = CliRunner().invoke(app, ["derive", "double_pendulum", "--routh"])
     assert none.exit_code == 2
     assert "no cyclic coordinate" in none.output
+
+
+def test_the_effective_potential_is_minus_routh_s_function_at_rest() -> None:
+    """Goldstein, sect. 3.3: V_eff = l²/(2 m r²) + V; it is explained among the symbols."""
+    text = mq.routh(mq.textbook.load("kepler_orbit")).text(steps=True)
+    assert "V_eff = p_phi^2/(2 m r^2) - m mu/r" in text
+    assert re.search(r"V_eff +effective potential \[J\]", text)

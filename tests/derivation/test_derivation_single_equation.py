@@ -92,3 +92,19 @@ def test_the_command_prints_the_steps() -> None:
     assert "kinematic coefficient" in steps.output
     wrong = CliRunner().invoke(app, ["derive", "slider_crank", "--in", "theta", "--routh"])
     assert wrong.exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "solved"),
+    [
+        ("slider_crank", "theta'' = -(C theta'^2 + m1 g r cos(theta)/2)/J"),
+        ("bars_and_springs_loop", None),
+    ],
+)
+def test_the_equation_is_solved_for_the_acceleration(name: str, solved: str | None) -> None:
+    one = mq.reduce_loops(mq.textbook.load(name))
+    assert str(one.acceleration).startswith(f"{one.coordinate}'' = ")
+    assert str(one.acceleration) in str(one)
+    assert str(one.acceleration) in one.text(steps=True)
+    if solved is not None:
+        assert str(one.acceleration) == solved

@@ -300,3 +300,18 @@ def test_waves_divide_exactly_or_not_at_all() -> None:
             assert (found - other).vanishes()
         for other in (x, cos(b) + sin(a + b), 1 + wave):
             assert divide_by_wave(other, angle, parity) is None
+
+
+def test_a_rolling_force_is_also_given_along_the_heading() -> None:
+    """Ahead it is m (acceleration along the track): friction that only turns the coin."""
+    lines = mq.derive(mq.textbook.load("rolling_coin")).solved().text().splitlines()
+    ahead = "cos(yaw) lambda_rim_x + sin(yaw) lambda_rim_y = m r cos(lean) yaw' lean'/3"
+    assert ahead in lines
+    assert len([line for line in lines if line.startswith("cos(yaw) lambda_rim_y - sin(yaw)")]) == 1
+
+
+def test_friction_on_a_turntable_is_also_given_in_axes_at_rest() -> None:
+    """Milne: m x'' = -2 m W y'/7, though the friction is stated in the table's axes."""
+    lines = mq.derive(mq.textbook.load("ball_on_a_turntable")).solved().text().splitlines()
+    assert "cos(W t) lambda_contact_x - sin(W t) lambda_contact_y = -2 m W y'/7" in lines
+    assert "sin(W t) lambda_contact_x + cos(W t) lambda_contact_y = 2 m W x'/7" in lines

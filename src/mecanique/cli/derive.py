@@ -215,7 +215,7 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
 def solution(mechanism: mq.Mechanism, keep: str, form: Form, steps: bool) -> str:
     """Return the equations in some coordinates alone, or solved for the accelerations."""
     written: str
-    if keep and mechanism.loops:
+    if mechanism.loops:
         written = getattr(mq.reduce_loops(mechanism, keep), form)(steps=steps)
     elif steps and not keep:  # the last section of which is the same
         written = derivation(mechanism, "lagrange", form, steps)

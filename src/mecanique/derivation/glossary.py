@@ -26,6 +26,7 @@ _PARTS = ("x component", "y component", "z component", "scalar part")
 _FOUND = {
     "T": ("kinetic energy", "J"),
     "V": ("potential energy", "J"),
+    "V_eff": ("effective potential", "J"),
     "E": ("total energy, T + V", "J"),
     "h": ("Jacobi's integral", "J"),
     "D": ("Rayleigh's dissipation function", "W"),
@@ -266,6 +267,8 @@ def _explain_component(left: Left, rates: Mapping[str, Dimension]) -> str:
 def _explain(left: Left, owners: Iterable[str], demands: Mapping[str, str]) -> str:
     """Explain a quantity of a step by its letter and the body, joint or force it belongs to."""
     base, _, rest = left.quantity.partition("_")
+    if left.quantity in _FOUND:
+        base, rest = left.quantity, ""
     what, unit = _FOUND[base]
     if rest:
         what = f"{what} of {{}}"

@@ -46,7 +46,8 @@ _RATES = (
 _FUNCTION = (
     "Routh's function is R = T - V - Σ p q', summed over the cyclic coordinates, with their "
     "velocities replaced. Half the square of a momentum, less its part from other velocities, "
-    "divided by its inertia acts on the other coordinates like a potential energy."
+    "divided by its inertia acts on the other coordinates like a potential energy. With V it is "
+    "the effective potential V_eff, the part of -R without velocities."
 )
 
 
@@ -81,9 +82,9 @@ class Ignored:
         quotient = multiply(to_formula(self.left), to_power(to_formula(self.inertia), Fraction(-1)))
         return Expression((quotient,))
 
-    def shown_energy(self) -> Expression:
-        """The part that is subtracted in R, with its sign, as a square over the inertia."""
-        square = multiply(number(Fraction(-1, 2)), (add(expression(self.left).terms), 2))
+    def shown_energy(self, sign: int) -> Expression:
+        """The part that is subtracted in R, with a sign, as a square over the inertia."""
+        square = multiply(number(Fraction(sign, 2)), (add(expression(self.left).terms), 2))
         return Expression((multiply(square, to_power(to_formula(self.inertia), Fraction(-1))),))
 
     def shown_slope(self, coordinate: str) -> Product:
@@ -219,9 +220,11 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
         written.append(Equation(left, expression(drive), ring.number(1)))
     M, h = mass_and_bias(algebra, rows)
     R = tidy(ring.sum([kinetic, *(-coordinate.energy for coordinate in ahead), -V]))
-    shown_R = join(
-        [expression(kinetic), *(coordinate.shown_energy() for coordinate in ahead), expression(-V)]
-    )
+    shown_R = join([expression(kinetic), *(one.shown_energy(-1) for one in ahead), expression(-V)])
+    rates = [algebra.velocities[k] for k in moving]
+    still = kinetic.coefficients(rates).get((0,) * len(rates), ring.number(0))
+    effective = tidy(ring.sum([*(coordinate.energy for coordinate in ahead), V, -still]))
+    shown_V = join([*(one.shown_energy(1) for one in ahead), expression(V - still)])
     derivation = Derivation(
         algebra=algebra,
         M=M,
@@ -239,7 +242,14 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
             ),
             Stage("Cyclic coordinates", _SINCE, tuple(_list_momenta(lagrange, ignored))),
             Stage("Velocities of the cyclic coordinates", _RATES, tuple(_rates(ignored))),
-            Stage("Routh's function", _FUNCTION, (Result(Left("R"), R, lambda: shown_R),)),
+            Stage(
+                "Routh's function",
+                _FUNCTION,
+                (
+                    Result(Left("R"), R, lambda: shown_R),
+                    Result(Left("V_eff"), effective, lambda: shown_V),
+                ),
+            ),
             *energy_integral(lagrange.T, lagrange.gravity, V, lagrange.D, lagrange.works, ()),
         ),
         assumptions=tuple(a for work in lagrange.works for a in work.assumptions),

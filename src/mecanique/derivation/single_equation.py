@@ -32,6 +32,7 @@ from mecanique.derivation.symbolic.derivation import (
 )
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.multipliers import loop_stages, solve_multipliers
+from mecanique.derivation.symbolic.solution import Quotient
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.tolerances import CLOSED_WELL, FIRM, RANK
 from mecanique.errors import DerivationError, UnknownNameError
@@ -249,6 +250,8 @@ class _Reducing:
             named.append(expression(change * v**2))
         left = join([*named, *([expression(rest)] if rest else [])])
         equation = Equation(left, expression(forces), ring.number(1))
+        push = forces - rest - change * v**2 if C else forces - rest
+        solved = Quotient(push, inertia).equate(f"{kept}''")
         M, h = mass_and_bias(self.algebra, [J * a + C * v**2 + rest - forces])
         closed = [stage for stage in loop_stages(full.ties, of_work=True) if stage.title == "Loops"]
         before = [stage for stage in full.stages if stage.title in _ENERGIES]
@@ -271,7 +274,7 @@ class _Reducing:
             closing=_CLOSING.format(kept),
             unknowns=dict(self._meanings(K, L)),
             quasi=(),
-            written=(equation,),
+            written=(equation, solved),
         )
 
     def _by_coefficients(self, series: Series) -> Expression:
@@ -377,6 +380,11 @@ class SingleEquation(Legible):
         """The equation, written with J, C and the kinematic coefficients."""
         return self.document.equations[0]
 
+    @property
+    def acceleration(self) -> Equation:
+        """The equation solved for the acceleration."""
+        return self.document.equations[1]
+
     @cached_property
     def coefficients(self) -> dict[str, str]:
         """The definition of each coefficient as text, by letter, each after those it needs."""
@@ -481,7 +489,7 @@ class SingleEquation(Legible):
         if steps:
             return f"{self.document.text(True, symbols=True)}\n\n{self._said}"
         defined = [f"{letter} = {value}" for letter, value in self.coefficients.items()]
-        return "\n".join([*defined, str(self.equation), "", self._said])
+        return "\n".join([*defined, str(self.equation), str(self.acceleration), "", self._said])
 
     def latex(self, steps: bool = True) -> str:
         """Return the equation as a fragment of a LaTeX document.

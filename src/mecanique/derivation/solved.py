@@ -102,6 +102,7 @@ class Solved:
 
     @cached_property
     def _document(self) -> Document:
-        lines = (*(self.accelerations.values() or self.equations), *self.forces.values())
+        motion = self.accelerations.values() or self.equations
+        lines = (*motion, *self.forces.values(), *self.found.turned)
         solved = replace(self.derivation, written=lines, stages=(), closing=_CLOSING)
         return Document(solved, "the equations of motion, solved")

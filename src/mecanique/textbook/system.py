@@ -33,7 +33,8 @@ class System:
         tags: words to find it by.
         options: whole numbers that change its structure, e.g. the number of links.
         facts: closed-form facts that the tests hold it to.
-        forms: lines of its derivation by Lagrange as a book has them, each with the place there.
+        forms: lines of its derivation by Lagrange, of Routh's reduction or of its loops' single
+            equation as a book has them, each with the place there.
     """
 
     title: str

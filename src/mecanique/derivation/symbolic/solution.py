@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations, compress
+from itertools import combinations, compress, product
 from math import prod
 from typing import final
 
@@ -28,6 +28,7 @@ from mecanique.derivation.scalars.cancel import (
     without_common_divisor,
 )
 from mecanique.derivation.scalars.evaluation import Substitution
+from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
 from mecanique.derivation.symbolic.derivation import (
@@ -121,6 +122,16 @@ class Solution:
         """The rows as they are printed, empty if one of them says nothing."""
         rows = [without_common_divisor(row) for row in self.rows]
         return equations(rows) if all(rows) else ()
+
+    @cached_property
+    def turned(self) -> tuple[Equation, ...]:
+        """Forces along x and y of a plane put together along and across what turns, if shorter."""
+        return tuple(
+            line
+            for name, force in self.forces.items()
+            if name.endswith("_x") and f"{name[:-1]}y" in self.forces
+            for line in _turn(name, force, self.forces[f"{name[:-1]}y"])
+        )
 
 
 def solve(derivation: Derivation, kept: Sequence[str] = ()) -> Solution:
@@ -316,6 +327,25 @@ class _Solving:
         return _project(column, self.M)
 
 
+def _turn(name: str, x: Quotient, y: Quotient) -> Sequence[Equation]:
+    """Return the components of a force in axes turned by an angle that halve its terms, if any."""
+    ring = x.above.ring
+    waves = {trig >> 1 for part in (x.above, y.above) for trig in part.parts}
+    angles = {index for K in waves for index, _ in exponents(K)}
+    if not x.below == y.below == 1:
+        return ()
+    for angle, sense in product(sorted(angles), (1, -1)):
+        turn = sense * ring.angles[angle].argument
+        c, s = (function(wave)(turn) for wave in ("cos", "sin"))
+        ahead, aside = tidy(c * x.above + s * y.above), tidy(c * y.above - s * x.above)
+        if 2 * (len(ahead) + len(aside)) <= len(x.above) + len(y.above):
+            along, across = ring[name], ring[f"{name[:-1]}y"]
+            pairs = ((c * along + s * across, ahead), (c * across - s * along, aside))
+            one = ring.number(1)
+            return [Equation(expression(a), expression(b), one) for a, b in pairs]
+    return ()
+
+
 def _identity(ring: Basis, size: int) -> list[Column]:
     rows = [[ring.number(0)] * size for _ in range(size)]
     for k, row in enumerate(rows):
@@ -499,6 +529,7 @@ def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
             said.append(f"The forces of the constraints follow{by}.")
         pairs = [*solved.accelerations.items(), *solved.forces.items()]
         lines += [value.equate(name) for name, value in pairs]
+        lines += solved.turned
     integrals = [*_list_integrals(derivation.stages)]
     if integrals:
         letters = enumerate_words([*dict.fromkeys(map(_letter, integrals))])

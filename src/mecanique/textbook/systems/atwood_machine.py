@@ -131,4 +131,7 @@ SYSTEM = System(
             lambda s: inertia(s) * s["x'"] ** 2 / 2 - (s.m1 - s.m2) * s.g * s.x,
         ),
     ),
+    forms={
+        "x'' = 2 (m1 - m2) g/(2 m1 + 2 m2 + M)": "Goldstein, sect. 1.6, with the pulley's inertia",
+    },
 )

@@ -125,4 +125,7 @@ SYSTEM = System(
             until=lambda s: 3.0,
         ),
     ),
+    forms={
+        "u'' + c u'/m + k u/m = X W^2 sin(W t)": "Den Hartog, sect. 2.9, the relative motion",
+    },
 )

@@ -135,5 +135,9 @@ SYSTEM = System(
             "p_phi = 3 m (r^2 + 4 h^2) sin(theta)^2 phi'/20 + 3 m r^2 (psi' + cos(theta) "
             "phi') cos(theta)/10"
         ): "Goldstein, eq. 5.53",
+        (
+            "V_eff = 10 (p_phi - p_psi cos(theta))^2/(3 m (r^2 + 4 h^2) sin(theta)^2) + 5 p_psi^2/"
+            "(3 m r^2) + 3 m g h cos(theta)/4"
+        ): "Goldstein, sect. 5.7, with the constant of the spin",
     },
 )

@@ -118,6 +118,7 @@ SYSTEM = System(
     forms={
         "V = -m mu/r": "Goldstein, sect. 3.7",
         "p_phi = m r^2 phi'": "Goldstein, sect. 3.2",
+        "V_eff = p_phi^2/(2 m r^2) - m mu/r": "Goldstein, sect. 3.3",
         "E = m r^2 phi'^2/2 + m r'^2/2 - m mu/r": "Goldstein, sect. 3.2",
     },
 )

@@ -150,4 +150,11 @@ SYSTEM = System(
             until=lambda s: 4.0,
         ),
     ),
+    forms={
+        (
+            "5 r lean'' - 5 r sin(lean) cos(lean) yaw'^2 - 6 r cos(lean) yaw' spin' - "
+            "4 g sin(lean) = 0"
+        ): "Neimark & Fufaev, ch. II",
+        "3 sin(lean) yaw'' + 3 spin'' + 5 cos(lean) yaw' lean' = 0": "Neimark & Fufaev, ch. II",
+    },
 )

@@ -99,4 +99,8 @@ SYSTEM = System(
             lambda s: kinetic(s) + s.m1 * s.g * s.r * sin(s.theta) / 2,
         ),
     ),
+    forms={
+        "J theta'' + C theta'^2 + m1 g r cos(theta)/2 = 0": "Eksergian, with weight",
+        "C = m2 K_x L_x": "Eksergian",
+    },
 )

@@ -89,6 +89,9 @@ SYSTEM = System(
         ),
     ),
     forms={
+        "V_eff = p_phi^2/(2 m l^2 sin(theta)^2) - m g l cos(theta)": (
+            "Landau & Lifshitz, sect. 14, problem 1"
+        ),
         "E = m l^2 (theta'^2 + sin(theta)^2 phi'^2)/2 - m g l cos(theta)": (
             "Landau & Lifshitz, sect. 14, problem 1"
         ),
