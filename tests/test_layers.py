@@ -154,7 +154,7 @@ ORDER: dict[str, list[str]] = {
     "verification": [
         "foreign states stencil verdict",
         "rows",
-        "diff engines modes rounding transformation",
+        "diff engines kinematics modes rounding transformation",
         "facts",
         "causes",
         "against",

@@ -205,7 +205,8 @@ class EngineError(MecaniqueError):
             ...
         mecanique.errors.EngineError: mechanism 'ghost': the motion hinge', joint 'hinge' (body
         'nothing') moves no mass at q = [0.0], so nothing determines it; give the body mass or
-        inertia, or prescribe the joint by the coordinate map
+        inertia (`mecanique inertia FILE --density 1000 -o NEW` takes them from shapes), or
+        prescribe the joint by the coordinate map
     """
 
 

@@ -9,6 +9,10 @@ _SHORT = 6
 """Numbers that are printed; of more the range is told."""
 
 
+OF_SHAPES = "`mecanique inertia FILE --density 1000 -o NEW` takes them from shapes"
+"""Where mass and inertia may be had from."""
+
+
 class _Printer(Protocol):
     def text(self, written: str) -> None: ...
 

@@ -31,6 +31,7 @@ from mecanique.model.values import Given
 from mecanique.reference import Reference
 from mecanique.reference.engine.package import engine_name
 from mecanique.threads import one_thread_for_loops
+from mecanique.verification.kinematics import WAY_OUT, compare_kinematics, has_mass
 from mecanique.verification.rounding import (
     entry_rounding,
     in_independent_coordinates,
@@ -429,7 +430,7 @@ def _idle(engine: Reference, states: States) -> list[str]:
             )
         raise EngineError(
             f"mechanism {mechanism.name!r}: nothing that moves has mass, so it has geometry but no "
-            "equations of motion; give its bodies mass and inertia"
+            f"equations of motion; {WAY_OUT}"
         )
     size = scales(mass[None])[0]
     values, vectors = np.linalg.eigh(mass / np.outer(size, size))
@@ -465,7 +466,8 @@ def verify(
     the forces of all contacts. Of what rolls, Lagrange's equations have multipliers, Newton and
     Euler's balances unknown forces, and virtual work independent quasi-velocities.
     Where they disagree, the verdict ranks likely causes. Of elements that switch every mode is
-    compared, its accelerations and its forces.
+    compared, its accelerations and its forces; of what has no mass the kinematics alone: poses,
+    Jacobians and loops.
 
     Args:
         mechanism: what to verify.
@@ -520,8 +522,11 @@ def verify(
         from mecanique.verification.modes import compare_modes
 
         return compare_modes(mechanism, samples, seed, tolerance)
-    verdict = compare(mechanism, samples, seed, tolerance=tolerance, progress=progress)
-    explained = verdict if verdict.agrees else _explain(verdict, mechanism)
+    if has_mass(mechanism):
+        verdict = compare(mechanism, samples, seed, tolerance=tolerance, progress=progress)
+        explained = verdict if verdict.agrees else _explain(verdict, mechanism)
+    else:
+        explained = compare_kinematics(mechanism, samples, seed, tolerance or TOLERANCE)
     if mechanism.origin is None and not engines:
         return explained  # nothing was read from a file
     from mecanique.verification.engines import read_by

@@ -41,6 +41,7 @@ from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.polynomials import Parts, exponent, exponents, power
 from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
 from mecanique.errors import DerivationError
+from mecanique.wording import OF_SHAPES
 
 
 def draw_divisor(terms: Sequence[Product]) -> list[Product]:
@@ -323,7 +324,8 @@ class _Part(NamedTuple):
 def _form_equation(element: Series, own: str, divide: bool) -> Equation:
     if not element:
         raise DerivationError(
-            "expected an equation of motion, got 0 = 0: a coordinate has neither inertia nor force"
+            "expected an equation of motion, got 0 = 0: a coordinate has neither inertia nor "
+            f"force; give what it moves mass and inertia ({OF_SHAPES})"
         )
     ring = element.ring
     bare, stretches = draw_stretches(element)

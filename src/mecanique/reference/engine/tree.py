@@ -25,6 +25,7 @@ from mecanique.reference.engine.load import load
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs, fast_rhs
 from mecanique.reference.tolerances import AGREEMENT, ILL_CONDITIONED, SINGULAR_MASS, TAKES_PART
+from mecanique.wording import OF_SHAPES
 
 _REACH = 1.0
 """Largest absolute value of a length in a random state [m]."""
@@ -65,8 +66,8 @@ def refuse_massless(mechanism: Mechanism, mode: Array, where: str = "") -> NoRet
     moved = "".join(f", joint {joint.name!r} (body {joint.child!r})" for joint in joints)
     raise EngineError(
         f"mechanism {mechanism.name!r}: the motion {', '.join(names)}{moved} moves no mass{where}, "
-        "so nothing determines it; give the body mass or inertia, or prescribe the joint by the "
-        "coordinate map"
+        f"so nothing determines it; give the body mass or inertia ({OF_SHAPES}), or prescribe the "
+        "joint by the coordinate map"
     )
 
 
