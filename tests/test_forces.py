@@ -8,7 +8,7 @@ import mecanique as mq
 from mecanique.derivation.laws import laws_of
 from mecanique.errors import DerivationError, EngineError
 from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad
-from mecanique.reference.engine.forces.laws import law_of
+from mecanique.reference.engine.forces.loads import law_of
 
 FORCES: tuple[mq.AnyForce, ...] = (
     mq.Spring("spring", "a", (0, 0, 0), "b", (1, 0, 0), stiffness=2.0, free_length=1.0),

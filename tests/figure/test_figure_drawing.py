@@ -13,17 +13,25 @@ import pytest
 
 import mecanique as mq
 from mecanique.errors import UnknownNameError
-from mecanique.figure.camera import FRONT, ISOMETRIC, TOP, side_of
 from mecanique.figure.coordinates import coordinates
 from mecanique.figure.draw import figure_text
 from mecanique.figure.freebody import cut_free
-from mecanique.figure.mechanism import connections, figure, given_motions
+from mecanique.figure.mechanism import NUT, THREADS, connections, figure, given_motions, nuts
 from mecanique.figure.paper.files import svg
-from mecanique.figure.paper.marks import STYLES, Circle, Stroke, Words, bounds, label, rich
-from mecanique.figure.paper.symbols import dashpot, hatch, spring
+from mecanique.figure.paper.marks import (
+    STYLES,
+    Circle,
+    Stroke,
+    Words,
+    bounds,
+    dashpot,
+    hatch,
+    label,
+    rich,
+    spring,
+)
 from mecanique.figure.setting import Setting, posture, setting
-from mecanique.figure.solids import hull
-from mecanique.figure.supports import NUT, THREADS, nuts
+from mecanique.figure.solids import FRONT, ISOMETRIC, TOP, hull, side_of
 from mecanique.model import Spring
 from mecanique.motion.analysis.forces import Actions
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.analysis.accelerations import AccelerationLaw
-from mecanique.motion.analysis.momentum import momenta_along
+from mecanique.motion.analysis.momentum import AccelerationLaw, momenta_along
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.program import Program
 from mecanique.motion.record.curve import Curve

@@ -12,8 +12,7 @@ from scipy.special import ellipkinc
 
 import mecanique as mq
 from mecanique.motion.motion import Motion
-from mecanique.motion.switching.compiled import SwitchingEquations
-from mecanique.motion.switching.corners import Corners
+from mecanique.motion.switching.corners import Corners, SwitchingEquations
 from mecanique.motion.switching.law import (
     BACKWARD,
     CLOSED,

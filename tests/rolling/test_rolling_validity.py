@@ -12,7 +12,7 @@ from rolling_samples import bowl, g, r, wheel
 import mecanique as mq
 from mecanique import Mechanism, Placement, Rolling, contact_events, simulate, textbook
 from mecanique.motion.analysis.audit import FrictionNeed
-from mecanique.motion.simulation.watching.validity import pressings
+from mecanique.motion.simulation.watching import pressings
 from mecanique.textbook.catalogue import entry
 
 TOP = {"free_z": r.value}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from viewing_scenes import pendulum, swarm
 
 from mecanique.errors import InputError
-from mecanique.viewing.page.keyframes import Packed, pack, resample, varints
+from mecanique.viewing.page.page import Packed, pack, resample, varints
 from mecanique.viewing.scene.scene import Arrow, Scene
 
 

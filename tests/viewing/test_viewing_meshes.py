@@ -20,7 +20,7 @@ from mecanique.motion import simulate
 from mecanique.urdf import read_urdf
 from mecanique.urdf.meshes import Surface, fan, read_mesh
 from mecanique.urdf.robots import robot
-from mecanique.viewing.page.surfaces import STEPS, PackedSurface, mesh_parcel, pack_surfaces
+from mecanique.viewing.page.page import STEPS, PackedSurface, mesh_parcel, pack_surfaces
 from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.scene import SceneBody, Shape
 

@@ -6,7 +6,7 @@ a spring's potential V, as −∂V/∂q, and a damper's Rayleigh function D, as 
 bodies cut free use the pull. A load on a single body needs no law: its components are given.
 
 To add a force: its class in `mecanique.model.forces` and that module's export in the two
-`__init__` files, its laws here and in `mecanique.reference.engine.forces.laws`, its tag in
+`__init__` files, its laws here and in `mecanique.reference.engine.forces.loads`, its tag in
 `mecanique.urdf.write` and, if the tag is read back, `mecanique.urdf.reading.extensions`.
 """
 

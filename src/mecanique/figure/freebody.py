@@ -17,11 +17,8 @@ import numpy as np
 
 from mecanique.derivation.symbolic.cutting import find_swing
 from mecanique.errors import MecaniqueError
-from mecanique.figure.camera import Floats
-from mecanique.figure.coordinates import coordinates
-from mecanique.figure.measures import lengths
+from mecanique.figure.coordinates import coordinates, lengths
 from mecanique.figure.mechanism import solid_marks
-from mecanique.figure.paper.arrows import arc, arrow
 from mecanique.figure.paper.lettering import clear_letters
 from mecanique.figure.paper.marks import (
     Circle,
@@ -30,11 +27,14 @@ from mecanique.figure.paper.marks import (
     Stroke,
     Words,
     across,
+    arc,
+    arrow,
     bounds,
     label,
     unit,
 )
 from mecanique.figure.setting import Setting
+from mecanique.figure.solids import Floats
 from mecanique.model.force_base import BodyLoad, JointLoad
 from mecanique.model.joints import Revolute
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions

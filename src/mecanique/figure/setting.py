@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mecanique.errors import MecaniqueError
-from mecanique.figure.camera import ACROSS, ISOMETRIC, Camera, Floats, side_of
 from mecanique.figure.paper.marks import Point
-from mecanique.figure.solids import Solid, solids
+from mecanique.figure.solids import ACROSS, ISOMETRIC, Camera, Floats, Solid, side_of, solids
 from mecanique.model.bodies.visuals import Box
 from mecanique.model.constraints.friction import Contact, Stop, Switching
 from mecanique.model.expression import Scalar

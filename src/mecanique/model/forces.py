@@ -6,7 +6,7 @@ their velocities q' and time t. Points are given in the frame of the body they b
 A force acts in one of three ways, its base class: along the line between two points (`LineLoad`),
 in a joint (`JointLoad`) or on one body (`BodyLoad`). It describes itself, who, where and with which
 expressions; what it does, its law, is written twice, in `mecanique.derivation.laws` and in
-`mecanique.reference.engine.forces.laws`, independently.
+`mecanique.reference.engine.forces.loads`, independently.
 """
 
 from __future__ import annotations

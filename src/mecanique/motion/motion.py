@@ -24,25 +24,30 @@ from mecanique.motion.record.curve import Curve, Times
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence, break_names
 from mecanique.motion.record.loops import Beginning, ClosedLoops, begin_on_loops
 from mecanique.motion.record.trajectory import Statistics, Trajectory
-from mecanique.motion.simulation.arguments import (
+from mecanique.motion.simulation.choice import COMPILED
+from mecanique.motion.simulation.integrate import (
+    failure,
+    integrate_by_choice,
+    refuse_corners,
+    refuse_indefinite,
+)
+from mecanique.motion.simulation.integrators.methods import METHODS, step_accuracy
+from mecanique.motion.simulation.problem import (
+    Course,
+    Integration,
+    Problem,
     longest_step,
     refuse_still,
     sample_times,
     span_and_tolerances,
 )
-from mecanique.motion.simulation.choice import COMPILED
-from mecanique.motion.simulation.failure import failure, refuse_corners, refuse_indefinite
-from mecanique.motion.simulation.integrate import integrate_by_choice
-from mecanique.motion.simulation.integrators.methods import METHODS
-from mecanique.motion.simulation.integrators.refinement import step_accuracy
-from mecanique.motion.simulation.problem import Course, Integration, Problem
-from mecanique.motion.simulation.watching.limits import (
+from mecanique.motion.simulation.watching import (
+    find_breaks,
     joint_events,
     limit_events,
     refuse_limit,
     report_end,
 )
-from mecanique.motion.simulation.watching.validity import find_breaks
 from mecanique.notebook import draw
 from mecanique.threads import one_thread_for_loops
 

@@ -2,31 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cached_property
-from typing import final
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
+from typing import NamedTuple, final
 
 import numpy as np
+import numpy.typing as npt
 
 from mecanique.arrays import Array
+from mecanique.errors import EngineError, InputError, MecaniqueError
+from mecanique.model.constraints.loops import Loop
 from mecanique.model.dynamics import Dynamics, Quantity
+from mecanique.model.expression import finite
+from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import States, expect_mechanism
-from mecanique.model.values import Given
-from mecanique.reference.engine.answers import Energy, Momentum, Resultant
-from mecanique.reference.engine.many import energies, momenta, resultants
+from mecanique.model.states import States, expect_mechanism, explain_defaults
+from mecanique.model.values import Given, names_of, numbers_of
+from mecanique.reference.engine.answers import (
+    AppliedForce,
+    BodyMotions,
+    Energy,
+    Momentum,
+    Places,
+    PointMotion,
+    Resultant,
+    Twist,
+    Wrench,
+    local_point,
+)
+from mecanique.reference.engine.forces.elements import Guided
+from mecanique.reference.engine.many import Whole, center_speeds, energies, momenta, resultants
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
-from mecanique.reference.kinematics import Kinematics
-from mecanique.reference.loop_constraints import LoopConstraints
-from mecanique.reference.loops.closed import Closed
+from mecanique.reference.engine.tree import Tree
+from mecanique.reference.loops.closed import COMPONENTS, Closed
+from mecanique.reference.loops.freedom import generic_rank
+from mecanique.reference.loops.independent import driving_forces, free_motions
 from mecanique.reference.loops.loading import Loaded, load_once
+from mecanique.reference.loops.nullspace import solve
 from mecanique.reference.loops.singular import ClosedRhs, branch_acceleration, plain_rhs
-from mecanique.reference.wrenches import Wrenches
+
+
+class _HeldStates(NamedTuple):
+    """The elements' forces in some states, the remaining reactions, and the actions on bodies."""
+
+    forces: Array
+    wrenches: dict[str, Wrench]
+    actions: Array
 
 
 @final
-class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
+class Reference(Dynamics):
     """A mechanism inside Pinocchio, by its URDF: M(q, t) a + bias(q, v, t) = forces(q, v, t).
 
     bias holds the inertia forces that do not depend on a (Coriolis, centrifugal, those of a
@@ -52,6 +79,90 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         >>> reference.acceleration({"q1": 0.1, "q2": 0.2}).round(3)
         array([-0.025, -2.886])
     """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = expect_mechanism(mechanism)
+        self._tree = Tree(mechanism)
+        self._closed = Closed(self._tree) if mechanism.constrained else None
+
+    @classmethod
+    def _over(cls, loaded: Loaded) -> Reference:
+        """Make an instance for a mechanism that Pinocchio has loaded already."""
+        reference = cls.__new__(cls)
+        reference.mechanism = loaded.tree.mechanism
+        reference._tree, reference._closed = loaded
+        return reference
+
+    def __reduce__(self) -> tuple[Callable[..., Reference], tuple[object, ...]]:
+        """Pickle the mechanism, which another process loads into its own Pinocchio."""
+        rank = None if self._closed is None else self._closed.most
+        return _load, (self.mechanism, rank)
+
+    @cached_property
+    def _whole(self) -> Whole:
+        return Whole(self._tree)
+
+    _generic: int | None = None
+    """The generic rank of the constraints, once they are known not to lock the mechanism."""
+
+    def _look_for_locks(self, function: Callable[..., Array]) -> Callable[..., Array]:
+        """Wrap a function of the state to refuse a mechanism locked in a singular position."""
+        # One check suffices: a locked mechanism cannot reach any other position
+        closed = self._closed
+        if closed is None or closed.most is not None or self._generic is not None:
+            return function
+
+        def answer(q: Array, v: Array, t: float) -> Array:
+            if self._generic is None:
+                closed.refuse_open(q, t)
+                self._generic = generic_rank(closed, q, t)
+            return function(q, v, t)
+
+        return answer
+
+    def _answer(
+        self, states: States, function: Callable[..., Array], *, accelerations: bool = False
+    ) -> Array:
+        """Evaluate function(q, v, t), or (q, v, t, a), in each state; values must be finite."""
+        if self._tree.loads.waiting:
+            raise InputError(
+                f"a function of time in mechanism {self.mechanism.name!r} calls the Reference that "
+                "is waiting for its value; let it use one of its own: Reference(mechanism)"
+            )
+        rows: list[Array] = []
+        rows_in = zip(states.q, states.v, states.a, states.t.tolist(), strict=True)
+        try:
+            with np.errstate(all="ignore"):  # what is not finite is refused below
+                for k, (q, v, a, t) in enumerate(rows_in):
+                    if states.efforts is not None:
+                        self._tree.drive(states.efforts, k, q, v, t)
+                    rows.append(
+                        np.asarray(function(q, v, t, a) if accelerations else function(q, v, t))
+                    )
+        except MecaniqueError:
+            raise
+        except (ArithmeticError, ValueError) as error:
+            # a map or a force that is not defined here, e.g. the root of a negative number
+            raise self._no_answer(states, len(rows), f" ({error})") from error
+        finally:
+            if states.efforts is not None:
+                self._tree.loads.drive(0.0)
+        answers = self._refuse_infinite(states, np.array(rows))
+        return rows[0] if states.single else answers
+
+    def _refuse_infinite(self, states: States, answers: Array) -> Array:
+        """Return answers, shape (n, …), all of which must be finite."""
+        finite = np.isfinite(answers).reshape(len(answers), -1).all(axis=1)
+        if not finite.all():
+            raise self._no_answer(states, int(np.argmin(finite)))
+        return answers
+
+    def _no_answer(self, states: States, k: int, reason: str = "") -> EngineError:
+        q, v, t = states.q[k].tolist(), states.v[k].tolist(), float(states.t[k])
+        return EngineError(
+            f"mechanism {self.mechanism.name!r} has no finite answer at q = {q}, v = {v}, "
+            f"t = {t:g}{reason}{explain_defaults(self.mechanism, states.asked)}"
+        )
 
     @classmethod
     def of(cls, mechanism: Mechanism, rank: int | None = None) -> Reference:
@@ -227,3 +338,743 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
             return counted[0](t, y)
 
         return rhs
+
+    # how bodies and points move
+
+    def poses(self, q: Given, t: float | Array = 0.0) -> Array:
+        """Return the poses of all bodies in the world, in their order, shape (nb, 4, 4).
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+        """
+        return self._answer(States.of(self.mechanism, q, t=t), self._tree.poses)
+
+    def pose(self, body: str, q: Given, t: float | Array = 0.0) -> Array:
+        """Return the pose of one body in the world, shape (4, 4).
+
+        Args:
+            body: name of the body.
+            q: shape (nq,).
+            t: time [s].
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        place = self.mechanism.bodies.index(self.mechanism.body(body))
+        pose: Array = self.poses(q, t)[..., place, :, :]
+        return pose
+
+    def velocity(self, body: str, q: Given, v: Given, t: float | Array = 0.0) -> Twist:
+        """Return the velocity of a body's origin and its angular velocity, world axes.
+
+        Args:
+            body: name of the body.
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        name = self.mechanism.body(body).name
+        states = States.of(self.mechanism, q, v, t)
+        return Twist(*np.moveaxis(self._answer(states, partial(self._tree.twist, name)), -2, 0))
+
+    def motions(
+        self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
+    ) -> BodyMotions:
+        """Return the motions of all bodies, world axes, in one pass over the bodies.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            a: shape (nv,).
+            t: time [s].
+        """
+        holders = [self._tree.engine.holders[body.name] for body in self.mechanism.bodies]
+        states = States.of(self.mechanism, q, v, t, a)
+        joints = self._answer(states, self._tree.carry, accelerations=True)
+        rows = joints[..., [holder.joint for holder in holders], :]
+        poses, twists, rates = np.split(rows, (16, 22), axis=-1)
+        poses = poses.reshape(*poses.shape[:-1], 4, 4)
+        at = np.array([holder.placement.translation for holder in holders])
+        omega, alpha = twists[..., 3:], rates[..., 3:]
+        velocity = twists[..., :3] + np.cross(omega, at)
+        # from the spatial to the classical acceleration
+        change = rates[..., :3] + np.cross(alpha, at) + np.cross(omega, velocity)
+        vectors = np.stack((velocity, omega, change, alpha), axis=-1)
+        return BodyMotions(
+            poses @ np.array([holder.placement.homogeneous for holder in holders]),
+            *np.moveaxis(poses[..., :3, :3] @ vectors, -1, 0),
+        )
+
+    def center_speeds(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
+        """Return the speeds of all bodies' centers of mass, in their order, shape (nb,) [m/s].
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        states = States.of(self.mechanism, q, v, t)
+        with np.errstate(all="ignore"):
+            speeds = center_speeds(self._tree, states.q, states.v, states.t)
+        self._refuse_infinite(states, speeds)
+        return speeds[0] if states.single else speeds
+
+    def point(
+        self,
+        body: str,
+        xyz: Sequence[float] | Array = (0.0, 0.0, 0.0),
+        q: Given = None,
+        v: Given = None,
+        a: Given = None,
+        t: float | Array = 0.0,
+    ) -> PointMotion:
+        """Return position, velocity and acceleration of a body's point, world axes.
+
+        Args:
+            body: name of the body.
+            xyz: shape (3,), the point in the body's frame [m].
+            q: shape (nq,).
+            v: shape (nv,).
+            a: shape (nv,).
+            t: time [s].
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        name = self.mechanism.body(body).name
+        local = local_point(xyz)
+        parts = self._answer(
+            States.of(self.mechanism, q, v, t, a),
+            partial(self._tree.point, name, local),
+            accelerations=True,
+        )
+        return PointMotion(*np.moveaxis(parts, -2, 0))
+
+    def jacobian(self, body: str, q: Given, t: float | Array = 0.0) -> Array:
+        """Return a body's Jacobian: velocity of its origin and angular velocity, world axes.
+
+        Args:
+            body: name of the body.
+            q: shape (nq,).
+            t: time [s].
+
+        Returns:
+            Shape (6, nv), the derivatives by v; a prescribed motion adds a velocity of its own.
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        name = self.mechanism.body(body).name
+        function = partial(self._tree.jacobian, name)
+        return self._answer(States.of(self.mechanism, q, t=t), function)
+
+    def followers(
+        self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
+    ) -> dict[str, Array]:
+        """Return the joint coordinates that the coordinate map drives, including mimic joints.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            a: shape (nv,).
+            t: time [s].
+
+        Returns:
+            Each coordinate by its name r, its rate by r', its second derivative by r''; each shape
+            () or (n,).
+        """
+        driven = self.mechanism.coordinates.driven
+        states = States.of(self.mechanism, q, v, t, a)
+        parts = self._answer(states, self._tree.followers, accelerations=True)
+        return {
+            f"{name}{marks}": parts[..., order, k]
+            for order, marks in enumerate(("", "'", "''"))
+            for k, name in enumerate(driven)
+        }
+
+    def rates(self, q: Given, v: Given) -> Array:
+        """Return the rates q' of the coordinates, shape (nq,).
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+        """
+
+        def function(q: Array, v: Array, t: float) -> Array:
+            out: Array = np.empty(self.mechanism.nq)
+            self._tree.chart.rates(q, v, out)
+            return out
+
+        return self._answer(States.of(self.mechanism, q, v), function)
+
+    @property
+    def total_mass(self) -> float:
+        """The mass of the bodies that can move, those not welded to the ground [kg]."""
+        return self._tree.moving_mass
+
+    def center_of_mass(
+        self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
+    ) -> PointMotion:
+        """Return position, velocity and acceleration of the moving bodies' center of mass.
+
+        Components are in world axes.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            a: shape (nv,).
+            t: time [s].
+
+        Raises:
+            EngineError: if they have no mass.
+        """
+        if not self._tree.moving_mass:
+            raise EngineError(
+                f"mechanism {self.mechanism.name!r} has no moving mass, so no center of mass"
+            )
+        states = States.of(self.mechanism, q, v, t, a)
+        parts = self._answer(states, self._whole.center, accelerations=True)
+        return PointMotion(*np.moveaxis(parts, -2, 0))
+
+    # constraints, and the motions they allow: Φ(q, t) = 0, J v + ∂Φ/∂t = 0, J a + γ = 0
+
+    @property
+    def closed(self) -> Closed | None:
+        """The loops and the motions they allow; None for a tree."""
+        return self._closed
+
+    def with_rank_at(self, q: Given, t: float = 0.0) -> Reference:
+        """Return a reference with the rank of the constraints fixed to its generic value near q.
+
+        Slightly off the loops, where integration leads, redundant constraints seem independent;
+        with a fixed rank the results there remain those of the mechanism.
+
+        Args:
+            q: shape (nq,), one position with closed loops.
+            t: time [s].
+
+        Raises:
+            InputError: if the loops lock the mechanism there in a singular position.
+        """
+        if self._closed is None:
+            return self
+        rank = generic_rank(self._closed, self.mechanism.position(q), finite(t, "time t"))
+        return self._over(Loaded(self._tree, self._closed.with_rank(rank)))
+
+    @property
+    def constraint_names(self) -> tuple[str, ...]:
+        """The name of each row of the constraints, e.g. "loop: motion it closes"; empty for a tree.
+
+        A contact's row is named "contact: motion it prevents", a velocity constraint's as itself.
+        """
+        return () if self._closed is None else self._closed.closures.names
+
+    def multipliers(
+        self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
+    ) -> dict[str, Array]:
+        """Return Lagrange's multipliers λ by row of the constraints, each shape () or (n,).
+
+        They satisfy M a + bias − forces = Jᵀ λ. Those of a contact are the components of its force
+        on the body that rolls or has the blade [N], e.g. "wheel: normal"; those of a loop are the
+        components of the force [N] or moment [N·m] of body a on body b, in the axes of frame a.
+
+        Args:
+            q: shape (nq,), with closed loops.
+            v: shape (nv,), allowed by the constraints.
+            t: time [s].
+            tau: additional driving forces, as in `acceleration`.
+
+        Raises:
+            EngineError: if a loop is open.
+            ClosureError: if a motion that the constraints allow moves no mass.
+        """
+        states = States.of(self.mechanism, q, v, t, tau=tau)
+        if self._closed is None:
+            return {}
+        values = self._answer(states, self._look_for_locks(self._closed.multipliers))
+        return dict(zip(self.constraint_names, np.moveaxis(values, -1, 0), strict=True))
+
+    def constraint_residual(self, q: Given, t: float | Array = 0.0) -> Array:
+        """Return the gaps Φ of the loops, by `constraint_names`, shape (m,) [m or rad].
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+        """
+        return self._constraints(States.of(self.mechanism, q, t=t), "residual")
+
+    def constraint_jacobian(self, q: Given, t: float | Array = 0.0) -> Array:
+        """Return the constraint Jacobian J, shape (m, nv), with Φ' = J v + ∂Φ/∂t.
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+        """
+        return self._constraints(States.of(self.mechanism, q, t=t), "jacobian")
+
+    def constraint_bias(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
+        """Return γ of the acceleration constraint J a + γ = 0, shape (m,).
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        return self._constraints(States.of(self.mechanism, q, v, t), "gamma")
+
+    def _constraints(self, states: States, what: str) -> Array:
+        closed = self._closed
+
+        def function(q: Array, v: Array, t: float) -> Array:
+            if closed is None:
+                return np.zeros((0, self.mechanism.nv) if what == "jacobian" else 0)
+            values: Array = getattr(closed.closures.at(q, v, t), what)
+            return values
+
+        return self._answer(states, function)
+
+    def drift(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
+        """Return the violation of constraints by q and by v, shape (2,); zero for a tree.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+
+        Returns:
+            The largest gap in characteristic lengths or radians, and the largest rate of a gap, in
+            these units per second.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        if self._closed is None:
+            return np.zeros(2) if states.single else np.zeros((len(states), 2))
+        return self._answer(states, self._closed.drift)
+
+    def independent_mass_matrix(self, q: Given, t: float = 0.0) -> tuple[tuple[str, ...], Array]:
+        """Return names of independent velocities, and the mass matrix Tᵀ M T in them, (n, n).
+
+        Args:
+            q: shape (nq,), one position with closed loops.
+            t: time [s].
+
+        Raises:
+            EngineError: if a loop is open.
+        """
+        states = States.of(self.mechanism, self.mechanism.position(q), t=finite(t, "time t"))
+        M = self._answer(states, self._tree.mass).reshape(self.mechanism.nv, -1)
+        if self._closed is None:
+            return self.mechanism.velocities, M
+        chosen, T = free_motions(self._closed, states.q[0], float(states.t[0]))
+        return tuple(self.mechanism.velocities[k] for k in chosen), T.T @ M @ T
+
+    def driving_forces(
+        self,
+        drives: str | Sequence[str],
+        q: Given,
+        v: Given = None,
+        a: Given = None,
+        t: float | Array = 0.0,
+    ) -> dict[str, Array]:
+        """Return the driving forces in chosen joints for given accelerations, by joint.
+
+        Without v and a they hold the mechanism at rest; loops are taken into account. If there are
+        more drives than degrees of freedom, the forces with the least sum of squares are returned.
+
+        Args:
+            drives: names of joints with one coordinate, or of their coordinates.
+            q: shape (nq,), with closed loops.
+            v: shape (nv,), allowed by the loops.
+            a: shape (nv,), allowed by the loops.
+            t: time [s].
+
+        Returns:
+            Each shape () or (n,) [N·m or N], on the child, with the opposite on the parent.
+
+        Raises:
+            UnknownNameError: if there is no such joint.
+            InputError: if a joint does not have exactly one coordinate.
+            EngineError: if a loop is open.
+            ClosureError: if the loops do not allow v or a, or the drives cannot produce them.
+        """
+        drives = names_of(drives, "drives")
+        owners = {j.coordinate: j.name for j in self.mechanism.joints if isinstance(j, Single)}
+        joints = [self.mechanism.joint(owners.get(name, name)) for name in drives]
+        for joint in joints:
+            if not isinstance(joint, Single):
+                raise InputError(
+                    f"expected joints with one coordinate to drive, got {joint.name!r}, "
+                    f"a {type(joint).__name__}"
+                )
+        rates = [joint.velocities[-1] for joint in joints]
+        states = States.of(self.mechanism, q, v, t, a)
+        function = partial(driving_forces, self._tree, self._closed, rates)
+        forces = self._answer(states, function, accelerations=True)
+        return {name: forces[..., k] for k, name in enumerate(drives)}
+
+    def response(self, q: Given, t: float, impulse: Given) -> Array:
+        """Return the change of velocities by an impulse with closed loops, shape (nv,).
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+            impulse: shape (nv,).
+
+        Raises:
+            ClosureError: if a motion that the loops allow moves no mass.
+        """
+        mechanism = self.mechanism
+        push = numbers_of(impulse, mechanism.velocities, "impulse", np.zeros(mechanism.nv))
+        return self._answer(States.of(mechanism, q, t=t), partial(self._respond, push))
+
+    def _respond(self, push: Array, q: Array, v: Array, t: float) -> Array:
+        closed = self._closed
+        if closed is None:
+            return np.asarray(np.linalg.solve(self._tree.mass(q, v, t), push), dtype=float)
+        J = closed.closures.at(q, v, t).jacobian
+        rest = np.zeros(len(J))
+        return solve(closed.measure(J), -push, J, rest, most=closed.most).acceleration
+
+    # forces between bodies
+
+    def reactions(
+        self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
+    ) -> dict[str, Wrench]:
+        """Return the wrench of each parent on its child, by joint, at the child's origin.
+
+        Components are in world axes.
+
+        Springs, dampers, drives and loads count as external forces on the bodies. A reaction is the
+        wrench of the joint itself, without a component along or about a free axis; at a joint with
+        prescribed motion it includes the force that moves it. A joint with an armature also
+        transmits −armature · r'' along or about its axis, which accelerates the rotor.
+
+        Where the coordinate map couples several joints and no element says how, the components that
+        depend on it are NaN; `undetermined` names them, and `reason` says why. `totals` are
+        determined there, too.
+
+        After the joints come the loops by name (as "loop …" if a joint has the same name), with the
+        wrench of body a on body b, at the origin of the loop's frame on body b. Then come the
+        contacts, with the wrench on the rolling body, at its hub (about the point of
+        `contact_points` it has no moment), or at the point of a blade. Redundant constraints leave
+        components undetermined; these have their least values and are named in `undetermined`.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+            tau: additional driving forces in joints with one coordinate [N·m or N], as in
+                `acceleration`; like the mechanism's own forces not part of a reaction.
+
+        Raises:
+            EngineError: if a motion moves no mass in this state, or a loop is open.
+            ClosureError: if a motion that the loops allow moves no mass.
+            UnknownNameError: if a name in tau is not that of a joint, coordinate or velocity.
+            InputError: if tau acts anywhere but in joints with one coordinate.
+        """
+        states = States.of(self.mechanism, q, v, t, tau=tau)
+        wrenches = self._find_totals(states)
+        if self.mechanism.elements:
+            wrenches |= self._hold(states).wrenches
+        if not self._guided.reasons:
+            return wrenches
+        poses = np.asarray(self._answer(states, self._tree.poses))
+        count = len(self.mechanism.bodies)
+        flags = self._guided.undetermined(poses.reshape(-1, count, 4, 4))
+        return wrenches | {
+            joint.name: _forget(wrenches[joint.name], loose, self._guided.reasons[joint.name])
+            for joint, loose in zip(self.mechanism.joints, flags, strict=True)
+            if loose.any()
+        }
+
+    def totals(
+        self,
+        q: Given,
+        v: Given = None,
+        t: float | Array = 0.0,
+        tau: Given = None,
+        *,
+        elements: bool = True,
+    ) -> dict[str, Wrench]:
+        """Return the total wrench across each joint, of its reaction and its guides, by joint.
+
+        It acts on the child and the bodies beyond, at the child's origin, world axes: the resultant
+        of the joint's reaction and of the forces from outside that hold this part of the mechanism
+        on the coordinate map. Without guides it is the joint's reaction. Loops follow as in
+        `reactions`.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+            tau: additional driving forces, as in `reactions`.
+            elements: whether to include the forces of the elements.
+
+        Raises:
+            EngineError: if a motion moves no mass in this state, or a loop is open.
+            ClosureError: if a motion that the loops allow moves no mass.
+            UnknownNameError: if a name in tau is not that of a joint, coordinate or velocity.
+            InputError: if tau acts anywhere but in joints with one coordinate.
+        """
+        states = States.of(self.mechanism, q, v, t, tau=tau)
+        totals = self._find_totals(states)
+        known = elements or not self.mechanism.elements
+        return totals if known else totals | self._hold(states).wrenches
+
+    def guide_forces(
+        self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
+    ) -> dict[str, Array]:
+        """Return the forces of the guiding elements by name, e.g. tensions of cords [N].
+
+        A force that redundant elements leave undetermined is NaN.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+            tau: additional driving forces, as in `reactions`.
+
+        Returns:
+            Each shape () or (n,) [N or N·m].
+
+        Raises:
+            EngineError: if a motion moves no mass in this state, or an element does not fit.
+        """
+        if not self.mechanism.elements:
+            return {}
+        held = self._hold(States.of(self.mechanism, q, v, t, tau=tau))
+        names = self._tree.elements.names
+        return {name: held.forces[..., k] for k, name in enumerate(names)}
+
+    def guide_actions(
+        self, q: Given, v: Given = None, t: float | Array = 0.0
+    ) -> tuple[AppliedForce, ...]:
+        """Return the actions of the guiding elements, force by force, each on both of its bodies.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        if not self.mechanism.elements:
+            return ()
+        states = States.of(self.mechanism, q, v, t)
+        parts = self._hold(states).actions
+        names, units = self._tree.elements.names, self._tree.elements.units()
+        applied: list[AppliedForce] = []
+        for k, unit in enumerate(units):
+            point, force, moment = np.moveaxis(parts[..., k, :, :], -2, 0)
+            if unit.pressed:  # acts at the same point as the force before it
+                applied[-1] = replace(applied[-1], force=applied[-1].force + force)
+            else:
+                name = names[unit.force]
+                applied.append(
+                    AppliedForce(
+                        name=name,
+                        body=unit.body,
+                        other=unit.other,
+                        point=point,
+                        force=force,
+                        moment=moment,
+                    )
+                )
+        return tuple(applied)
+
+    def contact_points(self, q: Given, t: float | Array = 0.0) -> dict[str, Array]:
+        """Return the points of contact of rolling bodies and blades, by contact, world axes [m].
+
+        A contact exerts no moment about this point.
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+
+        Returns:
+            Each shape (3,) or (n, 3), by the contacts' names in `reactions`.
+        """
+        if self._closed is None or not self.mechanism.contacts:
+            return {}
+        contacts = self._closed.closures.contacts
+
+        def function(q: Array, v: Array, t: float) -> Array:
+            self._tree.poses(q, v, t)
+            return contacts.places()
+
+        points = np.moveaxis(self._answer(States.of(self.mechanism, q, t=t), function), -2, 0)
+        return dict(zip(self._carriers[-len(points) :], points, strict=True))
+
+    def _hold(self, states: States) -> _HeldStates:
+        """Solve for the elements' forces in each state, and the joints' remaining reactions."""
+        joints, tree = len(self.mechanism.joints), self._tree
+        count = len(tree.elements.names)
+        loose, unknown = np.zeros((joints, 6), dtype=bool), np.zeros(count, dtype=bool)
+
+        def function(q: Array, v: Array, t: float) -> Array:
+            if self._closed is None:
+                totals = tree.reactions(q, v, t)
+            else:
+                totals = self._closed.reactions(q, v, t).wrenches[:joints]
+            held = tree.hold(q, v, t, totals)
+            np.logical_or(loose, held.loose, out=loose)
+            np.logical_or(unknown, held.unknown, out=unknown)
+            return np.concatenate([part.ravel() for part in held[:2]] + [held.actions.ravel()])
+
+        parts = self._answer(states, function)
+        ahead = parts.shape[:-1]
+        forces = np.where(unknown, np.nan, parts[..., :count])
+        first = count + 6 * joints
+        wrenches = parts[..., count:first].reshape(*ahead, joints, 2, 3)
+        actions = parts[..., first:].reshape(*ahead, -1, 3, 3)
+        return _HeldStates(forces, self._wrenches(states, wrenches, loose), actions)
+
+    @property
+    def guided(self) -> dict[str, str]:
+        """Why the reaction is undetermined, for each joint with a guide without an element."""
+        return dict(self._guided.reasons)
+
+    def _find_totals(self, states: States) -> dict[str, Wrench]:
+        if states.efforts is not None:
+            states.efforts.refuse_without_seat()
+        if not self._carriers:
+            return {}
+        if self._closed is not None:
+            return self._transmit(states, self._closed)
+        parts = self._answer(states, self._tree.reactions)
+        return self._wrenches(states, parts)
+
+    def undetermined(self, q: Given, t: float = 0.0) -> dict[str, tuple[str, ...]]:
+        """Return the components of reactions that are undetermined, by name.
+
+        The cause is redundant constraints, or guides without an element; joints and loops whose
+        reactions are fully determined are left out.
+
+        Args:
+            q: shape (nq,), one position.
+            t: time [s].
+
+        Raises:
+            EngineError: if a loop is open.
+        """
+        states = States.of(self.mechanism, q, t=t)
+        flags = np.zeros((len(self._carriers), 6), dtype=bool)
+        if self._closed is not None:
+            self._closed.refuse_open(states.q[0], float(states.t[0]))
+            flags |= self._closed.undetermined(states.q[0], float(states.t[0]))
+        if self._guided.reasons:
+            poses = self._tree.poses(states.q[0], states.v[0], float(states.t[0]))
+            flags[: len(self.mechanism.joints)] |= self._guided.undetermined(poses[None])
+        return {
+            name: _names_of(row)
+            for name, row in zip(self._carriers, flags, strict=True)
+            if row.any()
+        }
+
+    def applied(
+        self, q: Given, v: Given = None, t: float | Array = 0.0
+    ) -> tuple[AppliedForce, ...]:
+        """Return the actions of springs, dampers, drives and loads on the bodies, force by force.
+
+        A force between two bodies is listed twice: on body a or the child, then on body b or the
+        parent. A spring or damper whose ends coincide exerts no force.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        effects = self._tree.loads.effects
+        parts = self._answer(States.of(self.mechanism, q, v, t=t), self._tree.applied)
+        return tuple(
+            AppliedForce(*effect, *np.moveaxis(parts[..., k, :, :], -2, 0))
+            for k, effect in enumerate(effects)
+        )
+
+    @cached_property
+    def _guided(self) -> Guided:
+        return Guided(self.mechanism, self._tree.elements.open)
+
+    @cached_property
+    def _carriers(self) -> list[str]:
+        names = [joint.name for joint in self.mechanism.joints]
+        joints = set(names)
+        for closed in (*self.mechanism.loops, *self.mechanism.contacts):
+            kind = "loop" if isinstance(closed, Loop) else "contact"
+            names.append(f"{kind} {closed.name}" if closed.name in joints else closed.name)
+        return names
+
+    @cached_property
+    def _seats(self) -> list[tuple[str, str, tuple[float, float, float]]]:
+        """For each joint and loop: the acting body, the other body, and the point on the latter."""
+        m = self.mechanism
+        seats = [(joint.parent, joint.child, (0.0, 0.0, 0.0)) for joint in m.joints]
+        for loop in m.loops:
+            x, y, z = m.evaluate_all(loop.frame_b.xyz)
+            seats.append((loop.body_a, loop.body_b, (x, y, z)))
+        for contact in m.contacts:
+            x, y, z = (m.evaluate(c) for c in contact.seat)
+            seats.append((contact.on, contact.body, (x, y, z)))
+        return seats
+
+    def _transmit(self, states: States, closed: Closed) -> dict[str, Wrench]:
+        flags = np.zeros((len(self._carriers), 6), dtype=bool)
+
+        def function(q: Array, v: Array, t: float) -> Array:
+            found = closed.reactions(q, v, t)
+            np.logical_or(flags, found.undetermined, out=flags)
+            return found.wrenches
+
+        parts = self._answer(states, self._look_for_locks(function))
+        return self._wrenches(states, parts, flags)
+
+    def _wrenches(
+        self, states: States, parts: Array, flags: npt.NDArray[np.bool_] | None = None
+    ) -> dict[str, Wrench]:
+        """Name the wrenches of joints and loops, shape (…, n, 2, 3), with their points."""
+        places = Places(partial(self._poses_by_name, states))
+        wrenches = {}
+        for k, (name, (parent, child, point)) in enumerate(
+            list(zip(self._carriers, self._seats, strict=True))[: parts.shape[-3]]
+        ):
+            wrenches[name] = Wrench(
+                parts[..., k, 0, :],
+                parts[..., k, 1, :],
+                () if flags is None else _names_of(flags[k]),
+                parent=parent,
+                child=child,
+                point=point,
+                body=child,
+                places=places,
+            )
+        return wrenches
+
+    def _poses_by_name(self, states: States) -> dict[str, Array]:
+        poses = np.moveaxis(self._answer(states, self._tree.poses), -3, 0)
+        names = (body.name for body in self.mechanism.bodies)
+        return dict(zip(names, poses, strict=True))
+
+
+def _load(mechanism: Mechanism, rank: int | None) -> Reference:
+    """Load a mechanism anew; rank is that of its constraints, if it was known."""
+    reference = Reference(mechanism)
+    if reference._closed is None or rank is None:
+        return reference
+    return Reference._over(Loaded(reference._tree, reference._closed.with_rank(rank)))
+
+
+def _names_of(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:
+    return tuple(name for name, loose in zip(COMPONENTS, flags, strict=True) if loose)
+
+
+def _forget(wrench: Wrench, loose: npt.NDArray[np.bool_], reason: str) -> Wrench:
+    """Set the components that guides leave undetermined to NaN; the others become zero."""
+    force, moment = (np.where(part, np.nan, 0.0) for part in (loose[:3], loose[3:]))
+    return replace(
+        wrench,
+        force=np.broadcast_to(force, wrench.force.shape).copy(),
+        moment=np.broadcast_to(moment, wrench.moment.shape).copy(),
+        undetermined=_names_of(loose),
+        reason=reason,
+    )

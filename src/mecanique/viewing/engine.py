@@ -43,8 +43,7 @@ from mecanique.motion.analysis.energies import is_rheonomic
 from mecanique.motion.analysis.forces import Action
 from mecanique.motion.motion import Motion
 from mecanique.motion.record.events import break_names
-from mecanique.motion.simulation.watching.limits import MARGIN
-from mecanique.motion.simulation.watching.validity import margins_along
+from mecanique.motion.simulation.watching import MARGIN, margins_along
 from mecanique.program.evaluation import evaluate
 from mecanique.program.sweeps import push_forward
 from mecanique.program.traced import trace, value_of, values_of

@@ -13,7 +13,7 @@ from mecanique.model.constraint_base import PressingContact
 from mecanique.motion.analysis.energies import energies
 from mecanique.motion.record.extremes import find_maxima
 from mecanique.motion.record.trajectory import Trajectory, add_steps
-from mecanique.motion.simulation.watching.validity import pressings
+from mecanique.motion.simulation.watching import pressings
 from mecanique.wording import Legible, say_count, write_table
 
 if TYPE_CHECKING:

@@ -9,13 +9,11 @@ import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.motion.record.loops import ClosedLoops
-from mecanique.motion.simulation.arguments import longest_step
 from mecanique.motion.simulation.choice import COMPILED
-from mecanique.motion.simulation.failure import failure
-from mecanique.motion.simulation.integrate import integrate_by_choice
+from mecanique.motion.simulation.integrate import failure, integrate_by_choice
 from mecanique.motion.simulation.integrators.methods import METHODS, EquationsError, Task, advance
-from mecanique.motion.simulation.problem import Problem
-from mecanique.motion.simulation.watching.limits import limit_events
+from mecanique.motion.simulation.problem import Problem, longest_step
+from mecanique.motion.simulation.watching import limit_events
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:

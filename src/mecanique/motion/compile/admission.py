@@ -13,7 +13,7 @@ from mecanique.model.states import States
 from mecanique.motion.compile.derive import program_of
 from mecanique.motion.compile.program import SAMPLES, Program
 from mecanique.motion.compile.python import overwriting, owning
-from mecanique.motion.record.steps import RightHandSide
+from mecanique.motion.record.curve import RightHandSide
 from mecanique.verification.rounding import rounding
 from mecanique.verification.rows import rows_of
 from mecanique.verification.states import random_states

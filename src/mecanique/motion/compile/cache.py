@@ -13,8 +13,8 @@ from mecanique.motion.compile.heyoka import building, integrator
 from mecanique.motion.compile.program import SAMPLES, Program, is_long_chain
 from mecanique.motion.compile.python import Batched, overwriting, vectorize
 from mecanique.motion.compile.stepper import Stepper
+from mecanique.motion.record.curve import RightHandSide
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.record.steps import RightHandSide
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference

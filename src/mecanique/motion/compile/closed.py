@@ -10,8 +10,8 @@ from mecanique.generation.dop853 import ASTRAY, CLOSED, FIRM, HALVED, PROBE, ROU
 from mecanique.model.mechanism_units import velocity_scales
 from mecanique.motion.compile.program import Program
 from mecanique.motion.compile.python import list_values
+from mecanique.motion.record.curve import RightHandSide
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.record.steps import RightHandSide
 
 if TYPE_CHECKING:
     from mecanique.generation.program import LoopProjection

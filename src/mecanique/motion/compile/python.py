@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique.model.expression import FUNCTIONS, numpy_function
 from mecanique.motion.compile.program import Program
-from mecanique.motion.record.steps import RightHandSide
+from mecanique.motion.record.curve import RightHandSide
 
 if TYPE_CHECKING:
     from mecanique.program.tape import Tape, Value

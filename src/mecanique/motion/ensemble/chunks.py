@@ -24,7 +24,7 @@ from mecanique.motion.compile.stepper import ENDED, Stepper, Tolerances
 from mecanique.motion.ensemble.dop853 import Block, integrate
 from mecanique.motion.record.loops import ClosedLoops, begin_on_loops
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.simulation.arguments import kinks, longest_step
+from mecanique.motion.simulation.problem import kinks, longest_step
 
 FEWEST = 500
 """Fewest runs for which a thread pays."""

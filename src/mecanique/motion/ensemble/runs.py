@@ -18,7 +18,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.ensemble.chunks import Chunk
-from mecanique.motion.output.provenance import provenance
+from mecanique.motion.output.storage import provenance
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:

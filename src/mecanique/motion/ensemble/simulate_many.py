@@ -33,7 +33,7 @@ from mecanique.motion.compile.stepper import can_compile, refuse_signals
 from mecanique.motion.ensemble.chunks import Part, run_part, threads_here
 from mecanique.motion.ensemble.runs import Runs, Store, identity
 from mecanique.motion.ensemble.starts import sweep
-from mecanique.motion.simulation.arguments import refuse_still, sample_times, span_and_tolerances
+from mecanique.motion.simulation.problem import refuse_still, sample_times, span_and_tolerances
 from mecanique.verification.states import random_states
 from mecanique.wording import say_count
 

@@ -13,7 +13,7 @@ from mecanique.model.states import list_left_out
 from mecanique.motion.linear.equilibrium import effort
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.simulation.arguments import Values
+from mecanique.motion.simulation.problem import Values
 from mecanique.verification.stencil import differences_twice
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from mecanique.model.values import whole
 from mecanique.motion.linear.differences import linearize_about
 from mecanique.motion.linear.equilibrium import equilibrium_near
 from mecanique.motion.linear.linearization import Linearization
-from mecanique.motion.simulation.arguments import Values
+from mecanique.motion.simulation.problem import Values
 from mecanique.threads import one_thread_for_loops
 from mecanique.wording import Legible
 

@@ -21,7 +21,7 @@ from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.trajectory import Statistics
-from mecanique.motion.simulation.arguments import Values, sample_times
+from mecanique.motion.simulation.problem import Values, sample_times
 from mecanique.wording import Legible, write_table
 
 if TYPE_CHECKING:

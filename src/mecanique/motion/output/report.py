@@ -9,8 +9,7 @@ import numpy as np
 from mecanique.arrays import spread
 from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.analysis.energies import energies, losses
-from mecanique.motion.record.exceeded_limits import find_exceeded
-from mecanique.motion.record.extremes import find_maxima
+from mecanique.motion.record.extremes import find_exceeded, find_maxima
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:

@@ -10,9 +10,8 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.heyoka import is_installed
 from mecanique.motion.compile.stepper import has_compiler
-from mecanique.motion.record.steps import RightHandSide
-from mecanique.motion.simulation.integrators.methods import METHODS
-from mecanique.motion.simulation.integrators.refinement import step_accuracy
+from mecanique.motion.record.curve import RightHandSide
+from mecanique.motion.simulation.integrators.methods import METHODS, step_accuracy
 from mecanique.motion.simulation.problem import Integration, Problem
 
 COMPILED = {

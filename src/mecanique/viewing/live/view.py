@@ -19,7 +19,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding
 from mecanique.model.quaternions import from_matrices
 from mecanique.motion.motion import Motion
-from mecanique.motion.simulation.arguments import Values
+from mecanique.motion.simulation.problem import Values
 from mecanique.urdf.lint import lint
 from mecanique.verification import verify
 from mecanique.viewing.engine import add_row, equip, is_cut_short, judge_page, refuse

@@ -1,4 +1,18 @@
-"""One offline HTML page from a scene: self-contained, without requests or foreign scripts."""
+"""One offline HTML page from a scene: self-contained, without requests or foreign scripts.
+
+Key frames: every number of a scene that changes with time is a column of one table. A column is
+rounded to its step, differenced as often as it pays (a smooth motion leaves small integers), and
+written as variable-length integers; constant columns and points that ride on a body are not written
+at all. The page sums the integers back, which loses nothing beyond the rounding.
+
+Meshes: every coordinate is rounded to 1/8192 of the mesh's longest edge, finer than any screen
+shows. Equal points become one. Triangles are put in an order in which neighbors follow one another,
+and most share an edge with the one before, so that one number says which. Points are numbered in
+the order in which triangles first use them; any other corner is written by how far back it was
+used, 0 for a new one. The new corner of a triangle lies near the far corner of a parallelogram with
+the triangle before; what is written is how it differs. Normals are not written: the page computes
+them.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +20,353 @@ import base64
 import gzip
 import hashlib
 import json
+import math
 import posixpath
 import re
 import struct
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from functools import cache
+from functools import cache, lru_cache
 from html import escape
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any, final
 
-from mecanique.viewing.page.keyframes import pack
+import numpy as np
+from numpy.typing import NDArray
+
+from mecanique.arrays import spread
+from mecanique.errors import InputError
+from mecanique.model.quaternions import conjugate, turn
+from mecanique.urdf.meshes import Surface, read_mesh
 from mecanique.viewing.page.panels import badge, fill, panels, read_asset, safe
-from mecanique.viewing.page.surfaces import mesh_parcel
 from mecanique.viewing.page.window import RecorderWindow, draw_bodies, solids_of, viewer_directory
 from mecanique.viewing.scene.inspection import Inspection
-from mecanique.viewing.scene.scene import Scene
+from mecanique.viewing.scene.scene import GREY, Floats, Rgba, Scene, SceneBody, Shape
+
+FRAME_RATE = 60.0
+SHORT, LEAST_FRAMES = 0.5, 241
+"""A motion of at most this length [s] has so many frames, as far as there are samples."""
+
+MOST_FRAMES = 7200
+POSITION_STEP = 1e-4  # [m] for a scene of 1 m or more; the error is half a step
+QUATERNION_STEP = 5e-5
+ARROW_STEP = 2e-5  # of the arrow's greatest length
+SERIES_STEP = 1e-6  # of the series' greatest magnitude
+_MOST_ORDER = 3
+
+
+@final
+@dataclass(frozen=True)
+class Packed:
+    """Key frames ready for the page."""
+
+    header: dict[str, Any]
+    body: bytes  # the columns' integers
+
+
+def pack(scene: Scene) -> Packed:
+    """Pack everything that moves in a scene."""
+    extent = float(np.clip(np.ptp(scene.positions, axis=(0, 1)).max(initial=0.0), 1e-6, 1.0))
+    t = resample(scene.t)
+    anchors = _anchors(scene, 1e-6 * extent)
+    columns, steps = _table(scene, POSITION_STEP * extent)
+    columns = _sample(scene, columns, t)
+    kept: list[bytes] = []
+    orders: list[int] = []
+    start = columns[0].tolist()
+    riding = {column for first, _, _ in anchors for column in range(first, first + 3)}
+    for j, (column, step) in enumerate(zip(columns.T, steps, strict=True)):
+        # three differences of numbers below 2**28 stay within the 32 bits JavaScript's operators
+        # have
+        step = steps[j] = max(step, np.abs(column).max() / 2**28, 1e-300)
+        whole = np.round(column / step).astype(np.int64)
+        if j in riding or not np.any(whole - whole[0]):
+            orders.append(-1)
+            continue
+        order, rest = _cheapest(whole)
+        orders.append(order)
+        kept.append(varints(rest))
+    header = {
+        "n": len(t),
+        "first": float(t[0]),
+        "dt": float(t[1] - t[0]) if len(t) > 1 else 0.0,
+        "orders": orders,
+        "steps": steps.tolist(),
+        "start": start,
+        "anchors": [[first, body, *local] for first, body, local in anchors],
+    }
+    return Packed(header, b"".join(kept))
+
+
+def resample(t: Floats) -> Floats:
+    """Return the evenly spaced times a page plays."""
+    if len(t) < 2:
+        return t
+    length = float(t[-1] - t[0])
+    even = bool(np.allclose(np.diff(t), length / (len(t) - 1), rtol=1e-6, atol=0))
+    least = min(len(t), LEAST_FRAMES) - 1 if length <= SHORT else 1
+    rare = len(t) - 1 <= least or length / (len(t) - 1) >= 0.999 / FRAME_RATE
+    if even and rare and len(t) <= MOST_FRAMES:
+        return t
+    count = int(min(max(round(length * FRAME_RATE), least), MOST_FRAMES - 1)) + 1
+    return np.linspace(t[0], t[-1], count)
+
+
+def varints(whole: NDArray[np.int64]) -> bytes:
+    """Pack integers below 2**34 in magnitude: seven bits per byte, the sign in the lowest."""
+    folded = ((whole << 1) ^ (whole >> 63)).astype(np.uint64)
+    longest = max(1, math.ceil(int(folded.max(initial=0)).bit_length() / 7))
+    rest = folded[:, None] >> np.arange(0, 7 * longest, 7, dtype=np.uint64)
+    groups = (rest & np.uint64(0x7F)).astype(np.uint8)
+    used = rest > 0
+    groups[:, :-1] |= np.where(used[:, 1:], np.uint8(0x80), np.uint8(0))
+    used[:, 0] = True
+    return bytes(groups[used])
+
+
+def _cheapest(whole: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
+    """The order of differences that leaves the smallest integers, and what it leaves."""
+    best, rest = 0, whole
+    least, now = float(np.sum(np.log2(1.0 + np.abs(whole)))), whole
+    for order in range(1, _MOST_ORDER + 1):
+        now = np.diff(now, prepend=0)
+        cost = float(np.sum(np.log2(1.0 + np.abs(now))))
+        if cost < least:
+            best, rest, least = order, now, cost
+    return best, rest
+
+
+def _table(scene: Scene, step: float) -> tuple[Floats, Floats]:
+    """Everything that moves as columns, in the order of `Frame`, and each column's step."""
+    n, nb = len(scene.t), len(scene.bodies)
+    parts: list[Floats] = [
+        np.concatenate([scene.positions, scene.quaternions], axis=2).reshape(n, -1)
+    ]
+    steps: list[float] = [*[step] * 3, *[QUATERNION_STEP] * 4] * nb
+    for arrow in scene.arrows:
+        parts += [arrow.origin, arrow.vector]
+        steps += [step] * 3 + [ARROW_STEP * float(np.linalg.norm(arrow.vector, axis=1).max())] * 3
+    points = [line.points.reshape(n, 6) for line in scene.lines] + [
+        trace.points for trace in scene.traces
+    ]
+    parts += points
+    steps += [step] * sum(array.shape[1] for array in points)
+    values = [series.values[:, None] for series in scene.series] + [
+        r.values for r in scene.document.ledger.rows
+    ]
+    parts += values
+    steps += [SERIES_STEP * float(np.abs(column).max()) for array in values for column in array.T]
+    return np.concatenate(parts, axis=1), np.array(steps)
+
+
+def _sample(scene: Scene, columns: Floats, t: Floats) -> Floats:
+    """The columns at other times, by linear interpolation."""
+    if t is scene.t:
+        return columns
+    sampled = np.stack([np.interp(t, scene.t, column) for column in columns.T], axis=1)
+    nb = len(scene.bodies)
+    turned = sampled[:, : 7 * nb].reshape(len(t), nb, 7)
+    turned[..., 3:] /= np.linalg.norm(turned[..., 3:], axis=2, keepdims=True)
+    return sampled
+
+
+def _anchors(scene: Scene, tolerance: float) -> list[tuple[int, int, list[float]]]:
+    """Points that ride on a body: their first column, the body, the place in its frame."""
+    # most forces and springs act at fixed points, which then follow from the body's pose
+    if len(scene.t) < 3:
+        return []
+    first = 7 * len(scene.bodies)
+    points: list[tuple[int, Floats]] = []
+    for arrow in scene.arrows:
+        points.append((first, arrow.origin))
+        first += 6
+    for line in scene.lines:
+        points += [(first, line.points[:, 0]), (first + 3, line.points[:, 1])]
+        first += 6
+    for trace in scene.traces:
+        points.append((first, trace.points))
+        first += 3
+    anchors = []
+    few = spread(len(scene.t), 24)
+    for column, point in points:
+        if np.ptp(point, axis=0).max() == 0:
+            continue
+        for b in range(len(scene.bodies)):
+            p, q = scene.positions[:, b], scene.quaternions[:, b]
+            near = turn(conjugate(q[few]), point[few] - p[few])
+            if np.ptp(near, axis=0).max() > tolerance:
+                continue
+            local = turn(conjugate(q), point - p)
+            if np.ptp(local, axis=0).max() <= tolerance:
+                anchors.append((column, b, local.mean(axis=0).tolist()))
+                break
+    return anchors
+
+
+STEPS = 2**13
+_BITS = 20  # of a coordinate on the grid, where three are one key
+
+_OVER_LAST, _OVER_FIRST, _ELSEWHERE = 0, 1, 2
+"""The edge of the triangle before over which the walk came: third to second corner, or first to
+third; or the triangle's edge is written out."""
+
+
+@final
+@dataclass(frozen=True)
+class PackedSurface:
+    """A surface for the page."""
+
+    points: int
+    triangles: int
+    step: float  # the grid's [file's units]
+    low: tuple[float, float, float]
+    rgba: Rgba | None  # color and opacity; None if the file gives none
+    body: bytes
+
+
+def pack_surfaces(surfaces: Sequence[Surface], *, quick: bool = False) -> tuple[PackedSurface, ...]:
+    """Pack the surfaces of one file on one grid, so that they still fit together."""
+    if not surfaces:
+        return ()
+    low = np.min([surface.corners.min(axis=(0, 1)) for surface in surfaces], axis=0)
+    high = np.max([surface.corners.max(axis=(0, 1)) for surface in surfaces], axis=0)
+    step = max(float(np.max(high - low)) / STEPS, 1e-300)
+    packed = (_pack_surface(surface, low, step, quick) for surface in surfaces)
+    return tuple(each for each in packed if each.triangles)
+
+
+def _pack_surface(surface: Surface, low: Floats, step: float, quick: bool) -> PackedSurface:
+    whole = np.round((surface.corners - low) / step).astype(np.int64).reshape(-1, 3)
+    keys = (whole[:, 0] << 2 * _BITS) | (whole[:, 1] << _BITS) | whole[:, 2]
+    _, place, numbers = np.unique(keys, return_index=True, return_inverse=True)
+    a, b, c = (triangles := numbers.reshape(-1, 3)).T
+    walked = triangles[(a != b) & (b != c) & (c != a)]
+    if not quick:
+        walked = _side_by_side(walked, len(place))
+    used, first = np.unique(walked, return_index=True)
+    order = used[np.argsort(first)]
+    rank = np.empty(len(place), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    triangles, points = rank[walked], whole[place[order]]
+    flat = triangles.ravel()
+    met = np.maximum.accumulate(np.concatenate([[-1], flat]))[:-1] + 1
+    back = (met - flat).reshape(-1, 3)
+    way, opposite = _ways_in(triangles)
+    written = way == _ELSEWHERE
+    moves = points - _guess(points, triangles, back == 0, opposite)
+    columns = [way, *back[written, :2].T, back[:, 2], *moves.T]
+    body = b"".join(map(varints, columns))
+    x, y, z = low.tolist()
+    return PackedSurface(
+        points=len(points),
+        triangles=len(triangles),
+        step=step,
+        low=(x, y, z),
+        rgba=surface.rgba,
+        body=body,
+    )
+
+
+def _side_by_side(triangles: NDArray[np.int64], points: int) -> NDArray[np.int64]:
+    """The triangles in the order of a walk, each from the edge over which the walk enters it."""
+    # edge 3 k + i of triangle k runs from its corner i to the next
+    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    edges, owner = np.unique(start * points + end, return_index=True)
+    # a neighbor runs along the common edge the other way
+    turned = end * points + start
+    seat = np.minimum(np.searchsorted(edges, turned), max(len(edges) - 1, 0))
+    across = np.where(edges[seat] == turned, owner[seat], -1) if len(edges) else owner
+    beyond: list[int] = across.tolist()
+    new, entered = [True] * len(triangles), list[int]()
+    for first in range(0, 3 * len(triangles), 3):
+        waiting = [first]
+        while waiting:
+            edge = waiting.pop()
+            k, i = divmod(edge, 3)
+            if edge < 0 or not new[k]:
+                continue
+            new[k] = False
+            entered.append(edge)
+            if edge == first:
+                waiting.append(beyond[edge])
+            waiting.append(beyond[3 * k + (i + 2) % 3])
+            waiting.append(beyond[3 * k + (i + 1) % 3])
+    edges = np.array(entered, dtype=np.int64)[:, None]
+    ordered: NDArray[np.int64] = triangles[edges // 3, (edges % 3 + np.arange(3)) % 3]
+    return ordered
+
+
+def _ways_in(triangles: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """How each triangle is entered, and the corner of the triangle before that is left behind."""
+    before = np.concatenate([np.full((1, 3), -1), triangles[:-1]])
+    (a, b, c), (i, j, _) = before.T, triangles.T
+    way = np.select([(i == c) & (j == b), (i == a) & (j == c)], [_OVER_LAST, _OVER_FIRST], 2)
+    return way, np.where(way == _OVER_LAST, a, np.where(way == _OVER_FIRST, b, -1))
+
+
+def _guess(
+    points: NDArray[np.int64],
+    triangles: NDArray[np.int64],
+    new: NDArray[np.bool_],
+    opposite: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """Where a reader expects each point when its first triangle is read."""
+    guessed = np.zeros_like(points)
+    first, second, third = (triangles[new[:, k], k] for k in range(3))
+    guessed[first[1:]] = points[first[1:] - 1]
+    guessed[second] = points[triangles[new[:, 1], 0]]
+    i, j, _ = triangles[new[:, 2]].T
+    left = opposite[new[:, 2]]
+    corner = points[i] + points[j] - points[left]
+    guessed[third] = np.where(left[:, None] < 0, points[j], corner)
+    return guessed
+
+
+def mesh_parcel(
+    bodies: Sequence[SceneBody], *, quick: bool = False
+) -> tuple[dict[str, Any], bytes]:
+    """Return the meshes of a scene's bodies as plain data for the page's header, and as bytes."""
+    places: dict[Path, range] = {}
+    surfaces: list[PackedSurface] = []
+    drawn = []
+    for k, path, shape in _meshes(bodies):
+        if path not in places:
+            packed = _pack(path, quick)
+            places[path] = range(len(surfaces), len(surfaces) + len(packed))
+            surfaces += packed
+        matrix = (shape.pose @ np.diag([*map(float, shape.size), 1.0])).ravel().tolist()
+        for place in places[path]:
+            in_file, given = surfaces[place].rgba, shape.rgba
+            # one color must not paint over a mesh that has several
+            rgba = (in_file or given if len(places[path]) > 1 else given or in_file) or GREY
+            kept = [min(max(float(c), 0.0), 1.0) for c in rgba]
+            drawn.append({"body": k, "surface": place, "rgba": kept, "matrix": matrix})
+    heads = [
+        {"points": s.points, "triangles": s.triangles, "step": s.step, "low": s.low}
+        for s in surfaces
+    ]
+    return {"surfaces": heads, "drawn": drawn}, b"".join(surface.body for surface in surfaces)
+
+
+def _meshes(bodies: Sequence[SceneBody]) -> Iterator[tuple[int, Path, Shape]]:
+    for k, body in enumerate(bodies):
+        for shape in body.shapes:
+            if shape.path is not None:
+                yield k, shape.path, shape
+
+
+def _pack(path: Path, quick: bool) -> tuple[PackedSurface, ...]:
+    """A file's surfaces; a file is packed again only if it has changed."""
+    if not path.is_file():
+        raise InputError(f"mesh file {path}: there is no such file")
+    return _remember(path, path.stat().st_mtime_ns, quick)
+
+
+@lru_cache(maxsize=64)
+def _remember(path: Path, changed: int, quick: bool) -> tuple[PackedSurface, ...]:
+    del changed  # enough to tell one version of the file from the next
+    return pack_surfaces(read_mesh(path), quick=quick)
+
 
 _KEPT, _FLEETING = 6, 1
 """Compression levels of a page in a file and of a live one; 9 takes half as long again."""

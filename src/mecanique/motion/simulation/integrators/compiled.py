@@ -13,18 +13,18 @@ from mecanique.generation.dop853 import LEAP, NEAREST, PASSED
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
 from mecanique.motion.compile.stepper import March, Stepper, Tolerances
-from mecanique.motion.record.curve import Curve, State
+from mecanique.motion.record.curve import Curve, State, Steps
 from mecanique.motion.record.events import Occurrence
-from mecanique.motion.record.steps import Steps
 from mecanique.motion.simulation.integrators.methods import (
     METHODS,
     EquationsError,
+    StallDetector,
     StalledError,
     Task,
     advance_within,
+    refine,
+    step_accuracy,
 )
-from mecanique.motion.simulation.integrators.refinement import refine, step_accuracy
-from mecanique.motion.simulation.integrators.stalling import StallDetector
 from mecanique.motion.simulation.problem import Course, Integration, Kind, Outcome, Problem
 
 _KINDS: dict[str, Kind] = {

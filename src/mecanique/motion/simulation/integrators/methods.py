@@ -1,4 +1,8 @@
-"""The integration methods: one table, one way to use them."""
+"""The integration methods in one table, used in one way.
+
+Stalled and stiff integrations are told from the steps alone, without a clock, and the curve through
+the steps is made as accurate as they are.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +19,85 @@ from typing import Any, Literal, NamedTuple, TypeAlias, final
 
 import numpy as np
 
-from mecanique.generation.dop853 import DAMPING
-from mecanique.motion.record.steps import RightHandSide, Steps
-from mecanique.motion.simulation.integrators.stalling import Stability
-from mecanique.motion.simulation.problem import Kind, Outcome
+from mecanique.arrays import median
+from mecanique.errors import IntegrationError
+from mecanique.generation.dop853 import DAMPING, STIFF_AFTER, STIFF_FORGET, UNSTABLE
+from mecanique.motion.record.curve import Curve, RightHandSide, Steps
+from mecanique.motion.record.loops import ClosedLoops
+from mecanique.motion.simulation.problem import Kind, Outcome, Problem
+
+
+class _Pace(NamedTuple):
+    """How many points must cover which part of the duration, or the motion makes no headway."""
+
+    points: int
+    part: float
+
+
+_TREES = _Pace(10_000, 1e-6)
+"""To the end it would take more than 1e10 points.
+
+A stiff transient, however short, takes some hundreds before the steps grow again.
+"""
+
+_LOOPS = _Pace(500, 5e-7)
+"""Loops next to singular positions take milliseconds for an evaluation; 1e9 points to the end."""
+
+
+@final
+class StallDetector:
+    """Watches the points of a run."""
+
+    def __init__(self, problem: Problem, *, implicit: bool = False) -> None:
+        self._pace = _TREES if problem.loops is None or implicit else _LOOPS
+        self._least = self._pace.part * (problem.end - problem.t0)
+        self._next, self._checked = self._pace.points, problem.t0
+
+    def is_stalled(self, points: int, t: float) -> bool:
+        """Return whether the last of so many points cover next to nothing."""
+        if points < self._next:
+            return False
+        covered = t - self._checked
+        self._next, self._checked = points + self._pace.points, t
+        return covered < self._least
+
+
+@final
+class Stability:
+    """Whether steps of dop853 are held short by stability rather than accuracy, across restarts.
+
+    The last two evaluations of a step are at its end and estimate the greatest rate of decay there;
+    as in Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I (1993), DOP853,
+    fifteen steps at the limit make the equations stiff, unless six shorter ones in a row lie
+    between.
+    """
+
+    def __init__(self) -> None:
+        self._evaluations = [(np.zeros(0), np.zeros(0))] * 2
+        self._at_limit = self._below = 0
+
+    def noting(self, rhs: RightHandSide) -> RightHandSide:
+        """Return the same equations, whose last two evaluations are kept."""
+
+        def note(t: float, y: np.ndarray) -> np.ndarray:
+            rate = rhs(t, y)
+            self._evaluations = [self._evaluations[1], (y.copy(), rate.copy())]
+            return rate
+
+        return note
+
+    def is_stiff(self, length: float) -> bool:
+        """Return whether the equations are stiff, after a step of a length [s]."""
+        (y, rate), (last, last_rate) = self._evaluations
+        apart = float(np.linalg.norm(last - y)) if len(y) == len(last) else 0.0
+        decay = length * float(np.linalg.norm(last_rate - rate)) if apart else 0.0
+        if apart and decay > UNSTABLE * apart:
+            self._at_limit, self._below = self._at_limit + 1, 0
+        else:
+            self._below += 1
+            if self._below == STIFF_FORGET:
+                self._at_limit = 0
+        return self._at_limit >= STIFF_AFTER
 
 
 @cache
@@ -353,3 +432,65 @@ METHODS: dict[str, Method] = {
     ),
 }
 """Every method by the name `simulate` knows it under."""
+
+
+MIN_LENGTH = 1e-6
+"""Intervals below this fraction of the median are not halved: no step resolves the kink in them."""
+
+EPSILON = 2.2e-16
+"""Relative rounding of a number."""
+
+
+def step_accuracy(problem: Problem) -> tuple[float, float]:
+    """Return relative and absolute tolerance of the steps.
+
+    Closing the loops restarts each, and their errors add up.
+    """
+    part = 1.0 if problem.loops is None else ClosedLoops.share
+    return part * problem.rtol, part * problem.atol
+
+
+def refine(problem: Problem, task: Task, steps: Steps, *, smooth: bool) -> Curve:
+    """Halve the intervals on which the polynomial is less accurate than the steps.
+
+    Once only: what is left then is not the polynomial's error but that of the steps, which fit each
+    other no better than to the tolerance, and looks the larger the closer they are.
+    """
+    nq, rates = problem.mechanism.nq, problem.code.rates
+    rounding = EPSILON * max(1.0, abs(steps.t[0]), abs(steps.t[-1]))
+    rtol, atol = step_accuracy(problem)
+    curve = steps.curve(nq, rates, smooth, close=rtol < 1000 * rounding)
+    left = curve.intervals
+    if not smooth or not len(left):
+        return curve
+    position, velocity = curve.errors()
+    first = rates.first(curve.q, curve.v)
+
+    def allow(x: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        # times of steps are rounded, and no step more makes that better
+        relative = np.abs(x[left]) * rtol + np.abs(rate[left]) * 100 * rounding
+        bound: np.ndarray = atol + relative.max(axis=1)
+        return bound
+
+    excess = np.maximum(position / allow(curve.q, first), velocity / allow(curve.v, curve.a))
+    length = curve.t[left + 1] - curve.t[left]
+    coarse = left[(excess > 1) & (length > MIN_LENGTH * median(length))]
+    t = (curve.t[coarse] + curve.t[coarse + 1]) / 2
+    states = []
+    try:
+        for i, middle in zip(coarse, t.tolist(), strict=True):
+            y = np.concatenate([curve.q[i], curve.v[i]])
+            there = advance_within(task, float(curve.t[i]), y, middle).y
+            states.append(problem.correct(middle, there))
+    except StalledError:
+        raise IntegrationError(
+            f"no headway between the steps at t = {curve.t[i]:.6g} s and {curve.t[i + 1]:.6g} s",
+            time=float(curve.t[i]),
+            state=y,
+        ) from None
+    except EquationsError:
+        return curve
+    if not states or not np.isfinite(y := np.array(states)).all():
+        return curve
+    dy = np.array([task.rhs(s, x) for s, x in zip(t.tolist(), states, strict=True)])
+    return curve.with_steps(coarse, t, y[:, :nq], y[:, nq:], dy[:, nq:])

@@ -1,1 +1,0 @@
-"""Watch a motion while it is integrated: limits, contacts, drift and events."""
