@@ -181,6 +181,7 @@ ORDER: dict[str, list[str]] = {
     "generation.verdict": ["cases", "verdict"],
     "generation.targets": ["target", "c javascript python", "casadi jax steps", "fmu"],
     "motion": [
+        "tolerances",
         "record",
         "compile",
         "switching",

@@ -26,6 +26,7 @@ from mecanique.model.joints import Fixed, Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length, units
 from mecanique.motion.motion import Motion, simulate
+from mecanique.motion.tolerances import INERTIAL_RTOL
 from mecanique.wording import Legible
 
 EARTH_RATE = 7.292115e-5
@@ -108,10 +109,6 @@ def _turn(force: AnyForce, place: str) -> AnyForce:
         fixed = {"axes": place}
         return replace(force, **fixed)
     return force
-
-
-RTOL = 1e-12
-"""Relative tolerance of both motions, tight because their difference is small."""
 
 
 @final
@@ -278,7 +275,7 @@ def inertial_check(
             t0=float(motion.t[0]),
             duration=float(motion.t[-1] - motion.t[0]),
             samples=motion.t,
-            rtol=RTOL,
+            rtol=INERTIAL_RTOL,
             method="dop853" if motion.method.startswith("dop853") else "auto",
             events=motion.watched or (),
         )

@@ -43,7 +43,8 @@ from mecanique.motion.analysis.energies import is_rheonomic
 from mecanique.motion.analysis.forces import Action
 from mecanique.motion.motion import Motion
 from mecanique.motion.record.events import break_names
-from mecanique.motion.simulation.watching import MARGIN, margins_along
+from mecanique.motion.simulation.watching import margins_along
+from mecanique.motion.tolerances import AT_LIMIT
 from mecanique.program.evaluation import evaluate
 from mecanique.program.sweeps import push_forward
 from mecanique.program.traced import trace, value_of, values_of
@@ -144,9 +145,9 @@ def _limits(motion: Motion, letters: Letters) -> Iterator[tuple[Bound, tuple[Any
             for bound, text, value, side in known
             if isfinite(value)
         ]
-        margin: Any = MARGIN
+        margin: Any = AT_LIMIT
         if len(ends) == 2:
-            margin = (ends[1][0] - ends[0][0]) * MARGIN
+            margin = (ends[1][0] - ends[0][0]) * AT_LIMIT
         reason = mechanism.explain_chart(name)
         must = f"{name} must stay within ({', '.join(texts)}): {reason}"
         for bound, side, text in ends:

@@ -14,14 +14,12 @@ from mecanique.motion.analysis.energies import energies
 from mecanique.motion.record.extremes import find_maxima
 from mecanique.motion.record.trajectory import Trajectory, add_steps
 from mecanique.motion.simulation.watching import pressings
+from mecanique.motion.tolerances import BALANCED, SLACK_CORD
 from mecanique.wording import Legible, say_count, write_table
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.trust import Trust
 
-
-_SLACK = 1e-9
-"""A cord that would have to push by this part of its largest tension is slack."""
 
 LIGHT = 299_792_458.0
 """Speed of light in vacuum [m/s] (SI definition)."""
@@ -31,9 +29,6 @@ GROWTH = 1e4
 
 MOST_STEPS = 1000
 """Balances are looked at in so many of the integrator's steps, besides the samples."""
-
-ROUNDING = 1e-13
-"""Relative residuals below GROWTH times this are never held against a motion."""
 
 
 @final
@@ -171,7 +166,7 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
     from mecanique.motion.analysis.momentum import momentum_balances
     from mecanique.motion.analysis.trust import trust
 
-    limit = GROWTH * (motion.statistics.rtol + ROUNDING)
+    limit = GROWTH * (motion.statistics.rtol + BALANCED)
     seen = add_steps(motion, MOST_STEPS)
     energy = energies(seen, seen.t)
     rows = [_row("energy", energy.balance[:, None], energy.scale, limit, "J", seen.t)]
@@ -180,7 +175,7 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
     for balance in momentum_balances(seen) if known else ():
         rows.append(_row(balance.name, balance.residual, balance.size, limit, balance.unit, seen.t))
     if motion.mechanism.constrained:
-        most = motion.statistics.rtol + ROUNDING
+        most = motion.statistics.rtol + BALANCED
         drift = motion.reference.drift(seen.q, seen.v, seen.t)
         speed = 1.0 + float(np.abs(seen.v).max(initial=0.0))
         rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", seen.t))
@@ -245,7 +240,7 @@ def _unmet(name: str, largest: float, size: float, time: float) -> AuditRow:
     """The row of a force of the wrong sign, or of none; an unknown one is not held against it."""
     force = max(float(np.nan_to_num(largest)), 0.0)
     relative = force / (float(np.nan_to_num(size)) or 1.0)
-    return AuditRow(name, force, relative, _SLACK, "N", float(np.nan_to_num(time)))
+    return AuditRow(name, force, relative, SLACK_CORD, "N", float(np.nan_to_num(time)))
 
 
 def _row(

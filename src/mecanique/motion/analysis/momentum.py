@@ -23,6 +23,7 @@ from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.python import Batched, vectorize
 from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.spot_check import ASKED, agrees, spot_check, spread
+from mecanique.motion.tolerances import ACCELERATIONS, NO_MOMENTUM, UNCHANGED
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
     from mecanique.motion.record.trajectory import Trajectory
     from mecanique.reference import Reference
     from mecanique.reference.engine.answers import Momentum
-
-_AGREEMENT = 1e-9
-"""Relative difference from the reference that is only rounding."""
 
 
 @final
@@ -73,7 +71,7 @@ class AccelerationLaw:
         asked = asked[sure[asked]]
         states = States.of(mechanism, q[asked], v[asked], t[asked])
         right = self.reference.quick_accelerations(states)
-        most = _AGREEMENT * (1.0 + np.abs(right).max(initial=0.0))
+        most = ACCELERATIONS * (1.0 + np.abs(right).max(initial=0.0))
         if not agrees(accelerations[asked], right, most):
             sure[:] = False
         return accelerations, sure
@@ -114,10 +112,6 @@ def _compute(
     return np.asarray(out.T)
 
 
-_NEGLIGIBLE = 1e-14
-"""What changes a momentum by this part of it during the whole motion is rounding."""
-
-
 @final
 @dataclass(frozen=True, eq=False, repr=False)
 class MomentumBalance(Legible):
@@ -155,7 +149,7 @@ def momentum_balances(motion: Trajectory) -> Iterator[MomentumBalance]:
     have = momenta_along(motion)
     sizes = np.linalg.norm(have.reshape(-1, 3, 3), axis=2).max(axis=0)
     duration = float(np.ptp(motion.t)) or 1.0
-    negligible = _NEGLIGIBLE * np.repeat(_scales(sizes), 3) / duration
+    negligible = UNCHANGED * np.repeat(_scales(sizes), 3) / duration
     given = integral(motion.curve, rates, motion.t, smooth=9, negligible=negligible)
     jumps = np.zeros_like(have)
     for event in motion.events:
@@ -193,4 +187,4 @@ def momenta_along(motion: Trajectory) -> np.ndarray:
 
 def _scales(sizes: np.ndarray) -> np.ndarray:
     """What each momentum is compared with; one that is zero, with what its parts could have."""
-    return np.where(sizes > 1e-9 * sizes.max(), sizes, sizes.max())
+    return np.where(sizes > NO_MOMENTUM * sizes.max(), sizes, sizes.max())

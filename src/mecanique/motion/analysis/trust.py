@@ -14,6 +14,7 @@ from mecanique.motion.simulation.integrate import failure, integrate_by_choice
 from mecanique.motion.simulation.integrators.methods import METHODS, EquationsError, Task, advance
 from mecanique.motion.simulation.problem import Problem, longest_step
 from mecanique.motion.simulation.watching import limit_events
+from mecanique.motion.tolerances import LEAST_RTOL, LYAPUNOV_RTOL, NO_STATE, SEPARATION, TINY
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 SMALLER = 100.0
 """How many times smaller the tolerance of the second integration is."""
 
-SEPARATION = 1e-7
-"""Distance of the neighbor whose departure gives the Lyapunov exponent, relative to the state."""
 
 STRETCHES = 60
 """Number of stretches over which the departure is averaged."""
@@ -69,7 +68,7 @@ def trust(motion: Trajectory, accuracy: float) -> Trust:
     begin, end = float(motion.curve.t[0]), float(motion.curve.t[-1])
     finer = _integrate_finer(motion, begin, end)
     states = np.hstack([motion.q, motion.v])[: len(finer)]
-    size = np.maximum(np.abs(states).max(axis=0), 1e-12 + np.abs(states).max() * 1e-3)
+    size = np.maximum(np.abs(states).max(axis=0), NO_STATE + np.abs(states).max() * 1e-3)
     error = np.abs((states - finer[: len(states)]) / size).max(axis=1)
     # an error once made does not count as gone because two motions happen to meet again
     beyond = np.flatnonzero(error > accuracy)
@@ -80,7 +79,7 @@ def trust(motion: Trajectory, accuracy: float) -> Trust:
 def _integrate_finer(motion: Trajectory, begin: float, end: float) -> np.ndarray:
     """The states (q, v) at the motion's samples, from its start by a smaller tolerance."""
     mechanism, reference, statistics = motion.mechanism, motion.reference, motion.statistics
-    rtol = max(statistics.rtol / SMALLER, 1e-14)
+    rtol = max(statistics.rtol / SMALLER, LEAST_RTOL)
     start = np.concatenate([motion.curve.q[0], motion.curve.v[0]])
     ends = limit_events(mechanism, start)
     events = (*(motion.watched or ()), *ends)
@@ -93,7 +92,7 @@ def _integrate_finer(motion: Trajectory, begin: float, end: float) -> np.ndarray
         end=end,
         times=motion.t,
         rtol=rtol,
-        atol=max(statistics.atol / SMALLER, 1e-300),
+        atol=max(statistics.atol / SMALLER, TINY),
         max_step=longest_step(mechanism, end - begin, None, events),
         max_steps=1_000_000,
         events=events,
@@ -119,8 +118,8 @@ def _lyapunov(motion: Trajectory, begin: float, end: float) -> float:
     task = Task(
         rhs=rhs,
         implicit=not motion.curve.smooth,
-        rtol=1e-12,
-        atol=1e-12,
+        rtol=LYAPUNOV_RTOL,
+        atol=LYAPUNOV_RTOL,
         max_step=np.inf,
         max_steps=1_000_000,
     )

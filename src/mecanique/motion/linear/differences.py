@@ -14,6 +14,7 @@ from mecanique.motion.linear.equilibrium import effort
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.problem import Values
+from mecanique.motion.tolerances import DIFFERENCES
 from mecanique.verification.stencil import differences_twice
 
 if TYPE_CHECKING:
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
 
 STEPS = (0.02, 0.004, 0.0008, 0.00016)
 """Steps of the differences, in the unit of each coordinate, tried until one is accurate."""
-
-ACCURATE = 1e-11
-"""Relative error that is good enough."""
 
 
 def linearize_about(
@@ -60,7 +58,7 @@ def linearize_about(
     C, error_c = slopes(by_velocity, tangent.shape[1])
     M = tangent.T @ reference.mass_matrix(position, t) @ tangent
     # what differs from symmetry by no more than the differences' error is symmetric
-    if np.abs(K - K.T).max(initial=0.0) <= 1e-11 * np.abs(K).max(initial=0.0):
+    if np.abs(K - K.T).max(initial=0.0) <= DIFFERENCES * np.abs(K).max(initial=0.0):
         K = (K + K.T) / 2
     return Linearization(
         described or mechanism,
@@ -164,6 +162,6 @@ def slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:
         gap = float(np.abs(fine - coarse).max()) / scale if scale > 0 else 0.0
         if gap < error:
             best, error = fine, gap
-        if error < ACCURATE:
+        if error < DIFFERENCES:
             break
     return best, error

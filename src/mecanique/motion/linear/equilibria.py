@@ -19,6 +19,7 @@ from mecanique.motion.linear.differences import linearize_about
 from mecanique.motion.linear.equilibrium import equilibrium_near
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.simulation.problem import Values
+from mecanique.motion.tolerances import IN_LINE, SAME_FORCES, SAME_PLACE, TURN, UNRESISTED
 from mecanique.threads import one_thread_for_loops
 from mecanique.wording import Legible
 
@@ -31,12 +32,6 @@ _REACH = 1.0
 
 MOST_STARTS = 1_000_000
 """Random starts that may be asked for: hours of work."""
-
-SAME = 1e-6
-"""Positions closer than this are one equilibrium."""
-
-SINGULAR = 1e-10
-"""Where the least inertia is this part of its usual one, or less, two coordinates fall in line."""
 
 
 @final
@@ -169,7 +164,7 @@ class Found:
             return
         mass = self._reference.mass_matrix(q, self._t)
         values, motions = np.linalg.eigh(mass / np.outer(self._scales, self._scales))
-        if values[0] <= SINGULAR * self._least:
+        if values[0] <= IN_LINE * self._least:
             still = np.abs(motions[:, 0])
             names = [
                 name
@@ -209,10 +204,10 @@ def _unwind(reference: Reference, q: np.ndarray, turning: list[int], t: float) -
     if not turning:
         return q
     wound = q.copy()
-    wound[turning] = (wound[turning] + np.pi - 1e-9) % (2 * np.pi) - np.pi + 1e-9
+    wound[turning] = (wound[turning] + np.pi - TURN) % (2 * np.pi) - np.pi + TURN
     still = np.zeros(reference.mechanism.nv)
     before, after = (reference.inverse_dynamics(x, still, still, t) for x in (q, wound))
-    same = np.abs(before - after).max(initial=0.0) < 1e-8 * (1 + np.abs(before).max())
+    same = np.abs(before - after).max(initial=0.0) < SAME_FORCES * (1 + np.abs(before).max())
     return wound if same else q
 
 
@@ -223,7 +218,7 @@ def _same(q: np.ndarray, equilibrium: Equilibrium, turning: list[int]) -> bool:
     if len(gap) == len(tangent) and len(K):
         # along these directions nothing resists: it is one equilibrium, anywhere
         _, resistance, directions = np.linalg.svd(K)
-        idle = tangent @ directions[resistance <= 1e-9 * resistance.max(initial=0.0)].T
+        idle = tangent @ directions[resistance <= UNRESISTED * resistance.max(initial=0.0)].T
         free = np.linalg.qr(idle)[0]
         gap = gap - free @ (free.T @ gap)
-    return bool(np.abs(gap).max(initial=0.0) < SAME)
+    return bool(np.abs(gap).max(initial=0.0) < SAME_PLACE)

@@ -12,6 +12,16 @@ from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
 from mecanique.motion.record.rates import Rates
+from mecanique.motion.tolerances import (
+    AT_REST,
+    AT_REST_ON_LOOPS,
+    FLAT_SLOPE,
+    NEWTON_STEP,
+    NEWTON_STEP_ON_LOOPS,
+    NO_FORCE,
+    SLOPE_STEP,
+    TINY,
+)
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -28,9 +38,6 @@ HALVINGS = 20
 PATIENCE, GAIN = 6, 0.9
 """A start is given up after so many steps on loops that do not bring the forces down to this part
 of their least: between two turning points of a force Newton's method goes to and fro for good."""
-
-H = 1e-6
-"""Step of the differences that give Newton's slope, in the unit of each coordinate."""
 
 
 def equilibrium_near(reference: Reference, start: np.ndarray, t: float) -> np.ndarray | None:
@@ -72,9 +79,9 @@ def _of_tree(reference: Reference, start: np.ndarray, t: float) -> np.ndarray | 
 
     value = residual(q[None])[0]
     for _ in range(STEPS):
-        ahead = np.vstack([np.eye(nv), -np.eye(nv)]) * H
+        ahead = np.vstack([np.eye(nv), -np.eye(nv)]) * SLOPE_STEP
         rise = residual(rates.displace(np.repeat(q[None], 2 * nv, axis=0), ahead))
-        slope = ((rise[:nv] - rise[nv:]) / (2 * H)).T
+        slope = ((rise[:nv] - rise[nv:]) / (2 * SLOPE_STEP)).T
         size = _size(value)
         step = _step(slope, value, longest=1.0)
         for _ in range(HALVINGS):
@@ -86,11 +93,11 @@ def _of_tree(reference: Reference, start: np.ndarray, t: float) -> np.ndarray | 
         else:
             break
         q, value = trial, new
-        if _size(step) < 1e-14:
+        if _size(step) < NEWTON_STEP:
             break
     gravity = np.linalg.norm(mechanism.evaluate_all(mechanism.gravity))
     scale = _size(reference.mass_matrix(q, t)) * float(gravity) + _size(slope)
-    return q if _size(value) <= 1e-10 * scale + 1e-14 else None
+    return q if _size(value) <= AT_REST * scale + NO_FORCE else None
 
 
 def _on_loops(
@@ -110,18 +117,20 @@ def _on_loops(
         if not count:
             return q
         none = np.zeros(count)
-        steps = np.vstack([none, np.eye(count) * H, np.eye(count) * -H])
+        steps = np.vstack([none, np.eye(count) * SLOPE_STEP, np.eye(count) * -SLOPE_STEP])
         along = [effort(reference, free, free.position(step), none, none, t) for step in steps]
         value, ahead, behind = (
             along[0],
             np.array(along[1 : count + 1]),
             np.array(along[count + 1 :]),
         )
-        slope = ((ahead - behind) / (2 * H)).T
+        slope = ((ahead - behind) / (2 * SLOPE_STEP)).T
         # row by row and by the masses that move, so that a small part counts beside a large one
         tangent = free.tangent
         weight = np.abs(reference.inverse_dynamics(q, still, still, t))
-        least = 1e-9 * (np.abs(slope).max(axis=1) + np.abs(tangent).T @ weight) + 1e-14
+        least = (
+            AT_REST_ON_LOOPS * (np.abs(slope).max(axis=1) + np.abs(tangent).T @ weight) + NO_FORCE
+        )
         balanced = bool((np.abs(value) <= least).all())
         mass = np.diag(tangent.T @ reference.mass_matrix(q, t) @ tangent)
         unit = np.sqrt(np.where(mass > 0, mass, 1.0))
@@ -130,8 +139,8 @@ def _on_loops(
         if idle > PATIENCE:
             break
         step = _step(slope / np.outer(unit, unit), value / unit, longest=np.inf) / unit
-        step *= min(1.0, 0.5 / max(_size(step), 1e-300))
-        if _size(step) < 1e-12:
+        step *= min(1.0, 0.5 / max(_size(step), TINY))
+        if _size(step) < NEWTON_STEP_ON_LOOPS:
             break
         q = close_position(closed, rates.displace(q, tangent @ step), t)
     return q if balanced else None
@@ -139,8 +148,8 @@ def _on_loops(
 
 def _step(slope: np.ndarray, value: np.ndarray, longest: float) -> np.ndarray:
     """Return Newton's step, shortened to the longest that is allowed."""
-    step: np.ndarray = -np.linalg.lstsq(slope, value, rcond=1e-10)[0]
-    return step * min(1.0, longest / max(_size(step), 1e-300))
+    step: np.ndarray = -np.linalg.lstsq(slope, value, rcond=FLAT_SLOPE)[0]
+    return step * min(1.0, longest / max(_size(step), TINY))
 
 
 def _size(values: np.ndarray) -> float:

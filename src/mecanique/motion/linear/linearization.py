@@ -22,19 +22,27 @@ from mecanique.motion.record.events import Event
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.trajectory import Statistics
 from mecanique.motion.simulation.problem import Values, sample_times
+from mecanique.motion.tolerances import (
+    ACCELERATES,
+    ALIKE,
+    AMPLITUDE_RTOL,
+    KINKED,
+    NO_COMPONENT,
+    NO_DAMPING,
+    NO_SQUARE,
+    OSCILLATES,
+    SAME_AMPLITUDE,
+    SAME_MOTION,
+    STABLE,
+    TINY,
+    UNDAMPED,
+)
 from mecanique.wording import Legible, write_table
 
 if TYPE_CHECKING:
     from mecanique.derivation.printing.writers import Equation
     from mecanique.derivation.small_motions import Linearized
     from mecanique.reference import Reference
-
-
-UNDAMPED = 1e-10
-"""C and the skew part of K below this fraction of their scale count as zero."""
-
-_NO_SQUARE = 1e-14
-"""ω² below this fraction of the largest is rounding: along it nothing pulls back."""
 
 
 @final
@@ -100,17 +108,19 @@ class Linearization(Legible):
         """Whether the mechanism can rest there."""
         # a position that is off by 1e-11 accelerates by this times the stiffness
         stiff = max(1.0, 1e-3 * float((np.abs(self.eigenvalues) ** 2).max(initial=0.0)))
-        return bool(not self.v.any() and np.abs(self.acceleration).max(initial=0.0) < 1e-8 * stiff)
+        return bool(
+            not self.v.any() and np.abs(self.acceleration).max(initial=0.0) < ACCELERATES * stiff
+        )
 
     @cached_property
     def undamped(self) -> bool:
         """Whether C is zero and K symmetric, so that the modes are the real ones of (K, M)."""
         stiffness = np.abs(self.K).max(initial=0.0)
-        scale = np.sqrt(np.abs(self.M).max(initial=0.0) * stiffness) + 1e-300
+        scale = np.sqrt(np.abs(self.M).max(initial=0.0) * stiffness) + TINY
         skew = np.abs(self.K - self.K.T).max(initial=0.0)
         return bool(
             np.abs(self.C).max(initial=0.0) <= UNDAMPED * scale
-            and skew <= UNDAMPED * (stiffness + 1e-300)
+            and skew <= UNDAMPED * (stiffness + TINY)
         )
 
     @cached_property
@@ -118,7 +128,7 @@ class Linearization(Legible):
         from scipy.linalg import eigh
 
         values, modes = eigh((self.K + self.K.T) / 2, self.M)
-        rounding = np.abs(values) <= _NO_SQUARE * np.abs(values).max(initial=0.0)
+        rounding = np.abs(values) <= NO_SQUARE * np.abs(values).max(initial=0.0)
         return np.where(rounding, 0.0, values), modes
 
     @cached_property
@@ -150,7 +160,7 @@ class Linearization(Legible):
         n = len(self.M)
         values, vectors = np.linalg.eig(self.state_matrix)
         shapes = vectors[:n].copy()
-        fast = np.abs(values.imag) > 1e-9 * np.abs(values).max(initial=0.0)
+        fast = np.abs(values.imag) > OSCILLATES * np.abs(values).max(initial=0.0)
         pairs = np.flatnonzero(fast & (values.imag > 0))
         pairs = pairs[np.argsort(np.abs(values[pairs]))]
         # two real exponents stand for one motion that does not oscillate; the slower one shows its
@@ -182,7 +192,7 @@ class Linearization(Legible):
     def stable(self) -> bool:
         """Whether no small deviation grows exponentially."""
         size = np.abs(self.eigenvalues).max(initial=0.0)
-        return bool((self.eigenvalues.real <= 1e-7 * size).all())
+        return bool((self.eigenvalues.real <= STABLE * size).all())
 
     @cached_property
     def symbolic(self) -> Linearized:
@@ -319,7 +329,9 @@ class Linearization(Legible):
             shape = ", ".join(map(write_entry, mode))
             motion = f"{omega:.9g} rad/s" if omega > 0 else "no oscillation"
             lines.append(
-                f"  {motion}" + (f", damping {zeta:.3g}" if zeta > 1e-14 else "") + f": ({shape})"
+                f"  {motion}"
+                + (f", damping {zeta:.3g}" if zeta > NO_DAMPING else "")
+                + f": ({shape})"
             )
         return "\n".join(lines)
 
@@ -328,7 +340,7 @@ def write_entry(x: complex) -> str:
     """Return a component of a mode's shape as text, to four digits."""
     # adding zero turns the -0 that rounding leaves into 0
     real, imaginary = round(x.real, 4) + 0.0, round(x.imag, 4) + 0.0
-    return f"{real:+.4f}" if abs(x.imag) < 1e-9 else f"{complex(real, imaginary):+.4f}"
+    return f"{real:+.4f}" if abs(x.imag) < ALIKE else f"{complex(real, imaginary):+.4f}"
 
 
 def write_ratio(zeta: float, digits: int) -> str:
@@ -341,7 +353,7 @@ def _scale(modes: np.ndarray) -> np.ndarray:
     if not modes.size:
         return modes
     sizes = np.abs(modes)
-    largest = (sizes >= sizes.max(axis=0, initial=0.0) * (1 - 1e-9)).argmax(axis=0)
+    largest = (sizes >= sizes.max(axis=0, initial=0.0) * (1 - ALIKE)).argmax(axis=0)
     scaled: np.ndarray = modes / modes[largest, np.arange(modes.shape[1])]
     return scaled
 
@@ -449,7 +461,7 @@ def usual_amplitude(linearization: Linearization, mode: int) -> float:
     _, shape = chosen_mode(linearization, mode)
     length = _length(linearization)
     reach = np.array([length if unit == "m" else 1.0 for unit in linearization.units])
-    return ANGLE * float((reach / np.abs(shape).clip(1e-12)).min())
+    return ANGLE * float((reach / np.abs(shape).clip(NO_COMPONENT)).min())
 
 
 def _length(linearization: Linearization) -> float:
@@ -576,12 +588,6 @@ def frequency_response(
     amplitudes: np.ndarray = moved[..., 0] @ linearization.tangent.T
     return amplitudes if np.ndim(frequencies) else amplitudes[0]
 
-
-RTOL = 1e-11
-"""Relative tolerance of the exact motions."""
-
-SAME = 1e-8
-"""Differences below this are the integrator's."""
 
 LONGEST = 20.0
 """A motion that has not returned after this many linear periods is no longer an oscillation."""
@@ -745,7 +751,7 @@ def _exact(
         v=v[0],
         duration=span,
         t0=linearization.t,
-        rtol=RTOL,
+        rtol=AMPLITUDE_RTOL,
         method="dop853",
         reference=reference,
         **options,
@@ -801,19 +807,19 @@ def _limit(difference: Callable[[float], float], start: float, tolerance: float)
     before: tuple[float, float] | None = None
     for _ in range(ROUNDS):
         deviation = difference(amplitude)
-        if np.isfinite(deviation) and abs(deviation / tolerance - 1) < 1e-8:
+        if np.isfinite(deviation) and abs(deviation / tolerance - 1) < SAME_AMPLITUDE:
             return amplitude
         if deviation > tolerance:
             high = min(high, amplitude)
         else:
             low = max(low, amplitude)
-        if amplitude > 1e3 * start and deviation < SAME:
+        if amplitude > 1e3 * start and deviation < SAME_MOTION:
             return np.inf
         if (
             before is not None
             and np.isfinite(deviation)
-            and deviation > SAME
-            and before[1] > SAME
+            and deviation > SAME_MOTION
+            and before[1] > SAME_MOTION
             and amplitude != before[0]
         ):
             slope = np.log(deviation / before[1]) / np.log(amplitude / before[0])
@@ -821,18 +827,18 @@ def _limit(difference: Callable[[float], float], start: float, tolerance: float)
         if np.isfinite(deviation):
             before = (amplitude, deviation)
             amplitude = amplitude * float(
-                np.clip((tolerance / max(deviation, SAME)) ** (1 / power), 0.125, 8)
+                np.clip((tolerance / max(deviation, SAME_MOTION)) ** (1 / power), 0.125, 8)
             )
         else:
             amplitude = (low + high) / 2
         if not low < amplitude < high:
             amplitude = (low + high) / 2 if np.isfinite(high) else 2 * low
-        if high < 1e-6 * start:
+        if high < KINKED * start:
             raise InputError(
                 "the linear and the exact motion differ however small they are: the forces have a "
                 "kink there"
             )
-        if np.isfinite(high) and high - low < 1e-9 * high:
+        if np.isfinite(high) and high - low < ALIKE * high:
             break
     # where the difference jumps, e.g. as a spring is turned inside out, steps may just miss it
     return low * (1 - 1e-4) if np.isfinite(high) else np.inf

@@ -17,6 +17,7 @@ from mecanique.motion.linear.equilibrium import drop_disturbances, equilibrium_n
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.curve import State
 from mecanique.motion.simulation.problem import Values
+from mecanique.motion.tolerances import SMALL_ACCELERATION
 from mecanique.threads import one_thread_for_loops
 
 if TYPE_CHECKING:
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 STEPS = (-1.7, -0.4, 0.6, 2.1)
 """By how much a coordinate is changed [rad or m]."""
 
-SMALL = 1e-9
-"""Accelerations of this part of those that other changes cause are rounding."""
 
 _NAMED = 4  # coordinates
 
@@ -46,7 +45,7 @@ def find_family(reference: Reference, q: Array, t: float) -> tuple[str, ...]:
             continue  # beyond its limits, or in a singular position
         disturbed[k] = np.abs(accelerations).max()
     known = disturbed[np.isfinite(disturbed)]
-    limit = SMALL * max(1.0, known.max(initial=0.0))
+    limit = SMALL_ACCELERATION * max(1.0, known.max(initial=0.0))
     pairs = zip(mechanism.coordinates, disturbed, strict=True)
     return tuple(name for name, size in pairs if size < limit)
 

@@ -11,8 +11,9 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
-from mecanique.motion.linear.steady import STABLE, SteadyLinearization, linearize_steady, plain
+from mecanique.motion.linear.steady import SteadyLinearization, linearize_steady, plain
 from mecanique.motion.output.plot import new_figure
+from mecanique.motion.tolerances import AGREES, ALIKE, FITS, SAME_SPEED, STABLE
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
@@ -25,17 +26,9 @@ _SAMPLED = (0.5, 1.0, 2.0)
 _CHECKED = 1.5
 """Speed at which they are computed again."""
 
-_FITS = 1e-8
-"""The polynomials may miss them there by this part of the largest entry."""
-
-_AGREES = 1e-10
-"""A polynomial through matrices A may miss another by this part of its largest entry."""
 
 _MOST_KNOWN = 8
 """No polynomial goes through more of them."""
-
-_GONE = 1e-9
-"""Coefficients below this part of their matrix's largest entry count as zero."""
 
 
 @final
@@ -156,14 +149,14 @@ def _find_limit(
         def height(speed: float) -> float:
             return _growth(by_speed(speed)) - margin
 
-        return float(brentq(height, between[0], between[1], xtol=1e-10, rtol=1e-10))
+        return float(brentq(height, between[0], between[1], xtol=SAME_SPEED, rtol=SAME_SPEED))
 
     speeds, known = list(between), ends
     while len(known) < _MOST_KNOWN and len({(*s.positions, s.idle) for s in known}) == 1:
         through = _interpolate(np.array(speeds), known)
         limit = solve(through)
         there = linearize(limit)
-        if np.abs(there.A - through(limit).A).max() <= _AGREES * np.abs(there.A).max():
+        if np.abs(there.A - through(limit).A).max() <= AGREES * np.abs(there.A).max():
             return limit
         speeds, known = [*speeds, limit], [*known, there]
     return solve(linearize)
@@ -296,8 +289,8 @@ def expand_in_speed(
     checked = np.tensordot(_CHECKED ** np.arange(3), fitted, 1)
     size = np.abs(sampled).max(axis=(0, 2, 3), keepdims=True)
     off = np.abs(compute(_CHECKED) - checked).max(axis=(1, 2)) / size[0, :, 0, 0]
-    fitted[np.abs(fitted) <= _GONE * size] = 0.0
-    if off.max() > _FITS or fitted[1:, 0].any() or fitted[2, 1].any():
+    fitted[np.abs(fitted) <= ALIKE * size] = 0.0
+    if off.max() > FITS or fitted[1:, 0].any() or fitted[2, 1].any():
         raise InputError(
             f"M, C and K of {mechanism.name!r} are no polynomials M, C0 + u C1, K0 + u K1 + u² K2 "
             "of the speed u; use sweep_speeds, which takes each speed by itself"

@@ -35,6 +35,15 @@ from mecanique.model.quaternions import to_matrices
 from mecanique.model.values import Given
 from mecanique.motion.linear.differences import slopes
 from mecanique.motion.record.loops import begin_on_loops
+from mecanique.motion.tolerances import (
+    ALIKE,
+    CONSTANT,
+    LEAST_SPIN,
+    NO_ENTRY,
+    SMALLEST_ANGLE,
+    STABLE,
+    STEADY,
+)
 from mecanique.threads import one_thread_for_loops
 
 if TYPE_CHECKING:
@@ -42,18 +51,6 @@ if TYPE_CHECKING:
 
 _KINDS = ("precession", "nutation", "spin")
 """What a hinge's angle is called, by its place."""
-
-_CONSTANT = 1e-9
-"""Rates below this part of the square of the angular velocity count as zero."""
-
-_LEAST = 1e-12
-"""Angular velocities below this count as rest [rad/s]."""
-
-_ALIKE = 1e-9
-"""Moments of inertia that differ by this part are equal."""
-
-_FLAT = 1e-3
-"""Hinges about axes that enclose a smaller angle than this do not describe an attitude [rad]."""
 
 
 @final
@@ -125,7 +122,7 @@ def _chain(
     inner = attitude @ turning.inner
     normal = np.cross(turning.outer, inner)
     length = float(np.linalg.norm(normal))
-    if length < _FLAT:
+    if length < SMALLEST_ANGLE:
         raise InputError(
             f"the body of joint {joint.name!r} spins about the very axis about which it precesses, "
             "so that the hinges are singular; describe it by hinges about other axes"
@@ -158,24 +155,24 @@ def _split(
     """Take the angular velocity apart: about a fixed axis, and about one of the body's own."""
     speed = float(np.linalg.norm(w))
     axes, round_ = _symmetry(mechanism, joint.child)
-    if speed < _LEAST or np.linalg.norm(rate) <= _CONSTANT * speed**2:
-        spin_axis = w / speed if speed >= _LEAST else np.array([0.0, 0.0, 1.0])
+    if speed < LEAST_SPIN or np.linalg.norm(rate) <= CONSTANT * speed**2:
+        spin_axis = w / speed if speed >= LEAST_SPIN else np.array([0.0, 0.0, 1.0])
         aside = np.cross(spin_axis, np.eye(3)[np.abs(spin_axis).argmin()])
         aside /= np.linalg.norm(aside)
-        if round_ or any(np.linalg.norm(np.cross(spin_axis, axis)) < _CONSTANT for axis in axes):
+        if round_ or any(np.linalg.norm(np.cross(spin_axis, axis)) < CONSTANT for axis in axes):
             return _Turning(attitude @ aside, 0.0, spin_axis, speed)
         return _Turning(attitude @ spin_axis, speed, aside, 0.0)
     if round_:
         # every axis will do: that of what is left of a turn about the vertical
         fall = attitude.T @ mechanism.evaluate_all(mechanism.gravity)
         axes = [w - _factor(rate, np.cross(fall, w)) * fall]
-        axes = [axis / max(float(np.linalg.norm(axis)), _LEAST) for axis in axes]
+        axes = [axis / max(float(np.linalg.norm(axis)), LEAST_SPIN) for axis in axes]
     for spin_axis in axes:
         spin = _factor(rate, -np.cross(spin_axis, w))
         outer = attitude @ (w - spin * spin_axis)
         going = float(np.linalg.norm(outer))
         left = np.abs(rate + spin * np.cross(spin_axis, w)).max()
-        if left <= _CONSTANT * speed**2 and going > _LEAST:
+        if left <= CONSTANT * speed**2 and going > LEAST_SPIN:
             return _Turning(outer / going, going, spin_axis, spin)
     change = ", ".join(
         f"{name}' = {x:.3g}" for name, x in zip(joint.velocities[-3:], rate, strict=True)
@@ -188,7 +185,7 @@ def _split(
 
 def _factor(a: Array, b: Array) -> float:
     """The multiple of b nearest to a, by least squares."""
-    return float(a @ b) / max(float(b @ b), _LEAST**2)
+    return float(a @ b) / max(float(b @ b), LEAST_SPIN**2)
 
 
 def _symmetry(mechanism: Mechanism, name: str) -> tuple[list[Array], bool]:
@@ -201,25 +198,15 @@ def _symmetry(mechanism: Mechanism, name: str) -> tuple[list[Array], bool]:
     ]
     axes = [np.array(wheel.axis) for wheel in rolling if wheel.axis]
     moments, principal = np.linalg.eigh(tensor_of(mechanism.evaluate_all(body.inertia)))
-    low, high = np.diff(moments) <= _ALIKE * moments[-1]
+    low, high = np.diff(moments) <= ALIKE * moments[-1]
     center = np.array(mechanism.evaluate_all(body.center))
     if low and high:
         plain = not axes and not any(contact.stretched for contact in rolling)
         return axes, plain and not center.any()
     axes += [principal[:, k] for k, alike in ((2, low), (0, high)) if alike]
     aside = (np.linalg.norm(np.cross(axis, center)) for axis in axes)
-    size = max(float(np.linalg.norm(center)), _LEAST)
-    return [axis for axis, off in zip(axes, aside, strict=True) if off <= _ALIKE * size], False
-
-
-_NONE = 1e-8
-"""Entries of A below this part of the largest count as zero."""
-
-_STEADY = 1e-6
-"""Rates and accelerations of a steady motion may be this large [1/s, 1/s²]."""
-
-STABLE = 1e-7
-"""Real parts of exponents up to this part of the largest exponent count as zero."""
+    size = max(float(np.linalg.norm(center)), LEAST_SPIN)
+    return [axis for axis, off in zip(axes, aside, strict=True) if off <= ALIKE * size], False
 
 
 @final
@@ -296,7 +283,7 @@ class SteadyLinearization:
         M, C, K = self.M, self.C, self.K
         size = np.abs(M).max()
         left = [M[np.ix_(rate, others)], C[np.ix_(rate, others)], K[np.ix_(rate, free)]]
-        if max(np.abs(part).max(initial=0.0) for part in left) > _NONE * size:
+        if max(np.abs(part).max(initial=0.0) for part in left) > NO_ENTRY * size:
             raise InputError(f"other coordinates move with {', '.join(names)}")
         pick = np.ix_(rate, rate)
         return M[pick], C[pick], K[np.ix_(rate, place)]
@@ -449,7 +436,7 @@ def _release_loops(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: n
 
 def _idle(A: np.ndarray) -> tuple[int, ...]:
     """The deviations on which only deviations of the same kind depend."""
-    least = _NONE * float(np.abs(A).max(initial=0.0))
+    least = NO_ENTRY * float(np.abs(A).max(initial=0.0))
     idle: list[int] = []
     while True:
         rest = [k for k in range(len(A)) if k not in idle]
@@ -470,7 +457,7 @@ def _refuse_changing(
     changing = [
         f"{name} = {rate:.3g}"
         for k, (name, rate) in enumerate(zip(named, rates, strict=True))
-        if abs(rate) > _STEADY and (k >= len(positions) or k not in idle)
+        if abs(rate) > STEADY and (k >= len(positions) or k not in idle)
     ]
     if changing:
         raise InputError(
@@ -481,6 +468,6 @@ def _refuse_changing(
 
 def plain(exponents: np.ndarray) -> list[complex | float]:
     """Return the numbers without rounding noise, those that are real as such."""
-    noise = _NONE * np.abs(exponents).max(initial=0.0)
+    noise = NO_ENTRY * np.abs(exponents).max(initial=0.0)
     re, im = (np.where(np.abs(x) > noise, x, 0.0) for x in (exponents.real, exponents.imag))
     return [complex(x, y) if y else float(x) for x, y in zip(re, im, strict=True)]

@@ -11,6 +11,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.analysis.energies import energies
 from mecanique.motion.record.trajectory import Trajectory
+from mecanique.motion.tolerances import FLAT_CURVE
 
 
 def plot(motion: Trajectory, what: str = "coordinates", joint: str | None = None) -> Any:
@@ -113,7 +114,7 @@ def _reactions(motion: Trajectory, figure: Any, joint: str | None) -> None:
     ):
         for k, direction in enumerate("xyz"):
             axes.plot(motion.t, values[:, k], label=direction, linewidth=1)
-        if np.abs(values).max() < 1e-12 * (1 + np.abs(wrench.force).max()):
+        if np.abs(values).max() < FLAT_CURVE * (1 + np.abs(wrench.force).max()):
             axes.set_ylim(-1, 1)  # nothing but rounding: not worth a closer look
         axes.set_ylabel(f"{what} [{unit}]")
         axes.legend(loc="upper right", fontsize="small")

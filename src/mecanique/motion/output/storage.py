@@ -28,6 +28,7 @@ from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.trajectory import Statistics, Trajectory
+from mecanique.motion.tolerances import ANOTHER
 
 MAX_TRIALS = 1000
 """Most combinations of whole-number options to try."""
@@ -381,7 +382,7 @@ def _check_accelerations(motion: Trajectory, path: str) -> None:
     found_a = motion.reference.acceleration(curve.q[at], curve.v[at], curve.t[at])
     gap = np.abs(found_a - curve.a[at]).max()
     size = 1 + np.abs(curve.a[at]).max()
-    if not gap <= 1e-6 * size:
+    if not gap <= ANOTHER * size:
         raise InputError(
             f"{path!r} holds a motion of another mechanism than {motion.mechanism.name!r}: its "
             "accelerations differ by "

@@ -22,6 +22,7 @@ import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.motion.record.rates import Rates
+from mecanique.motion.tolerances import OUTSIDE
 
 Times: TypeAlias = "float | Sequence[float] | np.ndarray"
 """A time, or shape (n,) [s]."""
@@ -169,7 +170,7 @@ class Curve:
         except (TypeError, ValueError, OverflowError):
             raise InputError(f"expected times [s], got {t!r:.60}") from None
         begin, end = float(self.t[0]), float(self.t[-1])
-        slack = 1e-12 * max(abs(begin), abs(end), end - begin)
+        slack = OUTSIDE * max(abs(begin), abs(end), end - begin)
         if times.ndim > 1 or not ((times >= begin - slack) & (times <= end + slack)).all():
             raise InputError(f"expected times within the motion, {begin:g}…{end:g} s, got {t!r}")
         times = times.clip(begin, end)

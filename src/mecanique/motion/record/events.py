@@ -12,6 +12,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import Scalar, compile_scalars, finite, plain
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.rates import Rates
+from mecanique.motion.tolerances import UNYIELDING
 from mecanique.wording import Legible
 
 Quantity: TypeAlias = Callable[[float, np.ndarray, np.ndarray], float]
@@ -123,7 +124,7 @@ class Event:
             rate = n @ v + by_t
             direction = W(n)
             yielding = float(n @ direction)
-            if not yielding > 1e-14 * float(np.abs(n) @ np.abs(direction)):
+            if not yielding > UNYIELDING * float(np.abs(n) @ np.abs(direction)):
                 raise InputError(
                     f"event {self.name!r}: no impulse changes its quantity at t = {t:.6g} s; "
                     "it cannot move"

@@ -11,6 +11,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.model.joint_base import Single
 from mecanique.motion.record.curve import Curve
+from mecanique.motion.tolerances import BEYOND_LIMIT, INSTANT
 
 if TYPE_CHECKING:
     from mecanique.motion.record.trajectory import Trajectory
@@ -72,10 +73,6 @@ def find_maxima(
     return Maxima(np.array(best), np.array(times))
 
 
-_ROUNDING = 1e-9
-"""A limit that is passed by less [rad or m] is only touched."""
-
-
 @final
 @dataclass(frozen=True)
 class Exceeded:
@@ -120,7 +117,7 @@ def find_exceeded(motion: Trajectory) -> tuple[Exceeded, ...]:
 
         def beyond(t: float, k: int = at, lower: float = lower, upper: float = upper) -> float:
             x = float(curve(t).q[k])
-            return max(lower - x, x - upper) - _ROUNDING
+            return max(lower - x, x - upper) - BEYOND_LIMIT
 
         def both(t: Array, q: Array, v: Array, k: int = at) -> Array:
             return np.column_stack([q[:, k], -q[:, k]])
@@ -138,7 +135,7 @@ def find_exceeded(motion: Trajectory) -> tuple[Exceeded, ...]:
             inside = curve.t[curve.t < end]
             since = end
             if len(inside):
-                since = float(brentq(beyond, inside[-1], end, xtol=1e-13))
+                since = float(brentq(beyond, inside[-1], end, xtol=INSTANT))
             exceeded.append(
                 Exceeded(
                     joint=joint.name,

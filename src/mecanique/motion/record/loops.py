@@ -16,19 +16,11 @@ import numpy as np
 
 from mecanique.model.values import Given
 from mecanique.motion.record.curve import State
+from mecanique.motion.tolerances import OFF_LOOPS, ON_LOOPS, REPORTED
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
     from mecanique.reference.loops.closed import Closed
-
-
-_LEFT = 1e-3
-"""A state that this part of the tolerance, or more, brings back onto the loops has left them."""
-
-_ROUNDING = 1e-14
-
-_REPORTED = 1e-9
-"""Changes of given values beyond this are reported when the constraints are met at the start."""
 
 
 class Beginning(NamedTuple):
@@ -61,7 +53,7 @@ def begin_on_loops(reference: Reference, q: Given, v: Given, t: float) -> Beginn
             ("positions", float(np.abs(position - given_q)[named_q].max(initial=0.0))),
             ("velocities", float(np.abs(velocity - given_v)[named_v].max(initial=0.0))),
         )
-        if size > _REPORTED
+        if size > REPORTED
     ]
     done = "loops closed" if m.loops else "constraints met"
     remark = f"; {done} at the start" + (f" ({', '.join(changes)})" if changes else "")
@@ -95,7 +87,7 @@ class ClosedLoops:
     ) -> None:
         self._closed = _loops_of(reference)
         self._quick = close
-        self._most = max(_LEFT * rtol, _ROUNDING)
+        self._most = max(OFF_LOOPS * rtol, ON_LOOPS)
         self._nq = reference.mechanism.nq
 
     def has_left(self, t: float, y: np.ndarray) -> bool:

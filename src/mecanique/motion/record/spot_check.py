@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from mecanique.motion.tolerances import SUMS
+
 ASKED = 24
 """At so many states the reference is asked as well."""
 
-_ROUNDING = 1e-12
-"""Relative difference of sums over the bodies that is only rounding."""
 
 Parts = Sequence[np.ndarray]
 """Arrays whose first axis has a row for each state, and whose numbers have one unit each."""
@@ -35,7 +35,7 @@ def spot_check(quick: Callable[[], Parts], ask: Callable[[np.ndarray], Parts], c
         quick_parts = quick()
     asked = spread(count)
     for values, right in zip(quick_parts, ask(asked), strict=True):
-        most = _ROUNDING * float(np.abs(right).max(initial=0.0))
+        most = SUMS * float(np.abs(right).max(initial=0.0))
         if not agrees(values[asked], right, most):
             return ask(everywhere)
     return quick_parts

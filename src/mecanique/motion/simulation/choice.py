@@ -13,6 +13,7 @@ from mecanique.motion.compile.stepper import has_compiler
 from mecanique.motion.record.curve import RightHandSide
 from mecanique.motion.simulation.integrators.methods import METHODS, step_accuracy
 from mecanique.motion.simulation.problem import Integration, Problem
+from mecanique.motion.tolerances import LEAST_RTOL, TIGHT_RTOL
 
 COMPILED = {
     "closed_form": "dop853 on the closed form, compiled in Python",
@@ -47,9 +48,6 @@ instead of 11 in a second of 40 falling parallelograms."""
 PAYOFF_OF_LOOPS = 1.5
 """Deriving the equations must save this many times what it takes, by an estimate."""
 
-TIGHT_RTOL = 1e-10
-"""At this tolerance, the default, or a smaller one, the whole motion is to be about that accurate,
-not each step alone: an orbit's phase otherwise errs by the square of the time."""
 
 MANY_STEPS = 10_000
 """So many steps of a tight tolerance are taken to a smaller one, because their errors add up."""
@@ -59,9 +57,6 @@ VERY_MANY_STEPS = 200_000
 
 FREE_STEPS, FREE_STEPS_ON_LOOPS = 300, 10_000
 """So many steps may err by their tolerance each, one way, before their sum counts."""
-
-MIN_RTOL = 1e-14
-"""The least tolerance of a step of dop853: below it, rounding decides."""
 
 
 @final
@@ -179,7 +174,7 @@ def _reconsider(problem: Problem, choice: Choice, taken: int, t: float) -> Choic
     steps, left, code = _steps_in_all(problem, taken, t), _seconds_left(problem, t), problem.code
     if _can_tighten(problem, choice) and steps > MANY_STEPS:
         free = FREE_STEPS_ON_LOOPS if closed else FREE_STEPS
-        choice = replace(choice, share=max(free / steps, MIN_RTOL / step_accuracy(problem)[0]))
+        choice = replace(choice, share=max(free / steps, LEAST_RTOL / step_accuracy(problem)[0]))
     if closed or not (choice.compiles and code.possible):
         return choice
     if _can_take_series(problem) and left > PAYOFF * code.seconds_to_build():
@@ -237,7 +232,7 @@ def _with_series(problem: Problem, choice: Choice, reason: str, optimized: bool)
     Where steps are tightened they are to the least tolerance: it takes next to no more of them.
     """
     if choice.share < 1.0:
-        choice = replace(choice, share=MIN_RTOL / problem.rtol)
+        choice = replace(choice, share=LEAST_RTOL / problem.rtol)
     try:
         tolerance = choice.share * problem.rtol
         problem.code.build_integrator(problem.reference, tolerance, optimized=optimized)
@@ -272,7 +267,7 @@ def _can_take_closed_form(problem: Problem, choice: Choice) -> bool:
 
 def _can_tighten(problem: Problem, choice: Choice) -> bool:
     explicit = choice.method in ("dop853", "compiled")
-    return explicit and choice.share == 1.0 and MIN_RTOL < problem.rtol <= TIGHT_RTOL
+    return explicit and choice.share == 1.0 and LEAST_RTOL < problem.rtol <= TIGHT_RTOL
 
 
 def _can_compile(problem: Problem, choice: Choice) -> bool:

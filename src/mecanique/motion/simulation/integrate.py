@@ -39,6 +39,7 @@ from mecanique.motion.simulation.integrators.methods import (
 from mecanique.motion.simulation.integrators.taylor import integrate_series
 from mecanique.motion.simulation.problem import Course, Integration, Outcome, Problem, kinks
 from mecanique.motion.simulation.watching import Interruption, Watcher
+from mecanique.motion.tolerances import INDEFINITE
 from mecanique.reference import Reference
 from mecanique.wording import say_count
 
@@ -293,10 +294,6 @@ def _listing(mechanism: Mechanism, y: np.ndarray) -> str:
     return ", ".join(f"{name} = {value:.6g}" for name, value in values) + more
 
 
-_ROUNDING = 1e-13
-"""Eigenvalues of the scaled mass matrix above minus this are zero to rounding."""
-
-
 def refuse_indefinite(reference: Reference, t: Array, q: Array) -> None:
     """Raise if the mass matrix has a negative eigenvalue at any of the n states."""
     bodies = [body.name for body in reference.mechanism.bodies if body.as_given]
@@ -306,7 +303,7 @@ def refuse_indefinite(reference: Reference, t: Array, q: Array) -> None:
     size = np.sqrt(np.abs(np.diagonal(mass, axis1=1, axis2=2)))
     size = np.where(size > 0, size, 1.0)
     least = np.linalg.eigvalsh(mass / (size[:, :, None] * size[:, None, :]))[:, 0]
-    wrong = np.flatnonzero(least < -_ROUNDING)
+    wrong = np.flatnonzero(least < -INDEFINITE)
     if len(wrong):
         first = wrong[0]
         raise IntegrationError(

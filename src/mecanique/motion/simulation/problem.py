@@ -16,6 +16,7 @@ from mecanique.motion.compile.cache import Compiled, compile_once
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.events import Event, Occurrence
 from mecanique.motion.record.loops import ClosedLoops
+from mecanique.motion.tolerances import GREATEST_RTOL, KINKS_APART, LEAST_RTOL, LOST, SAMPLES_APART
 
 if TYPE_CHECKING:
     from mecanique.motion.switching.corners import Corners
@@ -166,13 +167,13 @@ def span_and_tolerances(
     t0, duration = finite(t0, "the start time t0"), finite(duration, "the duration")
     if not duration > 0:
         raise InputError(f"expected a positive duration [s], got {duration:g}")
-    if not t0 + duration * 1e-6 > t0:
+    if not t0 + duration * LOST > t0:
         raise InputError(
             "expected a duration that is not lost beside the start time, "
             f"got {duration:g} at {t0:g} s"
         )
     rtol = finite(rtol, "the relative tolerance rtol")
-    if not 1e-14 <= rtol <= 0.1:
+    if not LEAST_RTOL <= rtol <= GREATEST_RTOL:
         raise InputError(f"expected a relative tolerance rtol in 1e-14…0.1, got {rtol:g}")
     atol = rtol if atol is None else finite(atol, "the absolute tolerance atol")
     if not atol > 0:
@@ -198,7 +199,7 @@ def sample_times(
                 f"expected fewer than {MOST_SAMPLES:,.0f} samples, got {count:.3g}; choose a "
                 "smaller fps"
             )
-        whole = int(np.ceil(count - 1e-6))
+        whole = int(np.ceil(count - SAMPLES_APART))
         times: np.ndarray = t0 + np.arange(whole + 1) / fps
         times[-1] = end
         return times
@@ -248,6 +249,6 @@ def kinks(mechanism: Mechanism, t0: float, end: float) -> list[float]:
     if not records:
         return []
     times = np.unique(np.concatenate(records))
-    least = 1e-9 * (end - t0)
+    least = KINKS_APART * (end - t0)
     inside: list[float] = times[(times > t0 + least) & (times < end - least)].tolist()
     return inside

@@ -24,12 +24,10 @@ from mecanique.motion.record.events import Event, Occurrence, Quantity, break_na
 from mecanique.motion.record.trajectory import Trajectory
 from mecanique.motion.simulation.integrators.methods import StallDetector, Task, advance_within
 from mecanique.motion.simulation.problem import Outcome, Problem
+from mecanique.motion.tolerances import AT_LIMIT, IDLE, INSTANT, SHORTEST_FLIGHT, TINY
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
-
-_IDLE = 1e-12
-"""A row of constraints, in natural units, that no motion of the mechanism changes by more."""
 
 
 @final
@@ -82,7 +80,9 @@ def find_breaks(mechanism: Mechanism, reference: Reference, curve: Curve) -> tup
                 state = curve(t)
                 return float(margins.at(state.q, state.v, t)[k])
 
-            moments.append(float(brentq(margin, times[i], times[i + 1], xtol=1e-13, rtol=1e-13)))
+            moments.append(
+                float(brentq(margin, times[i], times[i + 1], xtol=INSTANT, rtol=INSTANT))
+            )
         for t in moments:
             state = curve(t)
             breaks.append(Occurrence(name, t, state.q, state.v, state.v))
@@ -169,7 +169,7 @@ def _contact_forces(reference: Reference, q: Array, v: Array, t: float) -> Array
         return solved.multipliers
     jacobian = closed.closures.at(q, v, t).jacobian
     units = closed.measure(jacobian).units
-    idle = np.abs(units.rows[:, None] * jacobian * units.columns).max(axis=1) < _IDLE
+    idle = np.abs(units.rows[:, None] * jacobian * units.columns).max(axis=1) < IDLE
     known: Array = np.where(solved.determined | idle, solved.multipliers, np.nan)
     return known
 
@@ -178,13 +178,6 @@ def _row_names(reference: Reference) -> tuple[str, ...]:
     closed = reference.closed
     assert closed is not None, "the mechanism has contacts"
     return tuple(closed.closures.names)
-
-
-MARGIN = 1e-3
-"""A coordinate this near to its limit has reached it, relative to the limits' distance or 1.
-
-A motion may touch the limit and turn back, as the abscissa of a point on a circle does.
-"""
 
 
 @final
@@ -207,7 +200,7 @@ def limit_events(mechanism: Mechanism, start: np.ndarray) -> tuple[Event, ...]:
     ends = []
     for name, (lower, upper) in mechanism.limits.items():
         at = mechanism.coordinates.index(name)
-        margin = MARGIN * (upper - lower if np.isfinite([lower, upper]).all() else 1.0)
+        margin = AT_LIMIT * (upper - lower if np.isfinite([lower, upper]).all() else 1.0)
         for bound, side in ((lower, 1.0), (upper, -1.0)):
             if np.isfinite(bound):
                 # a motion that starts nearer to a limit may come half as near
@@ -300,11 +293,6 @@ def report_end(progress: Callable[[float], object] | None, motion: Trajectory) -
 PLACES = (0.25, 0.5, 0.75, 1.0)
 """Fractions of a step at which events are checked."""
 
-SHORTEST_FLIGHT = 1e-9
-"""Impacts closer together than this fraction of the duration are a lasting contact."""
-
-TINY = 1e-300
-"""Stands for zero with a sign."""
 
 MAX_HALVINGS = 50
 """How often a step is halved to find where a quantity has left zero."""

@@ -42,6 +42,19 @@ from mecanique.motion.switching.law import (
     list_margins,
 )
 from mecanique.motion.switching.rows import Rows, Terms, as_scalars
+from mecanique.motion.tolerances import (
+    CLOSED_GAP,
+    DEAD,
+    DRIFTED,
+    EVEN,
+    LAST_BOUNCE,
+    LEAST_MARGIN,
+    NO_GAP,
+    REDUNDANT,
+    SAME_PROGRAM,
+    STILL,
+    TINY,
+)
 from mecanique.program.solving import factorize
 from mecanique.program.traced import values_of
 
@@ -150,24 +163,6 @@ class SwitchingEquations:
 
 _Answer = TypeVar("_Answer")
 
-TOUCHING = 1e-10
-"""A gap below this many characteristic lengths is closed, where another element switches."""
-
-REST = 1e-13
-"""Bounces that stay below this many characteristic lengths are the tail of a geometric sum."""
-
-STILL = 1e-12
-"""Speeds below this part of those around are rounding."""
-
-DEAD = 1e-13
-"""Margins of forces are passed by this part of the largest force, more than their rounding."""
-
-EVEN = 1e-15
-"""A gap is closed where it is minus this many characteristic lengths: bodies that only touch part
-and meet by rounding."""
-
-LEAST = 1e-30
-"""A margin above zero where nothing presses [N]."""
 
 MOST_AT_ONCE = 50
 """Switches that may follow each other at one instant."""
@@ -180,12 +175,6 @@ _COMPONENTS = (*((f"F{axis}", "N") for axis in "xyz"), *((f"M{axis}", "N·m") fo
 
 OFTEN = 100
 """So many evaluations of a mode by the engine take as long as to write its program."""
-
-AGREE = 1e-9
-"""A program agrees with the engine's quantities to this part of the largest."""
-
-LEFT = 1e-13
-"""A state that is brought back onto the rows held by more than this has drifted."""
 
 
 @final
@@ -289,7 +278,10 @@ class Corners:
             return False
         terms = self.rows.at(y[: self._nq], y[self._nq :], t)
         pairs = (rates, self._rates(t, y)), (margins, self.laws.margins(terms, self.mode(t)))
-        return all(np.allclose(a, b, rtol=AGREE, atol=AGREE * np.abs(b).max()) for a, b in pairs)
+        return all(
+            np.allclose(a, b, rtol=SAME_PROGRAM, atol=SAME_PROGRAM * np.abs(b).max())
+            for a, b in pairs
+        )
 
     def _solve(self, terms: Terms, mode: Mode, t: float) -> Solution:
         solution = self.laws.solve(terms, mode)
@@ -325,7 +317,7 @@ class Corners:
             terms = self.rows.at(q, v, t)
             margins = self.laws.margins(terms, mode)
             load = float(np.abs(terms.load).max(initial=0.0))
-        pull = DEAD * load + LEAST
+        pull = DEAD * load + LEAST_MARGIN
         for k, state in enumerate(mode):
             if state.name == OPEN:
                 margins[k, 0] += EVEN * self.length
@@ -363,7 +355,7 @@ class Corners:
         for _ in range(4 if in_position else 0):
             terms = self.rows.at(q, v, t)
             gaps = terms.gaps[in_position]
-            if np.abs(gaps).max() <= 1e-16 * self.length:
+            if np.abs(gaps).max() <= NO_GAP * self.length:
                 break
             q = self.rows.rates.displace(q, _least_step(terms, in_position, gaps))
         terms = self.rows.at(q, v, t)
@@ -380,7 +372,7 @@ class Corners:
         if not self._list_rows(self.mode(t))[1]:
             return False
         gap = np.abs(self.close(t, y) - y)
-        return bool(gap.max() > LEFT * (1.0 + np.abs(y).max()))
+        return bool(gap.max() > DRIFTED * (1.0 + np.abs(y).max()))
 
     def close_all(self, t: Array, q: Array, v: Array) -> tuple[Array, Array]:
         """Return the states on the rows held next to some states, shape (n, nq) and (n, nv)."""
@@ -398,7 +390,7 @@ class Corners:
             if element.normal is None or element.stiffness is not None:
                 continue
             gap = float(terms.gaps[element.normal])
-            if gap < -TOUCHING * self.length:
+            if gap < -CLOSED_GAP * self.length:
                 raise InputError(
                     f"{element.name!r} begins with a gap of {gap:.3g}: its bodies are one within "
                     "the other; expected a start where they are apart or touch"
@@ -458,7 +450,7 @@ class Corners:
             return state is not None and state.name != OPEN
         if state is not None and state.name != OPEN:
             return True
-        return bool(terms.gaps[normal] <= TOUCHING * self.length)
+        return bool(terms.gaps[normal] <= CLOSED_GAP * self.length)
 
     def _change(
         self,
@@ -516,7 +508,7 @@ class Corners:
         # where all comes to rest at once, speeds are rounding of those that the loads bring about
         pull = np.abs(terms.jacobian) @ np.abs(np.linalg.solve(terms.mass, terms.load))
         usual = float(np.sqrt(self.length * pull.max(initial=0.0)))
-        return STILL * max(float(size.max(initial=0.0)), usual) + 1e-300
+        return STILL * max(float(size.max(initial=0.0)), usual) + TINY
 
     def _decide(self, t: float, y: Array, ask: Callable[[], _Answer]) -> _Answer:
         try:
@@ -577,7 +569,7 @@ class Corners:
             speed, fall = float(terms.rates[normal]), -float(growth[normal])
             if not (0 < e < 1 and speed > still and fall > 0):
                 continue
-            if speed**2 / (2 * fall) <= REST * self.length:
+            if speed**2 / (2 * fall) <= LAST_BOUNCE * self.length:
                 ended.append((k, 2 * speed / (fall * (1 - e))))
         return ended
 
@@ -726,6 +718,6 @@ def _least_step(terms: Terms, rows: list[int], gaps: Array) -> Array:
     system = J @ response
     scale = np.sqrt(np.abs(np.diag(system)))
     scale[scale == 0] = 1.0
-    inverse = np.linalg.pinv(system / np.outer(scale, scale), rcond=1e-11)
+    inverse = np.linalg.pinv(system / np.outer(scale, scale), rcond=REDUNDANT)
     step: Array = -response @ ((inverse @ (gaps / scale)) / scale)
     return step

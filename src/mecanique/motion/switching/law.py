@@ -21,6 +21,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.motion.switching.rows import ElementRows, Terms
+from mecanique.motion.tolerances import REDUNDANT, SAME_ANSWER, SLACK, TINY
 
 OPEN, CLOSED, STICKS = "open", "closed", "sticks"
 FORWARD, BACKWARD, SLIPS = "slips +", "slips -", "slips"
@@ -28,11 +29,6 @@ FORWARD, BACKWARD, SLIPS = "slips +", "slips -", "slips"
 MOST_MODES = 4096
 """So many modes at most are tried at once."""
 
-SLACK = 1e-9
-"""Conditions are met if they are missed by this part of the terms that they compare."""
-
-SINGULAR = 1e-11
-"""Singular values below this part of the largest are zero: the rows are redundant."""
 
 ANGLES = 72
 """Directions in which a root of the direction of slip is looked for."""
@@ -162,7 +158,7 @@ def solve(
     null = np.zeros((len(rows), 0))
     if len(rows) == 1:
         size = np.abs(J[rows[0]]) @ np.abs(yielding[:, 0])
-        if abs(system[0, 0]) <= SINGULAR * size:
+        if abs(system[0, 0]) <= REDUNDANT * size:
             return None
         forces = right / system[0, 0]
     else:
@@ -171,7 +167,7 @@ def solve(
         scale = np.sqrt(np.einsum("ij,ji->i", J[rows], inverse))
         scale[scale == 0] = 1.0
         left, sizes, right_vectors = np.linalg.svd(system / np.outer(scale, scale))
-        rank = int((sizes > SINGULAR * max(sizes[0], 1e-300)).sum())
+        rank = int((sizes > REDUNDANT * max(sizes[0], TINY)).sum())
         part = left[:, :rank].T @ (right / scale) / sizes[:rank]
         forces = right_vectors[:rank].T @ part / scale
         if rank < len(rows):
@@ -484,7 +480,7 @@ class Laws:
         if not rows:
             return 1.0
         # the last unknown is the reserve; forces are of order one
-        scale = max(float(np.abs(bounds).max()), 1e-300)
+        scale = max(float(np.abs(bounds).max()), TINY)
         shares = spread.shape[1]
         matrix = np.column_stack([np.array(rows), np.ones(len(rows))])
         answer = linprog(
@@ -587,7 +583,7 @@ class Laws:
                     shares[tangents] = -terms.kinetic[k] * impulse * np.array(state.direction)
             free = np.linalg.solve(terms.mass, J.T @ (normal + shares))
             system = J[rows] @ np.linalg.solve(terms.mass, J[rows].T)
-            impulses = np.linalg.lstsq(system, -(terms.rates + J @ free)[rows], rcond=SINGULAR)[0]
+            impulses = np.linalg.lstsq(system, -(terms.rates + J @ free)[rows], rcond=REDUNDANT)[0]
             change = free + np.linalg.solve(terms.mass, J[rows].T @ impulses)
             forces = normal + shares
             forces[rows] += impulses
@@ -597,7 +593,7 @@ class Laws:
                 tangents = list(self.elements[k].tangents)
                 slip = (terms.rates + J @ change)[tangents]
                 if state.name == STICKS:
-                    bound = terms.kinetic[k] * impulse * (1 + SLACK) + 1e-300
+                    bound = terms.kinetic[k] * impulse * (1 + SLACK) + TINY
                     sound &= bool(np.linalg.norm(forces[tangents]) <= bound)
                 elif state.direction:
                     least = -SLACK * size[tangents].max()
@@ -607,7 +603,7 @@ class Laws:
         distinct: list[Array] = []
         for change in changes:
             speed = np.abs(change).max() + np.abs(terms.rates).max() + still
-            if all(np.abs(change - old).max() > 1e-7 * speed for old in distinct):
+            if all(np.abs(change - old).max() > SAME_ANSWER * speed for old in distinct):
                 distinct.append(change)
         if len(distinct) != 1:
             message = _say_count(len(distinct), "velocities", "after this impact")
@@ -695,7 +691,7 @@ def _distinct(solutions: Sequence[Solution], terms: Terms, still: float = 0.0) -
     for solution in solutions:
         for old in kept:
             size = np.maximum(np.abs(solution.a), np.abs(old.a)).max() + free.max(initial=0.0)
-            if np.abs(solution.a - old.a).max(initial=0.0) <= 1e-7 * size + still:
+            if np.abs(solution.a - old.a).max(initial=0.0) <= SAME_ANSWER * size + still:
                 break
         else:
             kept.append(solution)

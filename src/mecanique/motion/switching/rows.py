@@ -25,14 +25,12 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.program import Program
 from mecanique.motion.compile.python import list_values
 from mecanique.motion.record.rates import Rates
+from mecanique.motion.tolerances import IDLE
 from mecanique.program.sweeps import push_forward
 from mecanique.program.tape import Value
 from mecanique.program.traced import trace, values_of
 
 Flags: TypeAlias = npt.NDArray[np.bool_]
-
-IDLE = 1e-12
-"""Rows of contacts below this in every sampled state are those of a direction nothing moves in."""
 
 
 class Terms(NamedTuple):

@@ -25,6 +25,7 @@ from mecanique.generation.dop853 import DAMPING, STIFF_AFTER, STIFF_FORGET, UNST
 from mecanique.motion.record.curve import Curve, RightHandSide, Steps
 from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.simulation.problem import Kind, Outcome, Problem
+from mecanique.motion.tolerances import EPSILON, NO_STEP, SCIPY_RTOL, UNRESOLVED
 
 
 class _Pace(NamedTuple):
@@ -125,12 +126,6 @@ def import_ode() -> Any:
     return ode
 
 
-MIN_RTOL = 2.3e-14
-"""The least relative tolerance that SciPy's classes take."""
-
-ROUNDING = 1e-13
-"""Part of a time below which no step is left: dop853 takes none below 2.3e-15 of it."""
-
 MIN_STEPS = 200
 """Steps before a restarted integration may count as stiff."""
 
@@ -214,7 +209,7 @@ def advance_within(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
 def _radau_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
     from scipy.integrate import Radau
 
-    rtol = max(task.rtol, MIN_RTOL)
+    rtol = max(task.rtol, SCIPY_RTOL)
     solver = Radau(guard.rates, t, y, end, rtol=rtol, atol=task.atol, first_step=end - t)
     for _ in range(task.max_steps):
         if solver.status != "running":
@@ -233,7 +228,7 @@ def _dop853_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float)
         warnings.simplefilter("ignore")  # the return code says the same
         result: np.ndarray = solver.set_initial_value(y, t).integrate(end)
     left = end - float(solver.t)
-    if guard.fault is None and not solver.successful() and left > ROUNDING * abs(end):
+    if guard.fault is None and not solver.successful() and left > NO_STEP * abs(end):
         raise StalledError  # the state is that at which the steps ended
     return result
 
@@ -380,7 +375,7 @@ def _implicit(
                     steps.t[-1],
                     steps.y[-1],
                     end,
-                    rtol=max(task.rtol, MIN_RTOL),
+                    rtol=max(task.rtol, SCIPY_RTOL),
                     atol=task.atol,
                     max_step=task.max_step,
                 )
@@ -434,13 +429,6 @@ METHODS: dict[str, Method] = {
 """Every method by the name `simulate` knows it under."""
 
 
-MIN_LENGTH = 1e-6
-"""Intervals below this fraction of the median are not halved: no step resolves the kink in them."""
-
-EPSILON = 2.2e-16
-"""Relative rounding of a number."""
-
-
 def step_accuracy(problem: Problem) -> tuple[float, float]:
     """Return relative and absolute tolerance of the steps.
 
@@ -474,7 +462,7 @@ def refine(problem: Problem, task: Task, steps: Steps, *, smooth: bool) -> Curve
 
     excess = np.maximum(position / allow(curve.q, first), velocity / allow(curve.v, curve.a))
     length = curve.t[left + 1] - curve.t[left]
-    coarse = left[(excess > 1) & (length > MIN_LENGTH * median(length))]
+    coarse = left[(excess > 1) & (length > UNRESOLVED * median(length))]
     t = (curve.t[coarse] + curve.t[coarse + 1]) / 2
     states = []
     try:

@@ -10,6 +10,7 @@ import numpy as np
 
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.simulation.problem import Course, Integration, Outcome, Problem
+from mecanique.motion.tolerances import NO_SERIES_STEP, SERIES_ROUNDING
 
 AT_ONCE = 20_000
 """Steps between reports of progress and looks for an interruption."""
@@ -19,12 +20,6 @@ PARTS = (2, 4, 8, 16)
 
 CLOSE = 10
 """A curve this many tolerances from the series is accurate."""
-
-EPSILON = 1e-15
-"""Rounding of a state, relative."""
-
-NO_LENGTH = 1e-12
-"""Steps below this fraction of the duration are only rounding."""
 
 
 def integrate_series(problem: Problem, optimized: bool | None) -> Integration:
@@ -134,7 +129,7 @@ def _curve(problem: Problem, last: float, optimized: bool) -> Curve:
     marks = np.concatenate([series[0].times[:1], *(output.times[1:] for output in series)])
     # a step that ends a rounding before the end is followed by one of next to no length
     marks = np.append(
-        marks[:-1][np.diff(marks) > NO_LENGTH * (last - problem.t0)],
+        marks[:-1][np.diff(marks) > NO_SERIES_STEP * (last - problem.t0)],
         marks[-1],
     )
     for parts in PARTS:
@@ -145,7 +140,7 @@ def _curve(problem: Problem, last: float, optimized: bool) -> Curve:
         exact = _values(series, middle)
         polynomial = curve(middle)
         gap = np.abs(np.hstack([polynomial.q, polynomial.v]) - exact)
-        allowed = rtol + max(rtol, EPSILON) * np.abs(exact)
+        allowed = rtol + max(rtol, SERIES_ROUNDING) * np.abs(exact)
         if (gap / allowed).max(initial=0.0) <= CLOSE:
             break
     return curve
