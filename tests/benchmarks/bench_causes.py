@@ -22,7 +22,7 @@ from verification_injections import INJECTIONS, Injection, seen
 
 import mecanique as mq
 from mecanique.verification.causes.search import causes_of
-from mecanique.verification.verdict import Cause
+from mecanique.verification.verdict import LikelyCause
 
 SYSTEMS = (
     "double_pendulum",
@@ -59,7 +59,7 @@ def models() -> list[mq.Mechanism]:
     return [mechanism for pair in zip(robots, systems, strict=True) for mechanism in pair]
 
 
-def is_named(cause: Cause, injection: Injection) -> bool:
+def is_named(cause: LikelyCause, injection: Injection) -> bool:
     """Whether a cause is the mistake that was made."""
     return cause.kind == injection.kind and cause.where in (injection.where, "")
 

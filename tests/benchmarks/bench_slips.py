@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import mecanique as mq
-from mecanique.verification.verdict import Cause
+from mecanique.verification.verdict import LikelyCause
 
 ROBOTS = (
     "panda",
@@ -386,12 +386,12 @@ class Weighing(NamedTuple):
         return abs(self.found - self.mass) / self.sigma
 
 
-def is_named(cause: Cause, slip: Slip) -> bool:
+def is_named(cause: LikelyCause, slip: Slip) -> bool:
     """Whether a cause is the slip."""
     return cause.kind in slip.kinds and cause.where == slip.where
 
 
-def place_of(causes: tuple[Cause, ...], slips: list[Slip]) -> int:
+def place_of(causes: tuple[LikelyCause, ...], slips: list[Slip]) -> int:
     """At which place slips are named."""
     if not causes:
         return 0

@@ -11,7 +11,7 @@ import pytest
 import mecanique as mq
 from mecanique.checking import budget
 from mecanique.checking.mistakes import search
-from mecanique.checking.mistakes.hypotheses import Mistake
+from mecanique.checking.verdict import Mistake
 
 PENDULUM = mq.textbook.load("simple_pendulum")
 DOUBLING = ["a0 = q + l", *(f"a{k} = a{k - 1}*a{k - 1} + a{k - 1}" for k in range(1, 17))]

@@ -48,7 +48,7 @@ from mecanique.verification.causes.search import causes_of
 from mecanique.verification.compare import ClosedForm
 from mecanique.verification.rows import moving_mass
 from mecanique.verification.states import random_states
-from mecanique.verification.verdict import Cause
+from mecanique.verification.verdict import LikelyCause
 
 IN_HOUSE = sources.derive_all
 MODELS = {
@@ -549,7 +549,7 @@ def test_noisy_samples_give_link_and_mass_with_a_deviation() -> None:
 def test_a_pair_that_explains_all_stands_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     pendulum = mq.textbook.load("rigid_bar_pendulum")
     damped = replace(pendulum, forces=(mq.JointDamper("damper", "pin", 0.3),))
-    pair, *singles = (Cause("one", "", name, 1.0, 0.5) for name in "pabcde")
+    pair, *singles = (LikelyCause("one", "", name, 1.0, 0.5) for name in "pabcde")
     search = sys.modules["mecanique.verification.causes.search"]
     monkeypatch.setattr(search, "_rank", lambda *_: tuple(singles))
     monkeypatch.setattr(search, "_find_pair", lambda *_: pair)

@@ -26,7 +26,7 @@ from mecanique.checking.judgement.quantities import Quantity, ask_for
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.search import Search
 from mecanique.checking.mistakes.units import UnitMisfitError
-from mecanique.checking.verdict import Cause, Check, Line, Outcome
+from mecanique.checking.verdict import Check, Line, Mistake, Outcome
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.errors import FormulaError, InputError
 from mecanique.model.mechanism import Mechanism
@@ -208,11 +208,11 @@ class Checker:
         lines = []
         proven = [self._is_proven(formula, quantity) for formula in judged]
         for number, formula in enumerate(judged, 1):
-            causes: tuple[Cause, ...] = ()
+            causes: tuple[Mistake, ...] = ()
             if formula.holds and not proven[number - 1] and truth is self.truth:
                 formula = self._judge_units(formula, quantity, text)
             if formula.fault:
-                causes = (Cause("emptiness", formula.fault, "", number if several else 0),)
+                causes = (Mistake("emptiness", formula.fault, equation=number if several else 0),)
             elif not formula.holds and formula.residual is not None:
                 place = number if several else 0
                 causes = self.search.mend(
@@ -256,7 +256,7 @@ class Checker:
             notes=(*reading.notes, *quantity.notes),
         )
 
-    def _explain_matrix(self, judged: Sequence[Judged], quantity: Quantity) -> tuple[Cause, ...]:
+    def _explain_matrix(self, judged: Sequence[Judged], quantity: Quantity) -> tuple[Mistake, ...]:
         """Return mistakes that lead to a whole mass matrix."""
         true = quantity.values
         differences = [one.residual.values.whole for one in judged if one.residual is not None]
@@ -265,10 +265,8 @@ class Checker:
         if len(differences) != true[0].size:
             return ()
         given = true + np.stack(differences, axis=-1).reshape(true.shape)
-        mistakes = sorted(
-            self.search.of_quantities.explain_matrix(given), key=lambda one: one.weight
-        )
-        return tuple(Cause(one.kind, one.text) for one in mistakes)
+        mistakes = self.search.of_quantities.explain_matrix(given)
+        return tuple(sorted(mistakes, key=lambda mistake: mistake.weight))
 
     def _judge_units(self, judged: Judged, quantity: Quantity, text: str) -> Judged:
         """Return a formula that holds at the random states, wrong if its units do not match."""
@@ -348,7 +346,7 @@ class Checker:
             fault = self._find_fault(residual, text, proven=proof) if residual.holds else ""
             if fault:
                 place = number if len(equations) > 1 else 0
-                causes = (Cause("emptiness", fault, "", place),)
+                causes = (Mistake("emptiness", fault, equation=place),)
             factor = self._factors.explain(residual) if residual.holds and not fault else ""
             lines.append(_line(residual, causes, factor, sound=residual.holds and not fault))
             if lines[-1].outcome != "wrong":
@@ -380,12 +378,12 @@ class Checker:
             notes=reading.notes,
         )
 
-    def _explain_rounding(self, residual: Residual, text: str) -> tuple[Cause, ...]:
+    def _explain_rounding(self, residual: Residual, text: str) -> tuple[Mistake, ...]:
         """Return the rounded number that explains a wrong equation, if there is one."""
         if residual.holds or self.search.has_unit_fault(residual, text):
             return ()
         rounding = find_rounding(residual, text)
-        return (Cause("rounding", rounding),) if rounding else ()
+        return (Mistake("rounding", rounding),) if rounding else ()
 
     def _is_motion_proven(self, residual: Residual) -> bool:
         """Return whether an equation holds and is proven."""
@@ -427,7 +425,7 @@ class Checker:
         return again if all(residual.holds for residual in again) else []
 
 
-def _line(residual: Residual, causes: tuple[Cause, ...], factor: str, *, sound: bool) -> Line:
+def _line(residual: Residual, causes: tuple[Mistake, ...], factor: str, *, sound: bool) -> Line:
     forms = []
     if sound:
         if not residual.is_affine:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, final
 
 from mecanique.wording import Legible, say_count
@@ -19,17 +19,28 @@ _SHOWN = 3
 
 @final
 @dataclass(frozen=True, repr=False)
-class Cause(Legible):
-    """A mistake that explains a wrong formula."""
+class Mistake(Legible):
+    """A mistake that explains a wrong formula, a `Cause`: mended, the formula is right."""
 
     kind: str  # kind of the mistake, e.g. "sign"
     text: str  # the mistake in words
     part: str = ""  # the part of the formula, as it was written; empty if it is missing
+    weight: float = field(default=0.0, compare=False)  # the smaller, the likelier
     equation: int = 0  # number of the equation, from 1; 0 for all
 
+    @property
+    def where(self) -> str:
+        """The part of the formula, as of any `Cause`."""
+        return self.part
+
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain data."""
-        return asdict(self)
+        """Return what is known to others as plain data."""
+        return {
+            "kind": self.kind,
+            "text": self.text,
+            "part": self.part,
+            "equation": self.equation,
+        }
 
     def __str__(self) -> str:
         return self.text
@@ -45,7 +56,7 @@ class Line:
     worst: float  # the largest difference relative to the size of its terms
     forms: tuple[str, ...] = ()  # deviations of a right one from the requested form
     # possible causes of a wrong one, the likeliest first; several may give the same formula
-    causes: tuple[Cause, ...] = ()
+    causes: tuple[Mistake, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data."""
@@ -94,7 +105,7 @@ class Check(Legible):
     varied: bool = True
     exact: bool = False
     forms: tuple[str, ...] = ()
-    causes: tuple[Cause, ...] = ()
+    causes: tuple[Mistake, ...] = ()
     at: Mapping[str, float] | None = None
     independent: int = 0
     notes: tuple[str, ...] = ()
@@ -164,7 +175,7 @@ class Check(Legible):
     def _list_causes(self) -> list[str]:
         """The likeliest cause for each equation, and others that give the very same formula."""
         out: list[str] = []
-        reported: set[Cause] = set()
+        reported: set[Mistake] = set()
         for line in self.lines:
             new = [cause for cause in line.causes[:_SHOWN] if cause not in reported]
             reported.update(new)

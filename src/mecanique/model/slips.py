@@ -1,7 +1,8 @@
 """Slips in descriptions: another unit, sign, order, point or digit, each with its words, once.
 
-Who compares descriptions recognizes them, who compares equations tries them, and who judges
-formulas or files calls them by the same names.
+Whoever compares descriptions recognizes them, whoever compares equations tries them, and whoever
+judges formulas or files calls them by the same names. What explains a difference, in equations, in
+a formula or in a file, is a `Cause`.
 """
 
 from __future__ import annotations
@@ -9,12 +10,28 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import permutations, product
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.model.placement import rpy_rotation
+
+
+class Cause(Protocol):
+    """What explains that something is wrong: in equations, in a formula, in a file."""
+
+    @property
+    def kind(self) -> str:
+        """The kind of slip, e.g. "sign"."""
+
+    @property
+    def where(self) -> str:
+        """The link, joint or coordinate, or the part of a formula; empty for the whole."""
+
+    @property
+    def text(self) -> str:
+        """What is wrong, in words."""
 
 
 class Factor(NamedTuple):

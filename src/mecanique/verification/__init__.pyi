@@ -5,4 +5,8 @@ from mecanique.verification.transformation import (
     Transformation as Transformation,
     compare_coordinates as compare_coordinates,
 )
-from mecanique.verification.verdict import Cause as Cause, Row as Row, Verdict as Verdict
+from mecanique.verification.verdict import (
+    LikelyCause as LikelyCause,
+    Row as Row,
+    Verdict as Verdict,
+)

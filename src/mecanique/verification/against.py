@@ -30,7 +30,7 @@ from mecanique.verification.rounding import rounding
 from mecanique.verification.rows import QUANTITIES, evaluate, rows_of
 from mecanique.verification.states import random_states
 from mecanique.verification.stencil import differences
-from mecanique.verification.verdict import Cause, Difference, Verdict, conclude
+from mecanique.verification.verdict import Difference, LikelyCause, Verdict, conclude
 from mecanique.wording import say_count
 
 _STEP = 1e-2
@@ -139,7 +139,7 @@ class Reduced:
 
 def blame_substitution(
     reduced: Reduced, states: States, ours: dict[str, Array], theirs: dict[str, Array]
-) -> tuple[Cause, ...]:
+) -> tuple[LikelyCause, ...]:
     """Return the cause that the constraint was put into T, if that explains a bias."""
     if "bias" not in theirs:
         return ()
@@ -154,7 +154,7 @@ def blame_substitution(
         "the constraint on velocities was put into T before Lagrange's operator; it belongs beside "
         "it, with multipliers (Q + Jᵀ λ), or the equations are projected afterwards"
     )
-    return (Cause("constraint put into T", "", text, before, after),)
+    return (LikelyCause("constraint put into T", "", text, before, after),)
 
 
 Other: TypeAlias = (

@@ -25,7 +25,7 @@ _MOST_CHANGES = 40
 @final
 @dataclass(frozen=True, repr=False)
 class Change(Legible):
-    """One difference between two descriptions."""
+    """One difference between two descriptions, a `Cause`."""
 
     where: str  # the link or joint, e.g. "link 'arm'"; empty for the whole
     what: str  # what differs, e.g. "mass"
@@ -36,11 +36,19 @@ class Change(Legible):
     # applied alone, as with what is added or removed
     weight: float = float("nan")
 
+    @property
+    def kind(self) -> str:
+        """What differs, as of any `Cause`."""
+        return self.what
+
+    @property
+    def text(self) -> str:
+        """What differs and how, as of any `Cause`."""
+        values = f" {self.before} → {self.after}" if self.before or self.after else ""
+        return f"{self.what}{values}: {self.slip}" if self.slip else self.what + values
+
     def __str__(self) -> str:
-        said = f"{self.where}: {self.what}" if self.where else self.what
-        if self.before or self.after:
-            said += f" {self.before} → {self.after}"
-        return f"{said}: {self.slip}" if self.slip else said
+        return f"{self.where}: {self.text}" if self.where else self.text
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data; a weight that is not known is None."""
@@ -186,8 +194,8 @@ REMOVED = 1e-8
 
 @final
 @dataclass(frozen=True, repr=False)
-class Cause(Legible):
-    """A likely cause of a difference."""
+class LikelyCause(Legible):
+    """A change of the mechanism that explains a difference, a `Cause`."""
 
     kind: str  # of the mistake, e.g. "armature"
     where: str  # link, joint or coordinate; empty for the whole mechanism
@@ -195,9 +203,9 @@ class Cause(Legible):
     before: float  # relative difference without the change
     after: float  # relative difference with it
     # what explains the difference as well and cannot be told apart from it
-    alike: tuple[Cause, ...] = ()
+    alike: tuple[LikelyCause, ...] = ()
     # the two mistakes that explain it together, if no single one does
-    parts: tuple[Cause, ...] = ()
+    parts: tuple[LikelyCause, ...] = ()
 
     @property
     def removes(self) -> bool:
@@ -319,13 +327,13 @@ class Verdict(Legible):
     velocities: tuple[str, ...]
     versions: Mapping[str, str]
     notes: tuple[str, ...] = ()
-    causes: tuple[Cause, ...] = ()
+    causes: tuple[LikelyCause, ...] = ()
     given: str = ""
     flaws: tuple[Finding, ...] = ()
     readings: tuple[EngineReading, ...] = ()
     difference: Difference | None = None
 
-    def with_causes(self, causes: tuple[Cause, ...]) -> Verdict:
+    def with_causes(self, causes: tuple[LikelyCause, ...]) -> Verdict:
         """Return this verdict with likely causes of its differences; a note if there are none."""
         notes = self.notes if causes else (*self.notes, _UNEXPLAINED)
         return replace(self, causes=causes, notes=notes)

@@ -13,6 +13,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.checking.judgement.truth import Sample, Truth, accelerate, stack, stack_mass
+from mecanique.checking.verdict import Mistake
 from mecanique.derivation import derive
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -42,10 +43,10 @@ class Hypothesis:
     term: Series | None = None  # the changed term, if there is only one
     released: tuple[int, ...] = ()  # indices of the constraints whose forces are left out
 
-    @property
-    def sentence(self) -> str:
-        """The mistake in words."""
-        return self.text.format("" if self.term is None else expression(self.term).text())
+    def mistake(self, more: float = 0.0, equation: int = 0) -> Mistake:
+        """Return the mistake in words, with a weight that is larger by so much."""
+        text = self.text.format("" if self.term is None else expression(self.term).text())
+        return Mistake(self.kind, text, weight=self.weight + more, equation=equation)
 
 
 @final
@@ -111,17 +112,6 @@ _MOST_SINGLE = 60
 
 _MOST_TERMS = 12
 """Longer entries of the equations are changed only as a whole, not term by term."""
-
-
-@final
-@dataclass(frozen=True)
-class Mistake:
-    """A mistake whose mending makes a formula right."""
-
-    kind: str
-    text: str  # in words
-    part: str  # of the formula, as it was written; empty if it is missing
-    weight: float  # the smaller, the likelier
 
 
 SLIPS = (

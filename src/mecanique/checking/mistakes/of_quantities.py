@@ -17,7 +17,8 @@ from mecanique.checking.grammar.tree import Node, call, compound, negate, number
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.quantities import Quantity, measure, roll
 from mecanique.checking.judgement.truth import Truth
-from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses, Mistake
+from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses
+from mecanique.checking.verdict import Mistake
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import FormulaError, MecaniqueError
@@ -62,7 +63,7 @@ class QuantityMistakes:
         for found in self._list("motion").listed:
             scale = np.abs(given) + np.abs(found.M)
             if (np.abs(given - found.M) <= _ALIKE * scale).all() and found.row < 0:
-                yield Mistake(found.kind, found.sentence, "", found.weight)
+                yield found.mistake()
 
     def _list(self, where: str) -> Hypotheses:
         if where not in self._about:
@@ -89,7 +90,7 @@ class QuantityMistakes:
                 k = self._truth.velocities.index(quantity.velocity)
                 more = np.einsum("nj,nj->n", change[:, k], v)
             if self._holds(one, quantity, (quantity.values + more, sample.values), *resting):
-                yield Mistake(found.kind, found.sentence, "", found.weight)
+                yield found.mistake()
 
     def _at_rest(self, quantity: Quantity) -> Iterator[tuple[Array, Mapping[str, Array]]]:
         """Yield the quantity where velocities vanish, in the states and in the moved ones."""
@@ -199,7 +200,7 @@ class QuantityMistakes:
             if one.kind in ("linearized", "angle"):
                 continue
             omega = np.sqrt(one.rest[:, 0] / (_STEP * one.M[:, 0, 0]))
-            found.append((Mistake(one.kind, one.sentence, "", one.weight), omega))
+            found.append((one.mistake(), omega))
         return found
 
     def _fits(self, one: Residual, values: Mapping[str, Array]) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import permutations
@@ -24,10 +24,10 @@ from mecanique.checking.grammar.tree import number as zero_node
 from mecanique.checking.judgement.motion import Residual, residuals
 from mecanique.checking.judgement.quantities import Quantity
 from mecanique.checking.judgement.truth import Truth
-from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses, Mistake, list_parts
+from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses, list_parts
 from mecanique.checking.mistakes.of_quantities import QuantityMistakes
 from mecanique.checking.mistakes.units import UnitMisfitError, Units
-from mecanique.checking.verdict import Cause
+from mecanique.checking.verdict import Mistake
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
@@ -512,7 +512,7 @@ class Search:
 
     def causes(
         self, residuals: Sequence[Residual], text: str, defined: Mapping[str, Node] = NOTHING
-    ) -> tuple[tuple[Cause, ...], ...]:
+    ) -> tuple[tuple[Mistake, ...], ...]:
         """Return the likely causes for each wrong equation; none for a right one."""
         several = len(residuals) > 1
         holds = self._hold(residuals)
@@ -520,7 +520,7 @@ class Search:
         right = np.array([residual.holds for residual in residuals])
         # a hypothesis that contradicts a right equation explains only part of the answer
         denied = _DENIED * ~np.asarray(holds[:, right].all(axis=1))
-        causes: list[tuple[Cause, ...]] = []
+        causes: list[tuple[Mistake, ...]] = []
         for k, residual in enumerate(residuals):
             if residual.holds:
                 causes.append(())
@@ -539,7 +539,7 @@ class Search:
         asked: Mapping[str, Dimension],
         series: Mapping[str, Series],
         quantity: Quantity | None = None,
-    ) -> tuple[Cause, ...]:
+    ) -> tuple[Mistake, ...]:
         """Return the single changes that would make a formula of any quantity right."""
         units = Units(self._truth.mechanism, asked)
         zero = np.zeros(residual.sample.count)
@@ -548,16 +548,16 @@ class Search:
         mistakes += _list_in_time(find_lacking(residual, series))
         if quantity is not None:
             mistakes += self.of_quantities.explain(residual, quantity)
-        return _rank(_misfits(units, residual, number, text), _weigh(mistakes, number))
+        return _rank(_misfits(units, residual, number, text), _in_equation(mistakes, number))
 
     @cached_property
     def of_quantities(self) -> QuantityMistakes:
         """The mistakes in quantities other than equations of motion."""
         return QuantityMistakes(self._truth)
 
-    def explain_constant(self, root: Node, number: int, text: str) -> tuple[Cause, ...]:
+    def explain_constant(self, root: Node, number: int, text: str) -> tuple[Mistake, ...]:
         """Return the likely causes why a formula is not conserved."""
-        listed = _weigh(self.of_quantities.explain_constant(root, text), number)
+        listed = _in_equation(self.of_quantities.explain_constant(root, text), number)
         truth = self._truth
         try:
             slope = rate(root, self._letters.rate_nodes)
@@ -576,17 +576,17 @@ class Search:
         units = Units(self._truth.mechanism, asked) if asked else self.units
         return bool(_misfits(units, residual, 0, text))
 
-    def _mend(self, residual: Residual, number: int, text: str) -> list[tuple[float, Cause]]:
-        """Return the single changes that would make an equation right, with their weights."""
+    def _mend(self, residual: Residual, number: int, text: str) -> list[Mistake]:
+        """Return the single changes that would make an equation right."""
         if residual.sample is not self._truth.sample:
             return []
         zero = np.zeros(residual.sample.count)
         found = repairs(residual.tape, residual.values, zero, self.context, text)
-        return _weigh(_list_in_time(found), number)
+        return _in_equation(_list_in_time(found), number)
 
     def _explain_all(
         self, found: Sequence[Residual], holds: npt.NDArray[np.bool_]
-    ) -> list[tuple[float, Cause]]:
+    ) -> list[Mistake]:
         """Return hypotheses that explain all equations at once, if several are wrong."""
         if sum(not one.holds for one in found) < 2:
             return []
@@ -614,54 +614,48 @@ class Search:
 
     def _list_likeliest(
         self, chosen: npt.NDArray[np.bool_], more: Array, number: int
-    ) -> list[tuple[float, Cause]]:
-        """Return the likeliest of the hypotheses that are chosen, with their weights."""
-        weighed = [
-            (self._hypotheses.listed[h].weight + float(more[h]), self._hypotheses.listed[h])
+    ) -> list[Mistake]:
+        """Return the likeliest of the hypotheses that are chosen."""
+        mistakes = [
+            self._hypotheses.listed[h].mistake(float(more[h]), number)
             for h in np.flatnonzero(chosen)
         ]
-        weighed.sort(key=lambda pair: pair[0])
-        return [
-            (weight, Cause(one.kind, one.sentence, "", number)) for weight, one in weighed[:_MOST]
-        ]
+        return sorted(mistakes, key=lambda mistake: mistake.weight)[:_MOST]
 
 
 def _misfits(
     units: Units, residual: Residual, number: int, text: str, defined: Mapping[str, Node] = NOTHING
-) -> list[Cause]:
+) -> list[Mistake]:
     try:
         units.find(residual.root, text)
     except UnitMisfitError as fault:
         part = " ".join(text[fault.part.start : fault.part.end].split())
         if odd := units.list_odd(defined):
             what = f"the units do not match: the terms that define {', '.join(odd)} differ in units"
-            return [Cause("units", what, "", number)]
+            return [Mistake("units", what, equation=number)]
         own = [units.describe(name, node) for name, node in defined.items() if name in fault.text]
-        return [Cause("units", "; ".join([fault.text, *own]), part, number)]
+        return [Mistake("units", "; ".join([fault.text, *own]), part, equation=number)]
     return []
 
 
 _ENDED = Mistake("time", f"the search for causes ended after {SECONDS:g} s", "", math.inf)
 
 
-def _list_in_time(found: Iterable[Mistake]) -> list[Mistake]:
-    """Return repairs, each once; those found until the time was over, and that it was."""
-    listed: dict[Mistake, None] = {}
+def _list_in_time(mistakes: Iterable[Mistake]) -> list[Mistake]:
+    """Return mistakes, those listed until the time was over, and that it was."""
+    listed: list[Mistake] = []
     try:
-        for repair in found:
-            listed[repair] = None
+        listed.extend(mistakes)
     except OutOfTimeError:
-        listed[_ENDED] = None
-    return list(listed)
+        listed.append(_ENDED)
+    return listed
 
 
-def _weigh(mistakes: Iterable[Mistake], number: int) -> list[tuple[float, Cause]]:
-    """Return mistakes in an equation as causes, with their weights."""
-    return [(one.weight, Cause(one.kind, one.text, one.part, number)) for one in mistakes]
+def _in_equation(mistakes: Iterable[Mistake], number: int) -> list[Mistake]:
+    return [replace(mistake, equation=number) for mistake in mistakes]
 
 
-def _rank(first: list[Cause], weighed: list[tuple[float, Cause]]) -> tuple[Cause, ...]:
-    """Return causes in order of weight, each once; those about units come first."""
-    order = sorted(weighed, key=lambda pair: pair[0])
-    causes = [cause for _, cause in order]
-    return tuple(dict.fromkeys([*first, *causes]))[:_MOST]
+def _rank(misfits: Sequence[Mistake], mistakes: Iterable[Mistake]) -> tuple[Mistake, ...]:
+    """Return mistakes by weight, each once; those about units come first."""
+    order = sorted(mistakes, key=lambda mistake: mistake.weight)
+    return tuple(dict.fromkeys([*misfits, *order]))[:_MOST]

@@ -48,6 +48,16 @@ class Finding(Legible):
         return f"{self.severity} {self.code} {self.sentence}"
 
     @property
+    def kind(self) -> str:
+        """The rule's name in words, as of any `Cause`."""
+        return self.name
+
+    @property
+    def text(self) -> str:
+        """What is found, as of any `Cause`."""
+        return self.message
+
+    @property
     def sentence(self) -> str:
         """Where it is and what is found, e.g. "link 'arm': its mass is -1 kg"."""
         return f"{self.where}: {self.message}" if self.where else self.message

@@ -20,7 +20,7 @@ from mecanique.verification.causes.joints import (
     state_changes,
 )
 from mecanique.verification.causes.links import fit_inertias, link_changes
-from mecanique.verification.verdict import REMOVED, Cause
+from mecanique.verification.verdict import REMOVED, LikelyCause
 
 _SAME = 1.2
 """Changes whose differences are within this factor of the least one explain equally well."""
@@ -62,7 +62,7 @@ _EVIDENCE = 10.0
 
 def causes_of(
     mechanism: Mechanism, states: States, theirs: Mapping[str, Array]
-) -> tuple[Cause, ...]:
+) -> tuple[LikelyCause, ...]:
     """Return the likely causes of a difference, the likeliest first."""
     most = int(np.clip(_MOST_VALUES // (4 * max(mechanism.nv, 1) ** 2), 4, 12))
     if "inverse dynamics" in theirs and len(theirs) == 1:
@@ -112,7 +112,7 @@ def _limit(before: float, least: float) -> float:
     return max(min(REMOVED, _REMOVED * before), _SAME * least)
 
 
-def _rank(evidence: Evidence, changes: list[Hypothesis]) -> tuple[Cause, ...]:
+def _rank(evidence: Evidence, changes: list[Hypothesis]) -> tuple[LikelyCause, ...]:
     before = evidence.before
     after = np.array([float(evidence.residual(change.answers)) for change in changes])
     if evidence.is_measured:
@@ -128,7 +128,7 @@ def _rank(evidence: Evidence, changes: list[Hypothesis]) -> tuple[Cause, ...]:
     equal = list(_first_of_each(changes, order))
     rest = sorted((k for k in worth if after[k] > bound), key=lambda k: float(after[k]))
     by_text = {
-        changes[k].text: Cause(
+        changes[k].text: LikelyCause(
             changes[k].kind, changes[k].where, changes[k].text, before, float(after[k])
         )
         for k in reversed([*equal, *rest])
@@ -144,7 +144,7 @@ def _rank(evidence: Evidence, changes: list[Hypothesis]) -> tuple[Cause, ...]:
     return (replace(causes[0], alike=tuple(twins)), *causes[1:_MOST])
 
 
-def _find_pair(evidence: Evidence, changes: list[Hypothesis], limit: float) -> Cause | None:
+def _find_pair(evidence: Evidence, changes: list[Hypothesis], limit: float) -> LikelyCause | None:
     """Two changes in different places that explain everything together."""
     # each is fitted in turn beside the other; together they converge, as their effects are nearly
     # independent
@@ -161,7 +161,7 @@ def _find_pair(evidence: Evidence, changes: list[Hypothesis], limit: float) -> C
     return None
 
 
-def _alternate(evidence: Evidence, first: Hypothesis, limit: float) -> Cause | None:
+def _alternate(evidence: Evidence, first: Hypothesis, limit: float) -> LikelyCause | None:
     """Fit a second change beside the first, then the first beside the second, and so on."""
     this, cause, worst = first, None, _HALFWAY * evidence.before
     for turn in range(_TURNS):
@@ -201,14 +201,14 @@ def _in_places(changes: list[Hypothesis]) -> list[Hypothesis]:
     ]
 
 
-def _join(evidence: Evidence, first: Cause, second: Cause, left: float) -> Cause:
+def _join(evidence: Evidence, first: LikelyCause, second: LikelyCause, left: float) -> LikelyCause:
     """Two causes as one."""
     parts = tuple(sorted((first, second), key=lambda cause: cause.where))
     text = ", and ".join(_with_alike(part) for part in parts)
-    return Cause("two mistakes", "", text, evidence.before, left, parts=parts)
+    return LikelyCause("two mistakes", "", text, evidence.before, left, parts=parts)
 
 
-def _with_alike(part: Cause) -> str:
+def _with_alike(part: LikelyCause) -> str:
     """A cause with what it cannot be told apart from."""
     places = list(dict.fromkeys(twin.where for twin in part.alike if twin.where != part.where))
     return f"{part.text} (or the like of {', '.join(places)})" if places else part.text
@@ -224,7 +224,9 @@ def _first_of_each(changes: list[Hypothesis], order: list[int]) -> Iterator[int]
             yield k
 
 
-def _rank_samples(evidence: Evidence, changes: list[Hypothesis], after: Array) -> tuple[Cause, ...]:
+def _rank_samples(
+    evidence: Evidence, changes: list[Hypothesis], after: Array
+) -> tuple[LikelyCause, ...]:
     """Causes by Bayesian information (G. Schwarz, Annals of Statistics 6 (1978) 461)."""
     # samples have noise, so that no change removes the difference
     before, count = evidence.before, evidence.tau.size
@@ -238,7 +240,7 @@ def _rank_samples(evidence: Evidence, changes: list[Hypothesis], after: Array) -
     order = sorted(worth, key=lambda k: (score[k], sizes[k], k))
     order = list(_first_of_each(changes, order))
     causes = [
-        Cause(changes[k].kind, changes[k].where, changes[k].text, before, float(after[k]))
+        LikelyCause(changes[k].kind, changes[k].where, changes[k].text, before, float(after[k]))
         for k in order
     ]
     if not causes:
