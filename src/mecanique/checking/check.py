@@ -133,8 +133,8 @@ class Checker:
                     return self._motion(reading, text)
                 letters = self._letters(let, self._find_further(quantity.names))
                 reading = read_answer(text, letters)
-                found = self._formula(reading, quantity, ask, text, self.truth)
-                return self._hold_numbers(found, reading, ask, text)
+                check = self._formula(reading, quantity, ask, text, self.truth)
+                return self._hold_numbers(check, reading, ask, text)
         except FormulaError as error:
             if error.text or not text.strip():
                 raise
@@ -164,8 +164,8 @@ class Checker:
 
     def _find_further(self, names: Sequence[str]) -> list[str]:
         """Return the letters of a quantity that are not the mechanism's own."""
-        own = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
-        return [name for name in names if name not in own]
+        known = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
+        return [name for name in names if name not in known]
 
     def _ask(self, question: str, held: frozenset[str] | None = None) -> Quantity:
         """Return the quantity in question; only the parameters held open vary, if given."""
@@ -175,23 +175,23 @@ class Checker:
             self._asked[key] = ask_for(truth, question)
         return self._asked[key]
 
-    def _hold_numbers(self, found: Check, reading: Reading, ask: str, text: str) -> Check:
+    def _hold_numbers(self, check: Check, reading: Reading, ask: str, text: str) -> Check:
         """Return the verdict with numbers in place of parameters, if it is right with these."""
         written = set[str]()
         for statement in reading.statements:
             written = written.union(*(side.letters for side in statement.sides))
         parameters = {parameter.symbol for parameter in self.mechanism.parameters}
-        if found.outcome != "wrong" or not found.varied or parameters <= written:
-            return found
-        kinds = {cause.kind for cause in found.causes}
+        if check.outcome != "wrong" or not check.varied or parameters <= written:
+            return check
+        kinds = {cause.kind for cause in check.causes}
         measured = any(name.startswith("[") for name in written)
         if "emptiness" in kinds or (measured and "units" in kinds):
-            return found
+            return check
         held = frozenset(parameters & written)
         truth = self.truth.hold(held)
         again = self._formula(reading, self._ask(ask, held), ask, text, truth)
         if again.outcome == "wrong":
-            return found
+            return check
         forms = dict.fromkeys(("right for these values of the parameters only", *again.forms))
         outcome: Outcome = again.outcome
         if outcome == "right":
@@ -259,8 +259,10 @@ class Checker:
     def _explain_matrix(self, judged: Sequence[Judged], quantity: Quantity) -> tuple[Mistake, ...]:
         """Return mistakes that lead to a whole mass matrix."""
         true = quantity.values
-        differences = [one.residual.values.whole for one in judged if one.residual is not None]
-        if quantity.kind != "matrix" or true is None or all(one.holds for one in judged):
+        differences = [
+            formula.residual.values.whole for formula in judged if formula.residual is not None
+        ]
+        if quantity.kind != "matrix" or true is None or all(formula.holds for formula in judged):
             return ()
         if len(differences) != true[0].size:
             return ()
@@ -290,12 +292,12 @@ class Checker:
 
     def _proof(self, derivation: Derivation | None = None) -> Proof | None:
         """Return a prover based on the equations of motion, or on another derivation."""
-        own = derivation or self.truth.derivation
-        if own is None:
+        derived = derivation or self.truth.derivation
+        if derived is None:
             return None
         key = "balances" if derivation else "motion"
         if key not in self._proofs:
-            self._proofs[key] = Proof(own)
+            self._proofs[key] = Proof(derived)
         return self._proofs[key]
 
     def _letters(

@@ -343,7 +343,7 @@ def _symbol(setting: Setting, action: Action, *, moment: bool) -> str:
 
 def _find_letter(setting: Setting, name: str) -> str:
     """The letter of a load, where it is stated by a single one."""
-    (force,) = (each for each in setting.mechanism.forces if each.name == name)
+    (force,) = (force for force in setting.mechanism.forces if force.name == name)
     if not isinstance(force, (BodyLoad, JointLoad)):
         return ""
     given = force.coefficient

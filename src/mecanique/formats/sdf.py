@@ -389,9 +389,9 @@ class _Reader(Source):
         else:
             outer.inner[name] = scope
         base = "__model__" if outer.parent is not None else GROUND
-        own = _Frame(around, pose, outer, relative or base)
-        scope.frames["__model__"] = own
-        outer.frames[name] = own
+        model_frame = _Frame(around, pose, outer, relative or base)
+        scope.frames["__model__"] = model_frame
+        outer.frames[name] = model_frame
         static = static or self._is_true(element, "static", False)
         for child in element.children:
             match child.tag:
@@ -403,11 +403,11 @@ class _Reader(Source):
                     self._note_joint(child, scope)
                 case "model" | "include":
                     self._model(child, scope, True, depth + 1, static=static)
-        own.attached_to = name
-        own.link = self._canonical(element, scope)
+        model_frame.attached_to = name
+        model_frame.link = self._canonical(element, scope)
         if merges:
             # what was read stands in the outer model, too, but keeps its own names of frames
-            frames = {key: frame for key, frame in scope.frames.items() if frame is not own}
+            frames = {key: frame for key, frame in scope.frames.items() if frame is not model_frame}
             if taken := outer.frames.keys() & frames.keys():
                 raise self.refuse(around, f"the name {min(taken)!r} is there already")
             outer.frames.update(frames)
@@ -415,9 +415,10 @@ class _Reader(Source):
         if placed:
             # the model stands so that this frame of it has the pose that is stated
             target = self._find(scope, placed, around)
-            kept, own.relative_to, own.pose = (own.relative_to, own.pose), "", np.eye(4)
+            base, pose = model_frame.relative_to, model_frame.pose
+            model_frame.relative_to, model_frame.pose = "", np.eye(4)
             inside = self._place(target)
-            own.relative_to, own.pose = kept[0], kept[1] @ np.linalg.inv(inside)
+            model_frame.relative_to, model_frame.pose = base, pose @ np.linalg.inv(inside)
 
     def _canonical(self, element: Element, scope: _Scope) -> _Link:
         name = element.attributes.get("canonical_link", "")
@@ -462,9 +463,9 @@ class _Reader(Source):
                 return candidate
             if candidate.is_dir():
                 named = [candidate / "model.sdf", *sorted(candidate.glob("*.sdf"))]
-                found = [file for file in named if file.is_file()]
-                if found:
-                    return found[0]
+                existing = [file for file in named if file.is_file()]
+                if existing:
+                    return existing[0]
         raise self.refuse(element, f"the model {uri[:60]!r} is not found")
 
     # links
@@ -604,8 +605,8 @@ class _Reader(Source):
             frame = self._find(joint.scope, name, stated)
             turn = joint.pose[:3, :3].T @ self._place(frame)[:3, :3]
         elif axis is not None and self._is_true(axis, "use_parent_model_frame", old):
-            own = joint.scope.frames["__model__"]
-            turn = joint.pose[:3, :3].T @ self._place(own)[:3, :3]
+            model_frame = joint.scope.frames["__model__"]
+            turn = joint.pose[:3, :3].T @ self._place(model_frame)[:3, :3]
         try:
             return unit_vector(turn @ xyz)
         except InputError as error:

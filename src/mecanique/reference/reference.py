@@ -1022,9 +1022,9 @@ class Reference(Dynamics):
         flags = np.zeros((len(self._carriers), 6), dtype=bool)
 
         def function(q: Array, v: Array, t: float) -> Array:
-            found = closed.reactions(q, v, t)
-            np.logical_or(flags, found.undetermined, out=flags)
-            return found.wrenches
+            solution = closed.reactions(q, v, t)
+            np.logical_or(flags, solution.undetermined, out=flags)
+            return solution.wrenches
 
         parts = self._answer(states, self._look_for_locks(function))
         return self._wrenches(states, parts, flags)

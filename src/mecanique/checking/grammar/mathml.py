@@ -31,13 +31,13 @@ def text_of(markup: str) -> str:
         root = tree_of(f"<formulas>{_ENTITY.sub(_name_entity, markup)}</formulas>")
     except XmlRefusedError as error:
         raise FormulaError(f"the MathML cannot be read, line {error.line}: {error}") from None
-    found = [element for element in root.iter() if element.tag == "math"] or [root]
-    return "\n".join(_write(element) for element in found)
+    formulas = [element for element in root.iter() if element.tag == "math"] or [root]
+    return "\n".join(_write(element) for element in formulas)
 
 
-def _name_entity(found: re.Match[str]) -> str:
+def _name_entity(entity: re.Match[str]) -> str:
     """Replace an entity of HTML by its sign; leave those of XML."""
-    return found[0] if found[1] in _OF_XML else html5.get(f"{found[1]};", found[0])
+    return entity[0] if entity[1] in _OF_XML else html5.get(f"{entity[1]};", entity[0])
 
 
 def _write(element: Element) -> str:
@@ -77,11 +77,11 @@ def _write(element: Element) -> str:
 def _read_rate(above: Element, below: Element) -> str:
     """Return d/dt, d²/dt² or the derivative of a letter as text, "" if it is none of these."""
     upper, lower = ("".join("".join(part.itertext()).split()) for part in (above, below))
-    found = _OF_RATE.fullmatch(upper)
-    if not found or not _BY_TIME.fullmatch(lower):
+    derivative = _OF_RATE.fullmatch(upper)
+    if not derivative or not _BY_TIME.fullmatch(lower):
         return ""
-    order = int(found["order"] or 1)
-    word = found["word"]
+    order = int(derivative["order"] or 1)
+    word = derivative["word"]
     return f" {word}{chr(39) * order} " if word else " d/dt" * order + " "
 
 

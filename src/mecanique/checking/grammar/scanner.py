@@ -156,21 +156,21 @@ def _drop_spaces(plain: str, places: list[int]) -> tuple[str, list[int]]:
 
 def _drop_numbers(plain: str) -> str:
     """Replace line numbers by spaces, if they count from 1 on."""
-    found = list(_NUMBERED.finditer(plain))
+    numbers = list(_NUMBERED.finditer(plain))
     lines = sum(1 for line in plain.split("\n") if line.strip())
-    if [int(one[1]) for one in found] != list(range(1, lines + 1)):
+    if [int(number[1]) for number in numbers] != list(range(1, lines + 1)):
         return plain
-    for one in found:
-        plain = plain[: one.start()] + " " * len(one[0]) + plain[one.end() :]
+    for number in numbers:
+        plain = plain[: number.start()] + " " * len(number[0]) + plain[number.end() :]
     return plain
 
 
 def _open_boxes(plain: str) -> str:
     """Replace the braces of LaTeX's boxes by spaces."""
     signs = list(plain)
-    boxes = {found.end() - 1 for found in _BOX.finditer(plain)}
-    for found in _BOX.finditer(plain):
-        signs[found.start() : found.end()] = " " * len(found[0])
+    boxes = {box.end() - 1 for box in _BOX.finditer(plain)}
+    for box in _BOX.finditer(plain):
+        signs[box.start() : box.end()] = " " * len(box[0])
     opened: list[int] = []
     for at, sign in enumerate(plain):
         if sign == "{":
@@ -184,12 +184,12 @@ def _drop_fonts(plain: str, places: list[int]) -> tuple[str, list[int]]:
     """Remove LaTeX's font commands, keeping the words in them."""
     kept: list[int] = []
     end = 0
-    for found in _FONT.finditer(plain):
-        first, last = found.span("word")
+    for font in _FONT.finditer(plain):
+        first, last = font.span("word")
         # the backslash of the command becomes a space, as letters may touch it
-        kept += [*range(end, found.start()), -1]
+        kept += [*range(end, font.start()), -1]
         kept += [k for k in range(first, last) if plain[k] != "\\"]
-        end = found.end()
+        end = font.end()
     kept += range(end, len(plain))
     if end == 0:
         return plain, places
@@ -220,7 +220,7 @@ def rewrite(plain: str, places: list[int]) -> tuple[str, list[int]]:
         plain = plain.replace("{", " ", 1)
         plain = " ".join(plain.rsplit("}", 1))
     rewrites: tuple[tuple[re.Pattern[str], str], ...] = _REWRITES
-    by = [found[1] for found in _PARTIAL_BY.finditer(plain)]
+    by = [match[1] for match in _PARTIAL_BY.finditer(plain)]
     if "t" in by:
         # of a function of time alone, ∂/∂t is d/dt
         rewrites = (*rewrites, (_PARTIAL, "d "))
@@ -228,11 +228,11 @@ def rewrite(plain: str, places: list[int]) -> tuple[str, list[int]]:
         signs: list[str] = []
         where: list[int] = []
         end = 0
-        for found in pattern.finditer(plain):
-            some = found.expand(spelling)
-            signs.append(plain[end : found.start()] + some)
-            where += places[end : found.start()] + [places[found.start()]] * len(some)
-            end = found.end()
+        for match in pattern.finditer(plain):
+            some = match.expand(spelling)
+            signs.append(plain[end : match.start()] + some)
+            where += places[end : match.start()] + [places[match.start()]] * len(some)
+            end = match.end()
         if end:
             plain, places = "".join([*signs, plain[end:]]), where + places[end:]
     return plain, places
@@ -362,8 +362,8 @@ class Tokens:
         """Replace words around formulas by spaces, or by a line end between two of them."""
         steps = ((sign == "{") - (sign == "}") for sign in self.plain)
         depths = list(accumulate(steps))
-        for found in reversed(list(_WORDS.finditer(self.plain))):
-            words = list(_PLAIN_WORD.finditer(self.plain, *found.span()))
+        for run in reversed(list(_WORDS.finditer(self.plain))):
+            words = list(_PLAIN_WORD.finditer(self.plain, *run.span()))
             prose = [word for word in words if not depths[word.start()] and self._is_prose(word)]
             if not prose:
                 continue
@@ -475,8 +475,8 @@ class Tokens:
                 if rest is None:
                     continue
                 piece = whole[first:last]
-                own = "'" * dots if last == len(whole) else ""
-                name = self._meaning(piece, own, whole[last : last + 1])
+                dot_marks = "'" * dots if last == len(whole) else ""
+                name = self._meaning(piece, dot_marks, whole[last : last + 1])
                 if name is not None:
                     place = (name, spots[first], spots[last - 1] + 1)
                     best[first] = [place, *rest]
@@ -497,26 +497,26 @@ class Tokens:
         name = self.letters.find(clean(word))
         return name is not None and name in self.letters.rates
 
-    def put_derivative(self, word: str, order: int, found: re.Match[str]) -> int:
+    def put_derivative(self, word: str, order: int, match: re.Match[str]) -> int:
         """Add a letter's time derivative; return the position after it."""
-        return self.put_word(clean(word) + "'" * order, found.start(), found.end())
+        return self.put_word(clean(word) + "'" * order, match.start(), match.end())
 
-    def put_derivative_by(self, found: re.Match[str]) -> int:
+    def put_derivative_by(self, match: re.Match[str]) -> int:
         """Add d²u/dφ², by another coordinate than the time; return the position after it, or 0."""
         # by the chain rule du/dφ = u'/φ', and once more for the second derivative
-        word, by = (self.letters.find(clean(found[name] or "")) for name in ("word", "by"))
+        word, by = (self.letters.find(clean(match[name] or "")) for name in ("word", "by"))
         rates = self.letters.rates
         if word not in rates or by not in rates or not (word and by):
             return 0
-        order = int(found["order"] or 1)
-        if order != int(found["again"] or 1):
+        order = int(match["order"] or 1)
+        if order != int(match["again"] or 1):
             return 0
         slope, turning = self.letters.node(word), self.letters.node(rates[by])
         for _ in range(order):
             slope = tree.divide(tree.rate(slope, self.letters.rate_nodes), turning)
         name = f"d{order}_{word}_{by}"
-        self.letters = self.letters.define(name, slope.put_at(self._places[found.start()]), {})
-        return self.put("NAME", name, found.start(), found.end())
+        self.letters = self.letters.define(name, slope.put_at(self._places[match.start()]), {})
+        return self.put("NAME", name, match.start(), match.end())
 
     def explain_unknown(self) -> FormulaError:
         """Return an error that names the unknown letters."""
@@ -663,10 +663,10 @@ class Latex:
 
     def _subscript(self, at: int) -> tuple[str, int]:
         """Return the subscript at a position, and the position after it."""
-        found = _SUBSCRIPT.match(self._tokens.plain, at)
-        if not found:
+        subscript = _SUBSCRIPT.match(self._tokens.plain, at)
+        if not subscript:
             return "", at
-        return re.sub(r"[\\\s,{}]", "", found["long"] or found["short"]), found.end()
+        return re.sub(r"[\\\s,{}]", "", subscript["long"] or subscript["short"]), subscript.end()
 
     def _brace(self, at: int) -> int:
         """Put braces around an argument of a fraction without braces, as in frac12."""
@@ -994,19 +994,19 @@ class Scanner:
         """Read a number and the unit behind it, if there is one."""
         tokens = self._tokens
         tokens.put("NUMBER", written, start, end)
-        found = _UNIT.match(tokens.plain, end)
-        if found is None:
+        unit_match = _UNIT.match(tokens.plain, end)
+        if unit_match is None:
             return end
-        unit = re.sub(r"[\s{}]", "", found["unit"])
+        unit = re.sub(r"[\s{}]", "", unit_match["unit"])
         letters = re.findall(r"[A-Za-z]+", unit)
         if any(tokens.letters.find(word) is not None for word in letters):
             return end
         symbol, factor = UNITS[unit]
-        tokens.put("TIMES", "*", *found.span())
+        tokens.put("TIMES", "*", *unit_match.span())
         if factor != "1":
-            tokens.put("NUMBER", factor, *found.span())
-            tokens.put("TIMES", "*", *found.span())
-        return tokens.put("NAME", f"[{symbol}]", *found.span())
+            tokens.put("NUMBER", factor, *unit_match.span())
+            tokens.put("TIMES", "*", *unit_match.span())
+        return tokens.put("NAME", f"[{symbol}]", *unit_match.span())
 
     def _word(self, at: int) -> int:
         text = self._tokens.plain

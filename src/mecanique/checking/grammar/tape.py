@@ -106,16 +106,16 @@ class Tape:
     def evaluate(self, letters: Mapping[str, Array], count: int) -> Values:
         """Return the values of all parts; letters (n,) or ()."""
         spend()
-        found: list[Array] = []
+        results: list[Array] = []
         sizes: list[Array] = []
         with np.errstate(all="ignore"):
             for node, places in zip(self.nodes, self.parts, strict=True):
-                below = [found[k] for k in places]
+                below = [results[k] for k in places]
                 value = _value(node, below, letters)
                 size = _size(node, value, below, [sizes[k] for k in places])
-                found.append(np.broadcast_to(value, (count,)))
+                results.append(np.broadcast_to(value, (count,)))
                 sizes.append(np.broadcast_to(size, (count,)))
-        return Values(found, sizes)
+        return Values(results, sizes)
 
     def blocks(self, count: int) -> Iterator[slice]:
         """Yield slices of the states in which all parts can be evaluated without much memory."""
@@ -225,16 +225,16 @@ def needed_values(tape: Tape, values: Values, target: Array) -> list[Array]:
     # from the whole to the parts, by inverting one operation after another; NaN where there is
     # none, and within the arguments of functions
     unknown = np.full_like(values.whole, np.nan)
-    found: list[Array] = [unknown] * len(tape.nodes)
-    found[-1] = np.broadcast_to(target, values.whole.shape)
+    needed: list[Array] = [unknown] * len(tape.nodes)
+    needed[-1] = np.broadcast_to(target, values.whole.shape)
     with np.errstate(all="ignore"):
         for k in range(len(tape.nodes) - 1, -1, -1):
             places = tape.parts[k]
             below = [values.parts[j] for j in places]
-            parts = _undo(tape.nodes[k].kind, tape.nodes[k].name, values.parts[k], found[k], below)
+            parts = _undo(tape.nodes[k].kind, tape.nodes[k].name, values.parts[k], needed[k], below)
             for place, part in zip(places, parts, strict=True):
-                found[place] = unknown if part is None else part
-    return found
+                needed[place] = unknown if part is None else part
+    return needed
 
 
 def _undo(

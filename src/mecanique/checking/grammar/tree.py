@@ -188,10 +188,10 @@ def _rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
         case "number":
             return number(0)
         case "letter":
-            found = rates.get(node.name, number(0))
-            if found is None:
+            letter_rate = rates.get(node.name, number(0))
+            if letter_rate is None:
                 raise FormulaError(f"the time derivative of {node.name} is not known here")
-            return found
+            return letter_rate
         case "sum":
             return add(*(_rate(part, rates) for part in node.parts))
         case "negative":

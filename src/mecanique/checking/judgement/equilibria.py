@@ -82,8 +82,8 @@ class Equilibria:
             for name, value in {**sample.values, **still}.items()
         }
         self.at_zero[_STATE] = np.arange(sample.count, dtype=float)
-        own = {g.name for force in self._forces for g in force.generators()}
-        self.felt = tuple(name for name in self.coordinates if name in own)
+        acting = {g.name for force in self._forces for g in force.generators()}
+        self.felt = tuple(name for name in self.coordinates if name in acting)
 
     def measure(self, values: dict[str, Array]) -> float:
         """Return the largest unbalanced force, relative to the usual size of forces."""
@@ -126,7 +126,7 @@ class Equilibria:
                 q[:, k] = np.pi - np.mod(np.pi - q[:, k] + _SAME, 2 * np.pi) + _SAME
             else:
                 good &= np.abs(q[:, k]) <= _WIDE * size[k]
-        found = {}
+        positions = {}
         for state in range(min(_STATES, self._truth.sample.count)):
             chosen = np.flatnonzero(good & (states == state))
             if len(chosen) and np.linalg.svd(stiffness[chosen])[1][:, -1].min() < _ISOLATED:
@@ -135,8 +135,8 @@ class Equilibria:
             for position in q[chosen]:
                 if not any(self.is_same(position, other) for other in kept):
                     kept.append(position)
-            found[state] = np.array(kept).reshape(-1, count)
-        return found
+            positions[state] = np.array(kept).reshape(-1, count)
+        return positions
 
     def _differentiate(self, force: Series) -> list[Series]:
         return [force.diff(name) for name in self.felt]
@@ -167,9 +167,9 @@ class Equilibria:
         usual = np.einsum("nii->ni", self._truth.sample.M).mean(axis=0)
         return np.asarray((inertia > _MASSLESS * usual).all(axis=1))
 
-    def is_same(self, one: Array, other: Array) -> bool:
+    def is_same(self, first: Array, second: Array) -> bool:
         """Return whether two positions are the same, angles up to full turns."""
-        for name, a, b in zip(self.felt, one, other, strict=True):
+        for name, a, b in zip(self.felt, first, second, strict=True):
             step = (a - b) / self.size[name]
             if name in self.turning:
                 step = np.mod(step + np.pi, 2 * np.pi) - np.pi
@@ -183,8 +183,8 @@ class Equilibria:
         whole = ", ".join(f"{name} = {x}" for name, x in zip(self.felt, said, strict=True))
         if not any("." in x for x in said):
             return whole
-        own = {g.name for force in self._forces for g in force.generators()}
-        parameters = [p.symbol for p in self._truth.mechanism.parameters if p.symbol in own]
+        acting = {g.name for force in self._forces for g in force.generators()}
+        parameters = [p.symbol for p in self._truth.mechanism.parameters if p.symbol in acting]
         values = (f"{name} = {self.at_zero[name][state]:.4g}" for name in parameters)
         return f"{whole} (for {', '.join(values)})"
 
@@ -224,15 +224,15 @@ def judge_positions(
     with stop_clock():
         known = equilibria.find_all()
     missing: dict[str, None] = {}
-    for state, found in (known or {}).items():
+    for state, true_positions in (known or {}).items():
         named = []
         for position in positions:
             at = np.flatnonzero(position.values[_STATE] == state)
             columns = [position.values[name][at] for name in equilibria.felt]
             named += list(np.stack(columns, axis=-1)) if columns else []
-        for one in found:
-            if not any(equilibria.is_same(one, other) for other in named):
-                missing[equilibria.name(one, state)] = None
+        for true in true_positions:
+            if not any(equilibria.is_same(true, other) for other in named):
+                missing[equilibria.name(true, state)] = None
         if missing:
             break  # parameters differ from state to state, and so do the numbers
     return positions, list(missing)[:_SHOWN]
@@ -271,10 +271,10 @@ def _move(known: Equilibria, statements: Sequence[Statement], text: str) -> Posi
             others = sorted((right.letters & set(known.coordinates)) - given)
             if others:
                 fault = f"it is a condition: {', '.join(others)} is not given"
-            found = Tape(right).evaluate(values, len(values[_STATE])).whole
-            values = {**values, left.name: found}
+            moved = Tape(right).evaluate(values, len(values[_STATE])).whole
+            values = {**values, left.name: moved}
             given.add(left.name)
-            values = _keep(values, np.isfinite(found), text, statement)
+            values = _keep(values, np.isfinite(moved), text, statement)
         else:
             root = left if len(statement.sides) == 1 else add(left, negate(right))
             values = _solve(known, values, given, root, text, statement)
@@ -317,12 +317,12 @@ def _solve(
     tape = Tape(root)
 
     def evaluate(states: npt.NDArray[np.intp], numbers: Array) -> Array:
-        found = np.empty(len(numbers))
+        heights = np.empty(len(numbers))
         for some in tape.blocks(len(numbers)):
             letters = {letter: value[states[some]] for letter, value in values.items()}
             letters[name] = numbers[some]
-            found[some] = tape.evaluate(letters, len(letters[name])).whole
-        return found
+            heights[some] = tape.evaluate(letters, len(letters[name])).whole
+        return heights
 
     states, steps = np.repeat(np.arange(count), _GRID), np.tile(grid, count)
     table = evaluate(states, steps).reshape(count, _GRID)

@@ -72,39 +72,43 @@ def _judge_value(
 ) -> list[Judged]:
     sample = truth.sample
     assert quantity.values is not None
-    found = []
+    all_judged = []
     known = {**dict.fromkeys(quantity.letters, quantity.values), **quantity.more}
     for statement in statements:
-        one = _residual(statement, truth, sample, known, quantity.letters[0], text)
-        worst = one.worst if quantity.again is None else _compare_changes(one, sample, quantity)
-        judged = _judge_residual(one, worst, quantity.series)
+        residual = _residual(statement, truth, sample, known, quantity.letters[0], text)
+        worst = (
+            residual.worst
+            if quantity.again is None
+            else _compare_changes(residual, sample, quantity)
+        )
+        judged = _judge_residual(residual, worst, quantity.series)
         asked = {name: known[name] for name in quantity.letters}
-        fault = _find_emptiness(one, asked, alone=quantity.again is None)
+        fault = _find_emptiness(residual, asked, alone=quantity.again is None)
         if not judged.holds and quantity.again is None:
-            judged = replace(judged, rounding=find_rounding(one, text))
+            judged = replace(judged, rounding=find_rounding(residual, text))
         if judged.holds and quantity.name == "Hamiltonian":
-            rates = sorted(one.root.letters & set(truth.velocities))
+            rates = sorted(residual.root.letters & set(truth.velocities))
             forms = (f"in {', '.join(rates)}, not in momenta alone",) if rates else ()
             judged = replace(judged, forms=forms)
         lagrangian = quantity.name == "Lagrangian"
-        if lagrangian and not judged.holds and is_equivalent(one, truth, quantity.letters):
+        if lagrangian and not judged.holds and is_equivalent(residual, truth, quantity.letters):
             judged = replace(judged, worst=0.0, root=None)
-        found.append(replace(judged, fault=fault) if judged.holds and fault else judged)
-    return found
+        all_judged.append(replace(judged, fault=fault) if judged.holds and fault else judged)
+    return all_judged
 
 
-def _find_emptiness(one: Residual, known: Mapping[str, Array], *, alone: bool = True) -> str:
+def _find_emptiness(residual: Residual, known: Mapping[str, Array], *, alone: bool = True) -> str:
     """Return why an equation that holds does not determine its letters, "" if it does."""
     # alone: it must hold for these values alone, in each state; a mere formula is said to be equal
     # to the quantity, and may contain its letter as well
-    if not one.statement.is_equation and not one.statement.sides[0].letters & known.keys():
+    if not residual.statement.is_equation and not residual.statement.sides[0].letters & known.keys():
         return ""
-    count, tables = one.sample.count, []
+    count, tables = residual.sample.count, []
     for factor in _FACTORS:
-        moved = dict(one.sample.values)
+        moved = dict(residual.sample.values)
         for name, value in known.items():
             moved[name] = np.where(value == 0, np.log(factor), factor * value)
-        values = one.tape.evaluate(moved, count)
+        values = residual.tape.evaluate(moved, count)
         changed = np.where(values.size > 0, values.whole / values.size, 0.0)
         tables.append(np.where(np.abs(changed) > TOLERANCE, changed, 0.0))
     signs = np.sign(np.nan_to_num(np.stack(tables)))
@@ -118,27 +122,27 @@ def _find_emptiness(one: Residual, known: Mapping[str, Array], *, alone: bool = 
     return ""
 
 
-def _compare_changes(one: Residual, sample: Sample, quantity: Quantity) -> float:
+def _compare_changes(residual: Residual, sample: Sample, quantity: Quantity) -> float:
     """How far the change between two states is from the truth; a constant is left open."""
     assert quantity.again is not None
     other_values, letters = quantity.again
     other = {**dict.fromkeys(quantity.letters, other_values), **letters}
-    moved = one.tape.evaluate(other, sample.count)
-    difference = np.abs(one.values.whole - moved.whole)
-    relative = difference / np.maximum(one.values.size, moved.size)
+    moved = residual.tape.evaluate(other, sample.count)
+    difference = np.abs(residual.values.whole - moved.whole)
+    relative = difference / np.maximum(residual.values.size, moved.size)
     return float(np.nanmax(np.where(np.isfinite(relative), relative, 0.0)))
 
 
 def _judge_residual(
-    one: Residual, worst: float, series: Mapping[str, Series], forms: tuple[str, ...] = ()
+    residual: Residual, worst: float, series: Mapping[str, Series], forms: tuple[str, ...] = ()
 ) -> Judged:
     """Judge a formula by left minus right."""
     return Judged(
-        statement=one.statement,
-        residual=one,
+        statement=residual.statement,
+        residual=residual,
         worst=worst,
         forms=forms,
-        root=one.root,
+        root=residual.root,
         series=series,
     )
 
@@ -210,9 +214,9 @@ def _judge_matrix(
         i, j = divmod(k, nv)
         far = _worst(np.abs(M - true)[:, i, j] / size[:, i, j])
         place = replace(statement, sides=(entry,), text=_quote(entry, text, i, j))
-        one = _of_entry(entry, place, truth, true[:, i, j])
+        residual = _of_entry(entry, place, truth, true[:, i, j])
         series = {_ENTRY: quantity.series[str(k)]}
-        judged.append(_judge_residual(one, far, series))
+        judged.append(_judge_residual(residual, far, series))
     return judged
 
 
@@ -261,7 +265,7 @@ def _judge_constant(
         rates[name] = np.broadcast_to(evaluated(ring.rates[ring.index(name)]), (sample.count,))
     for name, row in zip(truth.velocities, sample.a.T, strict=True):
         rates[name] = row
-    found = []
+    all_judged = []
     for statement in statements:
         moving = [side for side in statement.sides if side.letters & rates.keys()]
         formula = moving[0] if moving else statement.sides[-1]
@@ -284,8 +288,8 @@ def _judge_constant(
             fault = "a conserved quantity depends on positions and velocities, not on accelerations"
         elif not (size > _CONSTANT * values.size).any():
             fault = "it does not depend on the motion at all"
-        found.append(Judged(statement, None, worst, root=formula, fault=fault))
-    return found
+        all_judged.append(Judged(statement, None, worst, root=formula, fault=fault))
+    return all_judged
 
 
 def _judge_several(
@@ -293,7 +297,7 @@ def _judge_several(
 ) -> list[Judged]:
     """Judge frequencies; periods and frequencies in 1/s are converted."""
     assert quantity.values is not None
-    found = []
+    all_judged = []
     for statement in statements:
         tried: list[Residual] = []
         used = []
@@ -303,14 +307,19 @@ def _judge_several(
                 _residual(statement, truth, truth.sample, known, quantity.letters[0], text)
             )
             used.append(known)
-        rounded = ["" if one.worst <= TOLERANCE else find_rounding(one, text) for one in tried]
-        covers = frozenset(k for k, one in enumerate(tried) if one.worst <= TOLERANCE or rounded[k])
+        rounded = [
+            "" if residual.worst <= TOLERANCE else find_rounding(residual, text)
+            for residual in tried
+        ]
+        covers = frozenset(
+            k for k, residual in enumerate(tried) if residual.worst <= TOLERANCE or rounded[k]
+        )
         k = min(range(len(tried)), key=lambda k: tried[k].worst)
         # an equation of several frequencies holds for each of them
         fault = _find_emptiness(tried[k], used[k], alone=len(tried) == 1) if covers else ""
         judged = Judged(statement, tried[k], tried[k].worst, fault=fault, covers=covers)
-        found.append(replace(judged, rounding=rounded[k]))
-    return found
+        all_judged.append(replace(judged, rounding=rounded[k]))
+    return all_judged
 
 
 def _judge_letters(
@@ -319,19 +328,19 @@ def _judge_letters(
     """Judge equations that must hold with the true values of the letters in question."""
     assert quantity.values is not None
     known = dict(zip(quantity.letters, quantity.values, strict=True))
-    found = []
+    all_judged = []
     for statement in statements:
         if not statement.is_equation:
             names = ", ".join(quantity.letters)
             raise FormulaError(f"expected an equation for one of {names}", text, statement.start)
         fixed = {**quantity.more, **known}
-        one = _residual(statement, truth, truth.sample, known, "", text, fixed)
-        judged = _judge_residual(one, one.worst, quantity.series)
+        residual = _residual(statement, truth, truth.sample, known, "", text, fixed)
+        judged = _judge_residual(residual, residual.worst, quantity.series)
         if not judged.holds:
-            judged = replace(judged, rounding=find_rounding(one, text))
-        fault = _find_emptiness(one, known, alone=False) if judged.holds else ""
-        found.append(replace(judged, fault=fault))
-    return found
+            judged = replace(judged, rounding=find_rounding(residual, text))
+        fault = _find_emptiness(residual, known, alone=False) if judged.holds else ""
+        all_judged.append(replace(judged, fault=fault))
+    return all_judged
 
 
 def _judge_free_body(
@@ -349,21 +358,21 @@ def _judge_free_body(
     assert quantity.derivation is not None
     series = {_NOTHING: quantity.derivation.algebra.ring.number(0), **quantity.series}
     foreign = _forces_elsewhere(truth, body, quantity.letters)
-    found = []
+    all_judged = []
     for statement in statements:
-        one = _residual(statement, truth, truth.sample, known, _NOTHING, text)
-        named = sorted(one.root.letters & foreign)
+        residual = _residual(statement, truth, truth.sample, known, _NOTHING, text)
+        named = sorted(residual.root.letters & foreign)
         forms = [f"{name} does not act on {body}" for name in named]
-        worst = one.worst
+        worst = residual.worst
         moving = {*truth.velocities, *truth.accelerations}
-        if worst > TOLERANCE and not one.root.letters & moving:
-            at_rest = one.tape.evaluate(still, count)
+        if worst > TOLERANCE and not residual.root.letters & moving:
+            at_rest = residual.tape.evaluate(still, count)
             relative = _worst(at_rest.relative)
             if relative <= TOLERANCE:
                 worst = relative
                 forms.append("it holds at rest only: the inertia forces are missing")
-        found.append(_judge_residual(one, worst, series, tuple(forms)))
-    return found
+        all_judged.append(_judge_residual(residual, worst, series, tuple(forms)))
+    return all_judged
 
 
 def _forces_elsewhere(truth: Truth, body: str, names: Sequence[str]) -> set[str]:
@@ -378,15 +387,15 @@ def _judge_equilibrium(
 ) -> list[Judged]:
     """Judge positions: forces must balance at each of them, and all must be named."""
     positions, missing = judge_positions(statements, truth, text)
-    found = []
+    all_judged = []
     for position in positions:
         for statement in position.statements:
             fault = "" if position.worst else position.fault
-            found.append(Judged(statement, None, position.worst, fault=fault))
+            all_judged.append(Judged(statement, None, position.worst, fault=fault))
     if missing:
         lacking = tuple(f"{position} is missing" for position in missing)
-        found[0] = replace(found[0], missing=lacking)
-    return found
+        all_judged[0] = replace(all_judged[0], missing=lacking)
+    return all_judged
 
 
 def _judge_canonical(
@@ -396,21 +405,21 @@ def _judge_canonical(
     rates = [name for name in quantity.more if name.endswith("'")]
     unknown = [*truth.velocities, *dict.fromkeys(rates)]
     accelerations = set(truth.accelerations)
-    found = []
+    all_judged = []
     for statement in statements:
         if not statement.is_equation:
             raise FormulaError("expected an equation for a rate", text, statement.start)
-        one = _residual(statement, truth, truth.sample, quantity.more, "", text)
+        residual = _residual(statement, truth, truth.sample, quantity.more, "", text)
         fault = ""
-        if one.worst <= TOLERANCE and one.root.letters & accelerations:
+        if residual.worst <= TOLERANCE and residual.root.letters & accelerations:
             fault = "Hamilton's equations contain no accelerations"
-        elif one.worst <= TOLERANCE:
-            slopes = [one.tape.along(one.slopes, name) for name in unknown]
+        elif residual.worst <= TOLERANCE:
+            slopes = [residual.tape.along(residual.slopes, name) for name in unknown]
             if not np.abs(np.stack(slopes)).max() > 0:
                 fault = "it contains no rate"
-        found.append(replace(_judge_residual(one, one.worst, {}), fault=fault))
+        all_judged.append(replace(_judge_residual(residual, residual.worst, {}), fault=fault))
     rows = []
-    for judged in found:
+    for judged in all_judged:
         equation = judged.residual
         if judged.holds and equation is not None:
             # the letters of one momentum are one unknown
@@ -424,15 +433,15 @@ def _judge_canonical(
     lacking = 2 * len(truth.velocities) - rank
     if lacking:
         said = f"{lacking} of {2 * len(truth.velocities)} equations missing"
-        found[0] = replace(found[0], missing=(said,))
-    return found
+        all_judged[0] = replace(all_judged[0], missing=(said,))
+    return all_judged
 
 
-def _add_slopes(one: Residual, names: Sequence[str]) -> Array:
+def _add_slopes(residual: Residual, names: Sequence[str]) -> Array:
     """Return the sum of the derivatives by some letters."""
-    total = np.zeros(one.sample.count)
+    total = np.zeros(residual.sample.count)
     for name in names:
-        total = total + one.tape.along(one.slopes, name)
+        total = total + residual.tape.along(residual.slopes, name)
     return total
 
 
@@ -451,7 +460,7 @@ def _judge_steady(
 ) -> list[Judged]:
     """Judge the rates of steady motions at given positions: each of them, and no others."""
     sample = truth.sample
-    found: list[Judged] = []
+    all_judged: list[Judged] = []
     covered: set[int] = set()
     several = False
     for statement in statements:
@@ -469,17 +478,19 @@ def _judge_steady(
         tried = []
         for root in roots:
             tried.append(_residual(statement, truth, sample, {}, "", text, {**fixed, name: root}))
-        holds = [one.worst <= TOLERANCE and bool(one.finite.any()) for one in tried]
+        holds = [residual.worst <= TOLERANCE and bool(residual.finite.any()) for residual in tried]
         covered |= {k for k, right in enumerate(holds) if right}
-        best = min(tried, key=lambda one: one.worst)
+        best = min(tried, key=lambda residual: residual.worst)
         fault = ""
         if any(holds):
             reach = _WIDEST_RATE * float(np.nanmax(np.abs(roots)))
             fault = _find_foreign_rate(best, roots, name, reach)
-        found.append(replace(_judge_residual(best, best.worst, {}), fault=fault))
+        all_judged.append(replace(_judge_residual(best, best.worst, {}), fault=fault))
     if several and len(covered) == 1:
-        found[0] = replace(found[0], missing=("the other rate at the same position is missing",))
-    return found
+        all_judged[0] = replace(
+            all_judged[0], missing=("the other rate at the same position is missing",)
+        )
+    return all_judged
 
 
 def _find_rates(truth: Truth, quantity: Quantity, name: str) -> Array:
@@ -503,14 +514,14 @@ def _find_rates(truth: Truth, quantity: Quantity, name: str) -> Array:
     return np.sort(roots, axis=0)
 
 
-def _find_foreign_rate(one: Residual, roots: Array, name: str, reach: float) -> str:
+def _find_foreign_rate(residual: Residual, roots: Array, name: str, reach: float) -> str:
     """Return why an equation also holds for other rates, "" if it does not."""
-    count = one.sample.count
+    count = residual.sample.count
     grid = np.linspace(-reach, reach, 401) * 1.00037
     table = np.empty((len(grid), count))
     for k, turning in enumerate(grid):
-        values = {**one.sample.values, name: np.full(count, turning)}
-        table[k] = one.tape.evaluate(values, count).whole
+        values = {**residual.sample.values, name: np.full(count, turning)}
+        table[k] = residual.tape.evaluate(values, count).whole
     step, state = np.nonzero(table[:-1] * table[1:] < 0)
     near = np.abs(roots[:, state] - (grid[step] + grid[step + 1]) / 2)
     width = grid[1] - grid[0]
@@ -522,12 +533,12 @@ def _find_foreign_rate(one: Residual, roots: Array, name: str, reach: float) -> 
     return ""
 
 
-def is_equivalent(one: Residual, truth: Truth, letters: Sequence[str]) -> bool:
+def is_equivalent(residual: Residual, truth: Truth, letters: Sequence[str]) -> bool:
     """Return whether two Lagrangians give the same equations, for any motion."""
     # they may differ by the total time derivative of a function of coordinates and time; the
     # letters are those that stand for the Lagrangian itself
     derivation, sample = truth.derivation, truth.sample
-    formulas = [side for side in one.statement.sides if side.name not in letters]
+    formulas = [side for side in residual.statement.sides if side.name not in letters]
     if derivation is None or len(formulas) != 1 or formulas[0].letters & set(letters):
         return False
     if any(not velocity.endswith("'") for velocity in truth.velocities):
@@ -555,10 +566,10 @@ def is_equivalent(one: Residual, truth: Truth, letters: Sequence[str]) -> bool:
         except FormulaError:
             return False
         given = Tape(euler).evaluate(values, sample.count)
-        own = np.broadcast_to(evaluated(L.diff(velocity).ddt()), (sample.count,))
+        left_side = np.broadcast_to(evaluated(L.diff(velocity).ddt()), (sample.count,))
         if name in known:
-            own = own - evaluated(L.diff(name))
-        relative = np.abs(given.whole - own) / (given.size + np.abs(own))
+            left_side = left_side - evaluated(L.diff(name))
+        relative = np.abs(given.whole - left_side) / (given.size + np.abs(left_side))
         if not (relative[np.isfinite(relative)] <= TOLERANCE).all():
             return False
     return True
@@ -567,17 +578,17 @@ def is_equivalent(one: Residual, truth: Truth, letters: Sequence[str]) -> bool:
 _WRITTEN = re.compile(r"\d*[.,](\d+)")
 
 
-def find_rounding(one: Residual, text: str) -> str:
+def find_rounding(residual: Residual, text: str) -> str:
     """Return the rounded number that explains a difference, and what it is more exactly."""
-    wanted = needed_values(one.tape, one.values, np.zeros(one.sample.count))
-    for node, exact in zip(one.tape.nodes, wanted, strict=True):
+    wanted = needed_values(residual.tape, residual.values, np.zeros(residual.sample.count))
+    for node, exact in zip(residual.tape.nodes, wanted, strict=True):
         written = _WRITTEN.fullmatch(text[node.start : node.end])
         if node.kind != "number" or written is None:
             continue
         # zeros behind the decimal mark are digits, those before the first other digit are not
         digits = re.sub("[.,]", "", text[node.start : node.end]).lstrip("0")
-        usable = one.finite & np.isfinite(exact)
-        if len(digits) < 2 or usable.sum() < min(3, one.sample.count):
+        usable = residual.finite & np.isfinite(exact)
+        if len(digits) < 2 or usable.sum() < min(3, residual.sample.count):
             continue
         exact = exact[usable]
         value = float(exact.mean())

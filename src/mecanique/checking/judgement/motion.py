@@ -23,12 +23,12 @@ from mecanique.model.random_positions import angles
 
 def write_out(node: Node) -> list[Node]:
     """Return the entries of a column or a row of formulas; a single formula is the only entry."""
-    found = _expand(node)
-    if isinstance(found, Node):
-        return [found]
-    if min(found.rows, found.columns) > 1:
+    expanded = _expand(node)
+    if isinstance(expanded, Node):
+        return [expanded]
+    if min(expanded.rows, expanded.columns) > 1:
         raise FormulaError("expected an equation, got a matrix")
-    return found.entries
+    return expanded.entries
 
 
 @final
@@ -73,8 +73,8 @@ def _add(a: _Matrix | Node, b: _Matrix | Node) -> _Matrix | Node:
     if isinstance(a, Node) and isinstance(b, Node):
         return add(a, b)
     if isinstance(a, Node) or isinstance(b, Node):
-        matrix, other = (b, a) if isinstance(a, Node) else (a, b)
-        if isinstance(other, Node) and other.is_zero:
+        matrix, b_entry = (b, a) if isinstance(a, Node) else (a, b)
+        if isinstance(b_entry, Node) and b_entry.is_zero:
             return matrix
         raise FormulaError("a matrix and a formula cannot be added")
     if (a.rows, a.columns) != (b.rows, b.columns):
@@ -82,7 +82,7 @@ def _add(a: _Matrix | Node, b: _Matrix | Node) -> _Matrix | Node:
             f"a matrix of {a.rows} × {a.columns} and one of {b.rows} × {b.columns} cannot be added"
         )
     pairs = zip(a.entries, b.entries, strict=True)
-    return _Matrix(a.rows, a.columns, [add(one, other) for one, other in pairs])
+    return _Matrix(a.rows, a.columns, [add(a_entry, b_entry) for a_entry, b_entry in pairs])
 
 
 def _multiply(a: _Matrix | Node, b: _Matrix | Node) -> _Matrix | Node:
@@ -103,7 +103,7 @@ def _multiply(a: _Matrix | Node, b: _Matrix | Node) -> _Matrix | Node:
             row = a.entries[i * a.columns : (i + 1) * a.columns]
             column = b.entries[j :: b.columns]
             pairs = zip(row, column, strict=True)
-            entries.append(add(*(multiply(one, other) for one, other in pairs)))
+            entries.append(add(*(multiply(a_entry, b_entry) for a_entry, b_entry in pairs)))
     return _Matrix(a.rows, b.columns, entries)
 
 
@@ -151,11 +151,11 @@ class Residual:
     @cached_property
     def relative(self) -> Array:
         """Its size relative to that of its terms, shape (n,); zero where it has no value."""
-        found = self.values.relative
+        differences = self.values.relative
         counts = self.finite & (self.values.size > 0)
-        if (found[counts] > TOLERANCE).any():
+        if (differences[counts] > TOLERANCE).any():
             counts &= np.abs(self.values.whole) > self._rounding
-        return np.where(counts, found, 0.0)
+        return np.where(counts, differences, 0.0)
 
     @cached_property
     def _rounding(self) -> Array:
@@ -223,8 +223,8 @@ class Residual:
         back, first, second = steps
         bend = np.abs(second.whole - 2 * first.whole + self.values.whole)
         kink = np.abs(first.whole - 2 * self.values.whole + back.whole)
-        found = np.fmax(bend, kink) / second.size
-        return bool(np.nanmax(np.where(np.isfinite(found), found, 0.0)) <= TOLERANCE)
+        curvature = np.fmax(bend, kink) / second.size
+        return bool(np.nanmax(np.where(np.isfinite(curvature), curvature, 0.0)) <= TOLERANCE)
 
     @cached_property
     def emptiness(self) -> str:
@@ -269,7 +269,7 @@ class Residual:
     def _follow(self, states: npt.NDArray[np.intp], way: Array, steps: Array) -> Array:
         """Return its values at steps from the true accelerations, shape (states, steps)."""
         shape = np.broadcast_shapes((len(states), 1), steps.shape)
-        found = np.empty(shape)
+        followed = np.empty(shape)
         a = self.sample.a[states]
         letters = {
             name: np.broadcast_to(value, (self.sample.count,))[states]
@@ -278,8 +278,8 @@ class Residual:
         for k in range(shape[1]):
             moved = a + np.broadcast_to(steps, shape)[:, k, None] * way
             some = dict(zip(self.truth.accelerations, moved.T, strict=True))
-            found[:, k] = self.tape.evaluate({**letters, **some}, len(states)).whole
-        return found
+            followed[:, k] = self.tape.evaluate({**letters, **some}, len(states)).whole
+        return followed
 
     @cached_property
     def has_factor_of_velocities(self) -> bool:
@@ -291,9 +291,9 @@ class Residual:
         columns = [self.tape.along(slopes, name) for name in self.truth.accelerations]
         after = np.stack(columns, axis=-1)
         scale = np.abs(after) + np.abs(self.by_acceleration)
-        found = np.abs(after - self.by_acceleration) / scale
-        known = np.isfinite(found) & (scale > 0)
-        return bool((found[known] > 1e-6).any())
+        changes = np.abs(after - self.by_acceleration) / scale
+        known = np.isfinite(changes) & (scale > 0)
+        return bool((changes[known] > 1e-6).any())
 
 
 def difference(statement: Statement) -> list[Node]:
@@ -301,14 +301,14 @@ def difference(statement: Statement) -> list[Node]:
     sides = [write_out(side) for side in statement.sides]
     if len(sides) == 1:
         return sides[0]
-    found = []
+    differences = []
     for left, right in pairwise(sides):
         count = max(len(left), len(right))
         if not {len(left), len(right)} <= {1, count}:
             raise FormulaError(f"expected {len(left)} entries on both sides, got {len(right)}")
         lefts, rights = (side * count if len(side) == 1 else side for side in (left, right))
-        found += [add(a, _negate(b)) for a, b in zip(lefts, rights, strict=True)]
-    return found
+        differences += [add(a, _negate(b)) for a, b in zip(lefts, rights, strict=True)]
+    return differences
 
 
 def _negate(node: Node) -> Node:
@@ -319,7 +319,7 @@ def residuals(
     statements: Sequence[Statement], truth: Truth, sample: Sample, text: str
 ) -> list[Residual]:
     """Evaluate every equation of some lines at the true accelerations."""
-    found = []
+    equations = []
     for statement in statements:
         try:
             roots = difference(statement)
@@ -328,28 +328,28 @@ def residuals(
         for root in roots:
             tape = Tape(root)
             values = tape.evaluate(sample.letters, sample.count)
-            one = Residual(
+            residual = Residual(
                 statement=statement, root=root, tape=tape, values=values, truth=truth, sample=sample
             )
-            if one.finite.sum() < min(_FEWEST, sample.count):
+            if residual.finite.sum() < min(_FEWEST, sample.count):
                 raise FormulaError(
-                    f"the formula has a value at {int(one.finite.sum())} of {sample.count} states; "
-                    "look for a division by zero or the root of a negative number",
+                    f"the formula has a value at {int(residual.finite.sum())} of {sample.count} "
+                    "states; look for a division by zero or the root of a negative number",
                     text,
                     root.start,
                 )
-            found.append(one)
-    return found
+            equations.append(residual)
+    return equations
 
 
-def count_missing(found: Sequence[Residual]) -> int:
+def count_missing(equations: Sequence[Residual]) -> int:
     """Return the number of accelerations that equations and constraints leave undetermined."""
-    sample, truth = found[0].sample, found[0].truth
+    sample, truth = equations[0].sample, equations[0].truth
     names = (*truth.accelerations, *truth.multipliers)
-    rows = np.empty((sample.count, len(found), len(names)))
-    for row, one in enumerate(found):
+    rows = np.empty((sample.count, len(equations), len(names)))
+    for row, residual in enumerate(equations):
         for column, name in enumerate(names):
-            rows[:, row, column] = one.tape.along(one.slopes, name)
+            rows[:, row, column] = residual.tape.along(residual.slopes, name)
     ties = np.zeros((sample.count, sample.slopes.shape[1], rows.shape[2]))
     ties[:, :, : sample.slopes.shape[2]] = sample.slopes
     # in the unit of each acceleration's own inertia
@@ -392,16 +392,16 @@ class Factors:
     def __init__(self, truth: Truth) -> None:
         self._truth = truth
 
-    def explain(self, one: Residual) -> str:
+    def explain(self, residual: Residual) -> str:
         """Return in words where an equation is multiplied by zero, "" if nowhere."""
         truth = self._truth
         if truth.derivation is None or truth.mechanism.constrained:
             return ""
-        if one.root.letters & set(truth.sample.lengths):
+        if residual.root.letters & set(truth.sample.lengths):
             return ""
         paths = np.repeat(np.arange(len(self._starts)), _STEPS)
         along = np.tile(np.linspace(0.0, 1.0, _STEPS), len(self._starts))
-        weights = self._weigh(one.tape, paths, along).reshape(len(self._starts), _STEPS, -1)
+        weights = self._weigh(residual.tape, paths, along).reshape(len(self._starts), _STEPS, -1)
         product = np.einsum("psv,psv->ps", weights[:, :-1], weights[:, 1:])
         path, step = np.nonzero(product < 0)
         if not len(path):
@@ -409,8 +409,8 @@ class Factors:
         low: Numbers = step / (_STEPS - 1)
         high: Numbers = (step + 1) / (_STEPS - 1)
         first = weights[path, step]
-        low = halve(partial(self._weigh, one.tape, path), first, low, high, _FACTOR_HALVINGS)
-        left = np.linalg.norm(self._weigh(one.tape, path, low), axis=1)
+        low = halve(partial(self._weigh, residual.tape, path), first, low, high, _FACTOR_HALVINGS)
+        left = np.linalg.norm(self._weigh(residual.tape, path, low), axis=1)
         vanishes = left <= _ZERO * np.linalg.norm(first, axis=1)
         if not vanishes.any():
             return ""
@@ -436,12 +436,12 @@ class Factors:
 
     def _locate(self, paths: Numbers, along: Array) -> dict[str, Array]:
         """Return the value of each letter at points of paths."""
-        found = {
+        positions = {
             name: np.broadcast_to(value, (self._truth.sample.count,))[paths]
             for name, value in self._truth.sample.values.items()
         }
-        return found | {
-            name: found[name] + along * step[paths] for name, step in self._steps.items()
+        return positions | {
+            name: positions[name] + along * step[paths] for name, step in self._steps.items()
         }
 
     def _weigh(self, tape: Tape, paths: Numbers, along: Array) -> Array:
@@ -476,9 +476,9 @@ class Factors:
         for name in names:
             yield name, letters[name]
         arguments = {name: letters[name] for name in names if name in turning}
-        for one, other in combinations(list(arguments), 2):
-            arguments[f"{one} - {other}"] = letters[one] - letters[other]
-            arguments[f"{one} + {other}"] = letters[one] + letters[other]
+        for first, second in combinations(list(arguments), 2):
+            arguments[f"{first} - {second}"] = letters[first] - letters[second]
+            arguments[f"{first} + {second}"] = letters[first] + letters[second]
         for formula, value in arguments.items():
             yield f"sin({formula})", np.sin(value)
             yield f"cos({formula})", np.cos(value)

@@ -65,11 +65,11 @@ class Proof:
         with self._lock:
             try:
                 self._left = _MOST_PRODUCTS
-                found = self._read(root, letters)
+                fraction = self._read(root, letters)
             except (DerivationError, UnknownNameError, OverflowError):
                 return False
-            kinds = {g.kind for g in (*found.above.generators(), *found.below.generators())}
-            return bool(found.below) and kinds <= {Kind.PARAMETER, Kind.CONSTANT}
+            kinds = {g.kind for g in (*fraction.above.generators(), *fraction.below.generators())}
+            return bool(fraction.below) and kinds <= {Kind.PARAMETER, Kind.CONSTANT}
 
     def prove_conservation(self, root: Node, rates: Mapping[str, Node | None]) -> bool:
         """Return whether the rate of a formula is proven to be zero in every true motion."""
@@ -108,13 +108,16 @@ class Proof:
         if not known or any(bool(a) != bool(b) for a, b in zip(slopes, row, strict=True)):
             return False
         pivot = min(known, key=lambda k: len(row[k]) + len(slopes[k]))
-        have, own = slopes[pivot], row[pivot]
+        given_pivot, row_pivot = slopes[pivot], row[pivot]
         pairs = [(slopes[k], row[k]) for k in known if k != pivot] + [(rest, -force)]
-        return all(_is_zero(self._multiply(a, own) - self._multiply(b, have)) for a, b in pairs)
+        return all(
+            _is_zero(self._multiply(a, row_pivot) - self._multiply(b, given_pivot))
+            for a, b in pairs
+        )
 
     def _is_multiple(self, above: Series) -> bool:
         """Whether a series is a row or constraint, times a number and powers of letters."""
-        return any(self._has_ratio(above, one) for one in self._known)
+        return any(self._has_ratio(above, series) for series in self._known)
 
     def _has_ratio(self, above: Series, row: Series) -> bool:
         if above.parts.keys() != row.parts.keys():
@@ -122,8 +125,8 @@ class Proof:
         angle = next(iter(above.parts))
         # packed monomials of a product add up, and keep their order
         first, second = max(above.parts[angle]), max(row.parts[angle])
-        have, own = above.parts[angle][first], row.parts[angle][second]
-        ratio = Fraction(have * row.denominator, above.denominator * own)
+        given, known = above.parts[angle][first], row.parts[angle][second]
+        ratio = Fraction(given * row.denominator, above.denominator * known)
         reach = above.reach + row.reach
         letters = Series(self._ring, {0: {first - second: 1}}, 1, reach)
         return _is_zero(above - row * letters * ratio)
@@ -131,10 +134,10 @@ class Proof:
     @cached_property
     def _known(self) -> tuple[Series, ...]:
         """The rows with multipliers, the constraints, and their rates."""
-        found = list(self._derivation.rows)
+        identities = list(self._derivation.rows)
         for tie in self._derivation.ties:
-            found += [tie.demand, tie.demand.ddt(), tie.second]
-        return tuple(one for one in found if one)
+            identities += [tie.demand, tie.demand.ddt(), tie.second]
+        return tuple(series for series in identities if series)
 
     @cached_property
     def _forces(self) -> tuple[Series, ...]:
@@ -186,8 +189,8 @@ class Proof:
             case "letter" if node.name == "pi":
                 return self._whole(self._ring.constant("pi"))
             case "letter":
-                own = node.name not in letters
-                return self._whole(self._ring[node.name] if own else letters[node.name])
+                is_generator = node.name not in letters
+                return self._whole(self._ring[node.name] if is_generator else letters[node.name])
             case "sum":
                 return self._add(parts)
             case "negative":
@@ -207,16 +210,16 @@ class Proof:
 
     def _add(self, terms: Sequence[_Fraction]) -> _Fraction:
         below_each = dict.fromkeys(term.below for term in terms)
-        belows = [one for one in below_each if one != self._one]
+        belows = [divisor for divisor in below_each if divisor != self._one]
         summed = []
         for term in terms:
             above = term.above
-            for other in belows:
-                above = above if other == term.below else self._multiply(above, other)
+            for divisor in belows:
+                above = above if divisor == term.below else self._multiply(above, divisor)
             summed.append(above)
         below = self._one
-        for one in belows:
-            below = self._multiply(below, one)
+        for divisor in belows:
+            below = self._multiply(below, divisor)
         return _Fraction(self._ring.sum(summed), below)
 
     def _product(self, factors: Sequence[_Fraction]) -> _Fraction:
@@ -237,15 +240,17 @@ class Proof:
         if exponent.kind != "number" or exponent.value.denominator != 1:
             raise DerivationError("a power has no form in the ring")
         count = int(exponent.value) * sign
-        found = self._product([base if count > 0 else _invert(base)] * abs(count))
-        return found if count else self._whole(self._one)
+        power = self._product([base if count > 0 else _invert(base)] * abs(count))
+        return power if count else self._whole(self._one)
 
     def _call(self, name: str, parts: Sequence[_Fraction]) -> _Fraction:
         if name not in ("sin", "cos", "tan", "sqrt") or not parts[0].below.is_unit:
             raise DerivationError(f"{name} has no form in the ring")
         argument = parts[0].above * parts[0].below ** -1
         if name == "tan":
-            sine, cosine = (function_without_arcs(one)(argument) for one in ("sin", "cos"))
+            sine, cosine = (
+                function_without_arcs(circular)(argument) for circular in ("sin", "cos")
+            )
             return _Fraction(sine, cosine)
         return self._whole(function_without_arcs(name)(argument))
 

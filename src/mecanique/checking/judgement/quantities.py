@@ -175,14 +175,14 @@ class _Asked:
             "Lagrangian": T - V,
             "energy": T + V,
         }[name]
-        found = self._value(series, self._sample.values)
+        values = self._value(series, self._sample.values)
         joules = dict.fromkeys(_LETTERS[name], read_unit("N·m"))
         if name == "kinetic energy":
-            own = Quantity(name, "value", _LETTERS[name], found, dimensions=joules)
-            return self._in_letters(own, series)
+            exact = Quantity(name, "value", _LETTERS[name], values, dimensions=joules)
+            return self._in_letters(exact, series)
         moved = roll(self._truth, self._sample)
         again = self._value(series, moved), moved
-        whole = Quantity(name, "up to a constant", _LETTERS[name], found, again, dimensions=joules)
+        whole = Quantity(name, "up to a constant", _LETTERS[name], values, again, dimensions=joules)
         return self._in_letters(whole, series)
 
     def _in_letters(self, quantity: Quantity, series: Series) -> Quantity:
@@ -209,27 +209,27 @@ class _Asked:
             raise UnknownNameError("coordinate", chosen, coordinates)
         velocity = self._truth.velocities[coordinates.index(chosen)]
         series = self._lagrange.T.diff(velocity)
-        found = self._value(series, self._sample.values)
+        values = self._value(series, self._sample.values)
         letters = ("p", f"p{chosen}", f"p{coordinates.index(chosen) + 1}")
-        own = units(self._truth.mechanism).get(velocity)
-        unit = {} if own is None else dict.fromkeys(letters, _divide("N·m", own))
-        whole = Quantity(name, "value", letters, found, dimensions=unit, velocity=velocity)
+        unit_of_velocity = units(self._truth.mechanism).get(velocity)
+        unit = {} if unit_of_velocity is None else dict.fromkeys(letters, _divide("N·m", unit_of_velocity))
+        whole = Quantity(name, "value", letters, values, dimensions=unit, velocity=velocity)
         return self._in_letters(whole, series)
 
     def _reactions(self, name: str, _: str) -> Quantity:
         derivation = balances(self._truth)
-        reactions, found = {}, []
+        reactions, components = {}, []
         for letter, series in derivation.reactions.items():
             try:
-                found.append(self._value(series, self._sample.values))
+                components.append(self._value(series, self._sample.values))
             except UnknownNameError:
                 continue  # it depends on a force that the equations leave open
             reactions[letter] = series
         open_ones = sorted(derivation.reactions.keys() - reactions.keys())
         notes = (f"undetermined: {', '.join(open_ones)}",) if open_ones else ()
         multipliers = [letter for letter in self._truth.multipliers if letter not in reactions]
-        found += [self._sample.values[letter] for letter in multipliers]
-        values = np.stack(found) if found else np.zeros((0, self._sample.count))
+        components += [self._sample.values[letter] for letter in multipliers]
+        values = np.stack(components) if components else np.zeros((0, self._sample.count))
         letters = (*reactions, *multipliers)
         return Quantity(name, "letters", letters, values, None, reactions, derivation, notes=notes)
 
@@ -248,8 +248,8 @@ class _Asked:
                     series[result.left.symbol] = result.right
         still = {**self._sample.values, **dict.fromkeys(self._truth.velocities, _ZERO)}
         still |= dict.fromkeys(self._truth.accelerations, _ZERO)
-        values = np.stack([self._value(one, self._sample.values) for one in series.values()])
-        at_rest = np.stack([self._value(one, still) for one in series.values()])
+        values = np.stack([self._value(force, self._sample.values) for force in series.values()])
+        at_rest = np.stack([self._value(force, still) for force in series.values()])
         again = (at_rest, still)
         return Quantity(
             f"{name} of {what}", "free body", tuple(series), values, again, series, derivation
@@ -268,8 +268,8 @@ class _Asked:
             )
         if name == "undamped frequency":
             C = (C - C.transpose(0, 2, 1)) / 2
-        found = _oscillate(M, C, K)
-        if np.isfinite(found).all(1).sum() < _FEWEST:
+        frequencies = _oscillate(M, C, K)
+        if np.isfinite(frequencies).all(1).sum() < _FEWEST:
             where = self._where or "the position with all coordinates zero"
             raise InputError(f"{where} is not stable, or nothing oscillates there")
         numbered = [
@@ -278,7 +278,7 @@ class _Asked:
         letters = (*_LETTERS[name], *numbered)
         rate, time = read_unit("1/s"), read_unit("s")
         unit = {letter: time if letter.startswith("T") else rate for letter in letters}
-        return Quantity(name, "several", letters, found.T, dimensions=unit)
+        return Quantity(name, "several", letters, frequencies.T, dimensions=unit)
 
     @property
     def _where(self) -> str:
@@ -318,14 +318,14 @@ class _Asked:
 
     def _units_of_momenta(self) -> dict[str, Dimension]:
         known = units(self._truth.mechanism)
-        found = {}
+        units_by_letter = {}
         for k, velocity in enumerate(self._truth.velocities):
             unit = known.get(velocity)
             for letter in self._name_momentum(k):
                 if unit is not None:
-                    found[letter] = _divide("N·m", unit)
-                    found[f"{letter}'"] = _divide("N·m/s", unit)
-        return found
+                    units_by_letter[letter] = _divide("N·m", unit)
+                    units_by_letter[f"{letter}'"] = _divide("N·m/s", unit)
+        return units_by_letter
 
     def _legendre(self, values: Mapping[str, Array]) -> Array:
         T, V = self._lagrange.T, self._lagrange.V
@@ -437,14 +437,14 @@ def locate(truth: Truth, position: str) -> dict[str, Array]:
     letters = Letters.of(truth.mechanism)
     sample = truth.sample
     values = {**sample.values, **dict.fromkeys(truth.mechanism.coordinates, np.zeros(sample.count))}
-    found = {}
+    positions = {}
     for statement in read(position, letters):
         left, right = statement.sides[0], statement.sides[-1]
         if left.name not in truth.mechanism.coordinates or not statement.is_equation:
             raise InputError(f"expected a position such as 'q = pi', got {statement.text!r}")
-        found[left.name] = Tape(right).evaluate(values, sample.count).whole
-        values = {**values, left.name: found[left.name]}
-    return found
+        positions[left.name] = Tape(right).evaluate(values, sample.count).whole
+        values = {**values, left.name: positions[left.name]}
+    return positions
 
 
 def _oscillate(M: Array, C: Array, K: Array) -> Array:
@@ -454,14 +454,14 @@ def _oscillate(M: Array, C: Array, K: Array) -> Array:
     state[:, :nv, nv:] = np.eye(nv)
     known = np.isfinite(M).all((1, 2)) & np.isfinite(C).all((1, 2)) & np.isfinite(K).all((1, 2))
     if not np.abs(C[known]).max(initial=0.0) > 1e-12:
-        found = np.full((n, nv), np.nan)
+        frequencies = np.full((n, nv), np.nan)
         squares = np.linalg.eigvals(np.linalg.solve(M[known], K[known]))
         least = -1e-9 * np.abs(squares).max(axis=1, initial=0.0)[:, None]
         stable = squares.real >= least
         with np.errstate(all="ignore"):
             roots = np.where(stable, np.sqrt(np.maximum(squares.real, 0.0)), np.nan)
-        found[known] = np.where(stable.all(1)[:, None], np.sort(roots, axis=1), np.nan)
-        return found
+        frequencies[known] = np.where(stable.all(1)[:, None], np.sort(roots, axis=1), np.nan)
+        return frequencies
     state[known, nv:, :nv] = -np.linalg.solve(M[known], K[known])
     state[known, nv:, nv:] = -np.linalg.solve(M[known], C[known])
     state[~known] = 0.0

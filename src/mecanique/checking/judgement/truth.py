@@ -163,13 +163,13 @@ class Truth:
         states = random_states(mechanism, _CANDIDATES, self.seed, derivation.assumptions)
         random = np.random.default_rng(self.seed + 1)
         values = self._letters(states, random, varied)
-        found = self._evaluate(values, len(states), varied=bool(varied), most=STATES)
-        if found is None:
+        sample = self._evaluate(values, len(states), varied=bool(varied), most=STATES)
+        if sample is None:
             raise InputError(
                 f"the equations of {mechanism.name!r} have a value at none of {len(states)} random "
                 "states"
             )
-        return found
+        return sample
 
     def stretch(self, sample: Sample) -> Sample | None:
         """Return states near zero, at it and far out; None with loops or without a closed form."""
@@ -208,9 +208,9 @@ class Truth:
         if not len(at):
             return None
         values = {name: value[at] if np.ndim(value) else value for name, value in values.items()}
-        slopes, own = self._ties(evaluated, n)
-        slopes, own, M, bias, forces = slopes[at], own[at], M[at], bias[at], forces[at]
-        a, multipliers = accelerate(M, forces - bias, slopes, own)
+        slopes, rates = self._ties(evaluated, n)
+        slopes, rates, M, bias, forces = slopes[at], rates[at], M[at], bias[at], forces[at]
+        a, multipliers = accelerate(M, forces - bias, slopes, rates)
         values |= dict(zip(self.accelerations, a.T, strict=True))
         values |= dict(zip(self.multipliers, multipliers.T, strict=True))
         lengths = {}
@@ -245,12 +245,12 @@ class Truth:
     def _ties(self, evaluated: Evaluation, n: int) -> tuple[Array, Array]:
         """Return J and b of J a + b = 0, shape (n, m, nv) and (n, m)."""
         derivation, nv = self.closed_form, self.mechanism.nv
-        slopes, own = np.zeros((n, len(derivation.ties), nv)), np.zeros((n, len(derivation.ties)))
+        slopes, rates = np.zeros((n, len(derivation.ties), nv)), np.zeros((n, len(derivation.ties)))
         for k, tie in enumerate(derivation.ties):
-            rates, rest = tie.second.linear(self.accelerations)
-            slopes[:, k] = stack(rates, evaluated, n)
-            own[:, k] = evaluated(rest)
-        return slopes, own
+            coefficients, rest = tie.second.linear(self.accelerations)
+            slopes[:, k] = stack(coefficients, evaluated, n)
+            rates[:, k] = evaluated(rest)
+        return slopes, rates
 
     def _letters(
         self, states: States, random: np.random.Generator, varied: frozenset[str]
@@ -308,7 +308,7 @@ class Truth:
 
 def stack(series: Sequence[Series], evaluated: Evaluation, n: int) -> Array:
     """Return the values of some series, shape (n, series)."""
-    return np.stack([np.broadcast_to(evaluated(one), (n,)) for one in series], axis=-1)
+    return np.stack([np.broadcast_to(evaluated(entry), (n,)) for entry in series], axis=-1)
 
 
 def stack_mass(derivation: Derivation, evaluated: Evaluation, n: int) -> Array:
@@ -318,7 +318,7 @@ def stack_mass(derivation: Derivation, evaluated: Evaluation, n: int) -> Array:
     return stack(entries, evaluated, n).reshape(n, nv, nv)
 
 
-def accelerate(M: Array, force: Array, J: Array, own: Array) -> tuple[Array, Array]:
+def accelerate(M: Array, force: Array, J: Array, rates: Array) -> tuple[Array, Array]:
     """Solve M a = force + Jᵀ λ, J a + own = 0 for a and λ; redundant rows share their load."""
     n, m, nv = J.shape
     if not m:
@@ -327,9 +327,9 @@ def accelerate(M: Array, force: Array, J: Array, own: Array) -> tuple[Array, Arr
     whole[:, :nv, :nv] = M
     whole[:, :nv, nv:] = -J.transpose(0, 2, 1)
     whole[:, nv:, :nv] = J
-    right = np.concatenate([force, -own], axis=1)
-    found = (np.linalg.pinv(whole) @ right[..., None])[..., 0]
-    return np.asarray(found[:, :nv]), np.asarray(found[:, nv:])
+    right = np.concatenate([force, -rates], axis=1)
+    solution = (np.linalg.pinv(whole) @ right[..., None])[..., 0]
+    return np.asarray(solution[:, :nv]), np.asarray(solution[:, nv:])
 
 
 def _are_regular(M: Array) -> npt.NDArray[np.bool_]:

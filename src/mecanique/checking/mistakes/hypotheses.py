@@ -98,13 +98,13 @@ class RightEquations:
 def group_by_velocities(series: Series, velocities: Sequence[str]) -> dict[tuple[int, ...], Series]:
     """Return the parts of a series by powers of the velocities."""
     ring = series.ring
-    found = {}
+    groups = {}
     for powers, part in series.coefficients(velocities).items():
         whole = part
         for name, power in zip(velocities, powers, strict=True):
             whole = whole * ring[name] ** power if power else whole
-        found[powers] = whole
-    return found
+        groups[powers] = whole
+    return groups
 
 
 _MOST_SINGLE = 60
@@ -152,10 +152,12 @@ def mistake_letters(right: RightEquations) -> Iterator[Hypothesis]:
             continue
         ((_, monomial, _),) = whole.terms()
         powers = {whole.ring.generators[i].name: e for i, e in exponents(monomial)}
-        for one, other in permutations(parameters, 2):
-            if one.unit == other.unit and one.symbol in powers:
-                ratio = (values[other.symbol] / values[one.symbol]) ** powers[one.symbol]
-                text = f"in the term {{}} {other.symbol} should be {one.symbol}"
+        for right_letter, wrong_letter in permutations(parameters, 2):
+            if right_letter.unit == wrong_letter.unit and right_letter.symbol in powers:
+                ratio = (values[wrong_letter.symbol] / values[right_letter.symbol]) ** powers[
+                    right_letter.symbol
+                ]
+                text = f"in the term {{}} {wrong_letter.symbol} should be {right_letter.symbol}"
                 yield _change(right, term, ratio, "letter", text, 2.1)
 
 
@@ -167,9 +169,9 @@ def _list_terms(right: RightEquations) -> Iterator[_Term]:
         for column, entry in enumerate(entries):
             if not entry:
                 continue
-            own = row == column
-            name = "the inertia term" if own else "the coupling term"
-            yield _Term(row, entry, column, name, 1.6 if own else 1.0)
+            diagonal = row == column
+            name = "the inertia term" if diagonal else "the coupling term"
+            yield _Term(row, entry, column, name, 1.6 if diagonal else 1.0)
             for part in _split(entry):
                 yield _Term(row, part, column, "the inertia term", 2.0)
     for row, (h, Q) in enumerate(zip(derivation.h, derivation.Q, strict=True)):
@@ -214,7 +216,7 @@ def list_parts(series: Series, velocities: Sequence[str]) -> list[Series]:
         return []
     parts = list(group_by_velocities(series, velocities).values())
     for letter in (g for g in series.generators() if g.kind is Kind.PARAMETER):
-        parts.append(series.ring.sum([one for one in single if letter in one.generators()]))
+        parts.append(series.ring.sum([part for part in single if letter in part.generators()]))
     return [part for part in dict.fromkeys([*parts, *single]) if part != series]
 
 
@@ -287,12 +289,12 @@ def mistake_operator(right: RightEquations) -> Iterator[Hypothesis]:
 
 def _collect_quadratic(right: RightEquations, h: Sequence[Series], names: Sequence[str]) -> Array:
     """Return the terms of second degree in the velocities, shape (n, nv)."""
-    found = []
+    columns = []
     for series in h:
         groups = group_by_velocities(series, names)
         squares = [part for powers, part in groups.items() if sum(powers) == 2]
-        found.append(right.value(series.ring.sum(squares)))
-    return np.stack(found, axis=-1)
+        columns.append(right.value(series.ring.sum(squares)))
+    return np.stack(columns, axis=-1)
 
 
 def mistake_readings(right: RightEquations) -> Iterator[Hypothesis]:
@@ -393,7 +395,7 @@ def mistake_parts(right: RightEquations) -> Iterator[Hypothesis]:
             continue
         yield from _body(right, mechanism, body)
     for force in mechanism.forces:
-        others = tuple(one for one in mechanism.forces if one is not force)
+        others = tuple(present for present in mechanism.forces if present is not force)
         less = right.rebuild(replace(mechanism, forces=others))
         if less is not None:
             own_M, own_rest = right.sample.M - less[0], right.rest - less[1]
@@ -416,11 +418,11 @@ def _forget_free_length(
         changed = replace(force, reference=0.0)
     else:
         return
-    forces = tuple(changed if one is force else one for one in mechanism.forces)
-    found = right.rebuild(replace(mechanism, forces=forces))
-    if found is not None:
+    forces = tuple(changed if present is force else present for present in mechanism.forces)
+    rebuilt = right.rebuild(replace(mechanism, forces=forces))
+    if rebuilt is not None:
         what = f"the free length of the spring {force.name!r} is forgotten"
-        yield Hypothesis("free length", what, 0.8, *found)
+        yield Hypothesis("free length", what, 0.8, *rebuilt)
 
 
 def _gravity(right: RightEquations, mechanism: Mechanism) -> Iterator[Hypothesis]:
@@ -504,7 +506,7 @@ def _differ(M: Array, other: Array) -> bool:
 
 
 def _with_body(mechanism: Mechanism, body: Body) -> Mechanism:
-    bodies = tuple(body if one.name == body.name else one for one in mechanism.bodies)
+    bodies = tuple(body if present.name == body.name else present for present in mechanism.bodies)
     return replace(mechanism, bodies=bodies)
 
 
@@ -581,15 +583,18 @@ def _find_surplus(
     J: Array, changes: Array, v: Array, p: Array, chosen: list[int], kept: list[int]
 ) -> Array | None:
     """Return the extra terms, shape (n, kept); None if the choice is not possible."""
-    own = J[:, :, chosen]
+    J_dependent = J[:, :, chosen]
     with np.errstate(all="ignore"):
-        condition = np.linalg.cond(own)
+        condition = np.linalg.cond(J_dependent)
     if not (condition < _WORST_CONDITION).all():
         return None
-    B = -np.linalg.solve(own, J[:, :, kept])
+    B = -np.linalg.solve(J_dependent, J[:, :, kept])
     # D_k B, along the motion of each kept coordinate that the constraint allows
     along = np.stack(
-        [-np.linalg.solve(own, change[:, :, kept] + change[:, :, chosen] @ B) for change in changes]
+        [
+            -np.linalg.solve(J_dependent, change[:, :, kept] + change[:, :, chosen] @ B)
+            for change in changes
+        ]
     )
     ways = along[kept] + np.einsum("ndk,dnei->knei", B, along[chosen])
     rates = np.einsum("nk,kndi->ndi", v[:, kept], ways)
@@ -614,7 +619,7 @@ class Hypotheses:
         if self._truth.derivation is None:
             return []
         right = RightEquations(self._truth, self._truth.derivation)
-        found = [
+        hypotheses = [
             *mistake_terms(right),
             *mistake_letters(right),
             *mistake_operator(right),
@@ -622,22 +627,22 @@ class Hypotheses:
             *mistake_parts(right),
         ]
         if self._truth.mechanism.constrained:
-            found += mistake_constraints(right)
+            hypotheses += mistake_constraints(right)
         else:
-            found += [*mistake_angles(right), *linearize(right)]
-        led = ((one, self._lead(one)) for one in found)
-        return [(one, motion) for one, motion in led if motion is not None]
+            hypotheses += [*mistake_angles(right), *linearize(right)]
+        led = ((hypothesis, self._lead(hypothesis)) for hypothesis in hypotheses)
+        return [(hypothesis, motion) for hypothesis, motion in led if motion is not None]
 
     @property
     def listed(self) -> tuple[Hypothesis, ...]:
         """Every hypothesis whose equations determine the motion and differ from the right ones."""
-        return tuple(one for one, _ in self._led)
+        return tuple(hypothesis for hypothesis, _ in self._led)
 
     @cached_property
     def motions(self) -> Array:
         """The accelerations and multipliers of each hypothesis, shape (hypotheses, n, nv + m)."""
-        found = [motion for _, motion in self._led]
-        return np.stack(found) if found else np.zeros((0, *self._sample.motion.shape))
+        motions = [motion for _, motion in self._led]
+        return np.stack(motions) if motions else np.zeros((0, *self._sample.motion.shape))
 
     def _lead(self, hypothesis: Hypothesis) -> Array | None:
         """Return a hypothesis's accelerations and multipliers, None if undetermined."""
@@ -652,8 +657,8 @@ class Hypotheses:
         if hypothesis.released:
             J = J.copy()
             J[:, list(hypothesis.released)] = 0.0
-        own = -np.einsum("nmv,nv->nm", J, sample.a)
-        a, multipliers = accelerate(hypothesis.M, -hypothesis.rest, J, own)
+        right_side = -np.einsum("nmv,nv->nm", J, sample.a)
+        a, multipliers = accelerate(hypothesis.M, -hypothesis.rest, J, right_side)
         if not (np.abs(a - sample.a) > 1e-7 * np.abs(sample.a)).any():
             return None
         return np.concatenate([a, multipliers], axis=1)

@@ -46,24 +46,24 @@ class QuantityMistakes:
         self._energies: dict[str, list[tuple[Mistake, Array, Array]]] = {}
         self._about: dict[str, Hypotheses] = {}
 
-    def explain(self, one: Residual, quantity: Quantity) -> Iterator[Mistake]:
+    def explain(self, residual: Residual, quantity: Quantity) -> Iterator[Mistake]:
         """Yield the mistakes after which a formula would be right."""
         if self._truth.derivation is None:
             return
         name = quantity.name.partition(" of ")[0]
         if name in ("kinetic energy", "momentum", "Lagrangian", "energy"):
-            yield from self._explain_motion(one, quantity, name)
+            yield from self._explain_motion(residual, quantity, name)
         if name in ("potential energy", "Lagrangian", "energy"):
-            yield from self._explain_potential(one, quantity, name)
+            yield from self._explain_potential(residual, quantity, name)
         if quantity.kind == "several":
-            yield from self._explain_frequency(one, quantity)
+            yield from self._explain_frequency(residual, quantity)
 
     def explain_matrix(self, given: Array) -> Iterator[Mistake]:
         """Yield the mistakes that lead to a mass matrix, shape (n, nv, nv)."""
-        for found in self._list("motion").listed:
-            scale = np.abs(given) + np.abs(found.M)
-            if (np.abs(given - found.M) <= _ALIKE * scale).all() and found.row < 0:
-                yield found.mistake()
+        for hypothesis in self._list("motion").listed:
+            scale = np.abs(given) + np.abs(hypothesis.M)
+            if (np.abs(given - hypothesis.M) <= _ALIKE * scale).all() and hypothesis.row < 0:
+                yield hypothesis.mistake()
 
     def _list(self, where: str) -> Hypotheses:
         if where not in self._about:
@@ -72,25 +72,27 @@ class QuantityMistakes:
                 assert self._about[where].listed is not None
         return self._about[where]
 
-    def _explain_motion(self, one: Residual, quantity: Quantity, name: str) -> Iterator[Mistake]:
+    def _explain_motion(
+        self, residual: Residual, quantity: Quantity, name: str
+    ) -> Iterator[Mistake]:
         sample = self._truth.sample
-        if one.sample.count != sample.count or quantity.values is None:
+        if residual.sample.count != sample.count or quantity.values is None:
             return
         v = np.stack([sample.values[n] for n in self._truth.velocities], axis=-1)
         listed = self._list("motion").listed
         # with all at rest, the potential must be right, and its constant is open
         resting = [] if quantity.again is None else list(self._at_rest(quantity))
-        for found in listed:
+        for hypothesis in listed:
             spend()
-            change = found.M - sample.M
-            if found.row >= 0 or not np.abs(change).any():
+            change = hypothesis.M - sample.M
+            if hypothesis.row >= 0 or not np.abs(change).any():
                 continue
             more = np.einsum("ni,nij,nj->n", v, change, v) / 2
             if name == "momentum":
                 k = self._truth.velocities.index(quantity.velocity)
                 more = np.einsum("nj,nj->n", change[:, k], v)
-            if self._holds(one, quantity, (quantity.values + more, sample.values), *resting):
-                yield found.mistake()
+            if self._holds(residual, quantity, (quantity.values + more, sample.values), *resting):
+                yield hypothesis.mistake()
 
     def _at_rest(self, quantity: Quantity) -> Iterator[tuple[Array, Mapping[str, Array]]]:
         """Yield the quantity where velocities vanish, in the states and in the moved ones."""
@@ -104,16 +106,20 @@ class QuantityMistakes:
             yield np.broadcast_to(np.asarray(value, dtype=float), (sample.count,)), states
 
     def _holds(
-        self, one: Residual, quantity: Quantity, *claims: tuple[Array, Mapping[str, Array]]
+        self, residual: Residual, quantity: Quantity, *claims: tuple[Array, Mapping[str, Array]]
     ) -> bool:
         """Whether a formula gives these values in these states; of several, up to a constant."""
         tables = []
         for values, states in claims:
             # the letters of the mechanism keep their meaning
-            letters = {**one.sample.values, **dict.fromkeys(quantity.letters, values), **states}
-            if not one.statement.is_equation:
+            letters = {
+                **residual.sample.values,
+                **dict.fromkeys(quantity.letters, values),
+                **states,
+            }
+            if not residual.statement.is_equation:
                 letters[quantity.letters[0]] = values
-            tables.append(one.tape.evaluate(letters, one.sample.count))
+            tables.append(residual.tape.evaluate(letters, residual.sample.count))
         relative = [
             np.abs(first.whole - other.whole) / np.maximum(first.size, other.size)
             for first, other in pairwise(tables)
@@ -123,7 +129,9 @@ class QuantityMistakes:
             (other[np.isfinite(other)] <= _ALIKE).all() for other in others
         )
 
-    def _explain_potential(self, one: Residual, quantity: Quantity, name: str) -> Iterator[Mistake]:
+    def _explain_potential(
+        self, residual: Residual, quantity: Quantity, name: str
+    ) -> Iterator[Mistake]:
         if quantity.values is None or quantity.again is None:
             return
         sign = -1.0 if name == "Lagrangian" else 1.0
@@ -131,7 +139,7 @@ class QuantityMistakes:
             spend()
             here = quantity.values + sign * change, self._truth.sample.values
             moved = quantity.again[0] + sign * there, quantity.again[1]
-            if self._holds(one, quantity, here, moved):
+            if self._holds(residual, quantity, here, moved):
                 yield mistake
 
     def _potentials(self, quantity: Quantity) -> list[tuple[Mistake, Array, Array]]:
@@ -173,18 +181,18 @@ class QuantityMistakes:
                 mistake = Mistake(kind, text, "", weight)
                 yield mistake, (factor - 1) * here, (factor - 1) * there
 
-    def _explain_frequency(self, one: Residual, quantity: Quantity) -> Iterator[Mistake]:
+    def _explain_frequency(self, residual: Residual, quantity: Quantity) -> Iterator[Mistake]:
         assert quantity.values is not None
         for omega in quantity.values:
             for weight, text, values in _other_measures(omega, quantity.letters):
-                if self._fits(one, values):
+                if self._fits(residual, values):
                     yield Mistake("measure", text, "", weight)
         if len(quantity.values) > 1 or "'" not in self._truth.velocities[0]:
             return
-        for found, omega in self._frequencies():
+        for mistake, omega in self._frequencies():
             spend()
-            if self._fits(one, measure(omega, quantity.letters)):
-                yield found
+            if self._fits(residual, measure(omega, quantity.letters)):
+                yield mistake
 
     def _frequencies(self) -> list[tuple[Mistake, Array]]:
         """Return the frequencies about zero that mistakes lead to, of one degree of freedom."""
@@ -195,19 +203,19 @@ class QuantityMistakes:
             return []
         with stop_clock():
             listed = Hypotheses(still).listed
-        found = []
-        for one in listed:
-            if one.kind in ("linearized", "angle"):
+        frequencies = []
+        for hypothesis in listed:
+            if hypothesis.kind in ("linearized", "angle"):
                 continue
-            omega = np.sqrt(one.rest[:, 0] / (_STEP * one.M[:, 0, 0]))
-            found.append((one.mistake(), omega))
-        return found
+            omega = np.sqrt(hypothesis.rest[:, 0] / (_STEP * hypothesis.M[:, 0, 0]))
+            frequencies.append((hypothesis.mistake(), omega))
+        return frequencies
 
-    def _fits(self, one: Residual, values: Mapping[str, Array]) -> bool:
-        if any(value.shape != (one.sample.count,) for value in values.values()):
+    def _fits(self, residual: Residual, values: Mapping[str, Array]) -> bool:
+        if any(value.shape != (residual.sample.count,) for value in values.values()):
             return False
-        letters = {**one.sample.values, **values}
-        whole = one.tape.evaluate(letters, one.sample.count)
+        letters = {**residual.sample.values, **values}
+        whole = residual.tape.evaluate(letters, residual.sample.count)
         return _vanishes(whole.relative)
 
     def explain_constant(self, root: Node, written: str) -> Iterator[Mistake]:

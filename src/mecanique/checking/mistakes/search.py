@@ -64,10 +64,10 @@ class Context:
         """The possible arguments of sine and cosine, by their formula."""
         values = self.values
         arguments = {name: values[name] for name in self.angles}
-        for one, other in permutations(self.angles, 2):
-            arguments[f"{one} - {other}"] = values[one] - values[other]
-            if one < other:
-                arguments[f"{one} + {other}"] = values[one] + values[other]
+        for first, second in permutations(self.angles, 2):
+            arguments[f"{first} - {second}"] = values[first] - values[second]
+            if first < second:
+                arguments[f"{first} + {second}"] = values[first] + values[second]
         for name in tuple(arguments):
             arguments[f"2 {name}" if " " not in name else f"2 ({name})"] = 2 * arguments[name]
         return arguments
@@ -80,9 +80,9 @@ class Context:
             value = self.values[symbol]
             factors[symbol] = ("factor missing", value)
             factors[f"{symbol}^2"] = ("factor missing", value * value)
-        for one, other in permutations(self.units, 2):
-            if self.units[one] == self.units[other]:
-                factors[f"{one}/{other}"] = ("letter", self.values[one] / self.values[other])
+        for first, second in permutations(self.units, 2):
+            if self.units[first] == self.units[second]:
+                factors[f"{first}/{second}"] = ("letter", self.values[first] / self.values[second])
         for name in (*self.coordinates, *self.velocities):
             factors[name] = ("factor missing", self.values[name])
         for formula, value in self.arguments.items():
@@ -102,10 +102,10 @@ class Context:
     def alternatives(self, name: str) -> Iterator[tuple[str, Array]]:
         """Yield alternatives to a letter, with their values."""
         values = self.values
-        own = self._dimensions.get(name)
+        dimension = self._dimensions.get(name)
         fixed = [*self.units, *self.coordinates]
-        if name in fixed and own is not None:
-            group = [letter for letter in fixed if self._dimensions.get(letter) == own]
+        if name in fixed and dimension is not None:
+            group = [letter for letter in fixed if self._dimensions.get(letter) == dimension]
             yield from ((letter, values[letter]) for letter in group if letter != name)
             if self.units.get(name) == "kg":
                 yield from self._sums(group)
@@ -115,11 +115,11 @@ class Context:
                 yield from self._combinations(name, family)
 
     def _sums(self, group: list[str]) -> Iterator[tuple[str, Array]]:
-        for k, one in enumerate(group):
-            for other in group[k + 1 :]:
-                yield f"{one} + {other}", self.values[one] + self.values[other]
+        for k, first in enumerate(group):
+            for second in group[k + 1 :]:
+                yield f"{first} + {second}", self.values[first] + self.values[second]
         if len(group) > 2:
-            yield " + ".join(group), sum((self.values[one] for one in group), np.zeros(()))
+            yield " + ".join(group), sum((self.values[first] for first in group), np.zeros(()))
 
     def _combinations(self, name: str, family: tuple[str, ...]) -> Iterator[tuple[str, Array]]:
         values = self.values
@@ -198,9 +198,9 @@ def repair_number(part: Part) -> Iterator[Mistake]:
     parent = part.tape.nodes[part.tape.parents[part.place]]
     if parent.kind == "power" or spread > ALIKE * float(np.abs(ratio).max()):
         return
-    found = Fraction(float(ratio.mean())).limit_denominator(SIMPLE)
-    if found and abs(float(found) / float(ratio.mean()) - 1) < ALIKE and not part.is_term:
-        yield Mistake("factor", f"the number '{part.quoted}' should be {found}", part.quoted, 1.6)
+    factor = Fraction(float(ratio.mean())).limit_denominator(SIMPLE)
+    if factor and abs(float(factor) / float(ratio.mean()) - 1) < ALIKE and not part.is_term:
+        yield Mistake("factor", f"the number '{part.quoted}' should be {factor}", part.quoted, 1.6)
 
 
 def repair_letter(part: Part) -> Iterator[Mistake]:
@@ -237,27 +237,27 @@ def repair_circular(part: Part) -> Iterator[Mistake]:
     """Yield repairs of a sine or cosine: the other one, another angle, none."""
     name, argument = part.node.name, part.node.parts[0]
     inner = part.values.parts[part.tape.parts[part.place][0]][part.usable]
-    own, other = (np.sin, np.cos) if name == "sin" else (np.cos, np.sin)
+    written, swapped = (np.sin, np.cos) if name == "sin" else (np.cos, np.sin)
     turned = "cos" if name == "sin" else "sin"
     for sign, words in ((1, ""), (-1, "−")):
-        if part.is_alike(sign * other(inner)):
+        if part.is_alike(sign * swapped(inner)):
             text = f"'{part.quoted}' {part.where}should be {words}{turned}"
             yield Mistake("sin for cos", text, part.quoted, 1.0 + 0.3 * (sign < 0))
     for factor in (np.pi / 180, 180 / np.pi):
-        if part.is_alike(own(inner * factor)):
+        if part.is_alike(written(inner * factor)):
             text = f"'{part.quoted}' {part.where}is taken in degrees: angles are in radians"
             yield Mistake("degree", text, part.quoted, 0.8)
             return
     for formula, value in part.context.arguments.items():
         angle = value[part.usable]
         alike = bool((np.abs(angle - inner) <= ALIKE).all())
-        if not alike and part.is_alike(own(angle)):
+        if not alike and part.is_alike(written(angle)):
             text = (
                 f"'{part.quoted}' {part.where}should be {name}({formula}): relative and "
                 "absolute angles are mixed up"
             )
             yield Mistake("angle", text, part.quoted, 1.2)
-        elif not alike and part.is_alike(other(angle)):
+        elif not alike and part.is_alike(swapped(angle)):
             text = f"'{part.quoted}' {part.where}should be {turned}({formula})"
             yield Mistake("angle", text, part.quoted, 2.2)
     if part.is_alike(np.ones_like(inner)) and argument.letters:
@@ -413,7 +413,7 @@ def repairs(
         usable = finite & np.isfinite(want)
         if usable.sum() < min(_FEWEST, len(finite)) or not usable.any():
             continue
-        one = Part(
+        whole_part = Part(
             tape=tape,
             place=k,
             have=have[usable],
@@ -423,7 +423,7 @@ def repairs(
             text=text,
             values=values,
         )
-        whole = list(_find(one))
+        whole = list(_find(whole_part))
         if any(repair.kind in ("sign", "extra", "factor", "inertia") for repair in whole):
             explained.add(k)
         yield from whole
@@ -460,9 +460,9 @@ def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[M
     evaluated = Evaluation(truth.ring, residual.sample.values)
     for part in [*list_parts(truth, residual.truth.velocities), truth]:
         spend()
-        own = np.broadcast_to(evaluated(part), lacks.shape)
+        part_values = np.broadcast_to(evaluated(part), lacks.shape)
         for factor, kind, words in SLIPS:
-            lacking = (1.0 - factor) * own
+            lacking = (1.0 - factor) * part_values
             scale = np.abs(lacking) + np.abs(lacks)
             if (np.abs(lacks - lacking) <= ALIKE * scale)[usable].all():
                 text = words.format(f"the term {expression(part).text()}")
@@ -526,9 +526,9 @@ class Search:
                 causes.append(())
                 continue
             number = k + 1 if several else 0
-            own = [*common, *self._list_likeliest(holds[:, k], denied, number)]
-            own += self._mend(residual, number, text)
-            causes.append(_rank(_misfits(self.units, residual, number, text, defined), own))
+            mistakes = [*common, *self._list_likeliest(holds[:, k], denied, number)]
+            mistakes += self._mend(residual, number, text)
+            causes.append(_rank(_misfits(self.units, residual, number, text, defined), mistakes))
         return tuple(causes)
 
     def mend(
@@ -543,8 +543,10 @@ class Search:
         """Return the single changes that would make a formula of any quantity right."""
         units = Units(self._truth.mechanism, asked)
         zero = np.zeros(residual.sample.count)
-        found = repairs(residual.tape, residual.values, zero, self.context, text)
-        mistakes = [one for one in _list_in_time(found) if one.part or one is _ENDED]
+        changes = repairs(residual.tape, residual.values, zero, self.context, text)
+        mistakes = [
+            mistake for mistake in _list_in_time(changes) if mistake.part or mistake is _ENDED
+        ]
         mistakes += _list_in_time(find_lacking(residual, series))
         if quantity is not None:
             mistakes += self.of_quantities.explain(residual, quantity)
@@ -562,8 +564,8 @@ class Search:
         try:
             slope = rate(root, self._letters.rate_nodes)
             line = Statement((slope, zero_node(0)), text, root.start)
-            found = residuals([line], truth, truth.sample, text)
-            holds = self._hold(found)
+            equations = residuals([line], truth, truth.sample, text)
+            holds = self._hold(equations)
             listed += self._list_likeliest(holds[:, 0], np.full(len(holds), 0.4), number)
         except FormulaError:
             pass
@@ -581,14 +583,14 @@ class Search:
         if residual.sample is not self._truth.sample:
             return []
         zero = np.zeros(residual.sample.count)
-        found = repairs(residual.tape, residual.values, zero, self.context, text)
-        return _in_equation(_list_in_time(found), number)
+        changes = repairs(residual.tape, residual.values, zero, self.context, text)
+        return _in_equation(_list_in_time(changes), number)
 
     def _explain_all(
-        self, found: Sequence[Residual], holds: npt.NDArray[np.bool_]
+        self, residuals: Sequence[Residual], holds: npt.NDArray[np.bool_]
     ) -> list[Mistake]:
         """Return hypotheses that explain all equations at once, if several are wrong."""
-        if sum(not one.holds for one in found) < 2:
+        if sum(not residual.holds for residual in residuals) < 2:
             return []
         return self._list_likeliest(np.asarray(holds.all(axis=1)), np.full(len(holds), _SEVERAL), 0)
 
@@ -633,8 +635,10 @@ def _misfits(
         if odd := units.list_odd(defined):
             what = f"the units do not match: the terms that define {', '.join(odd)} differ in units"
             return [Mistake("units", what, equation=number)]
-        own = [units.describe(name, node) for name, node in defined.items() if name in fault.text]
-        return [Mistake("units", "; ".join([fault.text, *own]), part, equation=number)]
+        definitions = [
+            units.describe(name, node) for name, node in defined.items() if name in fault.text
+        ]
+        return [Mistake("units", "; ".join([fault.text, *definitions]), part, equation=number)]
     return []
 
 

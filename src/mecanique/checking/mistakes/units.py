@@ -87,8 +87,8 @@ class Units:
         return odd
 
     def _of_sum(self, node: Node, text: str) -> Dimension | None:
-        found = [(part, self.find(part, text)) for part in node.parts]
-        known = [(part, its) for part, its in found if its is not None and _letters(part)]
+        by_part = [(part, self.find(part, text)) for part in node.parts]
+        known = [(part, its) for part, its in by_part if its is not None and _letters(part)]
         for part, its in known[1:]:
             first, other = known[0]
             if its != other:

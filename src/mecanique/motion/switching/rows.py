@@ -87,8 +87,8 @@ class Rows:
         self.rates = Rates.of(self.base)
         self._bodies = [body.name for body in self.base.bodies]
         names = list(self._closed.closures.names) if self._closed is not None else []
-        own = {f"{contact.name}: {row}" for contact in closed for row in contact.rows}
-        self.permanent = [k for k, name in enumerate(names) if name not in own]
+        of_contacts = {f"{contact.name}: {row}" for contact in closed for row in contact.rows}
+        self.permanent = [k for k, name in enumerate(names) if name not in of_contacts]
         """Rows that hold in every mode."""
         self._positional: Flags = np.zeros(len(names), dtype=bool)
         if self._closed is not None:

@@ -145,7 +145,7 @@ def _recursive(engine: EngineModel, chart: Chart, loads: Loads) -> _Acceleration
     on_bodies, forced = loads.act_on_bodies, loads.act_on_bodies or loads.act_in_joints
     if chart.identical:
 
-        def own(q: Array, v: Array, t: float) -> Array:
+        def accelerate(q: Array, v: Array, t: float) -> Array:
             values = place(q, t)
             if on_bodies:
                 move(model, data, p, v)
@@ -158,7 +158,7 @@ def _recursive(engine: EngineModel, chart: Chart, loads: Loads) -> _Acceleration
             )
             return result
 
-        return own
+        return accelerate
     forth, back = chart.G.dot, np.linalg.inv(chart.G).dot
 
     def turn(q: Array, v: Array, t: float) -> Array:

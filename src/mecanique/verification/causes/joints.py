@@ -261,7 +261,9 @@ def placement_changes(evidence: Evidence) -> Iterator[Hypothesis]:
         flat = evidence.weigh(np.concatenate(parts) - evidence.tau)
         return np.nan_to_num(flat, nan=1e9, posinf=1e9, neginf=-1e9)
 
-    families = [one for k in range(len(evidence.recursion.tree)) for one in _families(evidence, k)]
+    families = [
+        family for k in range(len(evidence.recursion.tree)) for family in _families(evidence, k)
+    ]
     if not families:
         return
     kept = _choose(evidence, families, residuals, weighted)

@@ -53,10 +53,10 @@ class Checking:
     """Derives a mechanism's equations and compares them, in a thread of its own."""
 
     def __init__(
-        self, mechanism: Mechanism, found: Found, prove: Proof = lambda table: table
+        self, mechanism: Mechanism, settings: Found, prove: Proof = lambda table: table
     ) -> None:
         self._mechanism = mechanism
-        self._found = found
+        self._found = settings
         self._prove = prove
         self._lock = threading.Lock()
         self._cancelled = False

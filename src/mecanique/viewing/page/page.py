@@ -232,7 +232,7 @@ def pack_surfaces(surfaces: Sequence[Surface], *, quick: bool = False) -> tuple[
     high = np.max([surface.corners.max(axis=(0, 1)) for surface in surfaces], axis=0)
     step = max(float(np.max(high - low)) / STEPS, 1e-300)
     packed = (_pack_surface(surface, low, step, quick) for surface in surfaces)
-    return tuple(each for each in packed if each.triangles)
+    return tuple(surface for surface in packed if surface.triangles)
 
 
 def _pack_surface(surface: Surface, low: Floats, step: float, quick: bool) -> PackedSurface:

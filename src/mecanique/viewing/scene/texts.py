@@ -152,7 +152,7 @@ def _symbols_of(
 
     if mechanism.switching:
         return tuple(_symbols_of_modes(mechanism))
-    for equations_ in sorted(equations, key=lambda one: one.method != "lagrange"):
+    for equations_ in sorted(equations, key=lambda derived: derived.method != "lagrange"):
         with suppress(MecaniqueError):
             return write_recursion(equations_).symbols()
     return ()
