@@ -245,9 +245,9 @@ def _sense(setting: Setting, action: Action) -> int:
 def _step_aside(candidate: _Arrow, drawn: Sequence[_Arrow]) -> _Arrow:
     """An arrow beside those that start at the same place in the same direction."""
     same = sum(
-        math.hypot(*(candidate.at - other.at)) < SAME
-        and float(candidate.along @ other.along) > 0.99
-        for other in drawn
+        math.hypot(*(candidate.at - placed.at)) < SAME
+        and float(candidate.along @ placed.along) > 0.99
+        for placed in drawn
     )
     return replace(candidate, aside=BESIDE * ((same + 1) // 2) * (1 if same % 2 else -1))
 

@@ -1112,7 +1112,7 @@ class _Reader(Source):
         self, element: Element, joint: str, law: Scalar, follows: dict[str, Scalar]
     ) -> None:
         """Let a joint follow a law of others, of which none may follow it."""
-        if joint in follows or any(joint in symbols_in(other) for other in follows.values()):
+        if joint in follows or any(joint in symbols_in(earlier) for earlier in follows.values()):
             raise self.refuse(element, f"joint {joint!r} is tied by several constraints")
         for leader in sorted(symbols_in(law) & follows.keys()):
             law = law.subs({coordinate(leader): follows[leader]})

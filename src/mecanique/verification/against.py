@@ -170,22 +170,22 @@ _BY_VELOCITY = ("mass matrix", "bias", "gravity", "forces", "inverse dynamics", 
 
 def compare_with(
     mechanism: Mechanism,
-    other: Other,
+    against: Other,
     samples: int,
     seed: int,
     tolerance: float,
     header: str | os.PathLike[str] | None = None,
 ) -> Verdict:
     """Compare a mechanism with another source and, where they differ, rank the likely causes."""
-    ending = os.path.splitext(other)[1].lower() if isinstance(other, (str, os.PathLike)) else ""
+    ending = os.path.splitext(against)[1].lower() if isinstance(against, (str, os.PathLike)) else ""
     if header is not None and ending not in LIBRARIES:
         raise InputError("expected a shared library with a header")
-    if isinstance(other, (str, os.PathLike)):
-        source = _ask_file(mechanism, other, samples, seed, header)
-    elif isinstance(other, Mechanism):
-        source = _ask_mechanism(mechanism, other, random_states(mechanism, samples, seed))
+    if isinstance(against, (str, os.PathLike)):
+        source = _ask_file(mechanism, against, samples, seed, header)
+    elif isinstance(against, Mechanism):
+        source = _ask_mechanism(mechanism, against, random_states(mechanism, samples, seed))
     else:
-        states, functions = random_states(mechanism, samples, seed), _functions(other)
+        states, functions = random_states(mechanism, samples, seed), _functions(against)
         if functions.by:
             return _compare_some(mechanism, functions, states, (seed, tolerance))
         source = _Source("functions", states, functions.values(mechanism, states))
@@ -227,11 +227,11 @@ def _ask_file(
     return _Source(name, states, {"inverse dynamics": tau}, given=name)
 
 
-def _ask_mechanism(mechanism: Mechanism, other: Mechanism, states: States) -> _Source:
+def _ask_mechanism(mechanism: Mechanism, theirs: Mechanism, states: States) -> _Source:
     """Ask another mechanism, and say what differs in its description."""
-    name = other.name if other.name != mechanism.name else f"other {other.name}"
-    values, notes = _of_mechanism(mechanism, other, states)
-    difference = diff(mechanism, other)
+    name = theirs.name if theirs.name != mechanism.name else f"other {theirs.name}"
+    values, notes = _of_mechanism(mechanism, theirs, states)
+    difference = diff(mechanism, theirs)
     return _Source(name, states, values, notes, difference=None if difference.same else difference)
 
 
@@ -264,27 +264,27 @@ def _judge(mechanism: Mechanism, source: _Source, seed: int, tolerance: float) -
 
 
 def _functions(
-    other: Functions | Mapping[str, Callable[..., Any]] | Callable[..., Any],
+    given: Functions | Mapping[str, Callable[..., Any]] | Callable[..., Any],
 ) -> Functions:
     """Functions by quantity; the quantity of a single one is its name."""
-    if isinstance(other, Functions):
-        return other
-    if isinstance(other, Mapping):
-        return Functions.of(other)
-    if not callable(other):
+    if isinstance(given, Functions):
+        return given
+    if isinstance(given, Mapping):
+        return Functions.of(given)
+    if not callable(given):
         raise InputError(
-            f"expected a mechanism, functions or a path to compare with, got {type(other).__name__}"
+            f"expected a mechanism, functions or a path to compare with, got {type(given).__name__}"
         )
-    name = getattr(other, "__name__", "")
-    if callable(getattr(other, "name_in", None)):
-        name = getattr(other, "name", str)()  # CasADi's
+    name = getattr(given, "__name__", "")
+    if callable(getattr(given, "name_in", None)):
+        name = getattr(given, "name", str)()  # CasADi's
     known = [quantity for quantity in TAKES if name == quantity or name.endswith(f"_{quantity}")]
     if not known:
         raise InputError(
             f"expected a function called after what it gives ({', '.join(TAKES)}), got {name!r}; "
             f"say what it gives: against={{'acceleration': function}}"
         )
-    return Functions.of({known[0]: other})
+    return Functions.of({known[0]: given})
 
 
 def _compare_some(
@@ -304,11 +304,11 @@ def _compare_some(
 
 
 def _of_mechanism(
-    mechanism: Mechanism, other: Mechanism, states: States
+    mechanism: Mechanism, second: Mechanism, states: States
 ) -> tuple[dict[str, Array], tuple[str, ...]]:
     """Values of another mechanism in our order of coordinates, and how they were matched."""
     notes: tuple[str, ...] = ()
-    ours, theirs = ((tuple(side.coordinates), side.velocities) for side in (mechanism, other))
+    ours, theirs = ((tuple(side.coordinates), side.velocities) for side in (mechanism, second))
     if (len(ours[0]), len(ours[1])) != (len(theirs[0]), len(theirs[1])):
         alone = [
             f"{', '.join(sorted(set(a[0]) - set(b[0])))}" or "none"
@@ -316,7 +316,7 @@ def _of_mechanism(
         ]
         raise InputError(
             f"expected {say_count(len(ours[0]), 'coordinate')} as in {mechanism.name!r}, "
-            f"got {len(theirs[0])} in {other.name!r}; only the first has {alone[0]}; "
+            f"got {len(theirs[0])} in {second.name!r}; only the first has {alone[0]}; "
             f"only the second has {alone[1]}; a joint that one side lets follow another "
             "(mimic) or holds fixed is free on the other"
         )
@@ -328,8 +328,8 @@ def _of_mechanism(
         )
     elif ours != theirs:
         notes = ("the coordinates have different names and are matched in their order",)
-    moved = States.of(other, states.q[:, at_q], states.v[:, at_v], states.t, states.a[:, at_v])
-    values, undetermined = _evaluate(other, moved, light=bool(mechanism.loops or other.loops))
+    moved = States.of(second, states.q[:, at_q], states.v[:, at_v], states.t, states.a[:, at_v])
+    values, undetermined = _evaluate(second, moved, light=bool(mechanism.loops or second.loops))
     back = np.argsort(at_v)
     for quantity in values.keys() & set(_BY_VELOCITY):
         values[quantity] = values[quantity][:, back]

@@ -271,9 +271,9 @@ def _structure(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[Change]:
         ("link", pairs.bodies, [x.name for x in a.bodies], [x.name for x in b.bodies]),
         ("joint", pairs.joints, [x.name for x in a.joints], [x.name for x in b.joints]),
     ):
-        for name, other in named.items():
-            if name != other:
-                yield Change(f"{kind} {name!r}", "renamed", repr(name), repr(other))
+        for name, renamed in named.items():
+            if name != renamed:
+                yield Change(f"{kind} {name!r}", "renamed", repr(name), repr(renamed))
         for name in ours:
             if name not in named:
                 yield Change(f"{kind} {name!r}", _fate(a, b, pairs, name, kind, "removed"))
@@ -542,13 +542,13 @@ def _weigh(a: Mechanism, numeric: Sequence[_Numeric], notes: list[str]) -> list[
             continue
         if isinstance(changed, Body):
             bodies = tuple(changed if x.name == changed.name else x for x in bare.bodies)
-            other = replace(bare, bodies=bodies)
+            mechanism = replace(bare, bodies=bodies)
         else:
             joints = tuple(changed if x.name == changed.name else x for x in bare.joints)
-            other = replace(bare, joints=joints)
+            mechanism = replace(bare, joints=joints)
         weight = 0.0
         for quantity, x, y in zip(
-            ("mass matrix", "bias"), (mass, bias), _dynamics(other, states), strict=True
+            ("mass matrix", "bias"), (mass, bias), _dynamics(mechanism, states), strict=True
         ):
             u, v = (scale(quantity, values, mass) for values in (x, y))
             weight = max(weight, float(np.mean(relative_difference(u, v, 1.0))))

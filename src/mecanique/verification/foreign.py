@@ -335,12 +335,13 @@ def _order(names: Sequence[str], mechanism: Mechanism) -> list[int]:
     for name in mechanism.velocities:
         if name.endswith("'"):
             places.setdefault(f"der({name[:-1]})", places[name])
-    other = [name for name in names if name not in places]
+    unknown = [name for name in names if name not in places]
     missing = [name for k, name in enumerate(ours) if k not in map(places.get, names)]
-    if other or missing or len(names) != len(ours):
+    if unknown or missing or len(names) != len(ours):
         raise InputError(
             f"expected the states {', '.join(ours)} in the FMU, got {', '.join(names) or 'none'}; "
-            f"it lacks {', '.join(missing) or 'none'}, and {', '.join(other) or 'none'} are unknown"
+            f"it lacks {', '.join(missing) or 'none'}, and "
+            f"{', '.join(unknown) or 'none'} are unknown"
         )
     return [places[name] for name in names]
 

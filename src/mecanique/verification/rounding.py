@@ -99,7 +99,7 @@ def measure_noise(
     noise: dict[str, Array] = {}
     for quantity in answers[0]:
         first, *others = (scale(quantity, answer[quantity], mass) for answer in answers)
-        changes = [np.linalg.norm(other - first, axis=1) for other in others]
+        changes = [np.linalg.norm(repeated - first, axis=1) for repeated in others]
         change = np.max(changes, axis=0)
         loudest = _LOUDEST * np.linalg.norm(first, axis=1)
         noise[quantity] = np.where(change <= loudest, _NOISE * change, 0.0)

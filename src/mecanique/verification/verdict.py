@@ -428,8 +428,8 @@ class Verdict(Legible):
     def table(self) -> tuple[tuple[str, ...], ...]:
         """Worst relative differences as words: a head, a line per quantity, a column per pair."""
         pairs = tuple(dict.fromkeys(row.sources for row in self.rows))
-        others = {other for _, other in pairs}
-        heads = [first if len(others) == 1 else f"{first} = {other}" for first, other in pairs]
+        others = {second for _, second in pairs}
+        heads = [first if len(others) == 1 else f"{first} = {second}" for first, second in pairs]
         what = f"difference from {others.pop()}" if len(others) == 1 else "relative difference"
         worst = {(row.quantity, row.sources): row for row in self.rows}
         lines = []

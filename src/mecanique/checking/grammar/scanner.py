@@ -341,7 +341,7 @@ class Tokens:
 
     def __init__(self, text: str, letters: Letters) -> None:
         self.letters = letters
-        self.found: list[Token] = []
+        self.listed: list[Token] = []
         self.unknown: dict[str, int] = {}
         self.tables = 0
         self.depth = 0
@@ -411,7 +411,7 @@ class Tokens:
         self.depth += (kind in OPEN) - (kind in CLOSE)
         if self.depth > MOST_BRACKETS:
             raise self.explain(f"brackets are nested more than {MOST_BRACKETS} deep", start)
-        self.found.append(Token(kind, value, self._places[start], self.place_after(end)))
+        self.listed.append(Token(kind, value, self._places[start], self.place_after(end)))
         return end
 
     def put_word(self, word: str, at: int, end: int) -> int:
@@ -429,7 +429,7 @@ class Tokens:
             if of_time and kind in ("coordinate", "velocity", "acceleration", "input"):
                 end = of_time.end()
                 if (after := _PRIMES.match(text, end)) and _count_primes(after):
-                    self.found.pop()
+                    self.listed.pop()
                     return self.put_word(word + "'" * _count_primes(after), at, after.end())
             return end
         if not dots and word in ("Eq", "Matrix", "Rational", "Derivative"):
@@ -525,7 +525,7 @@ class Tokens:
         hints = []
         for name in names[:6]:
             near = get_close_matches(name.rstrip("'"), known, n=1, cutoff=0.6) or [
-                other for other in known if other.lower() == name.rstrip("'").lower()
+                letter for letter in known if letter.lower() == name.rstrip("'").lower()
             ]
             hints.append(f"{name!r}" + (f" (did you mean {near[0]!r}?)" if near else ""))
         listed = ", ".join(sorted(known))
@@ -618,7 +618,7 @@ class Latex:
             return match.end()
         if match := _IGNORED.match(text, at):
             # the dot of "\left." is no sign; elsewhere a dot after a space ends a sentence
-            before = self._tokens.found[-1:]
+            before = self._tokens.listed[-1:]
             if before and before[0].kind == "NEWLINE" and "quad" in match[0]:
                 self._tokens.put("INDENT", " ", at, match.end())
             return match.end()
@@ -731,7 +731,7 @@ class Latex:
         table = match["name"] in _TABLES
         if match["name"] == "array":
             # a matrix within brackets, lines elsewhere
-            before = tokens.found[-1:]
+            before = tokens.listed[-1:]
             if opens:
                 self._arrays.append(bool(before) and before[0].kind in ("LSQB", "LPAR"))
             table = self._arrays[-1] if self._arrays else False
@@ -927,10 +927,10 @@ class Scanner:
         at = 0
         while at < len(self._tokens.plain):
             at = self._next(at)
-            if len(self._tokens.found) > MOST_TOKENS:
+            if len(self._tokens.listed) > MOST_TOKENS:
                 raise self._tokens.explain(f"the formula has more than {MOST_TOKENS:,} signs", at)
         lines: list[list[Token]] = []
-        for line in join_lines(self._tokens.found):
+        for line in join_lines(self._tokens.listed):
             closed = list(close_arguments(line, self._tokens.letters, self._text))
             lines += _write_signs_out(closed)
         return lines
@@ -965,7 +965,7 @@ class Scanner:
             return self._tokens.put("POWER", "^", at, at + 2)
         if text.startswith(":=", at) or text.startswith("==", at):
             return self._tokens.put("EQUALS", "=", at, at + 2)
-        if sign == "'" and self._tokens.found and self._tokens.found[-1].kind == "RPAR":
+        if sign == "'" and self._tokens.listed and self._tokens.listed[-1].kind == "RPAR":
             return self._tokens.put("PRIME", "'", at, at + 1)
         if match := _METHOD.match(text, at):
             return self._method(match)
@@ -1029,7 +1029,7 @@ class Scanner:
 
     def _method(self, match: re.Match[str]) -> int:
         """Read the derivative in q(t).diff(t)."""
-        before = self._tokens.found[-1] if self._tokens.found else None
+        before = self._tokens.listed[-1] if self._tokens.listed else None
         if before is None or before.kind != "NAME":
             raise self._tokens.explain(
                 "expected a coordinate before .diff, e.g. q.diff(t)", match.start()
@@ -1039,7 +1039,7 @@ class Scanner:
             return match.end()
         if name is None:
             raise self._tokens.explain(f"{before.value!r} has no derivative by t", match.start())
-        self._tokens.found[-1] = Token(
+        self._tokens.listed[-1] = Token(
             "NAME", name, before.start, self._tokens.place_after(match.end())
         )
         return match.end()

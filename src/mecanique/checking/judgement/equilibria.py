@@ -133,7 +133,7 @@ class Equilibria:
                 return None
             kept: list[Array] = []
             for position in q[chosen]:
-                if not any(self.is_same(position, other) for other in kept):
+                if not any(self.is_same(position, listed) for listed in kept):
                     kept.append(position)
             positions[state] = np.array(kept).reshape(-1, count)
         return positions
@@ -231,7 +231,7 @@ def judge_positions(
             columns = [position.values[name][at] for name in equilibria.felt]
             named += list(np.stack(columns, axis=-1)) if columns else []
         for true in true_positions:
-            if not any(equilibria.is_same(true, other) for other in named):
+            if not any(equilibria.is_same(true, position) for position in named):
                 missing[equilibria.name(true, state)] = None
         if missing:
             break  # parameters differ from state to state, and so do the numbers

@@ -126,8 +126,8 @@ def _compare_changes(residual: Residual, sample: Sample, quantity: Quantity) -> 
     """How far the change between two states is from the truth; a constant is left open."""
     assert quantity.again is not None
     other_values, letters = quantity.again
-    other = {**dict.fromkeys(quantity.letters, other_values), **letters}
-    moved = residual.tape.evaluate(other, sample.count)
+    moved_letters = {**dict.fromkeys(quantity.letters, other_values), **letters}
+    moved = residual.tape.evaluate(moved_letters, sample.count)
     difference = np.abs(residual.values.whole - moved.whole)
     relative = difference / np.maximum(residual.values.size, moved.size)
     return float(np.nanmax(np.where(np.isfinite(relative), relative, 0.0)))
@@ -158,8 +158,8 @@ def _residual(
 ) -> Residual:
     """Return left minus right, with the quantity's true value on the left of a mere formula."""
     sides = statement.sides
-    other = sides[1] if len(sides) > 1 else letter(name).at(sides[0].end, sides[0].end)
-    root = add(sides[0], negate(other).at(other.start, other.end))
+    right = sides[1] if len(sides) > 1 else letter(name).at(sides[0].end, sides[0].end)
+    root = add(sides[0], negate(right).at(right.start, right.end))
     if any(node.kind == "table" for node in root.walk()):
         raise FormulaError("expected a formula, got a matrix", text, root.start)
     tape = Tape(root)

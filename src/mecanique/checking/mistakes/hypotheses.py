@@ -500,9 +500,9 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[H
         yield Hypothesis("sign", what, 1.1, right.sample.M, right.rest - 2 * weight)
 
 
-def _differ(M: Array, other: Array) -> bool:
+def _differ(M: Array, changed: Array) -> bool:
     """Whether two mass matrices differ by more than rounding."""
-    return bool(np.abs(M - other).max() > _FELT * np.abs(M).max())
+    return bool(np.abs(M - changed).max() > _FELT * np.abs(M).max())
 
 
 def _with_body(mechanism: Mechanism, body: Body) -> Mechanism:

@@ -121,12 +121,12 @@ class QuantityMistakes:
                 letters[quantity.letters[0]] = values
             tables.append(residual.tape.evaluate(letters, residual.sample.count))
         relative = [
-            np.abs(first.whole - other.whole) / np.maximum(first.size, other.size)
-            for first, other in pairwise(tables)
+            np.abs(first.whole - second.whole) / np.maximum(first.size, second.size)
+            for first, second in pairwise(tables)
         ]
         first, *others = relative or [tables[0].relative]
         return _vanishes(first) and all(
-            (other[np.isfinite(other)] <= _ALIKE).all() for other in others
+            (second[np.isfinite(second)] <= _ALIKE).all() for second in others
         )
 
     def _explain_potential(
@@ -158,11 +158,13 @@ class QuantityMistakes:
         parts.append(("the potential of gravity", none, False))
         for body in mechanism.bodies[1:]:
             gone = body.replace(mass=0.0, inertia=(0.0,) * 6)
-            bodies = tuple(gone if other.name == body.name else other for other in mechanism.bodies)
+            bodies = tuple(
+                gone if present.name == body.name else present for present in mechanism.bodies
+            )
             light = replace(mechanism, bodies=bodies)
             parts.append((f"the weight of {body.name!r}", light, True))
         for force in mechanism.forces:
-            forces = tuple(other for other in mechanism.forces if other is not force)
+            forces = tuple(present for present in mechanism.forces if present is not force)
             less = replace(mechanism, forces=forces)
             parts.append((f"the energy of {force.name!r}", less, False))
         for said, less, weighs in parts:
@@ -232,9 +234,9 @@ class QuantityMistakes:
         )
         tape = Tape(root)
         first = tape.evaluate(truth.sample.values, truth.sample.count)
-        other = tape.evaluate({**truth.sample.values, **moved}, truth.sample.count)
-        change = (first.whole - other.whole) - (here - there)
-        if (np.abs(change) <= _ALIKE * (first.size + other.size)).all():
+        later = tape.evaluate({**truth.sample.values, **moved}, truth.sample.count)
+        change = (first.whole - later.whole) - (here - there)
+        if (np.abs(change) <= _ALIKE * (first.size + later.size)).all():
             text = (
                 "it is T + V, which a prescribed motion or a force changes; Jacobi's integral is "
                 "T2 − T0 + V, with the terms of T by their degree in the velocities"
@@ -287,9 +289,9 @@ def _mutate(root: Node, text: str) -> Iterator[tuple[float, str, str, str, Node]
         is_term = parent is not None and parent.kind in ("sum", "negative")
         changes: list[tuple[float, str, str, Node]] = []
         if node.kind == "call" and node.name in ("sin", "cos"):
-            other = "cos" if node.name == "sin" else "sin"
+            swapped = "cos" if node.name == "sin" else "sin"
             changes.append(
-                (1.0, "sin for cos", f"'{part}' should be {other}", call(other, *node.parts))
+                (1.0, "sin for cos", f"'{part}' should be {swapped}", call(swapped, *node.parts))
             )
             changes.append(
                 (1.1, "power", f"'{part}' should be squared: '{part}^2'", raise_to(node, number(2)))

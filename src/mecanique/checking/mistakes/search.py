@@ -207,13 +207,13 @@ def repair_letter(part: Part) -> Iterator[Mistake]:
     """Yield repairs of a letter: another one, its sine, a power."""
     name = part.node.name
     context = part.context
-    for other, value in context.alternatives(name):
+    for spelled, value in context.alternatives(name):
         if part.is_alike(value[part.usable]):
             angular = name in context.units
             kind = "letter" if angular else "angle"
-            text = f"{part.here} {part.where}should be {other}"
+            text = f"{part.here} {part.where}should be {spelled}"
             # a sum in place of a letter is a missing term
-            yield Mistake(kind, text, part.quoted, 2.05 if "+" in other else 1.3)
+            yield Mistake(kind, text, part.quoted, 2.05 if "+" in spelled else 1.3)
     if name in context.angles:
         for function, shape in (("sin", np.sin), ("tan", np.tan)):
             if part.is_alike(shape(part.have)):
@@ -279,10 +279,10 @@ def repair_power(part: Part) -> Iterator[Mistake]:
     exponent_node = part.node.parts[1]
     velocity = part.node.parts[0].name
     if velocity in part.context.velocities and exponent_node.value == 2:
-        for other in part.context.velocities:
-            product = part.context.values[other][part.usable] * base
-            if other != velocity and part.is_alike(product):
-                text = f"'{part.quoted}' {part.where}should be {velocity} {other}"
+        for second in part.context.velocities:
+            product = part.context.values[second][part.usable] * base
+            if second != velocity and part.is_alike(product):
+                text = f"'{part.quoted}' {part.where}should be {velocity} {second}"
                 yield Mistake("angle", text, part.quoted, 1.4)
 
 

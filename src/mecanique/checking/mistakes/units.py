@@ -90,14 +90,14 @@ class Units:
         by_part = [(part, self.find(part, text)) for part in node.parts]
         known = [(part, its) for part, its in by_part if its is not None and _letters(part)]
         for part, its in known[1:]:
-            first, other = known[0]
-            if its != other:
-                odd = [pair for pair in known if pair[1] == other]
+            first, expected = known[0]
+            if its != expected:
+                odd = [pair for pair in known if pair[1] == expected]
                 # of several terms, the only different one is the likelier mistake
                 alone = first if len(odd) == 1 and len(known) > 2 else part
                 raise UnitMisfitError(
                     alone,
-                    f"the units do not match: {_quote(first, text)} is in {say_unit(other)}, "
+                    f"the units do not match: {_quote(first, text)} is in {say_unit(expected)}, "
                     f"{_quote(part, text)} in {say_unit(its)}",
                 )
         return known[0][1] if known else None

@@ -501,8 +501,8 @@ def held_columns(mechanism: Mechanism, names: Sequence[str]) -> Array:
     return held
 
 
-def _distance(closed: Closed, q: Array, other: Array, t: float) -> float:
+def _distance(closed: Closed, q: Array, start: Array, t: float) -> float:
     """Return the distance of two positions; full turns and a quaternion's sign do not count."""
-    gap = np.abs(closed.poses(q, t) - closed.poses(other, t))
+    gap = np.abs(closed.poses(q, t) - closed.poses(start, t))
     gap[:, :3, 3] /= closed.closures.length
     return float(gap.max(initial=0.0))

@@ -168,7 +168,7 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
     mechanism = closed.mechanism
     here = _scale(closed, q, t)
     rank_here = _split(here).rank
-    around = [_scale(closed, other, t) for other in _sample_around(closed, q, here, t, seed)]
+    around = [_scale(closed, near, t) for near in _sample_around(closed, q, here, t, seed)]
     # the highest rank at any position decides; without others nearby, q is the only position
     best = max([here, *around], key=lambda closure: _split(closure).rank)
     rank = _split(best).rank

@@ -171,8 +171,8 @@ class _Singles:
         """Yield other orders of the coordinates."""
         for text, order in _orders(list(self._places)):
             q, v = self._same.q.copy(), self._same.v.copy()
-            for (at_q, at_v), other in zip(self._places.values(), order, strict=True):
-                q[at_q], v[at_v] = self._places[other]
+            for (at_q, at_v), name in zip(self._places.values(), order, strict=True):
+                q[at_q], v[at_v] = self._places[name]
             yield replace(self._same, kind="joint order", text=text, q=q, v=v)
 
     def _scale(self, names: list[str], q: float, v: float, tau: float) -> _Reading:
@@ -343,9 +343,9 @@ def _slopes(
         if unit.turns:
             rows.append(next(of_tilts))
             continue
-        ((k, other),) = unit.origins.items()
-        shift = (other - origins[k])[:3, 3]
-        spin = origins[k][:3, :3].T @ other[:3, :3]
+        ((k, changed),) = unit.origins.items()
+        shift = (changed - origins[k])[:3, 3]
+        spin = origins[k][:3, :3].T @ changed[:3, :3]
         turn = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
         at = places[k]
         rows.append(np.concatenate([shift, turn]) @ slopes[at : at + 6] / _SMALL)
@@ -477,9 +477,9 @@ class _Joint:
         )
 
     def _place_at(self, p: Array, text: str) -> Frames:
-        other = self._X.copy()
-        other[:3, 3] = p
-        return Frames("joint origin", self._where, text, {self._k: other})
+        moved = self._X.copy()
+        moved[:3, 3] = p
+        return Frames("joint origin", self._where, text, {self._k: moved})
 
     def _face(self, R: Array, text: str) -> Frames:
         frame = self._X.copy()
@@ -488,11 +488,11 @@ class _Joint:
 
 
 def _both(k: int, X: Array, where: str, shift: Array, turn: Array) -> Frames:
-    other = X.copy()
-    other[:3, 3] += shift
-    other[:3, :3] = X[:3, :3] @ turn_about(turn)
+    moved = X.copy()
+    moved[:3, 3] += shift
+    moved[:3, :3] = X[:3, :3] @ turn_about(turn)
     text = f"origin of {where} moved by ({give_all(shift)}) m and turned by {say_turn(turn)}"
-    return Frames("joint origin", where, text, {k: other})
+    return Frames("joint origin", where, text, {k: moved})
 
 
 def _size(evidence: Evidence) -> float:
@@ -615,12 +615,12 @@ def _move(X: Array, p: Array) -> Array:
 
 def _shift(J: Array, factor: float) -> Array:
     """Moments with the center of mass moved, and the inertia about it kept."""
-    other: Array = J.copy()
-    other[:3, 3] *= factor
-    other[3, :3] *= factor
+    shifted: Array = J.copy()
+    shifted[:3, 3] *= factor
+    shifted[3, :3] *= factor
     if J[3, 3]:
-        other[:3, :3] += (factor**2 - 1) * np.outer(J[:3, 3], J[:3, 3]) / J[3, 3]
-    return other
+        shifted[:3, :3] += (factor**2 - 1) * np.outer(J[:3, 3], J[:3, 3]) / J[3, 3]
+    return shifted
 
 
 def answers_of(evidence: Evidence, variants: list[Frames], rows: npt.NDArray[np.intp]) -> Array:

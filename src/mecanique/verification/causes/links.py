@@ -156,11 +156,11 @@ def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Hypothesis]
                 at, *near = residuals(moved)
                 left = float(np.hypot(effect.rest, costs[best]))
                 sigma = deviations((np.array(near) - at) / _SMALL, left, evidence.tau.size)
-            other = moments_of(*parts)
-            answers = effect.answers(evidence, (other - J)[_UPPER])
+            fitted = moments_of(*parts)
+            answers = effect.answers(evidence, (fitted - J)[_UPPER])
             change = family.say(x, sigma).replace("LINK", where)
             slopes = [
-                effect.columns @ (moments_of(*family.make(x + _SMALL * unit)) - other)[_UPPER]
+                effect.columns @ (moments_of(*family.make(x + _SMALL * unit)) - fitted)[_UPPER]
                 for unit in np.eye(len(x))
             ]
             yield Hypothesis(
@@ -170,7 +170,7 @@ def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Hypothesis]
                 answers,
                 len(x),
                 family.amount(x),
-                moments={k: other},
+                moments={k: fitted},
                 slopes=np.array(slopes) / _SMALL,
             )
 

@@ -180,14 +180,14 @@ def _alternate(evidence: Evidence, first: Hypothesis, limit: float) -> LikelyCau
         causes = _rank(left, changes)
         if not causes:
             return None
-        other = next(c for c in changes if c.text == causes[0].text)
-        size = left.misfit(other.answers)
+        second = next(c for c in changes if c.text == causes[0].text)
+        size = left.misfit(second.answers)
         if size <= limit and cause is not None:
             return _join(evidence, cause, causes[0], size)
         if turn and size > worst:
             return None
         worst, cause = size if turn else worst, causes[0]
-        this = replace(other, answers=evidence.base + other.answers - left.base)
+        this = replace(second, answers=evidence.base + second.answers - left.base)
     return None
 
 

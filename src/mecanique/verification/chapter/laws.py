@@ -262,8 +262,8 @@ def _methods() -> Iterator[Row]:
     differences = []
     for name in names:
         first, *others = derivations(load(name)).values()
-        for other in others:
-            differences += [a - b for a, b in zip(first.rows, other.rows, strict=True)]
+        for method in others:
+            differences += [a - b for a, b in zip(first.rows, method.rows, strict=True)]
     yield identity(
         "sect. 1.3",
         "all formulations give the same equations of motion, up to a linear transformation",

@@ -162,10 +162,10 @@ class Elements:
             square = float(d @ d)
             e = (np.sqrt(square - h * h) * d + h * np.cross(d, n)) / square
             side = np.cross(e, n)
-            for at, other, sign in ((k, k + 1, 1.0), (k + 1, k, -1.0)):
+            for at, beside, sign in ((k, k + 1, 1.0), (k + 1, k, -1.0)):
                 touch = places[at] + reach[at] * side
                 action = self._action(stops[at].body, touch, sign * e, np.zeros(3))
-                yield Unit(part, stops[at].body, stops[other].body, action)
+                yield Unit(part, stops[at].body, stops[beside].body, action)
 
     def _of_teeth(self, mesh: Gear | Rack) -> Iterator[Unit]:
         a, b = (self._mechanism.joint(name) for name in mesh.joints)
@@ -190,10 +190,10 @@ class Elements:
             (np.cos(angle) * np.cross(n, u), False),
             (apart * np.sin(angle) * u, True),
         )
-        for body, other, sign in ((b.child, a.child, 1.0), (a.child, b.child, -1.0)):
+        for body, partner, sign in ((b.child, a.child, 1.0), (a.child, b.child, -1.0)):
             for push, pressed in pushes:
                 action = self._action(body, touch, sign * push, np.zeros(3))
-                yield Unit(0, body, other, action, pressed)
+                yield Unit(0, body, partner, action, pressed)
 
     def _of_bevel(
         self,
@@ -238,9 +238,9 @@ class Elements:
                 along, turns = (b - a) / np.linalg.norm(b - a), False
             else:
                 along, turns = axes[:, "xyz".index(row[-1])], row.startswith("r")
-            for body, other, sign in ends:
+            for body, partner, sign in ends:
                 force, moment = (np.zeros(3), along) if turns else (along, np.zeros(3))
-                yield Unit(k, body, other, self._action(body, b, sign * force, sign * moment))
+                yield Unit(k, body, partner, self._action(body, b, sign * force, sign * moment))
 
     def _action(self, body: str, at: Array, force: Array, moment: Array) -> Action:
         x, y, z = (tuple(part.tolist()) for part in (at, force, moment))
