@@ -101,7 +101,10 @@ def _find_emptiness(residual: Residual, known: Mapping[str, Array], *, alone: bo
     """Return why an equation that holds does not determine its letters, "" if it does."""
     # alone: it must hold for these values alone, in each state; a mere formula is said to be equal
     # to the quantity, and may contain its letter as well
-    if not residual.statement.is_equation and not residual.statement.sides[0].letters & known.keys():
+    if (
+        not residual.statement.is_equation
+        and not residual.statement.sides[0].letters & known.keys()
+    ):
         return ""
     count, tables = residual.sample.count, []
     for factor in _FACTORS:

@@ -212,7 +212,11 @@ class _Asked:
         values = self._value(series, self._sample.values)
         letters = ("p", f"p{chosen}", f"p{coordinates.index(chosen) + 1}")
         unit_of_velocity = units(self._truth.mechanism).get(velocity)
-        unit = {} if unit_of_velocity is None else dict.fromkeys(letters, _divide("N·m", unit_of_velocity))
+        unit = (
+            {}
+            if unit_of_velocity is None
+            else dict.fromkeys(letters, _divide("N·m", unit_of_velocity))
+        )
         whole = Quantity(name, "value", letters, values, dimensions=unit, velocity=velocity)
         return self._in_letters(whole, series)
 
