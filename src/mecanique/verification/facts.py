@@ -364,7 +364,7 @@ def _residual(fact: Fact, build: _Build) -> float:
 
 
 def _in_mode(bench: Bench, fact: ModeAcceleration) -> float:
-    from mecanique.verification.compare import accelerate
+    from mecanique.verification.modes import accelerate
 
     states = random_states(bench.smooth, bench.samples, bench.seed)
     names = [element.name for element in bench.mechanism.switching]
