@@ -155,7 +155,7 @@ ORDER: dict[str, list[str]] = {
         "diff engines kinematics modes rounding transformation",
         "facts",
         "causes",
-        "against modes",
+        "against",
         "compare",
         "chapter survey",
     ],
