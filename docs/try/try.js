@@ -19,12 +19,15 @@ show(mq.verify(pendulum, samples=20))
 show(mq.simulate(pendulum, q={"q": 2.0}, duration=5.0))
 `;
 
-// What show() puts on the page: HTML where a result has it, else its text.
+// What show() puts on the page: HTML or a picture where a result has it, else its text.
 const SHOW = `
 def show(*results):
+    from base64 import b64encode
     from mecanique_page import put
     for result in results:
         html = getattr(result, "_repr_html_", lambda: None)()
+        if not html and hasattr(result, "_repr_png_"):
+            html = f'<img src="data:image/png;base64,{b64encode(result._repr_png_()).decode()}">'
         put(html or "", "" if html else str(result))
 `;
 
@@ -67,7 +70,9 @@ async function run() {
       throw new Error(`Python could not be loaded from ${folder}: ${error.message}`);
     });
     say("Running …");
-    await python.runPythonAsync(field("program").value);
+    const program = field("program").value;
+    await python.loadPackagesFromImports(program); // e.g. matplotlib, for plots
+    await python.runPythonAsync(program);
     say("Done.");
   } catch (error) {
     put("", error.message).className = "error";

@@ -10,9 +10,13 @@ from collections.abc import Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser
+
+import mecanique as mq
 
 DOCS = Path(__file__).parents[2] / "docs"
 DISTRIBUTION = os.environ.get("MECANIQUE_PYODIDE", "")
@@ -24,6 +28,7 @@ export async function loadPyodide() {
   const modules = {};
   return {
     setStdout() {},
+    async loadPackagesFromImports(text) { this.asked = text; },
     async loadPackage(names) { if (names.join() !== "numpy,scipy,sympy") throw new Error(names); },
     unpackArchive(bytes, kind) {
       if (kind !== "zip" || bytes.byteLength < 1e6) throw new Error("no archive");
@@ -31,6 +36,7 @@ export async function loadPyodide() {
     registerJsModule(name, module) { modules[name] = module; },
     runPython(text) { if (!text.includes("def show")) throw new Error("no show"); },
     async runPythonAsync(text) {
+      if (text !== this.asked) throw new Error("its imports were not asked for");
       if (text.includes("wrong")) throw new Error("NameError: wrong");
       modules.mecanique_page.put("<math><mi>q</mi></math>", "");
       modules.mecanique_page.put("", "<b>as text</b>");
@@ -88,6 +94,24 @@ def test_it_shows_what_a_program_shows_and_why_it_stops(
     page.wait_for_selector("#shown .error")
     assert page.inner_text("#shown") == "NameError: wrong"
     page.close()
+
+
+def test_results_are_shown_as_html_as_pictures_or_as_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("matplotlib")
+    script = (DOCS / "try" / "try.js").read_text(encoding="utf-8")
+    shown: list[tuple[str, str]] = []
+    page = ModuleType("mecanique_page")
+    vars(page)["put"] = lambda html, text: shown.append((html, text))
+    monkeypatch.setitem(sys.modules, "mecanique_page", page)
+    names: dict[str, Any] = {}
+    exec(script.partition("const SHOW = `")[2].partition("`;")[0], names)
+    pendulum = mq.textbook.load("rigid_bar_pendulum")
+    motion = mq.simulate(pendulum, q={"q": 1.0}, duration=1.0, samples=31)
+    names["show"](mq.derive(pendulum), motion.plot(), motion.summary())
+    (equations, _), (plot, _), (nothing, text) = shown
+    assert "<math" in equations
+    assert plot.startswith('<img src="data:image/png;base64,iVBORw0KGgo')
+    assert (nothing, text) == ("", motion.summary())
 
 
 def test_it_names_the_build_that_the_distribution_lacks(
