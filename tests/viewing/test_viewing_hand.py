@@ -65,6 +65,27 @@ def test_a_body_is_taken_within_twelve_pixels_and_does_not_jump(
     seen.clean()
 
 
+def test_a_finger_takes_a_body_that_hangs_at_rest(show: Callable[..., Visit]) -> None:
+    hanging = scene(mq.simulate(load("double_pendulum"), duration=1.0))
+    seen = show(hanging, viewport=PHONE, has_touch=True, is_mobile=True)
+    seen.seek(0.5)
+    x, y = seen.js(BESIDE, 0)
+    fingers = seen.page.context.new_cdp_session(seen.page)
+    for kind, places in (
+        ("touchStart", [(x, y)]),
+        ("touchMove", [(x + 20, y - 10)]),
+        ("touchMove", [(x + 40, y - 20)]),
+        ("touchEnd", []),
+    ):
+        points = [{"x": right, "y": down} for right, down in places]
+        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    q1, q2, *rates = seen.js("mecanique.setup.bench.setting.start")
+    assert abs(q1) + abs(q2) > 0.2
+    assert rates == [0, 0]
+    assert seen.js("mecanique.setup.bench.findMoving()") == [False, True, True]  # the ground first
+    seen.clean()
+
+
 def test_the_front_view_of_a_plane_does_not_tip(
     pendulum: Scene, show: Callable[..., Visit]
 ) -> None:

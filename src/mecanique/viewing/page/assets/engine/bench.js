@@ -82,6 +82,28 @@ export class Bench {
     return table;
   }
 
+  // For each body whether its place or attitude follows some coordinate.
+  findMoving() {
+    const { machine, setting, layout, bodies } = this;
+    const p = Float64Array.from(setting.p);
+    const poses = (state) => {
+      const raw = new Float64Array(layout.end + 5 * bodies);
+      machine.program.row(setting.first, state, p, raw, null);
+      return raw.subarray(0, 12 * bodies);
+    };
+    const start = machine.assemble(setting);
+    const still = poses(start);
+    const moving = new Array(bodies).fill(false);
+    for (let k = 0; k < machine.nq; k++) {
+      const state = start.slice();
+      state[k] += 0.1;
+      poses(state).forEach((x, i) => {
+        if (Math.abs(x - still[i]) > 1e-9) moving[Math.floor(i / 12)] = true;
+      });
+    }
+    return moving;
+  }
+
   // Why there is no motion: M_kk = T(v_k = 1) + T(v_k = −1) − 2 T(0) is zero where nothing is moved.
   explainRest(setting, y) {
     const { machine, scene, layout } = this;
