@@ -64,7 +64,7 @@ ORDER: dict[str, list[str]] = {
         "validation",
         "mechanism",
     ],
-    "formats": ["sources", "solids scope", "mjcf mjcf_write sdf sdf_write", "read"],
+    "formats": ["locate sources", "solids scope", "mjcf mjcf_write sdf sdf_write", "read"],
     "textbook": ["facts", "charts system", "corners systems", "catalogue"],
     "urdf": [
         "dialect limits markup meshes names robots",

@@ -66,16 +66,18 @@ def choose(
         mechanism, duration = mq.textbook.load(system, **values), entry.duration
         start, velocity = {**entry.start, **start}, {**entry.start_velocity, **velocity}
     else:
-        mechanism, duration = reading.read(find_file(system)), Chosen.duration
+        mechanism, duration = reading.read(find_file(system, reading)), Chosen.duration
         mechanism = mechanism.replace(**values) if values else mechanism
     rates = {name.removesuffix("'"): value for name, value in velocity.items()}
     return Chosen(mechanism, system, reading, q, v, start, rates, duration)
 
 
-def find_file(system: str) -> Path:
-    """Return the URDF file that a word names."""
-    path, robots = Path(system), mq.robots()
-    if path.is_file():
+def find_file(system: str, reading: Reading = _PLAINLY) -> Path:
+    """Return the file of a description that a word names."""
+    from mecanique.formats.locate import locate
+
+    path, robots = locate(system, reading.package_path or None), mq.robots()
+    if path is not None:
         return path
     looks_like_path = system.endswith((".urdf", ".xml", ".xacro")) or (
         "/" in system

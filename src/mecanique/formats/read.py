@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from mecanique.errors import InputError
+from mecanique.formats.locate import locate
 from mecanique.formats.mjcf import read_mjcf
 from mecanique.formats.sdf import read_sdf
 from mecanique.model.forces import JointDamper
@@ -45,13 +46,15 @@ def read(
     link's frame stands at the joint that carries it.
 
     Args:
-        path_or_text: the path of the file, or its text.
+        path_or_text: the path of the file, or its text; also what else names a robot: a folder with
+            one (as in MuJoCo's menagerie), a zip archive or a file in it, `package://…`, `model://…`,
+            or a name of the package robot_descriptions, where that is installed.
         damping: whether the damping of joints is read.
         armature: inertia of the rotors seen at the joints, instead of what is written: one number
             for all joints with one coordinate, or by name of the joint [kg·m² or kg].
         parameters: what gets letters, as in `read_urdf`.
-        of_urdf: further arguments of `read_urdf`, for URDF and xacro alone; `package_path` also
-            for SDF.
+        of_urdf: further arguments of `read_urdf`, for URDF and xacro alone; `package_path` for all
+            formats.
 
     Returns:
         The mechanism.
@@ -71,11 +74,13 @@ def read(
     """
     if not isinstance(path_or_text, (str, os.PathLike)) or not os.fspath(path_or_text):
         raise InputError(f"expected the path of a file or a text, got {path_or_text!r}")
+    if not (isinstance(path_or_text, str) and "<" in path_or_text):
+        path_or_text = locate(path_or_text, of_urdf.get("package_path")) or path_or_text
     form = name_format(path_or_text)
     if form == "URDF":
         options = {"damping": damping, "armature": armature, "parameters": parameters}
         return read_urdf(path_or_text, **options, **of_urdf)  # type: ignore[arg-type]
-    packages = of_urdf.pop("package_path", None) if form == "SDF" else None
+    packages = of_urdf.pop("package_path", None)
     if of_urdf:
         raise InputError(f"{', '.join(of_urdf)} can be given for URDF and xacro alone, not {form}")
     mechanism = read_sdf(path_or_text, packages) if form == "SDF" else read_mjcf(path_or_text)

@@ -1,0 +1,131 @@
+"""Find the description that a word names: in folders, archives and packages."""
+
+from __future__ import annotations
+
+import atexit
+import importlib
+import os
+import shutil
+import tempfile
+import zipfile
+from importlib.util import find_spec
+from pathlib import Path, PurePosixPath
+
+from mecanique.errors import InputError
+from mecanique.urdf.reading.packages import MeshSearch, PackagePath
+
+_MOST_BYTES, _MOST_FILES = 500_000_000, 20_000
+"""Most that is unpacked from an archive."""
+
+_SUFFIXES = (".urdf", ".xacro", ".sdf", ".xml", ".mjcf")
+_ASIDE = ("scene", "mjx_", "package", "keyframe")
+"""How files begin that are no robot themselves: scenes, variants for one program, and the like."""
+
+
+def locate(word: str | os.PathLike[str], package_path: PackagePath | None = None) -> Path | None:
+    """Return the file of a description that a word names, or None if it names none.
+
+    A word may be a file, a folder with one robot (as in MuJoCo's menagerie), a zip archive, a file
+    in one (`robots.zip/arm/arm.urdf`), `package://` or `model://`, or a name of the package
+    robot_descriptions, where that is installed.
+
+    Args:
+        word: what names it.
+        package_path: folders to search for packages.
+
+    Raises:
+        InputError: if a folder or archive has no description or several, or is not safe to unpack.
+    """
+    text, path = os.fspath(word), Path(word)
+    if path.is_file() and path.suffix.lower() != ".zip":
+        return path
+    if path.is_dir():
+        return _choose(path)
+    scheme, separator, rest = text.partition("://")
+    if separator and scheme in ("package", "model"):
+        package, _, inside = rest.strip("/").partition("/")
+        search = MeshSearch(Path.cwd() / "word", package_path)
+        folder = search.package(package)
+        if folder is None:
+            raise InputError(f"package {package!r} is not found in {search.searched}")
+        if ".." in PurePosixPath(inside).parts:
+            raise InputError(f"expected a file of the package, got {text!r}")
+        return locate(folder / inside, package_path)
+    parts = PurePosixPath(text.replace("\\", "/")).parts
+    for k, part in enumerate(parts, 1):
+        archive = Path(*parts[:k])
+        if part.lower().endswith(".zip") and archive.is_file():
+            unpacked = _unpack(archive)
+            if ".." in parts[k:]:
+                raise InputError(f"expected a file of the archive, got {text!r}")
+            return locate(unpacked.joinpath(*parts[k:]), package_path)
+    return _of_library(text)
+
+
+def _choose(folder: Path) -> Path:
+    """Return the one robot of a folder: of those nearest to its top, the one called after it."""
+    files = sorted(
+        (path for path in folder.rglob("*") if path.suffix in _SUFFIXES and path.is_file()),
+        key=lambda path: (len(path.parts), path),
+    )
+    files = [path for path in files if not path.name.startswith(_ASIDE)]
+    if not files:
+        raise InputError(
+            f"{folder}: expected a description in URDF, xacro, MJCF or SDF, found none"
+        )
+    near = [path for path in files if len(path.parts) == len(files[0].parts)]
+    if len(near) > 1:
+        name = folder.resolve().name
+        called = [p for p in near if p.stem == "model" or name in (p.stem, f"{p.stem}_description")]
+        near = called or [path for path in near if name.endswith(f"_{path.stem}")] or near
+    if len(near) > 1:
+        names = ", ".join(str(path.relative_to(folder)) for path in near[:10])
+        raise InputError(f"{folder}: expected one of its descriptions, {names}")
+    return near[0]
+
+
+def _unpack(archive: Path) -> Path:
+    """Unpack an archive, within bounds, into a folder that lasts as long as the process."""
+    try:
+        with zipfile.ZipFile(archive) as file:
+            members = [info for info in file.infolist() if not info.is_dir()]
+            size = sum(info.file_size for info in members)
+            if len(members) > _MOST_FILES or size > _MOST_BYTES:
+                raise InputError(
+                    f"{archive}: expected at most {_MOST_FILES:,} files and {_MOST_BYTES:,} bytes"
+                )
+            folder = Path(tempfile.mkdtemp(prefix="mecanique-"))
+            atexit.register(shutil.rmtree, folder, ignore_errors=True)
+            for info in members:
+                _unpack_file(file, info, folder, archive)
+    except (OSError, zipfile.BadZipFile, NotImplementedError, RuntimeError) as error:
+        raise InputError(f"{archive}: it cannot be unpacked ({error})") from None
+    return folder
+
+
+def _unpack_file(file: zipfile.ZipFile, info: zipfile.ZipInfo, folder: Path, archive: Path) -> None:
+    """Unpack one file; no more of it is read than the size it states."""
+    parts = PurePosixPath(info.filename.replace("\\", "/")).parts
+    if not parts or ".." in parts or parts[0].startswith("/") or ":" in parts[0]:
+        raise InputError(f"{archive}: {info.filename!r} leaves the archive")
+    target = folder.joinpath(*parts)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with file.open(info) as source, target.open("wb") as sink:
+        shutil.copyfileobj(source, sink)
+
+
+def _of_library(name: str) -> Path | None:
+    """Return the file of a name of robot_descriptions, which fetches it if it must."""
+    if not name.endswith("_description") or not name.isidentifier():
+        return None
+    if find_spec("robot_descriptions") is None:
+        return None
+    try:
+        module = importlib.import_module(f"robot_descriptions.{name}")
+    except ModuleNotFoundError:
+        return None
+    except Exception as error:
+        # it clones repositories, which may fail in many ways
+        raise InputError(f"robot_descriptions does not give {name!r}: {error}") from None
+    paths = (getattr(module, what, None) for what in ("URDF_PATH", "MJCF_PATH", "XACRO_PATH"))
+    return next((Path(path) for path in paths if path), None)

@@ -1,0 +1,120 @@
+"""What names a robot: folders, archives, packages and names of robot_descriptions."""
+
+from __future__ import annotations
+
+import re
+import sys
+import zipfile
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from click.testing import CliRunner
+
+import mecanique as mq
+from mecanique.cli import app
+from mecanique.formats import locate as room
+from mecanique.formats.locate import locate
+
+ROBOT = """<mujoco model="{}"><worldbody><body><joint/><geom size="0.1" pos="0.1 0 0"/></body>
+</worldbody></mujoco>"""
+
+
+def write(path: Path, name: str = "m") -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(ROBOT.format(name), encoding="utf-8")
+    return path
+
+
+def test_a_folder_of_the_menagerie_has_one_robot_beside_its_scenes(tmp_path: Path) -> None:
+    folder = tmp_path / "acme_arm"
+    robot = write(folder / "arm.xml")
+    for other in ("scene.xml", "scene_left.xml", "mjx_arm.xml", "arm_hands.xml", "assets/link.xml"):
+        write(folder / other)
+    assert locate(folder) == robot
+    assert mq.read(folder).nv == 1
+    run = CliRunner().invoke(app, ["verify", str(folder), "--samples", "3"])
+    assert run.exit_code == 0, run.output
+    write(folder / "model.sdf")
+    assert locate(folder) == folder / "model.sdf"
+
+
+def test_a_folder_with_several_robots_or_none_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(mq.InputError, match="expected a description in URDF, xacro, MJCF or SDF"):
+        locate(tmp_path)
+    write(tmp_path / "left.xml")
+    write(tmp_path / "right.xml")
+    with pytest.raises(mq.InputError, match=r"expected one of its descriptions, left\.xml, right"):
+        locate(tmp_path)
+    assert locate(tmp_path / "none.xml") is None
+
+
+@pytest.mark.parametrize("scheme", ["package", "model"])
+def test_a_package_is_found_on_the_search_path(tmp_path: Path, scheme: str) -> None:
+    robot = write(tmp_path / "acme" / "urdf" / "arm.xml")
+    assert locate(f"{scheme}://acme/urdf/arm.xml", tmp_path) == robot
+    assert locate(f"{scheme}://acme", tmp_path) == robot
+    assert mq.read(f"{scheme}://acme", package_path=tmp_path).nv == 1
+    with pytest.raises(mq.InputError, match="package 'nobody' is not found in"):
+        locate(f"{scheme}://nobody/arm.xml", tmp_path)
+    with pytest.raises(mq.InputError, match="expected a file of the package"):
+        locate(f"{scheme}://acme/../arm.xml", tmp_path)
+
+
+def test_an_archive_is_unpacked(tmp_path: Path) -> None:
+    archive = tmp_path / "robots.zip"
+    with zipfile.ZipFile(archive, "w") as file:
+        file.writestr("acme/arm.xml", ROBOT.format("a"))
+        file.writestr("acme/assets/more.xml", ROBOT.format("b"))
+    assert mq.read(archive).name == "a"
+    assert mq.read(f"{archive}/acme/assets/more.xml").name == "b"
+    assert locate(f"{archive}/acme/none.xml") is None
+    with pytest.raises(mq.InputError, match="expected a file of the archive"):
+        locate(f"{archive}/acme/../../arm.xml")
+
+
+@pytest.mark.parametrize("name", ["../arm.xml", "/arm.xml", "a/../../arm.xml", "C:/arm.xml"])
+def test_an_archive_whose_files_leave_it_is_refused(tmp_path: Path, name: str) -> None:
+    archive = tmp_path / "robots.zip"
+    with zipfile.ZipFile(archive, "w") as file:
+        file.writestr(name, ROBOT.format("a"))
+    with pytest.raises(mq.InputError, match=re.escape(f"{name!r} leaves the archive")):
+        locate(archive)
+
+
+def test_an_archive_too_large_or_no_archive_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    archive = tmp_path / "robots.zip"
+    archive.write_bytes(b"PK nothing")
+    with pytest.raises(mq.InputError, match="it cannot be unpacked"):
+        locate(archive)
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("arm.xml", ROBOT.format("a" * 10_000))
+    monkeypatch.setattr(room, "_MOST_BYTES", 5_000)
+    with pytest.raises(mq.InputError, match="expected at most 20,000 files and 5,000 bytes"):
+        locate(archive)
+
+
+def test_a_name_of_robot_descriptions_is_found_where_that_is_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library, robot = (
+        ModuleType("robot_descriptions"),
+        ModuleType("robot_descriptions.arm_description"),
+    )
+    library.__path__ = []
+    robot.URDF_PATH = str(write(tmp_path / "arm.xml"))  # type: ignore[attr-defined]
+    assert locate("arm_description") is None
+    monkeypatch.setitem(sys.modules, "robot_descriptions", library)
+    monkeypatch.setitem(sys.modules, "robot_descriptions.arm_description", robot)
+    monkeypatch.setattr(room, "find_spec", lambda name: name)
+    assert locate("arm_description") == tmp_path / "arm.xml"
+    assert locate("leg_description") is None
+
+    def fail(name: str) -> None:
+        raise OSError("no network")
+
+    monkeypatch.setattr("importlib.import_module", fail)
+    with pytest.raises(mq.InputError, match="does not give 'arm_description': no network"):
+        locate("arm_description")
