@@ -172,7 +172,7 @@ ORDER: dict[str, list[str]] = {
         "program",
         "mechanics",
         "build targets",
-        "compiled verdict",
+        "compiled modes verdict",
         "code",
         "languages writing",
     ],

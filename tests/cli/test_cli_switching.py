@@ -42,7 +42,6 @@ def test_derive_prints_every_mode_with_its_condition(block: str) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["code", "-o", "made"], "code is generated where one mode holds"),
         (
             ["check", "slide'' = 0"],
             "a formula is checked where the equations are those of one mode",
@@ -87,3 +86,13 @@ def test_diff_tells_another_coefficient(block: str, tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["diff", block, str(other)])
     assert done.exit_code == 1
     assert "friction 'dry': mu 0.2 → 0.1" in done.output
+
+
+def test_code_has_every_mode_and_impact(block: str, tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["code", block, "--target", "python", "-o", f"{tmp_path}/made"])
+    assert done.exit_code == 0, done.output
+    assert "mode_dry_slips_plus_wall_open: worst relative difference" in done.output
+    assert "impact_wall_closed: worst relative difference" in done.output
+    refused = CliRunner().invoke(app, ["code", block, "--target", "fmu", "-o", f"{tmp_path}/made"])
+    assert refused.exit_code == 2
+    assert "an FMU holds one mode, and cannot tell which follows" in refused.output

@@ -104,7 +104,7 @@ def test_every_mode_agrees_with_the_engine(system: str) -> None:
     assert {row.quantity for row in of_modes} == {"acceleration", "forces of elements"}
     left_out = sum("rigid bodies do not determine" in note for note in verdict.notes)
     assert len(of_modes) == 2 * (len(mq.derive_modes(SYSTEMS[system]).modes) - left_out)
-    struck = [e.name for e in SYSTEMS[system].switching if modes._is_struck(e)]
+    struck = [e.name for e in SYSTEMS[system].switching if modes.is_struck(e)]
     assert {row.sources[0] for row in verdict.rows if row not in of_modes} == {
         f"impact of {name}" for name in struck
     }

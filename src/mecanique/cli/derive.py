@@ -138,14 +138,13 @@ def code(
 ) -> None:
     """Write the equations of motion as code, checked by running it.
 
-    A comparison test is written alongside. -q and -v apply to FMUs only.
+    A comparison test is written alongside. -q and -v apply to FMUs only. With friction or stops,
+    --what is left aside: there is a function for every mode and every impact.
     """
-    chosen.mechanism.refuse_switching(
-        "code is generated where one mode holds; mecanique simulate moves it"
-    )
+    mechanism = chosen.mechanism
     with working(f"Writing and running {target}"):
         made = mq.generate(
-            mq.derive(chosen.mechanism),
+            mq.derive_modes(mechanism) if mechanism.switching else mq.derive(mechanism),
             target,
             what,
             parameters=() if numbers else None,

@@ -33,11 +33,7 @@ def build_program(
         others = [quantity for quantity in quantities if quantity.name != "rhs"]
         quantities = (QUANTITIES["rhs"], *others)
     stem = file_stem(mechanism.name, name)
-    known = (*mechanism.values, *(signal.symbol for signal in mechanism.inputs))
-    for symbol in parameters or ():
-        if symbol not in known:
-            raise UnknownNameError("parameter", symbol, known)
-    dynamics = dynamics_of(equations, known if parameters is None else tuple(parameters))
+    dynamics = dynamics_of(equations, require_known(mechanism, parameters))
     answers = []
     for quantity in quantities:
         values = _values(dynamics, quantity.base or quantity.name)
@@ -49,6 +45,15 @@ def build_program(
     if moves and mechanism.constrained:
         return replace(program, landing=dynamics.landing)
     return program
+
+
+def require_known(mechanism: Mechanism, parameters: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the parameters and inputs that remain arguments, all by default."""
+    known = (*mechanism.values, *(signal.symbol for signal in mechanism.inputs))
+    for symbol in parameters or ():
+        if symbol not in known:
+            raise UnknownNameError("parameter", symbol, known)
+    return known if parameters is None else tuple(parameters)
 
 
 def assemble(dynamics: Dynamics, name: str, answers: Sequence[Answer]) -> Program:

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.switching import Modes
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.generation.build import build_program
 from mecanique.generation.code import Code
+from mecanique.generation.modes import build_modes, refuse_time
 from mecanique.generation.program import Program
 from mecanique.generation.targets.c import C
 from mecanique.generation.targets.casadi import CasADi
@@ -48,7 +50,7 @@ _NUMBERS = 40_000
 
 
 def generate(
-    equations: Equations,
+    equations: Equations | Modes,
     target: str = "c",
     what: str | Sequence[str] = ("acceleration", "energy"),
     *,
@@ -65,7 +67,10 @@ def generate(
     cannot be run here, the file says so.
 
     Args:
-        equations: the equations of motion.
+        equations: the equations of motion; or, of what switches, the modes of `derive_modes`: a
+            function for each mode, with its accelerations and the elements' forces, one for each
+            impact of an element, with the velocities after it and its impulses, and one with gaps
+            and rates. `what` is then left aside.
         target: "c" (C99 that allocates nothing), "javascript", "python" (numpy, for many states at
             once), "jax", "casadi" or "fmu" (FMI 3.0, model exchange and co-simulation, for
             simulation tools; the quantities are its outputs).
@@ -101,7 +106,16 @@ def generate(
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     language = target_of(target)
     moves = isinstance(language, FMU)
-    program = build_program(equations, what, parameters, name, moves=moves)
+    if isinstance(equations, Modes):
+        refuse_time(equations.mechanism)
+        if moves:
+            raise InputError(
+                "an FMU holds one mode, and cannot tell which follows; expected another target, "
+                "whose functions give every mode"
+            )
+        program = build_modes(equations, parameters, name)
+    else:
+        program = build_program(equations, what, parameters, name, moves=moves)
     if moves:
         program = replace(program, start=start_of(equations.mechanism, q, v))
     cases = cases_of(program, samples, seed)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 from mecanique.generation.quantities import Output
+from mecanique.model.constraints.friction import Switching
 from mecanique.model.mechanism import Mechanism
 from mecanique.program.tape import Counts, Tape, Value, count
 
@@ -62,6 +63,7 @@ class Program:
         answers: the outputs.
         start: for programs to be integrated, the default initial state, shape (nq + nv,).
         landing: for closed mechanisms to be integrated, the correction that keeps loops closed.
+        switching: the elements whose modes it computes.
     """
 
     mechanism: Mechanism
@@ -72,6 +74,7 @@ class Program:
     answers: tuple[Answer, ...]
     start: tuple[float, ...] = ()
     landing: LoopProjection | None = None
+    switching: tuple[Switching, ...] = ()
 
     @property
     def parameters(self) -> tuple[Letter, ...]:

@@ -23,6 +23,8 @@ class Output:
         constrained: whether only mechanisms with loops or other constraints have it.
         by: for a derivative, the variable: y, q, v, a, tau or p.
         base: for a derivative, the name of the differentiated quantity.
+        mode: the state of each element that switches, by name.
+        struck: whether it is an impact in that state.
     """
 
     name: str
@@ -32,6 +34,8 @@ class Output:
     constrained: bool = False
     by: str = ""
     base: str = ""
+    mode: tuple[tuple[str, str], ...] = ()
+    struck: bool = False
 
 
 QUANTITIES = {

@@ -117,19 +117,62 @@ def compare_modes(
         names = [element.name for element in mechanism.switching]
         modes = [dict(zip(names, combined, strict=True)) for combined in product(*choices)]
         rows, notes = bench.compare_numbers(modes, ours, theirs)
-    struck = [element for element in mechanism.switching if _is_struck(element)]
+    struck = [element for element in mechanism.switching if is_struck(element)]
     if struck:
         ours = _ask_jets(mechanism, base, states, theirs)
         rows += bench.compare_impacts(struck, ours, theirs)
     return conclude(mechanism, rows, samples, seed, tolerance or TOLERANCE, notes=tuple(notes))
 
 
-def accelerate(mechanism: Mechanism, mode: Mapping[str, str], states: States) -> Array:
-    """Return the accelerations in a mode by the engine's quantities, shape (n, nv)."""
+def solve_mode(
+    mechanism: Mechanism, mode: Mapping[str, str], states: States, *, struck: bool = False
+) -> tuple[Array, Array]:
+    """Return accelerations and forces in a mode by the engine's quantities, and their rounding.
+
+    Of an impact these are the velocities after it and the impulses of its element alone. Shapes
+    (n, nv + forces) and (n,).
+    """
     base = replace(mechanism, switching=())
     terms = _ask_engine(mechanism, base, states)
-    system, right = _Bench(mechanism, base, states, TOLERANCE).write(mode, terms)
-    return _solve(system, right)[:, : base.nv]
+    system, right = _Bench(mechanism, base, states, TOLERANCE).write(mode, terms, struck=struck)
+    solved = _solve(system, right)
+    rounding = EPSILON * _condition(system) * np.linalg.norm(solved, axis=1)
+    if struck:
+        solved[:, : base.nv] += states.v
+        own = [k for k, f in enumerate(terms.forces, base.nv) if f.element.name in mode]
+        solved = solved[:, [*range(base.nv), *own]]
+    return solved, rounding
+
+
+def measure_elements(mechanism: Mechanism, states: States) -> Array:
+    """Return gap and rate of each normal force, and the slip of each friction, by the engine."""
+    base = replace(mechanism, switching=())
+    whole = _close(mechanism, base)
+    gaps: dict[str, Array] = {}
+    if whole.contacts:
+        _, closed = load_once(whole)
+        assert closed is not None, "contacts are closed"
+        moments = zip(states.q, states.v, states.t.tolist(), strict=True)
+        residuals = np.array([closed.closures.at(*moment).residual for moment in moments])
+        gaps = dict(zip(closed.closures.names, residuals.T, strict=True))
+    columns: list[Array] = []
+    for force in _ask_engine(mechanism, base, states).forces:
+        element = force.element
+        rate = (force.jacobian * states.v).sum(axis=1)
+        if isinstance(element, Contact):
+            columns += [gaps[f"{element.name}: normal"]] if force.presses else []
+        else:
+            row = next(r for r in element.joint_rows if (r.offset is not None) == force.presses)
+            if row.offset is not None:
+                place: Any = row.offset
+                for name, weight in row.weights:
+                    joint = _coordinate_of(base, name)
+                    way: Any = base.coordinates.driven.get(joint, coordinate(joint))
+                    place += weight * way
+                columns.append(_evaluate(mechanism, [place], states)[:, 0])
+            rate = rate - _evaluate(mechanism, [row.speed], states)[:, 0]
+        columns.append(rate)
+    return np.column_stack(columns)
 
 
 def _list_states(element: Switching, forces: Sequence[_Force]) -> tuple[str, ...]:
@@ -142,7 +185,7 @@ def _list_states(element: Switching, forces: Sequence[_Force]) -> tuple[str, ...
     return (*states, "sticks", *(("slips +", "slips -") if along == 1 else ("slips",)))
 
 
-def _is_struck(element: Switching) -> bool:
+def is_struck(element: Switching) -> bool:
     """Return whether an element has impacts."""
     elastic = isinstance(element, Stop) and element.stiffness is not None
     return not isinstance(element, Friction) and not elastic

@@ -91,6 +91,13 @@ class Letters:
         )
         """Symbols of the parameters and signals that are inputs, in order."""
 
+    def slopes(self, scalar: Any) -> list[Any]:
+        """Return the derivatives of a scalar's rate by each velocity, one whose rate is plain."""
+        places = dict(zip(self.mechanism.coordinates, self.q, strict=True))
+        by = [{places[name.removesuffix("'")].place: 1.0} for name in self.mechanism.velocities]
+        columns = [push_forward(self.tape, values_of([scalar]), direction) for direction in by]
+        return [trace(self.tape, value) for (value,) in columns]
+
     @cached_property
     def rates(self) -> list[Any]:
         """The rates of the coordinates: q' = v, and p' = ½ p ⊗ ω for a quaternion p."""

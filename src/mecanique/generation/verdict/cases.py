@@ -22,6 +22,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, seated_velocities
 from mecanique.model.values import Given
 from mecanique.reference import Reference, assemble
+from mecanique.verification.modes import measure_elements, solve_mode
 from mecanique.verification.rounding import UNIT, rounding
 from mecanique.verification.rows import moving_mass, scales
 from mecanique.verification.states import random_states
@@ -320,7 +321,18 @@ def _compute_cases(program: Program, mechanism: Mechanism, samples: int, seed: i
     for answer in program.answers:
         quantity = answer.quantity
         name, base = quantity.name, quantity.base or quantity.name
-        if quantity.by:
+        if program.switching:
+            whole = replace(mechanism, switching=program.switching)
+            if quantity.mode:
+                mode = dict(quantity.mode)
+                values, lost = solve_mode(whole, mode, states, struck=quantity.struck)
+                forces = np.full((samples, values.shape[1] - d.shape[1]), mass**-0.5)
+                unit = np.hstack([d, forces])
+                excused[name] = lost / mass**0.5
+            else:
+                values = measure_elements(whole, states)
+                unit = np.ones(values.shape)
+        elif quantity.by:
             values, compared = differences(quantity, program, reference, states, tau)
             rows = unit_of(base, values[..., 0], d, mass)
             unit = (rows[:, :, None] * compared).reshape(samples, -1)
