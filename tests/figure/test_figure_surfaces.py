@@ -128,3 +128,33 @@ def test_a_cone_is_seen_from_aside_and_a_hoop_is_no_disk() -> None:
 def test_radii_of_bodies_in_space_are_shown(name: str, radii: set[str]) -> None:
     shown = _set_up(mq.textbook.load(name), None, None)
     assert radii <= letters(shown)
+
+
+def led(law: Any) -> mq.Mechanism:
+    """A particle that the coordinate map leads along z = law(x)."""
+    return mq.Mechanism(
+        "led",
+        (mq.Body("ground"), mq.Body("carriage"), mq.Body("bead", mq.particle(1.0))),
+        (
+            mq.Prismatic("along", "ground", "carriage", axis=(1, 0, 0), coordinate="x"),
+            mq.Prismatic("up", "carriage", "bead", axis=(0, 0, 1), coordinate="z"),
+        ),
+        coordinates=mq.Coordinates(("x",), {"z": law}),
+        gravity=(0, 0, -9.81),
+    )
+
+
+def test_a_particle_that_the_map_leads_is_drawn_on_its_curve() -> None:
+    shown = _set_up(led(mq.coordinate("x") ** 2 / 2), None, {"x": 0.8})
+    (curve,) = [line for line in grounds(shown) if len(line) > 2]
+    x, z = curve.T / shown.camera.scale
+    np.testing.assert_allclose(-z, x**2 / 2, rtol=0, atol=1e-12)
+    assert x.min() < -0.8
+    assert x.max() > 0.8
+    cables = [m for m in figure(shown) if isinstance(m, Stroke) and m.style == "cable"]
+    assert not cables  # the carriage is no rod
+
+
+def test_a_map_in_time_leads_along_no_curve() -> None:
+    shown = _set_up(led(0.1 * mq.sin(mq.time())), None, {"x": 0.8})
+    assert not [line for line in grounds(shown) if len(line) > 2]

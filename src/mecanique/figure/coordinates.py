@@ -97,7 +97,8 @@ def _radius(setting: Setting, disk: Solid, name: str) -> Iterator[Mark]:
     """An arrow to the rim of a disk seen face on, or in space at least from aside."""
     camera = setting.camera
     radius, facing = disk.size * camera.scale, float(disk.pose[:3, 2] @ camera.toward)
-    least = 0.9 if camera.flat else 0.0 if disk.form == CONE else ASIDE
+    in_space = 0.0 if disk.form == CONE else ASIDE
+    least = 0.9 if camera.flat else in_space
     if radius <= MEASURED_RADIUS or abs(facing) < least:
         return
     way = np.array([math.cos(RADIUS_ANGLE), math.sin(RADIUS_ANGLE)])

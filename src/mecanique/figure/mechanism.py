@@ -38,7 +38,7 @@ from mecanique.model.expression import DISTANCE, Scalar, coordinate, evaluate, p
 from mecanique.model.force_base import BodyLoad, End, JointLoad, LineLoad, WrenchOnBody, loads_in
 from mecanique.model.forces import CentralForce
 from mecanique.model.joint_base import Single
-from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
+from mecanique.model.joints import Joint, Prismatic, Revolute, Spherical, Universal
 from mecanique.motion.analysis.forces import Actions
 
 DOWN = np.array([0.0, 1.0])
@@ -48,6 +48,9 @@ NUT = (11.0, 8.0)
 
 RADIUS_WAY = np.array([-0.8, -0.6])
 """Where on paper the radius of a circle is drawn that a slide stops on."""
+
+CURVE_LEAST, CURVE_POINTS = 40.0, 41
+"""How far a curve reaches at least along its coordinate [pt], and the points drawn of it."""
 
 PLANE_MARGIN = 26.0
 """How far a plane is drawn beyond what touches it [pt]."""
@@ -63,6 +66,10 @@ def supports(setting: Setting) -> Iterator[Mark]:
     """Yield what holds the joints of the ground, and what bodies touch."""
     yield from _slabs(setting)
     yield from _planes(setting)
+    for joint in setting.mechanism.joints:
+        leader = _find_leader(setting, joint)
+        if leader:
+            yield _curve(setting, joint.child, leader)
     for element in setting.switching:
         if isinstance(element, Stop):
             yield from _stop(setting, element)
@@ -166,6 +173,32 @@ def _slabs(setting: Setting) -> Iterator[Mark]:
         half = float((spread @ along).max())
         a, b = base - half * along, base + half * along
         yield from hatch(a, b) if float(-across(unit(b - a)) @ low) > 0 else hatch(b, a)
+
+
+def _find_leader(setting: Setting, joint: Joint) -> str:
+    """Return the coordinate along which the map leads a slide on a curve, "" if there is none."""
+    mechanism = setting.mechanism
+    if not isinstance(joint, Prismatic):
+        return ""
+    law = mechanism.coordinates.driven.get(joint.coordinate, 0.0)
+    leaders = symbols_in(law) & {*mechanism.coordinates}
+    carried, before = {joint.parent}, set[str]()
+    for earlier in reversed(mechanism.tree):
+        if earlier.child in carried:
+            carried.add(earlier.parent)
+            before |= {*earlier.coordinates} if isinstance(earlier, Prismatic) else set()
+    moving = symbols_in(law) - {*mechanism.values}
+    return next(iter(leaders)) if len(moving) == 1 and leaders <= before and leaders else ""
+
+
+def _curve(setting: Setting, body: str, leader: str) -> Mark:
+    """The curve on which a body is led, on both sides of where it is."""
+    k = setting.mechanism.coordinates.index(leader)
+    reach = 1.2 * max(abs(float(setting.q[k])), CURVE_LEAST / setting.camera.scale)
+    places = np.tile(setting.q, (CURVE_POINTS, 1))
+    places[:, k] = np.linspace(-reach, reach, CURVE_POINTS)
+    poses = (setting.reference.poses(q, setting.t)[setting.index(body)] for q in places)
+    return Stroke(setting.camera.at([pose[:3, 3] for pose in poses]), "ground")
 
 
 def _planes(setting: Setting) -> Iterator[Mark]:
@@ -689,7 +722,7 @@ def _links(setting: Setting) -> Iterator[Mark]:
             yield from _line(camera.at(setting.point(joint.parent)), camera.at(setting.seat(joint)))
         if not isinstance(joint, Prismatic) or loads_in(mechanism.forces, joint.name):
             continue
-        if bare and joint.child not in sprung:
+        if bare and joint.child not in sprung and not _find_leader(setting, joint):
             yield from _line(camera.at(setting.seat(joint)), camera.at(setting.point(joint.child)))
 
     yield from _cords(setting)

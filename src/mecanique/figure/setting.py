@@ -146,7 +146,7 @@ def setting(
     spots += [
         _ends(mechanism, poses, force) for force in mechanism.forces if isinstance(force, LineLoad)
     ]
-    spots += [*_touched(mechanism, poses, switching)]
+    spots += [*_list_feet(mechanism, poses, switching)]
     seen = (np.concatenate(spots) if any(map(len, spots)) else np.zeros((1, 3))) @ axes[:2].T
     room = {"ball": 14.0, "rod": 0.0}
     sizes = [solid.size * room.get(solid.kind, 2.6) for solid in drawn]
@@ -166,7 +166,7 @@ def setting(
     )
 
 
-def _touched(
+def _list_feet(
     mechanism: Mechanism, poses: Floats, switching: tuple[Switching, ...]
 ) -> Iterator[Floats]:
     """Yield where bodies would touch planes, and the circles on which turning slides stop."""

@@ -157,7 +157,7 @@ class Potential(JointLoad):
         >>> q = mq.coordinate("q")
         >>> well = mq.Potential("well", "pin", 2.0 * q**4 - q**2)
         >>> print(mq.derive(replace(mq.textbook.load("rigid_bar_pendulum"), forces=(well,))))
-        q'' + 24 q^3/(m l^2) - 6 q/(m l^2) + 3 g sin(q)/(2 l) = 0
+        q'' - 6 q/(m l^2) + 24 q^3/(m l^2) + 3 g sin(q)/(2 l) = 0
     """
 
     kind = "spring"
