@@ -86,6 +86,38 @@ def test_a_finger_takes_a_body_that_hangs_at_rest(show: Callable[..., Visit]) ->
     seen.clean()
 
 
+def test_the_slider_of_a_linkage_is_taken_and_takes_the_crank_along(
+    show: Callable[..., Visit],
+) -> None:
+    linkage = mq.simulate(load("slider_crank"), q={"theta": 1.0}, duration=1.0)
+    seen = show(scene(linkage), viewport={"width": 1000, "height": 700})
+    seen.seek(0)
+    names = seen.js("mecanique.setup.bench.scene.bodies.map((body) => body.name)")
+    assert names[-1] == "slider"
+    x, y = seen.js(
+        """() => {
+        const { stage } = mecanique;
+        const [a, b, c] = stage.nodes.at(-1).localToWorld(
+            stage.boxes.at(-1).getCenter(new stage.three.Vector3())).toArray();
+        const [right, down] = stage.project([a, -c, b]); // the viewer's axes have y up
+        const box = stage.pane.getBoundingClientRect();
+        return [box.left + right, box.top + down];
+    }"""
+    )
+    before = seen.js("mecanique.setup.bench.setting.start")
+    mouse = seen.page.mouse
+    mouse.move(x, y)
+    mouse.down()
+    mouse.move(x - 20, y)
+    mouse.move(x - 40, y)
+    mouse.up()
+    theta, beta, place = seen.js("mecanique.setup.bench.setting.start")[:3]
+    assert place < before[2] - 0.02
+    r, length = linkage.mechanism.values["r"], linkage.mechanism.values["l"]
+    assert r * math.sin(theta) + length * math.sin(theta + beta) == pytest.approx(0, abs=1e-9)
+    seen.clean()
+
+
 def test_the_front_view_of_a_plane_does_not_tip(
     pendulum: Scene, show: Callable[..., Visit]
 ) -> None:

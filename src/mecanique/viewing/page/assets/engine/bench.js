@@ -91,7 +91,7 @@ export class Bench {
       machine.program.row(setting.first, state, p, raw, null);
       return raw.subarray(0, 12 * bodies);
     };
-    const start = machine.assemble(setting);
+    const start = machine.assemble(setting, []);
     const still = poses(start);
     const moving = new Array(bodies).fill(false);
     for (let k = 0; k < machine.nq; k++) {
