@@ -55,3 +55,11 @@ def test_what_is_asked_wrongly_ends_with_two(words: tuple[str, ...], message: st
     done = call(*words)
     assert done.exit_code == 2
     assert message in done.output
+
+
+def test_code_of_a_robot_is_called_as_it_was_asked_for(tmp_path: Path) -> None:
+    """The file of solo12 calls it solo."""
+    words = ["code", "solo12", "--target", "python", "--what", "energy", "--samples", "2"]
+    run = CliRunner().invoke(app, [*words, "-o", str(tmp_path)])
+    assert run.exit_code == 0, run.output
+    assert (tmp_path / "solo12.py").is_file()

@@ -522,3 +522,40 @@ def test_every_robot_is_linted() -> None:
     ]
     assert len(robots()) == 69
     assert len(refused) == 17
+
+
+REDUCED = "<mechanicalReduction>50</mechanicalReduction>"
+
+
+@pytest.mark.parametrize(
+    ("inside", "line", "armature"),
+    [
+        (
+            "<mechanicalReduction>50</mechanicalReduction>\n<rotorInertia>2e-4</rotorInertia>",
+            39,
+            0.5,
+        ),
+        ("<motor_inertia value='0.3'/>", 38, 0.3),
+        (
+            "<drake:rotor_inertia value='2e-4'/><mechanicalReduction>50</mechanicalReduction>",
+            38,
+            0.5,
+        ),
+    ],
+)
+def test_rotors_of_other_tags_are_pointed_to(inside: str, line: int, armature: float) -> None:
+    drive = f'<joint name="wrist"/>\n<actuator name="m">{inside}</actuator>'
+    text = add(f'<transmission name="t" type="SimpleTransmission">{drive}</transmission>')
+    findings = [f for f in lint(text) if f.code == "M601"]
+    (finding,) = [f for f in findings if "is not read" in f.message]
+    assert finding.line == line
+    assert finding.where == "transmission 't'"
+    assert f"joint 'wrist' has an armature of {armature:g}" in finding.message
+    assert f"armature={{'wrist': {armature:g}}}" in finding.remedy
+
+
+def test_drakes_rotor_with_its_gear_needs_no_pointer() -> None:
+    inside = "<drake:rotor_inertia value='2e-4'/><drake:gear_ratio value='5'/>"
+    drive = f'<joint name="wrist"/><actuator name="m">{inside}</actuator>'
+    text = add(f'<transmission name="t" type="SimpleTransmission">{drive}</transmission>')
+    assert not [f for f in lint(text) if "armature" in f.message]

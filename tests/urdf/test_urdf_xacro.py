@@ -110,6 +110,38 @@ def test_a_folder_is_the_package_that_its_package_xml_names(arm: Path) -> None:
     assert read_urdf(arm).name == "arm"
 
 
+HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+
+
+def test_a_file_of_macros_alone_is_called_so(arm: Path) -> None:
+    arm.write_text(f'{HEAD}<xacro:macro name="leg" params="a"/></robot>', encoding="utf-8")
+    said = r"it defines macros alone \(leg\) and calls none. Name a file that calls them"
+    with pytest.raises(mq.UrdfError, match=said):
+        read_urdf(arm)
+
+
+def test_all_arguments_without_a_value_are_named_at_once(arm: Path) -> None:
+    text = f'{HEAD}\n<xacro:arg name="a" default="1"/><link name="$(arg b)$(arg a)"/>\n'
+    text += '<xacro:arg name="c"/><link name="$(arg d)"/></robot>'
+    arm.write_text(text, encoding="utf-8")
+    with pytest.raises(mq.UrdfError) as caught:
+        read_urdf(arm, arguments={"d": "1"})
+    assert "2 arguments without a value: b, c. Give --arg b=VALUE --arg c=VALUE" in str(
+        caught.value
+    )
+    (finding,) = [f for f in lint(arm) if f.code == "M006"]
+    assert finding.line == 2
+    assert "b, c, d" in finding.message
+
+
+def test_an_error_of_xacro_has_the_line_of_what_it_evaluates(arm: Path) -> None:
+    text = f'{HEAD}\n<xacro:macro name="leg" params="n">\n<link name="${{n}}"/>\n'
+    text += '<link name="b${nothing}"/></xacro:macro>\n<xacro:leg n="x"/></robot>'
+    arm.write_text(text, encoding="utf-8")
+    (finding,) = lint(arm)
+    assert (finding.code, finding.line, Path(finding.file)) == ("M006", 4, arm)
+
+
 def test_what_xacro_cannot_expand_is_told(arm: Path) -> None:
     arm.write_text(ARM.replace("${$(arg length)}", "${nothing}"), encoding="utf-8")
     with pytest.raises(mq.UrdfError, match=r"xacro does not expand it: .*nothing"):

@@ -141,7 +141,11 @@ def code(
     A comparison test is written alongside. -q and -v apply to FMUs only. With friction or stops,
     --what is left aside: there is a function for every mode and every impact.
     """
+    from mecanique.generation.identifiers import file_stem
+
     mechanism = chosen.mechanism
+    if name is None and chosen.system in mq.robots():  # its file may call it otherwise
+        name = file_stem(chosen.system.rpartition("/")[2])
     with working(f"Writing and running {target}"):
         made = mq.generate(
             mq.derive_modes(mechanism) if mechanism.switching else mq.derive(mechanism),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection
 from difflib import get_close_matches
 
@@ -163,6 +164,7 @@ def check(document: Document, report: Report) -> None:
     for what, places in unused.items():
         report.together("M703", places, f"{what} is not used")
     _rotors(robot, report)
+    _drives(robot, report)
 
 
 _COMMON = {("collision", "material")}
@@ -204,6 +206,45 @@ def _namespace(robot: Element, report: Report) -> None:
                 "M607", element, f"<{element.tag}>", "the prefix drake: is used but not declared"
             )
             return
+
+
+_ROTOR = re.compile(r"(rotor|motor)_?inertia", re.IGNORECASE)
+_REDUCTION = re.compile(r"mechanical_?reduction|gear_?ratio", re.IGNORECASE)
+
+
+def _drives(robot: Element, report: Report) -> None:
+    """Say what a rotor and a reduction make of which only Drake's tags are read."""
+    for drive in robot.all("transmission"):
+        inside = [element for element in drive.walk() if not element.tag.startswith("drake:")]
+        rotors = [element for element in inside if _ROTOR.fullmatch(element.tag)]
+        drakes = [element for element in drive.walk() if element.tag == ACTUATOR_INERTIA]
+        ratios = [element for element in inside if _REDUCTION.fullmatch(element.tag)]
+        geared = any(element.tag == ACTUATOR_GEAR for element in drive.walk())
+        joint = drive.child("joint")
+        if joint is None or not (rotors or (drakes and ratios and not geared)):
+            continue
+        inertia = _value(rotors[0] if rotors else drakes[0])
+        ratio = _value(ratios[0]) if ratios else 1.0
+        if inertia is None or ratio is None:
+            continue
+        name, armature = joint.attributes.get("name", ""), inertia * ratio**2
+        at = rotors[0] if rotors else ratios[0]
+        report.add(
+            "M601",
+            at,
+            _place(drive),
+            f"<{at.tag}> is not read: with a rotor of {inertia:g} and a reduction of {ratio:g} "
+            f"joint {name!r} has an armature of {armature:g}",
+            f"Write <{ACTUATOR_INERTIA}> and <{ACTUATOR_GEAR}> in <actuator>, or read it with "
+            f"armature={{{name!r}: {armature:g}}}.",
+        )
+
+
+def _value(element: Element) -> float | None:
+    try:
+        return float(element.attributes.get("value", element.text))
+    except ValueError:
+        return None
 
 
 def _rotors(robot: Element, report: Report) -> None:

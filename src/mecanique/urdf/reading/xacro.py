@@ -7,6 +7,7 @@ AMENT_PREFIX_PATH and the packages around the file.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -19,17 +20,23 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
 from mecanique.urdf.parse import parse
 from mecanique.urdf.reading.packages import MeshSearch
+from mecanique.wording import say_count
 
 _MARK = "mecanique_place"
+_ARGUMENT = re.compile(r"\$\(arg\s+([^\s)]+)\s*\)")
 
 
 @final
 @dataclass
 class Places:
-    """File and line of every element that xacro may copy."""
+    """File and line of every element that xacro may copy, and what the files ask for."""
 
     known: list[tuple[str, int]] = field(default_factory=list)  # file and line by number
     taken: list[int | None] = field(default_factory=list)  # None for an element of xacro's own
+    written: dict[str, tuple[str, int]] = field(default_factory=dict)  # by text to be evaluated
+    asked: dict[str, tuple[str, int]] = field(default_factory=dict)  # by name of the argument
+    defaults: set[str] = field(default_factory=set)  # arguments that have one
+    macros: list[str] = field(default_factory=list)
 
     def mark(self, text: bytes, file: str) -> bytes:
         """Return a text with a number in each element; as it is, if it cannot be read."""
@@ -42,6 +49,7 @@ class Places:
             return text
         pieces, before = list[bytes](), 0
         for element in root.walk():
+            self._note(element, file)
             if element.tag.startswith("xacro:"):
                 continue
             at = element.offset + 1 + len(element.tag.encode())
@@ -49,6 +57,21 @@ class Places:
             self.known.append((file, element.line))
             before = at
         return b"".join([*pieces, text[before:]])
+
+    def _note(self, element: Element, file: str) -> None:
+        place, given = (file, element.line), element.attributes
+        for text in (*given.values(), element.text):
+            if "$" in text:
+                self.written.setdefault(text, place)
+                for name in _ARGUMENT.findall(text):
+                    self.asked.setdefault(name, place)
+        name = given.get("name", "")
+        if element.tag == "xacro:arg":
+            self.asked.setdefault(name, place)
+            if "default" in given:
+                self.defaults.add(name)
+        elif element.tag == "xacro:macro":
+            self.macros.append(name)
 
     def take(self, document: Any) -> None:
         """Take the numbers out of an expanded document."""
@@ -229,8 +252,16 @@ def expand(
     def define(element: Any, table: Any) -> None:
         values.define(element, table, grab)
 
+    last = [""]  # what is being evaluated
+
+    def evaluate(text: str, *given: Any) -> Any:
+        last[0] = text if text in places.written else last[0]  # it calls itself for parts
+        return evaluated(text, *given)
+
     kept, plainly, grab = substitution_args._eval_find, xacro.parse, xacro.grab_property
+    evaluated = xacro.eval_text
     substitution_args._eval_find, xacro.parse, xacro.grab_property = find, read, define
+    xacro.eval_text = evaluate
     try:
         xacro.init_stacks(str(file))
         document = xacro.parse(None, str(file))
@@ -241,12 +272,24 @@ def expand(
         # the library evaluates what stands in the file, and lets any error through
         said = " ".join(str(error).split()).rstrip(".") or type(error).__name__
         remedy = "Mend it, or give its arguments (--arg NAME=VALUE)."
+        name, line = places.written.get(last[0], (str(file), 1))
+        missing = [n for n in places.asked if n not in {*values.arguments, *places.defaults}]
         if lost:
             said = lost[-1]
             remedy = "Add its folder to --package-path, ROS_PACKAGE_PATH or AMENT_PREFIX_PATH."
-        report.add("M006", 1, "", f"xacro does not expand it: {said}", remedy)
+        elif missing:
+            name, line = places.asked[missing[0]]
+            said = f"{say_count(len(missing), 'argument')} without a value: {', '.join(missing)}"
+            remedy = f"Give {' '.join(f'--arg {name}=VALUE' for name in missing)}."
+        at = Element("", {}, (), "", line, 0, name)
+        report.add("M006", at, "", f"xacro does not expand it: {said}", remedy)
         return None
     finally:
         substitution_args._eval_find, xacro.parse, xacro.grab_property = kept, plainly, grab
+        xacro.eval_text = evaluated
+    if places.macros and sum(1 for _ in _elements(document.documentElement)) == 1:
+        said = f"it defines macros alone ({', '.join(places.macros)}) and calls none"
+        report.add("M006", 1, "", said, "Name a file that calls them.")
+        return None
     values.refuse_unknown()
     return text, places
