@@ -23,7 +23,7 @@ from mecanique.model import (
     coordinate,
 )
 from mecanique.motion import Event, Motion
-from mecanique.motion.compile import cache, derive
+from mecanique.motion.compile import costs, derive
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.stepper import has_compiler
 from mecanique.motion.simulation.choice import STEPS
@@ -145,7 +145,7 @@ def test_what_takes_too_many_operations_stays_on_the_reference(
 def test_equations_that_take_too_long_to_compile_are_integrated_in_python(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setitem(cache._COMPILING_OPERATIONS, "optimized", 10.0)
+    monkeypatch.setitem(costs._COMPILING_OPERATIONS, "optimized", 1e10)
     linkage = textbook.load("four_bar_linkage")
     motion = simulate(linkage, q=START, duration=20.0, rtol=1e-8, samples=2)
     assert "on the equations derived in-house" in motion.method

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, final
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.closed import ClosedProgram
-from mecanique.motion.compile.heyoka import building, integrator
-from mecanique.motion.compile.program import SAMPLES, Program, is_long_chain
+from mecanique.motion.compile.heyoka import integrator
+from mecanique.motion.compile.program import Program, is_long_chain
 from mecanique.motion.compile.python import Batched, overwriting, vectorize
 from mecanique.motion.compile.stepper import Stepper
 from mecanique.motion.record.curve import RightHandSide
@@ -22,30 +22,6 @@ if TYPE_CHECKING:
 
 OPTIMIZED = 50_000
 """After so many steps of Taylor series, optimizing their code pays for any mechanism."""
-
-_DERIVING = 2e-3
-"""Time to derive, compare and compile the least equations, roughly [s]."""
-
-_DERIVING_LOOPS = 0.015
-"""The same of equations with loops, for each velocity, roughly [s]."""
-
-_CLOSING = 2e-4
-"""Time to close one random state is about this times the square of the size [s]."""
-
-_CLOSING_CHAIN = 6e-5
-"""The same where the equations are those of a long chain [s]."""
-
-_OPERATIONS_OF_CHAIN = 400
-"""How many a long chain's equations take for each velocity (`program.LONG`)."""
-
-_COMPILING = 0.08
-"""Time to compile equations in C, for each velocity, roughly [s]."""
-
-OPERATIONS_OF_LINE = 2
-"""How many a line of C has, roughly."""
-
-_COMPILING_OPERATIONS = {"optimized": 5e-4, "plain": 5e-5}
-"""The same for each operation [s]."""
 
 
 @final
@@ -145,30 +121,6 @@ class Compiled:
     def vectorize(self, reference: Reference) -> Batched:
         """Return the equations as a function of arrays."""
         return vectorize(self.program(reference))
-
-    def seconds_to_derive(self) -> float:
-        """Return about how long it takes to derive and compile the equations in Python [s]."""
-        if self._closed:
-            # states to compare in have to be closed, each the longer the more loops there are
-            each = _CLOSING_CHAIN if self.chain else _CLOSING
-            closing = SAMPLES * each * self._size**2
-            return _DERIVING_LOOPS * self._size + closing
-        return _DERIVING + 1e-3 * self._size**3
-
-    def seconds_to_compile(self, operations: int | None = None) -> float:
-        """Return about how long it takes to compile the equations in C [s]."""
-        if operations is None and self.chain:
-            operations = _OPERATIONS_OF_CHAIN * self._size
-        if operations is None:
-            return _COMPILING * self._size
-        from mecanique.generation.targets.c import LONG
-
-        kind = "plain" if operations > OPERATIONS_OF_LINE * LONG else "optimized"
-        return _COMPILING_OPERATIONS[kind] * operations
-
-    def seconds_to_build(self) -> float:
-        """Return about how long it takes to build a Taylor integrator, by the size alone [s]."""
-        return self.seconds_to_derive() + building(15 * self._size**2, optimized=False)
 
 
 _known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = {}

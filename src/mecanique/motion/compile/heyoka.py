@@ -34,28 +34,11 @@ gain little. Products and sums may be fused, which rounds less; states that are 
 detected.
 """
 
-_BUILDING = {True: (0.02, 3.5e-3), False: (0.01, 4e-4)}
-"""Time to compile, optimized or not: in all, and for each operation, roughly [s]."""
-
-_IMPORTING = 0.3
-"""Time to import heyoka, roughly [s]."""
-
 
 @cache
 def is_installed() -> bool:
     """Return whether heyoka is there."""
     return find_spec("heyoka") is not None
-
-
-def build_seconds(program: Program, *, optimized: bool = True) -> float:
-    """Return about how long an integrator takes to compile [s]."""
-    return building(len(program.tape.find_needed(program.rates)), optimized=optimized)
-
-
-def building(operations: float, *, optimized: bool = True) -> float:
-    """Return about how long a program of so many operations takes to compile [s]."""
-    once, per_operation = _BUILDING[optimized]
-    return _IMPORTING + once + per_operation * operations
 
 
 def integrator(program: Program, tolerance: float, runs: int = 1, *, optimized: bool = True) -> Any:

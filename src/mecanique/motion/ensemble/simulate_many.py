@@ -25,8 +25,9 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, list_left_out
 from mecanique.model.values import whole
 from mecanique.motion.compile.admission import require_agreement
+from mecanique.motion.compile.costs import NUMPY, estimate_series_of
 from mecanique.motion.compile.derive import program_of
-from mecanique.motion.compile.heyoka import build_seconds, is_installed
+from mecanique.motion.compile.heyoka import is_installed
 from mecanique.motion.compile.program import SAMPLES, Program
 from mecanique.motion.compile.python import vectorize
 from mecanique.motion.compile.stepper import can_compile, refuse_signals
@@ -46,9 +47,6 @@ CHUNK = 5000
 
 WAITING = 64
 """Most chunks handed to an executor at a time, so that memory stays bounded."""
-
-SECONDS = 4e-7
-"""Time that numpy takes per run, second of motion and operation of the equations, roughly [s]."""
 
 _TITLES = {
     "batch": "batch (explicit Runge-Kutta of order 8(5,3), many runs at once in numpy)",
@@ -303,8 +301,8 @@ def _choose(
         return "compiled", "; chosen because it keeps constraints"
     if not is_installed():
         return "batch", "; chosen because heyoka is not installed"
-    work = len(start) * span * len(program.tape.find_needed(program.rates)) * SECONDS
-    if program.signals or work < 2 * build_seconds(program):
+    work = len(start) * span * len(program.tape.find_needed(program.rates)) * NUMPY
+    if program.signals or work < 2 * estimate_series_of(program):
         return (
             "batch",
             "; chosen because compiling would take longer" if not program.signals else "",

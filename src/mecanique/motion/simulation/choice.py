@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import final
 
 from mecanique.errors import DerivationError, InputError
-from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compile import costs
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.heyoka import is_installed
 from mecanique.motion.compile.stepper import has_compiler
@@ -29,24 +29,17 @@ STEPS = 1200
 """Steps after which to see whether compiling pays; by then dop853 knows if equations are stiff."""
 
 PAYOFF = 3.0
-"""Compiling must save this many times what it takes, by an estimate."""
+"""Compiling must save this many times what it costs, by an estimate."""
 
 LOOP_STEPS = 5
 """Steps of a closed mechanism after which to see whether its equations are to be derived."""
-
-LOOP_STEP_SECONDS = {"dop853": 2e-3, "closed_form": 3e-5, "compiled": 1e-5}
-"""What a step of a closed mechanism takes, roughly, by method [s]: dop853 for each velocity, the
-closed form for each pair of velocities."""
-
-CHAIN_STEP_SECONDS = 4e-4
-"""The same for the closed form of a long chain, for each velocity: 14 times 400 operations [s]."""
 
 CHAIN_STEPS = 8
 """So many times more steps does a chain take than its first ones suggest, past flat positions: 94
 instead of 11 in a second of 40 falling parallelograms."""
 
 PAYOFF_OF_LOOPS = 1.5
-"""Deriving the equations must save this many times what it takes, by an estimate."""
+"""Deriving the equations must save this many times what it costs, by an estimate."""
 
 
 MANY_STEPS = 10_000
@@ -160,10 +153,12 @@ def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) 
     code = problem.code
     if problem.loops is not None or not (choice.compiles and code.possible):
         return False
-    left = _seconds_left(problem, t)
+    left = _work_left(problem, t)
     if _can_take_closed_form(problem, choice):
-        return left > PAYOFF * code.seconds_to_derive()
-    return _can_take_series(problem) and left > PAYOFF * code.seconds_to_build()
+        return left > PAYOFF * costs.estimate_deriving(problem.mechanism)
+    return _can_take_series(problem) and left > PAYOFF * costs.estimate_deriving_series(
+        problem.mechanism
+    )
 
 
 def _reconsider(problem: Problem, choice: Choice, taken: int, t: float) -> Choice:
@@ -171,42 +166,45 @@ def _reconsider(problem: Problem, choice: Choice, taken: int, t: float) -> Choic
     closed = problem.loops is not None
     if closed and taken == LOOP_STEPS:
         return _with_program(problem, choice, t)
-    steps, left, code = _steps_in_all(problem, taken, t), _seconds_left(problem, t), problem.code
+    steps, left, code = _steps_in_all(problem, taken, t), _work_left(problem, t), problem.code
     if _can_tighten(problem, choice) and steps > MANY_STEPS:
         free = FREE_STEPS_ON_LOOPS if closed else FREE_STEPS
         choice = replace(choice, share=max(free / steps, LEAST_RTOL / step_accuracy(problem)[0]))
     if closed or not (choice.compiles and code.possible):
         return choice
-    if _can_take_series(problem) and left > PAYOFF * code.seconds_to_build():
+    if _can_take_series(problem) and left > PAYOFF * costs.estimate_deriving_series(
+        problem.mechanism
+    ):
         reason = "a motion long enough to pay for compiling"
         return _with_series(problem, choice, reason, optimized=steps > VERY_MANY_STEPS)
-    if _can_take_closed_form(problem, choice) and left > PAYOFF * code.seconds_to_derive():
+    deriving = costs.estimate_deriving(problem.mechanism)
+    if _can_take_closed_form(problem, choice) and left > PAYOFF * deriving:
         return _with_closed_form(problem, choice)
     return choice
 
 
 def _best_for_loops(problem: Problem, t: float, operations: int | None = None) -> str:
-    """Return the method expected to finish first, from the times to compile and to step."""
+    """Return the method expected to finish first, by what compiling and steps cost."""
     code = problem.code
     if not code.possible:
         return "dop853"
     steps, nv = LOOP_STEPS * (problem.end - problem.t0) / (t - problem.t0), problem.mechanism.nv
-    by_reference = LOOP_STEP_SECONDS["dop853"] * nv
-    by_program = LOOP_STEP_SECONDS["closed_form"] * nv**2
+    by_reference = costs.LOOP_STEP["dop853"] * nv
+    by_program = costs.LOOP_STEP["closed_form"] * nv**2
     if code.chain:
-        by_program = CHAIN_STEP_SECONDS * nv
+        by_program = costs.CHAIN_STEP * nv
         by_reference *= CHAIN_STEPS
-    deriving = code.seconds_to_derive() if operations is None else 0.0
-    seconds = {
+    deriving = costs.estimate_deriving(problem.mechanism) if operations is None else 0.0
+    work = {
         "dop853": (steps - LOOP_STEPS) * by_reference / PAYOFF_OF_LOOPS,
         "closed_form": deriving + steps * by_program,
     }
     if has_compiler() and not problem.asked and not _is_blind(problem):
         if code.chain:
-            del seconds["closed_form"]  # only compiled steps leap across singular positions
-        compiling = deriving + code.seconds_to_compile(operations)
-        seconds["compiled"] = compiling + steps * LOOP_STEP_SECONDS["compiled"]
-    return min(seconds, key=lambda method: seconds[method])
+            del work["closed_form"]  # only compiled steps leap across singular positions
+        compiling = deriving + costs.estimate_compiling(problem.mechanism, operations)
+        work["compiled"] = compiling + steps * costs.LOOP_STEP["compiled"]
+    return min(work, key=lambda method: work[method])
 
 
 def _with_program(problem: Problem, choice: Choice, t: float) -> Choice:
@@ -279,10 +277,5 @@ def _steps_in_all(problem: Problem, taken: int, t: float) -> float:
     return taken * (problem.end - problem.t0) / (t - problem.t0)
 
 
-def _seconds_left(problem: Problem, t: float) -> float:
-    return (_steps_in_all(problem, STEPS, t) - STEPS) * _seconds_per_step(problem.mechanism)
-
-
-def _seconds_per_step(mechanism: Mechanism) -> float:
-    """Return about what a step of dop853 takes on the reference [s]."""
-    return 12 * (1.5e-6 + 0.5e-6 * mechanism.nv)
+def _work_left(problem: Problem, t: float) -> float:
+    return (_steps_in_all(problem, STEPS, t) - STEPS) * costs.estimate_step(problem.mechanism)
