@@ -37,7 +37,7 @@ def touch(mechanism: Mechanism, contact: Contact, ground: Ground) -> Touch:
     turn = ground.turn(contact.body)
     if isinstance(contact, Blade):
         place = ground.point(contact.body, contact.point)
-        return Touch(place, (apply(turn, contact.side),), 0.0)
+        return Touch(place, (apply(turn, [ground.scalar(c) for c in contact.side]),), 0.0)
     (x, y, n), start = ground.frame(contact.on, contact.plane)
     hub = ground.point(contact.body, contact.center)
     if contact.curved:
@@ -46,10 +46,9 @@ def touch(mechanism: Mechanism, contact: Contact, ground: Ground) -> Touch:
     crown, radius = ground.scalar(contact.crown), ground.scalar(contact.radius)
     if contact.axis is not None:
         # the rim's lowest point, opposite to the part of the normal across the wheel's axis
-        e = apply(turn, contact.axis)
+        e = apply(turn, [ground.scalar(c) for c in contact.axis])
         up = add(n, scale(-1.0 * dot(n, e), e))
-        ring = ground.ratio(radius - crown, ground.root(dot(up, up)))
-        reach = add(scale(-1.0 * crown, n), scale(-1.0 * ring, up))
+        reach = add(scale(-1.0 * crown, n), ground.lengthen(up, crown - radius))
     elif contact.stretched:
         # ρ = −R d² u/|d u| with u = Rᵀ n and the semi-axes d
         u = apply(list(zip(*turn, strict=True)), n)

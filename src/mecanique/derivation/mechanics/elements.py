@@ -14,8 +14,8 @@ from typing import Any, TypeAlias, final
 
 import numpy as np
 
-from mecanique.derivation.mechanics.vectors import apply
-from mecanique.derivation.tree.poses import Arithmetic, Matrix, combination, times_point
+from mecanique.derivation.mechanics.vectors import Triple, add, apply, cross, dot, scale
+from mecanique.derivation.tree.poses import Arithmetic, Matrix, combination, origin, times_point
 from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import CLOSED, Loop
@@ -53,17 +53,26 @@ class Ground:
     point: Callable[[str, Sequence[Scalar]], Three]  # returns a point of a body in the world
     # returns the rotation of a body, three rows of three scalars
     turn: Callable[[str], Sequence[Sequence[Any]]]
+    tilt: Callable[[Placement], Sequence[Sequence[Any]]]  # returns the rotation of a frame
     scalar: Callable[[Scalar], Any]  # converts a scalar of the description
     root: Callable[[Any], Any]  # returns the square root of a squared distance
     # returns the cosine and the sine of an angle of the description
     wave: Callable[[Scalar], tuple[Any, Any]]
     ratio: Callable[[Any, Any], Any]  # returns a quotient
+    # gives a vector another length, where that is written out otherwise than with `ratio`
+    stretch: Callable[[Three, Any], Three] | None = None
+
+    def lengthen(self, vector: Three, length: Any) -> Three:
+        """Return the vector of a given length along another one."""
+        if self.stretch is not None:
+            return self.stretch(vector, length)
+        factor = self.ratio(length, self.root(dot(vector, vector)))
+        return [factor * component for component in vector]
 
     def frame(self, body: str, placement: Placement) -> tuple[list[Three], Three]:
         """Return the axes and the origin of a frame fixed in a body, in the world."""
-        turn, axes = self.turn(body), list[Three]()
-        for axis in zip(*placement.rotation, strict=True):
-            axes.append(apply(turn, [self.scalar(c) for c in axis]))
+        turn = self.turn(body)
+        axes = [apply(turn, axis) for axis in zip(*self.tilt(placement), strict=True)]
         return axes, self.point(body, placement.xyz)
 
 
@@ -82,6 +91,7 @@ def ground_of(
     return Ground(
         point=lambda body, xyz: times_point(pose(body), [number(c) for c in xyz]),
         turn=lambda body: [row[:3] for row in pose(body)],
+        tilt=lambda placement: [row[:3] for row in origin(placement, values, arithmetic)],
         scalar=number,
         root=np.sqrt if arithmetic.function is None else arithmetic.function("sqrt"),
         wave=wave,
@@ -100,7 +110,7 @@ def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
             case Gear() | Rack():
                 of_element = _act_teeth(mechanism, element, ground)
             case _:
-                of_element = _act_loop(element, ground)
+                of_element = act_loop(element, ground)
         units += [replace(unit, index=first + unit.index) for unit in of_element]
         first += len(element.forces)
     return units
@@ -116,19 +126,19 @@ def _act_cord(cord: Cord | Belt, ground: Ground) -> Iterator[UnitForce]:
     for k, part in enumerate(cord.parts):
         d = _subtract(centers[k + 1], centers[k])
         h = reach[k + 1] - reach[k]
-        square = _dot(d, d)
+        square = dot(d, d)
         length = ground.root(square - h * h)
         # between two free ends, or two equal wheels, the run is along d
-        across = _add(_scale(length, d), _scale(h, _cross(d, n)))
+        across = add(scale(length, d), scale(h, cross(d, n)))
         e = [ground.ratio(component, square) for component in across]
-        rho = _cross(e, n)
+        rho = cross(e, n)
         for stop, sign in ((k, 1), (k + 1, -1)):
             yield UnitForce(
                 index=part,
                 body=cord.stops[stop].body,
-                point=_add(centers[stop], _scale(reach[stop], rho)),
-                force=_scale(sign, e),
-                moment=_scale(0, e),
+                point=add(centers[stop], scale(reach[stop], rho)),
+                force=scale(sign, e),
+                moment=scale(0, e),
             )
 
 
@@ -152,13 +162,13 @@ def _act_teeth(mechanism: Mechanism, mesh: Gear | Rack, ground: Ground) -> Itera
         d = _reject(_reject(_subtract(ground.point(b.child, mesh.point), center), line), n)
         length, apart = ground.scalar(mesh.radius), 1
     u = [ground.ratio(c, length) for c in d]
-    touch = _add(center, _scale(ground.scalar(mesh.radius), u))
-    along, away = _cross(n, u), u
+    touch = add(center, scale(ground.scalar(mesh.radius), u))
+    along, away = cross(n, u), u
     for body, sign in ((b.child, 1), (a.child, -1)):
-        pushing = _scale(sign * cosine, along)
-        parting = _scale(sign * apart * sine, away)
-        yield UnitForce(0, body, touch, force=pushing, moment=_scale(0, u))
-        yield UnitForce(0, body, touch, force=parting, moment=_scale(0, u), pressed=True)
+        pushing = scale(sign * cosine, along)
+        parting = scale(sign * apart * sine, away)
+        yield UnitForce(0, body, touch, force=pushing, moment=scale(0, u))
+        yield UnitForce(0, body, touch, force=parting, moment=scale(0, u), pressed=True)
 
 
 def _act_bevel(
@@ -170,68 +180,46 @@ def _act_bevel(
     r, R = ground.scalar(gear.radius), ground.scalar(gear.other_radius)
     # normal to the wheel's axis, toward the other's
     w = [(y - x * c) * (1 / s) for x, y in zip(n, line, strict=True)]
-    touch = _add(ground.point(a, _HERE), _scale(r * i, w))
+    touch = add(ground.point(a, _HERE), scale(r * i, w))
     height = (R * k + r * (i * c)) * (1 / s)
     ray = ground.root((r * r + R * R + r * R * (2 * i * k * c)) * (1 / s**2))
     # normal to the ray from the apex, in the plane of the axes, away from the wheel
     lean = [(height * y - r * i * x) * bevel.ahead for x, y in zip(n, w, strict=True)]
     away = [ground.ratio(x, ray) for x in lean]
-    along = [x * i for x in _cross(n, w)]
+    along = [x * i for x in cross(n, w)]
     cosine, sine = ground.wave(gear.pressure_angle)
     for body, sign in ((b, 1), (a, -1)):
-        pushing, parting = _scale(sign * cosine, along), _scale(sign * sine, away)
-        yield UnitForce(0, body, touch, force=pushing, moment=_scale(0, along))
-        yield UnitForce(0, body, touch, force=parting, moment=_scale(0, along), pressed=True)
+        pushing, parting = scale(sign * cosine, along), scale(sign * sine, away)
+        yield UnitForce(0, body, touch, force=pushing, moment=scale(0, along))
+        yield UnitForce(0, body, touch, force=parting, moment=scale(0, along), pressed=True)
 
 
 def _find_direction(ground: Ground, body: str, axis: Sequence[float]) -> Three:
     return [ground.scalar(0.0) + combination(line[:3], axis) for line in ground.turn(body)]
 
 
-def _reject(d: Three, e: Three) -> Three:
+def _reject(d: Three, e: Three) -> Triple:
     """Return a vector less its projection on a unit vector."""
-    size = _dot(d, e)
-    return [c - size * x for c, x in zip(d, e, strict=True)]
+    return _subtract(d, scale(dot(d, e), e))
 
 
-def _act_loop(loop: Loop, ground: Ground) -> Iterator[UnitForce]:
+def act_loop(loop: Loop, ground: Ground) -> Iterator[UnitForce]:
     """Yield the force or moment of body a on body b for each row that the loop closes."""
     b = ground.point(loop.body_b, loop.frame_b.xyz)
-    turn = ground.turn(loop.body_a)
-    frame = [list(map(ground.scalar, row)) for row in loop.frame_a.rotation]
+    turn, frame = ground.turn(loop.body_a), ground.tilt(loop.frame_a)
     for index, row in enumerate(CLOSED[loop.kind]):
         if row == "length":
             d = _subtract(b, ground.point(loop.body_a, loop.frame_a.xyz))
-            length = ground.root(_dot(d, d))
+            length = ground.root(dot(d, d))
             along = [ground.ratio(c, length) for c in d]
         else:
             column = [line["xyz".index(row[-1])] for line in frame]
             along = [ground.scalar(0.0) + combination(line[:3], column) for line in turn]
-        nothing = _scale(0, along)
+        nothing = scale(0, along)
         for body, action in ((loop.body_b, along), (loop.body_a, [-c for c in along])):
             force, moment = (nothing, action) if row.startswith("r") else (action, nothing)
             yield UnitForce(index, body, b, force, moment)
 
 
-def _add(a: Three, b: Three) -> Three:
-    return [p + q for p, q in zip(a, b, strict=True)]
-
-
-def _subtract(a: Three, b: Three) -> Three:
-    return [p - q for p, q in zip(a, b, strict=True)]
-
-
-def _scale(factor: Any, a: Three) -> Three:
-    return [factor * p for p in a]
-
-
-def _dot(a: Three, b: Three) -> Any:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Three, b: Three) -> Three:
-    return [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+def _subtract(a: Three, b: Three) -> Triple:
+    return add(a, scale(-1.0, b))

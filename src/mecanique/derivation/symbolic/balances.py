@@ -7,12 +7,12 @@ origin of its frame: equations are solved only by moving terms, which keeps clos
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 from typing import Any, final
 
-from mecanique.derivation.mechanics.elements import Ground, UnitForce, unit_forces
+from mecanique.derivation.mechanics.elements import UnitForce, unit_forces
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Kind, Series
@@ -160,7 +160,8 @@ class Guiding:
         self.meanings = dict(zip(self.names, _list_meanings(mechanism), strict=True))
         """The meaning of each unknown, by its name."""
         self.symbols = [ring.unknown(name, Kind.REACTION) for name in self.names]
-        self._units = unit_forces(mechanism, self._ground()) if mechanism.elements else []
+        ground = replace(cuts.kinematics.ground, wave=self._wave)
+        self._units = unit_forces(mechanism, ground) if mechanism.elements else []
         self.pressing: dict[int, Series] = {}
         """The separating force |F| sin α of meshing wheels, by index of F."""
         for index, name in enumerate(self.names):
@@ -274,17 +275,6 @@ class Guiding:
         parts = (kinematics.between(part, -1, here) for part in (force, about))
         return Wrench(*parts).tidy()
 
-    def _ground(self) -> Ground:
-        kinematics, algebra = self._cuts.kinematics, self._algebra
-        return Ground(
-            point=lambda body, point: [*kinematics.point(body, point)],
-            turn=kinematics.pose,
-            scalar=algebra.series,
-            root=algebra.root,
-            wave=self._wave,
-            ratio=_divide,
-        )
-
     def _wave(self, angle: Scalar) -> tuple[Series, Series]:
         """Return cosine and sine of a pressure angle, with 1 for the sine that N contains."""
         algebra = self._algebra
@@ -294,15 +284,6 @@ class Guiding:
         from sympy import cos, sympify
 
         return algebra.series(cos(sympify(angle))), algebra.ring.number(1)
-
-
-def _divide(a: Series, b: Series) -> Series:
-    """Return a quotient, exact where it is 0 or ±1."""
-    a, b = tidy(a), tidy(b)
-    if not a or a in (b, -b):
-        size = 1 if a else 0
-        return a.ring.number(size if a == b else -size)
-    return tidy(a / b)
 
 
 def _list_names(mechanism: Mechanism) -> list[str]:

@@ -9,18 +9,19 @@ body that rolls or has the blade.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
+from mecanique.derivation.mechanics.contacts import touch
 from mecanique.derivation.scalars.cancel import tidy, without_rounding
 from mecanique.derivation.scalars.elementary import over_length, root_of_square
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Assumption, Tie
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, dot, lift, total, zero
-from mecanique.derivation.tree.poses import Matrix, combination, origin, product, transpose
+from mecanique.derivation.tree.poses import Matrix, origin, product, transpose
 from mecanique.errors import DerivationError
-from mecanique.model.constraints.contacts import Blade, Contact, Rolling
+from mecanique.model.constraints.contacts import Contact, Rolling
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.placement import Placement
 
@@ -51,67 +52,49 @@ def contact_ties(kinematics: Kinematics, met: Sequence[Touch]) -> tuple[Tie, ...
 
 def touches(kinematics: Kinematics) -> tuple[Touch, ...]:
     """Return all contacts of a mechanism."""
-    return tuple(
-        _roll(kinematics, contact) if isinstance(contact, Rolling) else _slide(kinematics, contact)
-        for contact in kinematics.algebra.mechanism.contacts
-    )
+    contacts = kinematics.algebra.mechanism.contacts
+    return tuple(_write_contact(kinematics, contact) for contact in contacts)
 
 
-def _roll(kinematics: Kinematics, contact: Rolling) -> Touch:
-    if contact.curved or contact.stretched:
+def _write_contact(kinematics: Kinematics, contact: Contact) -> Touch:
+    if isinstance(contact, Rolling) and (contact.curved or contact.stretched):
         what = "a ball in a bowl or on a dome" if contact.curved else "an ellipsoid"
         raise DerivationError(
             f"contact {contact.name!r} is that of {what}; such equations are computed, not written "
             "out"
         )
-    algebra = kinematics.algebra
-    plane = origin(contact.plane, algebra.values, algebra.arithmetic)
-    frame = product(kinematics.pose(contact.on), plane)
-    x, y, n, start = (lift(algebra.ring, column).tidy() for column in transpose(frame))
-    hub = kinematics.point(contact.body, contact.center).tidy()
-    crown = algebra.series(contact.crown)
-    rho, assumptions = -(n * crown), list[Assumption]()
-    if contact.axis is not None:
-        turn = [row[:3] for row in kinematics.pose(contact.body)]
-        given = [algebra.arithmetic(c, {}) for c in contact.axis]
-        e = lift(algebra.ring, [combination(row, given) for row in turn]).tidy()
-        across = (n - e * tidy(dot(n, e))).tidy()
-        square = algebra.ring.number(1) - tidy(dot(n, e)) ** 2
-        length = root_of_square(square) or algebra.root(square)
-        if length.parts.keys() != {0}:
+    algebra, ring = kinematics.algebra, kinematics.algebra.ring
+    assumptions = list[Assumption]()
+
+    def stretch(vector: Sequence[Series], length: Series) -> list[Series]:
+        across = lift(ring, vector).tidy()
+        square = tidy(dot(across, across))
+        size = root_of_square(square) or algebra.root(square)
+        if size.parts.keys() != {0}:
             subject = f"the cosine of the lean of {contact.body} at {contact.name}"
-            assumptions.append(Assumption(subject, length))
-        up = Vector(*over_length([*across], length))
-        rho = (rho - up * (algebra.series(contact.radius) - crown)).tidy()
-    place = (hub + rho).tidy()
-    gap = without_rounding(tidy(dot(n, place - start)), [*place, *start])
-    moved = [_velocity(kinematics, body, place) for body in (contact.body, contact.on)]
-    along_x, along_y = (
-        without_rounding(tidy(dot(e, moved[0] - moved[1])), [*moved[0], *moved[1]]) for e in (x, y)
-    )
-    rows = (("normal", n, gap, False), ("x", x, along_x, True), ("y", y, along_y, True))
-    of = f"of {contact.on} on {contact.body} at {contact.name}"
+            assumptions.append(Assumption(subject, size))
+        return [*(Vector(*over_length([*across], size)) * length)]
+
+    met = touch(algebra.mechanism, contact, replace(kinematics.ground, stretch=stretch))
+    place, *directions = (lift(ring, vector).tidy() for vector in (met.place, *met.directions))
+    bodies = (contact.body, contact.on)
+    moved = [_velocity(kinematics, body, place) for body in bodies]
     ties = []
-    for row, _, demand, of_velocities in rows:
-        what = "normal force" if row == "normal" else f"friction along {row} of the plane"
-        ties.append(
-            _tie(kinematics, f"{contact.name}_{row}", demand, f"{what} {of} [N]", of_velocities)
-        )
-    directions = tuple(direction for _, direction, _, _ in rows)
-    return Touch(contact, place, directions, tuple(ties), tuple(assumptions))
-
-
-def _slide(kinematics: Kinematics, contact: Blade) -> Touch:
-    place = kinematics.point(contact.body, contact.point).tidy()
-    local = kinematics.vector(contact.side, contact.body, contact.body).tidy()
-    side = kinematics.between(local, kinematics.carrier(contact.body), -1).tidy()
-    own = kinematics.velocity(contact.body, contact.point)
-    demand = dot(local, own)
-    if kinematics.place[contact.on] >= 0:
-        demand = demand - dot(side, _velocity(kinematics, contact.on, place))
-    meaning = f"force of {contact.on} on {contact.body} across the blade {contact.name} [N]"
-    tie = _tie(kinematics, f"{contact.name}_side", tidy(demand), meaning, True)
-    return Touch(contact, place, (side,), (tie,))
+    for row, direction in zip(contact.rows, directions, strict=True):
+        if isinstance(contact, Rolling) and row == "normal":
+            start = kinematics.point(contact.on, contact.plane.xyz)
+            demand = without_rounding(tidy(algebra.lift(met.gap)), [*place, *start])
+            what = "normal force of"
+        else:
+            demand = tidy(dot(direction, moved[0] - moved[1]))
+            demand = without_rounding(demand, [*moved[0], *moved[1]])
+            what = f"friction along {row} of the plane of"
+        meaning = f"{what} {contact.on} on {contact.body} at {contact.name} [N]"
+        if row == "side":
+            meaning = f"force of {contact.on} on {contact.body} across the blade {contact.name} [N]"
+        name = f"{contact.name}_{row}"
+        ties.append(_tie(kinematics, name, demand, meaning, of_velocities=row != "normal"))
+    return Touch(contact, place, tuple(directions), tuple(ties), tuple(assumptions))
 
 
 def _velocity_constraints(kinematics: Kinematics) -> Iterator[Tie]:

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, final
 
+from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Left, Result, Stage
@@ -65,6 +66,22 @@ class Kinematics:
                 carrier, pose = place, IDENTITY
             self._carriers.append(carrier)
             self._relative.append(pose)
+
+    @cached_property
+    def ground(self) -> Ground:
+        """The poses of bodies for laws that are written on scalars of any kind."""
+        algebra = self.algebra
+        return Ground(
+            point=lambda body, point: [*self.point(body, point).tidy()],
+            turn=lambda body: [row[:3] for row in self.pose(body)],
+            tilt=lambda placement: [
+                row[:3] for row in origin(placement, algebra.values, algebra.arithmetic)
+            ],
+            scalar=algebra.series,
+            root=algebra.root,
+            wave=lambda angle: algebra.arithmetic.sine_cosine(algebra.series(angle))[::-1],
+            ratio=lambda a, b: _divide(algebra.lift(a), algebra.lift(b)),
+        )
 
     def carrier(self, body: str) -> int:
         """Return the index of the link in whose axes a body is described, −1 for the world."""
@@ -177,6 +194,15 @@ class Kinematics:
             linear = [combination(axis, rates) for axis in axes]
         u, v, w = linear or (0, 0, 0)
         return [[0, -z, y, u], [z, 0, -x, v], [-y, x, 0, w]]
+
+
+def _divide(a: Series, b: Series) -> Series:
+    """Return a quotient, exact where it is 0 or ±1."""
+    a, b = tidy(a), tidy(b)
+    if not a or a in (b, -b):
+        size = 1 if a else 0
+        return a.ring.number(size if a == b else -size)
+    return tidy(a / b)
 
 
 def _moves(entry: Any) -> bool:

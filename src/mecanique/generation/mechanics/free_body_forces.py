@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, final
 
+from mecanique.derivation.mechanics.elements import act_loop
 from mecanique.derivation.mechanics.forces import NOTHING, Action, on_velocities
 from mecanique.derivation.mechanics.guides import Guides
 from mecanique.derivation.mechanics.vectors import (
@@ -25,14 +26,14 @@ from mecanique.derivation.mechanics.vectors import (
     transpose,
 )
 from mecanique.derivation.tree.links import links
-from mecanique.derivation.tree.poses import Matrix, origin, product, times_point
+from mecanique.derivation.tree.poses import Matrix, times_point
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.dynamics import Dynamics
 from mecanique.model.bodies import Body
 from mecanique.model.constraints.contacts import Contact
 from mecanique.model.constraints.elements import force_names
 from mecanique.model.constraints.loops import CLOSED, Loop
-from mecanique.model.placement import Placement
+from mecanique.model.mechanism.description import bodies_with_inertia, bodies_with_mass
 from mecanique.program.solving import factorize
 from mecanique.program.sweeps import push_forward
 from mecanique.program.traced import trace, value_of, values_of
@@ -48,18 +49,8 @@ class FreeBodyForces:
         self._recursion = dynamics.tree.recursion
         self._mechanism = dynamics.letters.mechanism
         self._values = self._recursion.chart.r
-        ground = self._mechanism.ground
-        self._heavy = [
-            body
-            for body in self._mechanism.bodies
-            if body.name != ground and self._mechanism.evaluate(body.mass)
-        ]
-        self._inert = [
-            body
-            for body in self._mechanism.bodies
-            if body in self._heavy
-            or (body.name != ground and any(self._mechanism.evaluate_all(body.inertia)))
-        ]
+        self._heavy = bodies_with_mass(self._mechanism)
+        self._inert = bodies_with_inertia(self._mechanism)
 
     def all(self) -> list[Action]:
         """Return all forces, except those of velocity constraints, which are not specified."""
@@ -225,23 +216,14 @@ class FreeBodyForces:
 
     def _close(self, loop: Loop) -> tuple[Action, Action]:
         """Return the actions of a loop on its two bodies, by its multipliers."""
-        A = self._frame(loop.body_a, loop.frame_a)
-        B = self._frame(loop.body_b, loop.frame_b)
-        at = [row[3] for row in B]
-        multiplier = dict(zip(CLOSED[loop.kind], self._multipliers(loop), strict=True))
-        axes = transpose([row[:3] for row in A])
+        units = [
+            unit for unit in act_loop(loop, self._recursion.ground) if unit.body == loop.body_b
+        ]
         force, moment = NOTHING, NOTHING
-        if loop.kind == "distance":
-            apart = [b[3] - a[3] for a, b in zip(A, B, strict=True)]
-            length = self._letters.call("sqrt", sum((c * c for c in apart), 0.0))
-            force = scale(multiplier["length"] / length, apart)
-        for key, factor in multiplier.items():
-            match key:
-                case "x" | "y" | "z":
-                    force = add(force, scale(factor, axes["xyz".index(key)]))
-                case "rx" | "ry" | "rz":
-                    moment = add(moment, scale(factor, axes["xyz".index(key[1])]))
-        held = Action(loop.name, "reaction", loop.body_b, at, force, moment)
+        for unit, multiplier in zip(units, self._multipliers(loop), strict=True):
+            force = add(force, scale(multiplier, unit.force))
+            moment = add(moment, scale(multiplier, unit.moment))
+        held = Action(loop.name, "reaction", loop.body_b, units[0].point, force, moment)
         return held, held.opposite(loop.body_a)
 
     def _multipliers(self, loop: Loop) -> list[Any]:
@@ -249,10 +231,6 @@ class FreeBodyForces:
         loops = self._mechanism.loops
         first = sum(len(CLOSED[closed.kind]) for closed in loops[: loops.index(loop)])
         return self._dynamics.multipliers[first : first + len(CLOSED[loop.kind])]
-
-    def _frame(self, body: str, frame: Placement) -> Matrix:
-        placed = origin(frame, self._letters.values, self._letters.arithmetic)
-        return product(self._pose(body), placed)
 
     def _pose(self, body: str) -> Matrix:
         pose: Matrix = self._recursion.pose(body)

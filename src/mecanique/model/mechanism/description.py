@@ -155,6 +155,18 @@ class Description:
         return pose
 
 
+def bodies_with_mass(mechanism: Description) -> list[Body]:
+    """Return the bodies that weigh something, the ground apart."""
+    others = (body for body in mechanism.bodies if body.name != mechanism.ground)
+    return [body for body in others if mechanism.evaluate(body.mass)]
+
+
+def bodies_with_inertia(mechanism: Description) -> list[Body]:
+    """Return the bodies that resist being moved or turned, the ground apart."""
+    others = (body for body in mechanism.bodies if body.name != mechanism.ground)
+    return [body for body in others if any(mechanism.evaluate_all((body.mass, *body.inertia)))]
+
+
 _T = TypeVar("_T")
 
 

@@ -16,6 +16,7 @@ from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.force_base import ForceKind
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.description import bodies_with_inertia, bodies_with_mass
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -51,17 +52,8 @@ class Actions:
         self._at = {body.name: k for k, body in enumerate(mechanism.bodies)}
         self._gravity = np.array(mechanism.evaluate_all(mechanism.gravity))
         self._kinds: dict[str, Kind] = {force.name: force.kind for force in mechanism.forces}
-        self._heavy = [
-            body
-            for body in mechanism.bodies
-            if body.name != mechanism.ground and mechanism.evaluate(body.mass)
-        ]
-        self._inert = [
-            body
-            for body in mechanism.bodies
-            if body in self._heavy
-            or (body.name != mechanism.ground and any(mechanism.evaluate_all(body.inertia)))
-        ]
+        self._heavy = bodies_with_mass(mechanism)
+        self._inert = bodies_with_inertia(mechanism)
 
     def applied(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> Iterator[Action]:
         """Yield weights, springs, dampers, drives and loads."""

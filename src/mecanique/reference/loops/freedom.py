@@ -18,6 +18,7 @@ from mecanique.errors import ClosureError, InputError
 from mecanique.model.constraints.loops import explain_lock
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.description import bodies_with_mass
 from mecanique.model.states import expect_mechanism
 from mecanique.model.values import Given, whole
 from mecanique.reference.loops.assembly import close_position, displace, position_near
@@ -211,11 +212,7 @@ def refuse_locked(closed: Closed, t: float) -> None:
 
 def _count_heavy(mechanism: Mechanism) -> tuple[int, bool]:
     """Return the number of bodies with mass that are not fixed, and whether all are particles."""
-    heavy = [
-        body
-        for body in mechanism.bodies
-        if body.name != mechanism.ground and mechanism.evaluate(body.mass)
-    ]
+    heavy = bodies_with_mass(mechanism)
     particles = bool(heavy) and not any(
         mechanism.evaluate(entry) for body in heavy for entry in body.inertia
     )
