@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,23 @@ def test_derive_prints_a_complete_latex_file() -> None:
     assert text.startswith("\\documentclass")
     assert text.rstrip().endswith("\\end{document}")
     assert "Kinetic energy" in text
+    assert text.index("\\begin{picture}") < text.index("\\section*")
+    assert "\\makebox(0,0){" in text
+    assert "Verdict" not in text
+
+
+def test_a_document_of_all_methods_says_everything_once() -> None:
+    text = fine("derive", "rigid_bar_pendulum", "--document", "--method", "all")
+    assert text.count("hangs from a pin at its upper end") == 1
+    assert text.count("mass of the rod [kg]") == 1
+    assert text.count("\\section*") == 3
+    assert text.count("\\begin{picture}") == 1
+    verdict = text[text.index("\\subsection*{Verdict}") :]
+    rows = [row for row in verdict.splitlines() if row.startswith("acceleration")]
+    assert len(rows) == 1
+    sizes = [float(x) for x in re.findall(r"10\^\{(-\d+)\}", rows[0])]
+    assert max(sizes, default=-16) <= -13
+    assert "all agree" in verdict
 
 
 @pytest.mark.parametrize("form", ["text", "latex", "mathml"])

@@ -14,10 +14,10 @@ import pytest
 import mecanique as mq
 from mecanique.errors import UnknownNameError
 from mecanique.figure.coordinates import coordinates
-from mecanique.figure.draw import figure_text
+from mecanique.figure.draw import figure_tex, figure_text
 from mecanique.figure.freebody import cut_free
 from mecanique.figure.mechanism import NUT, THREADS, connections, figure, given_motions, nuts
-from mecanique.figure.paper.files import svg
+from mecanique.figure.paper.files import svg, tex
 from mecanique.figure.paper.marks import (
     STYLES,
     Circle,
@@ -443,3 +443,29 @@ def test_letters_have_their_subscripts() -> None:
     parts = {mark.parts for mark in figure(seen("whipple_bicycle")) if isinstance(mark, Words)}
     assert rich("m_R") in parts
     assert rich("mR") == rich("m_R")
+
+
+def test_a_figure_in_latex_is_that_of_the_svg() -> None:
+    """Strokes and circles in PDF's operators, letters as mathematics, upside up."""
+    mechanism = mq.textbook.load("atwood_machine")
+    text = figure_tex(mechanism, mq.textbook.entry("atwood_machine").start)
+    shown = seen("atwood_machine")
+    marks = figure(shown)
+    paints = re.findall(r" [BSfn]$", text, re.MULTILINE)
+    assert len(paints) == len([mark for mark in marks if not isinstance(mark, Words)])
+    places = {
+        letter: float(y)
+        for y, letter in re.findall(r"\\put\([^,]+,([^)]+)\)\{\\makebox.*?\$(.+?)\$", text)
+    }
+    assert {"m_{\\mathrm{1}}", "m_{\\mathrm{2}}", "M", "R", "g"} <= places.keys()
+    assert places["M"] > places["m_{\\mathrm{1}}"] > places["m_{\\mathrm{2}}"]
+    assert text.count("{") == text.count("}")
+
+
+@pytest.mark.parametrize(
+    ("written", "printed"),
+    [("alpha", "\\alpha "), ("a_b", "a_{\\mathrm{b}}"), ("k l²", "k\\mathrm{\\ }l\\mathrm{^2}")],
+)
+def test_letters_of_a_figure_are_safe_in_latex(written: str, printed: str) -> None:
+    mark = Words(np.zeros(2), rich(written))
+    assert f"${printed}$" in tex([mark])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -11,6 +12,9 @@ import mecanique as mq
 from mecanique.cli import options
 from mecanique.cli.printing import inform, say, to_json, working
 from mecanique.cli.words import Chosen, takes_system
+
+SAMPLES = 20
+"""Random states at which a document's derivations are compared."""
 
 Form: TypeAlias = Literal["text", "latex", "mathml"]
 
@@ -90,7 +94,8 @@ def derive(
     if document:
         from mecanique.derivation.document import to_page
 
-        text = to_page([text])
+        verdict = [_judge(chosen.mechanism)] if method == "all" else []
+        text = to_page([*_picture(chosen.mechanism), text, *verdict])
     say(text)
 
 
@@ -173,6 +178,50 @@ def code(
     say("Not run here; see the head of the file." if made.verdict is None else str(made.verdict))
 
 
+def _picture(mechanism: mq.Mechanism) -> list[str]:
+    """Return the figure for a document, none of what cannot be drawn."""
+    from mecanique.figure.draw import figure_tex
+    from mecanique.textbook.catalogue import entry, is_known
+
+    start = entry(mechanism.name).start if is_known(mechanism.name) else None
+    try:
+        return [figure_tex(mechanism, start)]
+    except mq.MecaniqueError:
+        return []
+
+
+def _judge(mechanism: mq.Mechanism) -> str:
+    """Return a section of LaTeX with the differences of each derivation from the engine."""
+    from mecanique.derivation.printing.prose import to_latex
+
+    verdict = mq.verify(mechanism, samples=SAMPLES)
+    if not verdict.rows:
+        return ""
+    ways = tuple(dict.fromkeys(row.sources[0] for row in verdict.rows))
+    worst = {(row.quantity, row.sources[0]): row.worst for row in verdict.rows}
+    rows = [" & ".join(["", *ways])]
+    for quantity in dict.fromkeys(row.quantity for row in verdict.rows):
+        sizes = (worst.get((quantity, way)) for way in ways)
+        cells = ("" if size is None else _power(size) for size in sizes)
+        rows.append(" & ".join([quantity.replace("_", "\\_"), *cells]))
+    said = (
+        f"Largest relative differences from {verdict.rows[0].sources[1]} at {SAMPLES} random "
+        f"states: all {'agree' if verdict.agrees else 'do not agree'}."
+    )
+    table = " \\\\\n".join(rows)
+    return (
+        f"\\subsection*{{Verdict}}\n{to_latex(said, ())}\n\\begin{{center}}\\footnotesize"
+        "\\setlength{\\tabcolsep}{3pt}\n"
+        f"\\begin{{tabular}}{{l{'c' * len(ways)}}}\n{table}\n\\end{{tabular}}\n\\end{{center}}"
+    )
+
+
+def _power(number: float) -> str:
+    """Return a number as a digit times a power of ten, in LaTeX."""
+    digit, exponent = f"{number:.0e}".split("e")
+    return f"${digit} \\cdot 10^{{{int(exponent)}}}$" if number else "0"
+
+
 def derivation(
     mechanism: mq.Mechanism, method: str, form: Form, steps: bool, *, units: bool = False
 ) -> str:
@@ -205,7 +254,15 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     shortest = mq.derive(mechanism)
     if shortest.symbolic and not shortest.legible:  # the others are longer and take minutes
         return derivation(mechanism, shortest.method, form, steps=True)
-    parts = [derivation(mechanism, method, form, steps=True) for method in readable(mechanism)]
+    parts, explained = list[str](), frozenset[str]()
+    for method in readable(mechanism):
+        equations = mq.derive(mechanism, method=method)
+        if not equations.legible:
+            parts.append(derivation(mechanism, method, form, steps=True))
+            continue
+        document = replace(equations.document, explained=explained)
+        parts.append(getattr(document, form)(steps=True, symbols=True))
+        explained |= {name for meaning in document.meanings(steps=True) for name in meaning.names}
     try:
         said = agreement(mechanism)
     except mq.DerivationError as error:

@@ -58,6 +58,8 @@ class Document:
 
     derivation: Derivation  # the derivation to write out
     method: str  # name of its method
+    # symbols that derivations of the mechanism before it explain, and so its description
+    explained: frozenset[str] = frozenset()
 
     @property
     def title(self) -> str:
@@ -126,8 +128,10 @@ class Document:
         for paragraph in self._about:
             source = paragraph.startswith("Source: ")
             out.append((tex(paragraph) if source else self._convert(paragraph)) + "\n")
-        out.append("\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}")
-        for meaning in meanings(self.derivation, steps=steps):
+        listed = self.meanings(steps)
+        opening = "\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}"
+        out += [opening] if listed else []
+        for meaning in listed:
             symbol = ", ".join(f"${writer.letter(name, False, '')}$" for name in meaning.names)
             said = self._convert(meaning.sentence)
             equality = "" if meaning.definition is None else _write_equality(meaning, writer)
@@ -136,7 +140,7 @@ class Document:
             out.append(f"\\item[{{\\normalfont {symbol}}}] {said}")
             if equality:
                 out.append(display([equality], PAGE - _HANGING))
-        out.append("\\end{description}")
+        out += ["\\end{description}"] if listed else []
         out += [self._convert(sentence) + "\n" for sentence in self._warn(steps)]
         for stage in self.derivation.stages if steps else ():
             out += [
@@ -166,7 +170,7 @@ class Document:
         lines = [equation.mathml() for equation in self.equations] or [f"<p>{self._nothing}</p>"]
         if not (steps or symbols):
             return "\n".join(lines)
-        out = [*self._open_html(meanings(self.derivation, steps=steps), steps)]
+        out = [*self._open_html(self.meanings(steps), steps)]
         if not steps:
             return "\n".join([*out, *lines])
         for section in self.sections()[1:]:
@@ -274,7 +278,12 @@ class Document:
     @property
     def _about(self) -> list[str]:
         """The mechanism's description and its source, by paragraphs."""
-        return self.derivation.algebra.mechanism.about.splitlines()
+        return [] if self.explained else self.derivation.algebra.mechanism.about.splitlines()
+
+    def meanings(self, steps: bool) -> tuple[Meaning, ...]:
+        """Return the meanings of its symbols that have not been explained before."""
+        every = meanings(self.derivation, steps=steps)
+        return tuple(one for one in every if not self.explained.issuperset(one.names))
 
     def _warn(self, steps: bool) -> Iterator[str]:
         """Yield warnings about letters with two meanings."""
@@ -286,7 +295,7 @@ class Document:
         for paragraph in self._about:
             yield from (*textwrap.wrap(paragraph, _WIDTH), "")
         yield "Symbols"
-        listed = meanings(self.derivation, steps=steps)
+        listed = self.meanings(steps)
         wide = max((len(meaning.names[0]) for meaning in listed), default=0)
         for meaning in listed:
             said = meaning.sentence

@@ -12,7 +12,7 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.figure.mechanism import figure
-from mecanique.figure.paper.files import svg
+from mecanique.figure.paper.files import svg, tex
 from mecanique.figure.paper.marks import Mark
 from mecanique.figure.setting import HEIGHT, WIDTH, Setting, posture, setting
 from mecanique.files import require_directory, write_whole
@@ -156,6 +156,11 @@ def figure_text(
     position = posture(mechanism, start)
     seen = _set_up(mechanism, None, position, extent=SMALL if small else (WIDTH, HEIGHT))
     return svg(_marks(seen, None), _title(seen, None))
+
+
+def figure_tex(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> str:
+    """Return the figure of a mechanism for a LaTeX document."""
+    return tex(_marks(_set_up(mechanism, None, posture(mechanism, start)), None))
 
 
 def _set_up(

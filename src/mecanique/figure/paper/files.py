@@ -1,13 +1,18 @@
-"""Marks as files: SVG with colors for light and dark paper, PNG and PDF by matplotlib."""
+"""Marks as files: SVG with colors for light and dark paper, LaTeX, PNG and PDF by matplotlib."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from io import BytesIO
+from itertools import pairwise
+from typing import Any
 
+import numpy as np
+
+from mecanique.derivation.printing.letters import GREEK
 from mecanique.errors import InputError
-from mecanique.figure.paper.marks import STYLES, Circle, Mark, Stroke, Style, Words, bounds
+from mecanique.figure.paper.marks import STYLES, Circle, Mark, Point, Stroke, Style, Words, bounds
 
 MARGIN = 12
 FONT = "'STIX Two Text','Libertinus Serif','Latin Modern Roman','Times New Roman',Times,serif"
@@ -90,6 +95,98 @@ def _clean(text: str) -> str:
         c for c in text if c >= " " and not 0xD800 <= ord(c) <= 0xDFFF and c not in "\ufffe\uffff"
     )
     return escape(kept)
+
+
+TEX_WIDTH = 330.0
+"""The largest width of a figure in LaTeX [pt]."""
+
+_CIRCLE = 0.5523
+"""Handles of the four Bézier curves of a circle, in radii."""
+
+
+def tex(marks: Sequence[Mark]) -> str:
+    """Return marks as a picture for pdfTeX, which needs no package; left out by other engines."""
+    x, y, width, height = _frame(marks)
+    scale = min(1.0, TEX_WIDTH / width)
+
+    def place(point: Sequence[float] | Point) -> Point:
+        return np.array([point[0] - x, y + height - point[1]])
+
+    drawn = [_draw(mark, place) for mark in marks if not isinstance(mark, Words)]
+    words = [_typeset(mark, place) for mark in marks if isinstance(mark, Words)]
+    return "\n".join(
+        [
+            "\\ifdefined\\pdfliteral",
+            f"\\begin{{center}}\\setlength{{\\unitlength}}{{{scale:.4f}bp}}",
+            f"\\begin{{picture}}({width:g},{height:g})",
+            f"\\put(0,0){{\\pdfliteral{{q {scale:.4f} 0 0 {scale:.4f} 0 0 cm 1 j 1 J",
+            *drawn,
+            "Q}}",
+            *words,
+            "\\end{picture}\\end{center}",
+            "\\fi",
+            "",
+        ]
+    )
+
+
+def _draw(mark: Stroke | Circle, place: Callable[[Any], Point]) -> str:
+    """Return a mark in the operators of PDF."""
+    style = STYLES[mark.style]
+    ops = [f"{style.width:g} w [{style.dash}] 0 d"]
+    if isinstance(mark, Circle):
+        center, r = place(mark.center), mark.radius
+        turns = [np.array(way) for way in ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 0))]
+        ops.append(f"{_pair(center + r * turns[0])} m")
+        for a, b in pairwise(turns):
+            handles = (a + _CIRCLE * b, b + _CIRCLE * a, b)
+            ops.append(" ".join(_pair(center + r * way) for way in handles) + " c")
+    else:
+        first, *rest = map(place, mark.points)
+        ops += [f"{_pair(first)} m", *(f"{_pair(point)} l" for point in rest)]
+    if isinstance(mark, Circle) or mark.closed:
+        ops.append("h")
+    paints = {(True, True): "B", (True, False): "f", (False, True): "S", (False, False): "n"}
+    colors = f"{_rgb(style.fill)} rg" if style.fill else ""
+    colors += f" {_rgb(style.ink)} RG" if style.ink else ""
+    return " ".join([colors, *ops, paints[bool(style.fill), bool(style.ink)]])
+
+
+def _typeset(words: Words, place: Callable[[Any], Point]) -> str:
+    """Return a letter or a few words, in the color of their style."""
+    at, side = place(words.at), {"start": "[l]", "middle": "", "end": "[r]"}[words.anchor]
+    color = f"\\pdfliteral{{{_rgb(STYLES[words.style].fill)} rg}}"
+    written = ""
+    for text, how in words.parts:
+        plain = "".join(map(_tex_sign, text))
+        shape = plain if how == "italic" else f"\\mathrm{{{plain}}}"
+        written += f"_{{{shape}}}" if how == "below" else shape
+    inner = f"{color}${written}$\\pdfliteral{{0 g}}"
+    return f"\\put({_pair(at, ',')}){{\\makebox(0,0){side}{{{inner}}}}}"
+
+
+def _tex_sign(sign: str) -> str:
+    """Return a character for mathematics in LaTeX."""
+    if sign in "\\$%#&_{}^~":
+        return {"\\": "/", "^": "", "~": ""}.get(sign, f"\\{sign}")
+    known = {" ": "\\ ", "\u2009": "\\,", "−": "-", "²": "^2", "³": "^3"}
+    if sign in known:
+        return known[sign]
+    names = [name for name, greek in GREEK.items() if greek == sign]
+    if names:
+        return f"\\{names[0]} "
+    return sign if sign.isascii() else ""
+
+
+def _rgb(color: str) -> str:
+    """Return a color #rrggbb in shares of one; with transparency, as it looks on white paper."""
+    parts = [int(color[k : k + 2], 16) / 255 for k in range(1, len(color), 2)]
+    opaque = parts[3] if len(parts) > 3 else 1.0
+    return " ".join(f"{1 - opaque * (1 - part):.3f}" for part in parts[:3])
+
+
+def _pair(point: Point, between: str = " ") -> str:
+    return f"{point[0]:.2f}{between}{point[1]:.2f}"
 
 
 DPI = 192  # of a PNG
