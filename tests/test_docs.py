@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import sys
 from pathlib import Path
@@ -87,6 +88,16 @@ def test_every_public_name_stands_in_one_chapter(generate: object) -> None:
     for section, names in {"Bodies and shapes": "Body rod", "Expressions": "sin time"}.items():
         assert all(f":: mecanique.{name}\n" in sections[section] for name in names.split())
     assert "| A hinge: the child turns about an axis by its coordinate [rad]. |" in overview
+
+
+def test_no_bars_of_a_docstring_are_taken_for_a_substitution() -> None:
+    """What stands between bars is a name to be replaced, unless it is in backticks."""
+    for name in mq.__all__:
+        thing = getattr(mq, name)
+        parts = [thing, *vars(thing).values()] if inspect.isclass(thing) else [thing]
+        for part in parts:
+            said = re.sub(r"`[^`]*`|^ +>>>.*$|^ +\.\.\. .*$", "", part.__doc__ or "", flags=re.M)
+            assert not re.search(r"\|[^\s|][^|]*\|", said), f"{name}: {said}"
 
 
 def test_tables_are_made_from_the_code(generate: object) -> None:

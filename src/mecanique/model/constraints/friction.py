@@ -190,7 +190,7 @@ class Capstan(SwitchingElement):
     """A cord over a rough drum between two slides: slack, or taut and sticking or slipping.
 
     Where it slips, its tensions are as 1 to e^(μ φ) (Euler, 1769). Their mean is its normal force N
-    and their difference its friction R, so that |R| ≤ 2 tanh(μ φ/2) N.
+    and their difference its friction R, of at most 2 tanh(μ φ/2) N.
 
     Args:
         name: its name.
