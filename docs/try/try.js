@@ -19,7 +19,25 @@ show(mq.verify(pendulum, samples=20))
 show(mq.simulate(pendulum, q={"q": 2.0}, duration=5.0))
 `;
 
-// What show() puts on the page: HTML or a picture where a result has it, else its text.
+const CONVERT = `import mecanique as mq
+
+# or the name of a file chosen above: mq.read("arm.urdf")
+arm = mq.read("""<robot name="arm">
+  <link name="base"/>
+  <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="1"/>
+    <inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="q" type="continuous"><parent link="base"/><child link="rod"/>
+    <axis xyz="0 1 0"/><dynamics damping="0.1"/></joint>
+</robot>""")
+for form, suffix in (("MJCF", "xml"), ("SDF", "sdf"), ("URDF", "urdf")):
+    conversion = mq.convert(arm, form)
+    show(conversion)
+    save(f"{arm.name}.{suffix}", conversion.text)
+`;
+const EXAMPLES = { pendulum: EXAMPLE, convert: CONVERT };
+
+// What show() puts on the page: HTML or a picture where a result has it, else its text; save() offers
+// a file.
 const SHOW = `
 def show(*results):
     from base64 import b64encode
@@ -29,6 +47,10 @@ def show(*results):
         if not html and hasattr(result, "_repr_png_"):
             html = f'<img src="data:image/png;base64,{b64encode(result._repr_png_()).decode()}">'
         put(html or "", "" if html else str(result))
+
+def save(name, text):
+    from mecanique_page import offer
+    offer(name, text)
 `;
 
 const field = (id) => document.getElementById(id);
@@ -40,6 +62,16 @@ function put(html, text) {
   else part.textContent = text;
   field("shown").append(part);
   return part;
+}
+
+function offer(name, text) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/plain" }));
+  link.download = name;
+  link.textContent = `Save ${name}`;
+  const part = document.createElement("p");
+  part.append(link);
+  field("shown").append(part);
 }
 
 function say(text) {
@@ -55,7 +87,7 @@ async function start(folder) {
   await python.loadPackage(PACKAGES);
   const answer = await fetch("mecanique.zip");
   python.unpackArchive(await answer.arrayBuffer(), "zip");
-  python.registerJsModule("mecanique_page", { put });
+  python.registerJsModule("mecanique_page", { put, offer });
   python.runPython(SHOW);
   return python;
 }
@@ -69,6 +101,9 @@ async function run() {
       started = undefined; // so that another folder can be tried
       throw new Error(`Python could not be loaded from ${folder}: ${error.message}`);
     });
+    for (const file of field("files").files) {
+      python.FS.writeFile(file.name, new Uint8Array(await file.arrayBuffer()));
+    }
     say("Running …");
     const program = field("program").value;
     await python.loadPackagesFromImports(program); // e.g. matplotlib, for plots
@@ -83,6 +118,9 @@ async function run() {
 const asked = new URLSearchParams(location.search);
 field("folder").value = "pyodide/"; // not from the address: a link must not bring its own Python
 field("program").value = asked.get("program") ?? EXAMPLE;
+field("example").addEventListener("change", () => {
+  field("program").value = EXAMPLES[field("example").value];
+});
 document.querySelector("form").addEventListener("submit", (event) => {
   event.preventDefault();
   run();

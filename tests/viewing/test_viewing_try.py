@@ -26,7 +26,9 @@ DISTRIBUTION = os.environ.get("MECANIQUE_PYODIDE", "")
 STUB = """
 export async function loadPyodide() {
   const modules = {};
+  const files = {};
   return {
+    FS: { writeFile(name, bytes) { files[name] = new TextDecoder().decode(bytes); } },
     setStdout() {},
     async loadPackagesFromImports(text) { this.asked = text; },
     async loadPackage(names) { if (names.join() !== "numpy,scipy,sympy") throw new Error(names); },
@@ -40,6 +42,7 @@ export async function loadPyodide() {
       if (text.includes("wrong")) throw new Error("NameError: wrong");
       modules.mecanique_page.put("<math><mi>q</mi></math>", "");
       modules.mecanique_page.put("", "<b>as text</b>");
+      for (const name in files) modules.mecanique_page.offer(`copy of ${name}`, files[name]);
     },
   };
 }
@@ -96,15 +99,55 @@ def test_it_shows_what_a_program_shows_and_why_it_stops(
     page.close()
 
 
+def test_files_are_given_to_the_program_and_offered_by_it(
+    site: tuple[Path, str], browser: Browser, tmp_path: Path
+) -> None:
+    folder, address = site
+    (folder / "stub").mkdir()
+    (folder / "stub" / "pyodide.mjs").write_text(STUB, encoding="utf-8")
+    file = tmp_path / "arm.urdf"
+    file.write_text("<robot/>", encoding="utf-8")
+    page = browser.new_page()
+    page.goto(address)
+    page.select_option("#example", "convert")
+    assert page.input_value("#program") == text_of("CONVERT")
+    page.fill("#folder", "stub")
+    page.set_input_files("#files", file)
+    page.click("button")
+    link = page.wait_for_selector("#shown a")
+    assert link is not None
+    assert link.inner_text() == "Save copy of arm.urdf"
+    with page.expect_download() as download:
+        link.click()
+    assert download.value.suggested_filename == "copy of arm.urdf"
+    assert Path(download.value.path()).read_text(encoding="utf-8") == "<robot/>"
+    page.close()
+
+
+def text_of(constant: str) -> str:
+    """A text of the page's script."""
+    script = (DOCS / "try" / "try.js").read_text(encoding="utf-8")
+    return script.partition(f"const {constant} = `")[2].partition("`;")[0]
+
+
+def test_the_program_that_converts_proves_what_it_saves() -> None:
+    shown: list[Any] = []
+    saved: dict[str, str] = {}
+    names = {"show": shown.append, "save": saved.__setitem__}
+    exec(text_of("CONVERT"), names)
+    assert list(saved) == ["arm.xml", "arm.sdf", "arm.urdf"]
+    assert all(conversion.worst <= 1e-12 for conversion in shown)
+    assert {mq.read(text).nv for text in saved.values()} == {1}
+
+
 def test_results_are_shown_as_html_as_pictures_or_as_text(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
-    script = (DOCS / "try" / "try.js").read_text(encoding="utf-8")
     shown: list[tuple[str, str]] = []
     page = ModuleType("mecanique_page")
     vars(page)["put"] = lambda html, text: shown.append((html, text))
     monkeypatch.setitem(sys.modules, "mecanique_page", page)
     names: dict[str, Any] = {}
-    exec(script.partition("const SHOW = `")[2].partition("`;")[0], names)
+    exec(text_of("SHOW"), names)
     pendulum = mq.textbook.load("rigid_bar_pendulum")
     motion = mq.simulate(pendulum, q={"q": 1.0}, duration=1.0, samples=31)
     names["show"](mq.derive(pendulum), motion.plot(), motion.summary())
