@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.motion.analysis.trust import estimate_errors
+from mecanique.motion.output.report import say_uncertain
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.rates import Rates
 
@@ -108,6 +110,53 @@ def test_least_and_largest_values_are_of_the_motion_not_of_its_samples() -> None
     assert motion.audit().speed == pytest.approx(dense.audit().speed, rel=1e-9)
 
 
+def read_end(motion: mq.Motion, name: str) -> tuple[float, float]:
+    """Return the value at the end and its error, as a summary states them; no error is NaN."""
+    (line,) = [line for line in motion.summary().splitlines() if line.strip().startswith(name)]
+    value, _, error = line.partition("at the end ")[2].partition(" ± ")
+    return float(value), float(error or "nan")
+
+
+def test_a_summary_says_that_a_chaotic_motion_is_no_prediction() -> None:
+    pendulum = mq.textbook.load("double_pendulum")
+    start = {"q1": 2.0, "q2": 2.5}
+    motion, other = (
+        mq.simulate(pendulum, q=start, duration=60.0, samples=2, rtol=rtol)
+        for rtol in (1e-10, 1e-13)
+    )
+    value, error = read_end(motion, "q1 [rad]")
+    assert abs(motion["q1"][-1] - other["q1"][-1]) > 1.0
+    assert error > 1.0
+    assert value == pytest.approx(motion["q1"][-1], abs=error)
+    assert np.isnan(read_end(mq.simulate(pendulum, q=start, duration=1.0), "q1 [rad]")[1])
+
+
+@pytest.mark.parametrize("name", ["rigid_bar_pendulum", "four_bar_linkage", "cart_pole"])
+def test_errors_that_a_summary_states_bound_those_of_the_motion(name: str) -> None:
+    mechanism = mq.textbook.load(name)
+    start = dict(zip(mechanism.coordinates, [1.0] * mechanism.nq, strict=True))
+    motion, finer = (
+        mq.simulate(mechanism, q=start, duration=100.0, samples=50, rtol=rtol)
+        for rtol in (1e-9, 1e-13)
+    )
+    actual = np.hstack([motion.q - finer.q, motion.v - finer.v])
+    stated = estimate_errors(motion)
+    ratio = np.abs(actual).max(axis=0) / stated
+    assert (ratio > 0.02).all()
+    assert (ratio < 1.0).all()
+
+
+def test_numbers_are_written_to_the_digits_that_their_errors_leave() -> None:
+    written = [say_uncertain(1234.56789, error) for error in (0.0, 0.0123, 70.0, 1e5, np.inf)]
+    assert written == [
+        "1234.56789",
+        "1234.568 ± 0.01",
+        "1.23e+03 ± 7e+01",
+        "1e+03 ± 1e+05",
+        "1234.56789",
+    ]
+
+
 @pytest.mark.parametrize("duration", [2000.0, 1e4])
 def test_an_orbit_by_default_is_where_kepler_puts_it(duration: float) -> None:
     """Kepler's equation, e = 0.6; errors of single steps had added up to 0.03 rad in 1e4 s."""
@@ -125,3 +174,8 @@ def test_an_orbit_by_default_is_where_kepler_puts_it(duration: float) -> None:
     turns = np.round((mean - 2 * np.arctan(half)) / (2 * np.pi))
     true = 2 * np.arctan(half) + 2 * np.pi * turns
     assert motion["phi"][-1] == pytest.approx(true, abs=5e-6), "as many digits as are printed"
+    printed, error = read_end(motion, "phi [rad]")
+    # of two errors of rounding, which decides in 1e4 s, the difference may be the smaller
+    assert abs(motion["phi"][-1] - true) < 3 * error < 6e-5
+    assert printed == pytest.approx(motion["phi"][-1], abs=error)
+    assert len(motion.curve.t) < 3.1 * motion.statistics.steps, "no finer than was asked for"

@@ -142,7 +142,11 @@ class Motion(Trajectory):
         return audit(self, refine=refine, accuracy=accuracy)
 
     def summary(self) -> str:
-        """Return a summary: mechanism, duration, method and energy balance."""
+        """Return a summary: mechanism, duration, method, energy balance, and range of each value.
+
+        Of a motion of 1,200 steps or more it says how far the values at its end may be off, by
+        integrating once more to four times its tolerance, which takes less time than it did.
+        """
         return summary(self)
 
     def save(self, path: str | PathLike[str]) -> None:
@@ -348,7 +352,8 @@ def simulate(
     choice, integration = integrate_by_choice(problem, method)
     if integration.course is None:
         raise failure(problem, integration, None, q)
-    if integration.rtol < step_accuracy(problem)[0]:
+    share = integration.rtol / step_accuracy(problem)[0]
+    if share < 1.0:
         remark += f"; steps to {integration.rtol:.1e}, because the errors of so many add up"
     statistics = Statistics(
         steps=integration.steps,
@@ -356,6 +361,7 @@ def simulate(
         seconds=perf_counter() - begin,
         rtol=rtol,
         atol=atol,
+        share=share,
     )
     course = integration.course()
     path, happened = course.path, course.events

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.motion.record.loops import ClosedLoops
-from mecanique.motion.simulation.choice import COMPILED
-from mecanique.motion.simulation.integrate import failure, integrate_by_choice
-from mecanique.motion.simulation.integrators.methods import METHODS, EquationsError, Task, advance
+from mecanique.motion.simulation.choice import COMPILED, Choice, first_choice, method_in
+from mecanique.motion.simulation.integrate import failure, integrate
+from mecanique.motion.simulation.integrators.methods import (
+    METHODS,
+    EquationsError,
+    Task,
+    advance,
+    step_accuracy,
+)
 from mecanique.motion.simulation.problem import Problem, longest_step
 from mecanique.motion.simulation.watching import limit_events
-from mecanique.motion.tolerances import LEAST_RTOL, LYAPUNOV_RTOL, NO_STATE, SEPARATION, TINY
+from mecanique.motion.tolerances import LEAST_RTOL, LYAPUNOV_RTOL, NO_STATE, SEPARATION
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
@@ -24,6 +30,9 @@ if TYPE_CHECKING:
 SMALLER = 100.0
 """How many times smaller the tolerance of the second integration is."""
 
+LARGER = 4.0
+"""The same of the quick estimate, how many times larger: less work than the motion was, and errors
+so many times larger, as they go with the tolerance, so that the difference bounds the motion's."""
 
 STRETCHES = 60
 """Number of stretches over which the departure is averaged."""
@@ -66,7 +75,7 @@ def trust(motion: Trajectory, accuracy: float) -> Trust:
     each stretch (Benettin, Galgani & Strelcyn, Phys. Rev. A 14 (1976) 2338).
     """
     begin, end = float(motion.curve.t[0]), float(motion.curve.t[-1])
-    finer = _integrate_finer(motion, begin, end)
+    finer = _integrate_again(motion, 1 / SMALLER)
     states = np.hstack([motion.q, motion.v])[: len(finer)]
     size = np.maximum(np.abs(states).max(axis=0), NO_STATE + np.abs(states).max() * 1e-3)
     error = np.abs((states - finer[: len(states)]) / size).max(axis=1)
@@ -76,36 +85,48 @@ def trust(motion: Trajectory, accuracy: float) -> Trust:
     return Trust(until, end, accuracy, float(error.max()), _lyapunov(motion, begin, end))
 
 
-def _integrate_finer(motion: Trajectory, begin: float, end: float) -> np.ndarray:
-    """The states (q, v) at the motion's samples, from its start by a smaller tolerance."""
+def estimate_errors(motion: Trajectory) -> np.ndarray:
+    """Return how far each of (q, v) may be off anywhere, by steps to a larger tolerance."""
+    states = np.hstack([motion.q, motion.v])
+    coarser = _integrate_again(motion, LARGER)
+    errors: np.ndarray = np.abs(states[: len(coarser)] - coarser[: len(states)]).max(axis=0)
+    return errors
+
+
+def _integrate_again(motion: Trajectory, factor: float) -> np.ndarray:
+    """The states (q, v) at the motion's samples, from its start by another tolerance."""
     mechanism, reference, statistics = motion.mechanism, motion.reference, motion.statistics
-    rtol = max(statistics.rtol / SMALLER, LEAST_RTOL)
+    begin, end = float(motion.curve.t[0]), float(motion.curve.t[-1])
     start = np.concatenate([motion.curve.q[0], motion.curve.v[0]])
     ends = limit_events(mechanism, start)
     events = (*(motion.watched or ()), *ends)
     problem = Problem(
         mechanism=mechanism,
         reference=reference,
-        loops=ClosedLoops(reference, rtol) if mechanism.constrained else None,
+        loops=ClosedLoops(reference, statistics.rtol) if mechanism.constrained else None,
         start=start,
         t0=begin,
         end=end,
         times=motion.t,
-        rtol=rtol,
-        atol=max(statistics.atol / SMALLER, TINY),
+        rtol=statistics.rtol,
+        atol=statistics.atol,
         max_step=longest_step(mechanism, end - begin, None, events),
         max_steps=1_000_000,
         events=events,
         ends=ends,
         progress=None,
     )
-    method = motion.method.split()[0]
+    method = method_in(motion.method)
     if method not in (*METHODS, *COMPILED):
         raise InputError(
             f"expected a motion that was integrated, got one by {motion.method!r}: there is no "
-            "finer one to compare it with"
+            "other one to compare it with"
         )
-    _, integration = integrate_by_choice(problem, method)
+    share = max(factor * statistics.share, LEAST_RTOL / step_accuracy(problem)[0])
+    # code of Taylor series is not optimized, which would take longer than the motion
+    plain = Choice("taylor", None, optimized=False)
+    choice = plain if method == "taylor" else first_choice(problem, method)
+    integration = integrate(problem, replace(choice, share=share))
     if integration.course is None or not integration.outcome.complete:
         raise failure(problem, integration, None, start[: mechanism.nq])
     samples = integration.course().samples

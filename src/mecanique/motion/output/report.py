@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from math import ceil, inf, log10
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mecanique.arrays import spread
+from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.analysis.energies import energies, losses
+from mecanique.motion.analysis.trust import estimate_errors
 from mecanique.motion.record.extremes import find_exceeded, find_maxima
 from mecanique.wording import say_count
 
@@ -18,6 +21,9 @@ if TYPE_CHECKING:
 
 MOST_ENERGIES = 2000
 """The balance of energy is looked at in so many of the samples."""
+
+LONG = 1200
+"""With so many steps a motion states how far its errors may have added up."""
 
 MAX_LISTED = 12
 """Most coordinates that are listed."""
@@ -42,10 +48,13 @@ def summary(motion: Trajectory) -> str:
     unit = units(mechanism)
     names = (*mechanism.coordinates.names, *mechanism.velocities)
     bounds = find_maxima(motion.curve, lambda t, q, v: np.hstack([q, v, -q, -v])).values
-    for name, low, high in zip(names[:MAX_LISTED], -bounds[len(names) :], bounds, strict=False):
+    errors = _errors(motion)
+    for name, low, high, error in zip(
+        names[:MAX_LISTED], -bounds[len(names) :], bounds, errors, strict=False
+    ):
         lines.append(
             f"{add_unit(name, unit[name]):>14}: {low:.6g} … {high:.6g}, "
-            f"at the end {motion[name][-1]:.9g}"
+            f"at the end {say_uncertain(float(motion[name][-1]), error)}"
         )
     if len(names) > MAX_LISTED:
         lines.append(f"{'…':>14}  {len(names) - MAX_LISTED} more")
@@ -56,3 +65,23 @@ def summary(motion: Trajectory) -> str:
     for event in motion.events[:MAX_LISTED]:
         lines.append(f"event {event}")
     return "\n".join(lines)
+
+
+def _errors(motion: Trajectory) -> list[float]:
+    """Return how far each of (q, v) may be off; zeros where the motion is short or unknown."""
+    none = [0.0] * (motion.mechanism.nq + motion.mechanism.nv)
+    stored = motion.watched is None
+    if motion.statistics.steps < LONG or motion.corners is not None or stored:
+        return none
+    try:
+        return [float(error) for error in estimate_errors(motion)]
+    except MecaniqueError:  # what was integrated once need not be so to a larger tolerance
+        return none
+
+
+def say_uncertain(value: float, error: float) -> str:
+    """Write a number with its error, to the digits that this leaves; to 9 if it is not known."""
+    if not 0 < error < inf:
+        return f"{value:.9g}"
+    digits = ceil(log10(max(abs(value) / error, 1e-3))) + 1
+    return f"{value:.{min(max(digits, 1), 15)}g} ± {error:.1g}"

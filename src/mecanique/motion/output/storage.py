@@ -134,7 +134,7 @@ def save(motion: Trajectory, path: str | PathLike[str]) -> None:
         "mecanique": version("mecanique"),
         "numpy": np.__version__,
         "method": motion.method,
-        "statistics": [s.steps, s.evaluations, s.seconds, s.rtol, s.atol],
+        "statistics": [s.steps, s.evaluations, s.seconds, s.rtol, s.atol, s.share],
         "smooth": motion.curve.smooth,
         "close": motion.curve.close,
         "events": [event.name for event in motion.events],
@@ -270,7 +270,7 @@ def _read(path: str | PathLike[str]) -> _Saved:
             method=str(about["method"]),
             smooth=bool(about["smooth"]),
             close=bool(about["close"]),
-            statistics=Statistics(int(numbers[0]), int(numbers[1]), *map(float, numbers[2:5])),
+            statistics=Statistics(int(numbers[0]), int(numbers[1]), *map(float, numbers[2:6])),
         )
     except MecaniqueError:
         raise

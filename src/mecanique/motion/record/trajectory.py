@@ -34,6 +34,7 @@ class Statistics:
         seconds: time it took, the reference's construction included [s].
         rtol: relative tolerance of a step.
         atol: absolute tolerance of a step.
+        share: part of these tolerances that each step was held to, because errors add up.
     """
 
     steps: int
@@ -41,6 +42,7 @@ class Statistics:
     seconds: float
     rtol: float
     atol: float
+    share: float = 1.0
 
 
 _MARKS = ("", "'", "''")

@@ -82,6 +82,13 @@ class Choice:
         return f"{text}; chosen for {self.reason}" if self.reason else text
 
 
+def method_in(title: str) -> str:
+    """Return the method that a choice's title names."""
+    method = title.split()[0]
+    derived = " on the closed form", " on the equations derived in-house"
+    return "closed_form" if method == "dop853" and any(map(title.__contains__, derived)) else method
+
+
 def first_choice(problem: Problem, method: str) -> Choice:
     """Return the choice to start with."""
     code, reference = problem.code, problem.reference

@@ -57,9 +57,7 @@ def integrate_by_choice(problem: Problem, method: str) -> tuple[Choice, Integrat
 def integrate(problem: Problem, choice: Choice) -> Integration:
     """Integrate a problem once, as far as it goes."""
     if choice.method == "taylor":
-        return integrate_series(
-            replace(problem, rtol=choice.share * problem.rtol), choice.optimized
-        )
+        return integrate_series(problem, choice.share, choice.optimized)
     look = partial(worth_reconsidering, problem, choice) if may_change(problem, choice) else None
     if choice.method == "compiled":
         return integrate_in_c(problem, choice.share, partial(_watch, choice), look)

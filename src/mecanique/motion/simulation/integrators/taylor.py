@@ -22,9 +22,9 @@ CLOSE = 10
 """A curve this many tolerances from the series is accurate."""
 
 
-def integrate_series(problem: Problem, optimized: bool | None) -> Integration:
-    """Integrate a problem by Taylor series, as far as it goes."""
-    code, reference, rtol, end = problem.code, problem.reference, problem.rtol, problem.end
+def integrate_series(problem: Problem, share: float, optimized: bool | None) -> Integration:
+    """Integrate a problem by Taylor series to a share of its tolerance, as far as it goes."""
+    code, reference, rtol, end = problem.code, problem.reference, share * problem.rtol, problem.end
     fast = code.pays_to_optimize(rtol) if optimized is None else optimized
     machine = code.borrow(reference, rtol, optimized=fast)
     options = _options(problem)
@@ -68,7 +68,7 @@ def integrate_series(problem: Problem, optimized: bool | None) -> Integration:
         steps=steps,
         evaluations=steps,
         rtol=rtol,
-        course=partial(_course, problem, states, last, fast),
+        course=partial(_course, problem, rtol, states, last, fast),
     )
 
 
@@ -76,12 +76,14 @@ def _options(problem: Problem) -> dict[str, Any]:
     return {} if np.isinf(problem.max_step) else {"max_delta_t": problem.max_step}
 
 
-def _course(problem: Problem, states: list[np.ndarray], last: float, optimized: bool) -> Course:
+def _course(
+    problem: Problem, rtol: float, states: list[np.ndarray], last: float, optimized: bool
+) -> Course:
     """The samples that were read off, and the curve that is made when it is asked for."""
     y = np.concatenate(states) if states else np.empty((0, len(problem.start)))
     nq = problem.mechanism.nq
     samples = State(problem.times[: len(y)], problem.code.rates.normalize(y[:, :nq]), y[:, nq:])
-    return Course(samples, partial(_curve, problem, last, optimized))
+    return Course(samples, partial(_curve, problem, rtol, last, optimized))
 
 
 def _values(series: Sequence[Any], times: np.ndarray) -> np.ndarray:
@@ -109,9 +111,9 @@ def _series(problem: Problem, machine: Any, last: float) -> list[Any]:
     return series
 
 
-def _curve(problem: Problem, last: float, optimized: bool) -> Curve:
-    """The curve through enough states that it is as accurate as the series."""
-    nq, rtol, code = problem.mechanism.nq, problem.rtol, problem.code
+def _curve(problem: Problem, rtol: float, last: float, optimized: bool) -> Curve:
+    """The curve through enough states of the series that it is as accurate as was asked for."""
+    nq, code = problem.mechanism.nq, problem.code
     rates, rhs = code.rates, code.vectorize(problem.reference)
     machine = code.borrow(problem.reference, rtol, optimized=optimized)
     series = _series(problem, machine, last)
@@ -140,7 +142,8 @@ def _curve(problem: Problem, last: float, optimized: bool) -> Curve:
         exact = _values(series, middle)
         polynomial = curve(middle)
         gap = np.abs(np.hstack([polynomial.q, polynomial.v]) - exact)
-        allowed = rtol + max(rtol, SERIES_ROUNDING) * np.abs(exact)
+        # not to the share of the tolerance that steps whose errors add up are taken to
+        allowed = problem.rtol + max(problem.rtol, SERIES_ROUNDING) * np.abs(exact)
         if (gap / allowed).max(initial=0.0) <= CLOSE:
             break
     return curve
