@@ -46,4 +46,4 @@ def main(counts: list[int]) -> None:
 
 
 if __name__ == "__main__":
-    main([int(count) for count in sys.argv[1:]] or [2, 10, 20, 40, 100])
+    main([int(count) for count in sys.argv[1:]] or [2, 10, 20, 40, 120])

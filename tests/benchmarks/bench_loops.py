@@ -35,7 +35,7 @@ CONSERVATIVE = (
     "chained_four_bars",
 )
 WINDOWS = (2, 5, 10, 20, 40, 70, 100)
-"""2 n + 1 velocities; Pinocchio is given at most 210."""
+"""2 n + 1 velocities; Pinocchio is given at most 250."""
 
 
 def per_call(mechanism: Mechanism, q: np.ndarray) -> float:

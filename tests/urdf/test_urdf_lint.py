@@ -255,7 +255,7 @@ CASES: dict[str, tuple[str, int, str]] = {
     "M609": (add(_SPRING.replace('free_length value="1"', 'free_length value="0"')), 37,
              "Drake refuses a spring"),
     "M610": (add(_ROLLING), 37, "only mecanique reads it"),
-    "M701": (many(210), 2, "the robot has 212 velocities"),
+    "M701": (many(250), 2, "the robot has 252 velocities"),
     "M702": (chain(1100), 2, "the longest chain has 1101 joints"),
     "M703": (add("<gazebo/>"), 37, "<gazebo> in <robot> is not used"),
     "M704": (wrist('<dynamics damping="1"/>'), 31, "damping is applied"),

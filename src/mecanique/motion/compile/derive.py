@@ -32,7 +32,7 @@ MOST = 100_000
 
 MOST_OF_CHAIN = 300_000
 """The same of a long chain: for each velocity some 1,000 are written, of which 400 are needed, and
-the engine takes 210 velocities."""
+the engine takes 250 velocities."""
 
 
 def program_of(
