@@ -137,13 +137,15 @@ def test_a_quantity_may_be_zero(text: str) -> None:
         ("bead_on_hoop", "sin theta = 0\ncos(theta) = g/(R W^2)", "right", ""),
         ("bead_on_hoop", "sin theta = 0", "incomplete", "theta = -1.02 (for "),
         ("spherical_pendulum", "theta = pi\ntheta = 0", "right", ""),
-        ("two_blocks", "q1 = 0\nq2 = 0", "wrong", ""),
+        # inputs rest, as in mecanique.equilibria
+        ("two_blocks", "q1 = 0\nq2 = 0", "right", "with F = 0"),
+        ("two_blocks", "q1 = 0.1\nq2 = 0", "wrong", ""),
     ],
 )
 def test_equilibria_are_judged_as_a_set(system: str, text: str, outcome: str, words: str) -> None:
     found = mq.check(mq.textbook.load(system), text, "equilibrium")
     assert found.outcome == outcome, str(found)
-    assert words in " ".join([found.form, *map(str, found.causes)])
+    assert words in " ".join([found.form, *found.notes, *map(str, found.causes)])
 
 
 def test_frequencies_are_counted_by_those_that_are_named() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -34,6 +35,9 @@ from mecanique.model.units import say_unit
 
 _STRETCHED = 1e-6
 """Largest relative difference at states near zero and far out, where more is lost to rounding."""
+
+_DENOMINATOR = re.compile(r"/(\d+[^\W\d_]\w*)(?![\w({])")
+"""A denominator of a number and letters without brackets, as in 3g/2l."""
 
 _MOTION = ("equation of motion", "equations of motion", "state space")
 
@@ -110,7 +114,7 @@ class Checker:
         self.truth = Truth(mechanism, seed)
         self._asked: dict[tuple[str, frozenset[str] | None], Quantity] = {}
         self._proofs: dict[str, Proof] = {}
-        self._factors = Factors(self.truth)
+        self.factors = Factors(self.truth)
         self.search = Search(self.truth, Letters.of(mechanism))
 
     def check(
@@ -120,39 +124,79 @@ class Checker:
         let: Sequence[str] | Mapping[str, str] = (),
     ) -> Check:
         """Return the verdict on a text."""
-        quantity = None if ask in _MOTION else self._ask(ask)
+        quantity = None if ask in _MOTION else self.ask(ask)
         # what is right does not depend on the text: it is derived before the clock starts
         self.truth.prepare()
         try:
             # a stranger's formula may overflow; what has no value is judged as such, by all that
             # is called from here
             with bound_work(), np.errstate(all="ignore"):
-                if quantity is None:
-                    letters = self._letters(let, self.truth.further_letters)
-                    reading = read_answer(text, letters)
-                    return self._motion(reading, text)
-                letters = self._letters(let, self._find_further(quantity.names))
-                reading = read_answer(text, letters)
-                check = self._formula(reading, quantity, ask, text, self.truth)
-                return self._hold_numbers(check, reading, ask, text)
+                found = self._judge(text, ask, quantity, let)
+                if found.outcome == "wrong":
+                    return self._close_denominators(found, text, ask, quantity, let)
+                return found
         except FormulaError as error:
             if error.text or not text.strip():
                 raise
             raise FormulaError(str(error), text) from None
 
+    def _judge(
+        self,
+        text: str,
+        ask: str,
+        quantity: Quantity | None,
+        let: Sequence[str] | Mapping[str, str],
+    ) -> Check:
+        letters = self.find_letters(ask, let)[0]
+        if quantity is None:
+            if ask == "state space" and len(letters.rates) == 2 and not letters.find("x1"):
+                # x1' = x2 is the usual form where there is a single coordinate
+                letters = define(f"x1 = {self.mechanism.coordinates.names[0]}", letters)[2]
+            return self._motion(read_answer(text, letters), text)
+        reading = read_answer(text, letters)
+        found = self._formula(reading, quantity, ask, text, self.truth)
+        return self._hold_numbers(found, reading, ask, text)
+
+    def _close_denominators(
+        self,
+        found: Check,
+        text: str,
+        ask: str,
+        quantity: Quantity | None,
+        let: Sequence[str] | Mapping[str, str],
+    ) -> Check:
+        """Return the verdict with 3g/2l as 3g/(2l), if it is right with these brackets."""
+        written = _DENOMINATOR.findall(text)
+        if not written:
+            return found
+        try:
+            again = self._judge(_DENOMINATOR.sub(r"/(\1)", text), ask, quantity, let)
+        except FormulaError:
+            return found
+        if again.outcome == "wrong":
+            return found
+        forms = [f"/{below} is read as /({below}): write brackets" for below in written]
+        outcome: Outcome = again.outcome
+        if outcome == "right":
+            outcome = "right except for form"
+        return replace(again, outcome=outcome, forms=(*dict.fromkeys(forms), *again.forms))
+
+    def find_letters(
+        self, ask: str, let: Sequence[str] | Mapping[str, str] = ()
+    ) -> tuple[Letters, Quantity | None]:
+        """Return the letters of a question, and the quantity that it asks for, if not motion."""
+        if ask in _MOTION:
+            return self._letters(let, self.truth.further_letters), None
+        quantity = self.ask(ask)
+        return self._letters(let, self._find_further(quantity.names)), quantity
+
     def list_letters(
         self, ask: str = "equation of motion", let: Sequence[str] | Mapping[str, str] = ()
     ) -> dict[str, str]:
         """Return the meaning of each letter that an answer to a question may contain."""
-        if ask in _MOTION:
-            letters = self._letters(let, self.truth.further_letters)
-            asked: Sequence[str] = ()
-            units = self.search.units.of
-        else:
-            quantity = self._ask(ask)
-            asked = quantity.names
-            units = {**self.search.units.of, **quantity.dimensions}
-            letters = self._letters(let, self._find_further(asked))
+        letters, quantity = self.find_letters(ask, let)
+        asked = quantity.names if quantity else ()
+        units = {**self.search.units.of, **(quantity.dimensions if quantity else {})}
         meanings = {p.symbol: p.meaning for p in self.mechanism.parameters}
         listed = {}
         for name, kind in letters.kinds.items():
@@ -167,7 +211,7 @@ class Checker:
         known = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
         return [name for name in names if name not in known]
 
-    def _ask(self, question: str, held: frozenset[str] | None = None) -> Quantity:
+    def ask(self, question: str, held: frozenset[str] | None = None) -> Quantity:
         """Return the quantity in question; only the parameters held open vary, if given."""
         key = question, held
         if key not in self._asked:
@@ -189,7 +233,7 @@ class Checker:
             return check
         held = frozenset(parameters & written)
         truth = self.truth.hold(held)
-        again = self._formula(reading, self._ask(ask, held), ask, text, truth)
+        again = self._formula(reading, self.ask(ask, held), ask, text, truth)
         if again.outcome == "wrong":
             return check
         forms = dict.fromkeys(("right for these values of the parameters only", *again.forms))
@@ -349,7 +393,7 @@ class Checker:
             if fault:
                 place = number if len(equations) > 1 else 0
                 causes = (Mistake("emptiness", fault, equation=place),)
-            factor = self._factors.explain(residual) if residual.holds and not fault else ""
+            factor = self.factors.explain(residual) if residual.holds and not fault else ""
             lines.append(_line(residual, causes, factor, sound=residual.holds and not fault))
             if lines[-1].outcome != "wrong":
                 sound.append(residual)

@@ -238,6 +238,21 @@ def rewrite(plain: str, places: list[int]) -> tuple[str, list[int]]:
     return plain, places
 
 
+_LINE = re.compile(
+    r"(?:(?!\\\\|\\(?:Long)?(?:L|l)?(?:R|r)(?:eftr)?ightarrow|\\implies|\\iff)[^\n;])+"
+)
+_OF_LAGRANGIAN = re.compile(
+    r"(?:\\partial(?![A-Za-z])|∂)\s*\{?\s*(?:\\mathcal\s*\{?\s*|\\mathscr\s*\{?\s*)?[LT](?![A-Za-z])"
+)
+"""Lagrange's equation as such, with ∂L or ∂T."""
+
+_INTEGER = re.compile(
+    r"[,;]?\s*\(?\s*[A-Za-z]\s*(?:\\in(?![A-Za-z])|∈|ϵ)\s*\{?\s*(?:\\?Z|ℤ|\\mathbb\s*\{?\s*Z\s*\}?)\s*\}?\)?"
+    r"(?![A-Za-z])"
+)
+_ALMOST_EQUAL = re.compile(r"≈|≃|≅|\\approx(?![A-Za-z])|\\simeq(?![A-Za-z])|\\cong(?![A-Za-z])")
+_APPROXIMATELY = re.compile(rf"(?:{_ALMOST_EQUAL.pattern})(?:(?!\\\\|,\s)[^\n;])*")
+
 LETTER = r"\\?[^\W\d_]+(?:_?\{?[^\W_]*\}?)?"
 """A letter with its subscript, in text or LaTeX, as a regular expression."""
 
@@ -347,16 +362,37 @@ class Tokens:
         self.depth = 0
         self.notes: list[str] = []
         self._text = text
-        plain, places = normalize(text)
-        self.plain, self._places = rewrite(plain, places)
+        # boxes became spaces
+        self.plain, self._places = _drop_spaces(*normalize(text))
+        self._set_remarks_aside()
+        self.plain, self._places = rewrite(self.plain, self._places)
         if long := _LONG.search(self.plain):
             raise self.explain(
                 f"a word of more than {MOST_IN_WORD} signs; write spaces between the letters",
                 long.start(),
             )
         self._set_prose_aside()
-        # boxes and prose became spaces
+        # remarks and prose became spaces
         self.plain, self._places = _drop_spaces(self.plain, self._places)
+
+    def _set_remarks_aside(self) -> None:
+        """Replace by spaces what a formula is about: Lagrange's equation, integers, decimals."""
+        lines = [line for line in _LINE.finditer(self.plain) if line[0].strip()]
+        remarks = [line.span() for line in lines if _OF_LAGRANGIAN.search(line[0])]
+        if len(remarks) == len(lines):
+            remarks = []
+        remarks += [match.span() for match in _INTEGER.finditer(self.plain)]
+        for line in lines:
+            for match in _APPROXIMATELY.finditer(self.plain, *line.span()):
+                if "=" in self.plain[line.start() : match.start()]:
+                    remarks.append(match.span())
+        for first, last in sorted(remarks):
+            said = " ".join(self.quote(first, last).strip(" ,;").split())
+            self.notes.append(f"set aside: '{said}'")
+            self.plain = self.plain[:first] + " " * (last - first) + self.plain[last:]
+        for match in _ALMOST_EQUAL.finditer(self.plain):
+            sign = "=".ljust(len(match[0]))
+            self.plain = self.plain[: match.start()] + sign + self.plain[match.end() :]
 
     def _set_prose_aside(self) -> None:
         """Replace words around formulas by spaces, or by a line end between two of them."""
@@ -374,7 +410,8 @@ class Tokens:
                 "-",
                 "",
             )
-            if joined and not _STOPS.fullmatch(prose[-1][0].lower()):
+            ends = prose[-1][0].endswith(":") or _STOPS.fullmatch(prose[-1][0].lower())
+            if joined and not ends:
                 continue
             while last < len(self.plain) and self.plain[last] in " :,.":
                 last += 1

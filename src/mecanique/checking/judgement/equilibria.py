@@ -6,9 +6,10 @@ their own parameters. Families of equilibria, as of a coordinate without stiffne
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from typing import final
 
 import numpy as np
@@ -60,6 +61,11 @@ _SHOWN = 3
 
 _STATE = "#state"
 
+INTEGERS = ("n", "k", "j", "i", "z")
+"""Letters of integers, as in q = n π, unless the mechanism has them."""
+
+_WHOLE = (-2.0, -1.0, 0.0, 1.0, 2.0)
+
 
 @final
 class Equilibria:
@@ -75,7 +81,8 @@ class Equilibria:
         self.coordinates = tuple(truth.mechanism.coordinates)
         self.turning = {name for name in self.coordinates if name in turning}
         self.size = {name: 1.0 if name in turning else length for name in self.coordinates}
-        moving = (*truth.velocities, *truth.accelerations)
+        inputs = [signal.symbol for signal in truth.mechanism.inputs]
+        moving = (*truth.velocities, *truth.accelerations, *inputs)
         still = dict.fromkeys((*self.coordinates, *moving), np.zeros(sample.count))
         self.at_zero: dict[str, Array] = {
             name: np.broadcast_to(np.asarray(value, dtype=float), (sample.count,))
@@ -110,14 +117,7 @@ class Equilibria:
         states = np.repeat(np.arange(min(_STATES, self._truth.sample.count)), len(starts))
         q = np.tile(starts, (len(states) // len(starts), 1))
         size = np.array([self.size[name] for name in self.felt])
-        slopes = [self._differentiate(force) for force in self._forces]
-        for _ in range(_ROUNDS):
-            balance, stiffness = self._linearize(states, q, slopes, size)
-            step = -(np.linalg.pinv(np.nan_to_num(stiffness)) @ balance[..., None])[..., 0]
-            length = np.linalg.norm(step, axis=1, keepdims=True)
-            step = step * np.minimum(1.0, _STEP / np.maximum(length, 1e-300))
-            q = q + np.nan_to_num(step) * size
-        balance, stiffness = self._linearize(states, q, slopes, size)
+        q, balance, stiffness = self._relax(states, q, _STEP)
         good = np.abs(balance).max(axis=1) <= _BALANCED
         good &= self._is_regular(states, q)
         for k, name in enumerate(self.felt):
@@ -137,6 +137,29 @@ class Equilibria:
                     kept.append(position)
             positions[state] = np.array(kept).reshape(-1, count)
         return positions
+
+    def find_nearest(self) -> dict[str, Array]:
+        """Return the equilibrium that lies nearest to zero in every state; empty if none does."""
+        count = self._truth.sample.count
+        start = np.zeros((count, len(self.felt)))
+        q, balance, _ = self._relax(np.arange(count), start, np.inf)
+        if not len(self.felt) or not (np.abs(balance) <= _BALANCED).all():
+            return {}
+        return dict(zip(self.felt, q.T, strict=True))
+
+    def _relax(
+        self, states: npt.NDArray[np.intp], q: Array, longest: float
+    ) -> tuple[Array, Array, Array]:
+        """Return positions after Newton's method, with forces and stiffness there."""
+        size = np.array([self.size[name] for name in self.felt])
+        slopes = [self._differentiate(force) for force in self._forces]
+        for _ in range(_ROUNDS):
+            balance, stiffness = self._linearize(states, q, slopes, size)
+            step = -(np.linalg.pinv(np.nan_to_num(stiffness)) @ balance[..., None])[..., 0]
+            length = np.linalg.norm(step, axis=1, keepdims=True)
+            step = step * np.minimum(1.0, longest / np.maximum(length, 1e-300))
+            q = q + np.nan_to_num(step) * size
+        return q, *self._linearize(states, q, slopes, size)
 
     def _differentiate(self, force: Series) -> list[Series]:
         return [force.diff(name) for name in self.felt]
@@ -218,7 +241,13 @@ def judge_positions(
 ) -> tuple[list[Position], list[str]]:
     """Return the positions that an answer names, and the names of equilibria that it lacks."""
     equilibria = Equilibria(truth)
-    positions = [_move(equilibria, group, text) for group in _group(statements, equilibria)]
+    positions = []
+    for group in _group(statements, equilibria):
+        written = set().union(*(side.letters for one in group for side in one.sides))
+        whole = [name for name in INTEGERS if name in written - equilibria.at_zero.keys()]
+        for numbers in product(_WHOLE, repeat=len(whole)):
+            counted = dict(zip(whole, numbers, strict=True))
+            positions.append(_move(equilibria, group, text, counted))
     if any(position.worst or position.fault for position in positions):
         return positions, []
     with stop_clock():
@@ -261,9 +290,12 @@ def _unknowns(statement: Statement, known: Equilibria) -> set[str]:
     return letters & set(known.coordinates)
 
 
-def _move(known: Equilibria, statements: Sequence[Statement], text: str) -> Position:
+def _move(
+    known: Equilibria, statements: Sequence[Statement], text: str, counted: Mapping[str, float]
+) -> Position:
     """Return the position that some lines give; coordinates that nothing feels are zero."""
     values, given = dict(known.at_zero), set[str]()
+    values |= {name: np.full(len(values[_STATE]), number) for name, number in counted.items()}
     fault = ""
     for statement in statements:
         left, right = statement.sides[0], statement.sides[-1]

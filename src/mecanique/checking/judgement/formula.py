@@ -224,6 +224,9 @@ def _judge_matrix(
 
 
 _MOST_ORDERED = 4
+_MEASURES = ((re.compile(r"(?<!/)\bHz$"), "f"), (re.compile(r"\d\s*(?:s|sec|ms)$"), "T"))
+"""Units of frequencies and periods at the end of a number, and the letter that it stands for."""
+
 _CONSTANT = 1e-12
 """What changes less than this part of its terms in a second is constant."""
 
@@ -286,10 +289,15 @@ def _judge_constant(
         size = sum((np.abs(part) for part in parts), np.zeros(sample.count))
         relative = total / size
         worst = _worst(np.where(size > 0, relative, 0.0))
+        # what depends on a velocity that is constant has no rate at all
+        felt = [
+            np.abs(tape.along(slopes, name) * sample.values[name])
+            for name in (*truth.mechanism.coordinates, *truth.velocities)
+        ]
         fault = ""
         if formula.letters & {*truth.accelerations, *truth.multipliers}:
             fault = "a conserved quantity depends on positions and velocities, not on accelerations"
-        elif not (size > _CONSTANT * values.size).any():
+        elif not (sum(felt, size) > _CONSTANT * values.size).any():
             fault = "it does not depend on the motion at all"
         all_judged.append(Judged(statement, None, worst, root=formula, fault=fault))
     return all_judged
@@ -302,13 +310,14 @@ def _judge_several(
     assert quantity.values is not None
     all_judged = []
     for statement in statements:
+        # a number alone says by its unit what it is
+        said = [name for unit, name in _MEASURES if unit.search(statement.text)]
+        name = next((name for name in said if name in quantity.letters), quantity.letters[0])
         tried: list[Residual] = []
         used = []
         for omega in quantity.values:
             known = measure(omega, quantity.letters)
-            tried.append(
-                _residual(statement, truth, truth.sample, known, quantity.letters[0], text)
-            )
+            tried.append(_residual(statement, truth, truth.sample, known, name, text))
             used.append(known)
         rounded = [
             "" if residual.worst <= TOLERANCE else find_rounding(residual, text)
@@ -390,11 +399,14 @@ def _judge_equilibrium(
 ) -> list[Judged]:
     """Judge positions: forces must balance at each of them, and all must be named."""
     positions, missing = judge_positions(statements, truth, text)
-    all_judged = []
+    by_statement: dict[Statement, Judged] = {}
     for position in positions:
         for statement in position.statements:
             fault = "" if position.worst else position.fault
-            all_judged.append(Judged(statement, None, position.worst, fault=fault))
+            # of a family, q = n π, the worst position counts
+            if statement not in by_statement or by_statement[statement].holds:
+                by_statement[statement] = Judged(statement, None, position.worst, fault=fault)
+    all_judged = list(by_statement.values())
     if missing:
         lacking = tuple(f"{position} is missing" for position in missing)
         all_judged[0] = replace(all_judged[0], missing=lacking)

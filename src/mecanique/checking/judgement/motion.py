@@ -417,6 +417,14 @@ class Factors:
         where = self._name(path[vanishes], low[vanishes])
         return f"multiplied by a factor that vanishes where {where}: it says nothing there"
 
+    def sample_paths(self) -> tuple[dict[str, Array], Array, int]:
+        """Return letters and mass matrices at the points of all paths, and the points of each."""
+        paths = np.repeat(np.arange(len(self._starts)), _STEPS)
+        letters = self._locate(paths, np.tile(np.linspace(0.0, 1.0, _STEPS), len(self._starts)))
+        derivation = self._truth.closed_form
+        evaluated = Evaluation(derivation.algebra.ring, letters)
+        return letters, stack_mass(derivation, evaluated, len(paths)), _STEPS
+
     @cached_property
     def _starts(self) -> npt.NDArray[np.int64]:
         return np.arange(min(_PATHS, self._truth.sample.count))

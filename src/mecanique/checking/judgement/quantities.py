@@ -13,6 +13,7 @@ from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.reader import read
 from mecanique.checking.grammar.tape import Tape
+from mecanique.checking.judgement.equilibria import INTEGERS, Equilibria
 from mecanique.checking.judgement.truth import Sample, Truth, stack
 from mecanique.derivation import derive
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -240,7 +241,12 @@ class _Asked:
     def _equilibrium(self, name: str, what: str) -> Quantity:
         """Return the mechanism's equilibrium, or the balance of forces on one free body."""
         if not what:
-            return Quantity(name, "equilibrium")
+            taken = Letters.of(self._truth.mechanism).by_key
+            whole = [letter for letter in INTEGERS if letter not in taken]
+            inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
+            notes = (f"with {' = '.join(inputs)} = 0",) if inputs else ()
+            integers = dict.fromkeys(whole, _ZERO)
+            return Quantity(name, "equilibrium", more=integers, notes=notes)
         bodies = [body.name for body in self._truth.mechanism.bodies[1:]]
         if what not in bodies:
             raise UnknownNameError("body", what, bodies)
@@ -264,7 +270,14 @@ class _Asked:
         return Quantity(name, "conserved", (*_LETTERS[name], *momenta))
 
     def _frequency(self, name: str, _: str) -> Quantity:
-        M, C, K = linear_matrices(self._truth, self._sample, self._position)
+        position, notes = self._position, list[str]()
+        if not position and self._truth.derivation and not self._truth.mechanism.constrained:
+            equilibria = Equilibria(self._truth)
+            # what is prescribed by the time does not act on free vibrations
+            if equilibria.measure({**equilibria.at_zero, "t": np.zeros(self._sample.count)}):
+                position = equilibria.find_nearest()
+                notes += ["about the equilibrium nearest to zero"] if position else []
+        M, C, K = linear_matrices(self._truth, self._sample, position)
         if name == "frequency" and np.abs(C).max(initial=0.0) > 1e-12:
             raise InputError(
                 "the mechanism is damped or gyroscopic; ask for the 'undamped frequency' or the "
@@ -282,7 +295,9 @@ class _Asked:
         letters = (*_LETTERS[name], *numbered)
         rate, time = read_unit("1/s"), read_unit("s")
         unit = {letter: time if letter.startswith("T") else rate for letter in letters}
-        return Quantity(name, "several", letters, frequencies.T, dimensions=unit)
+        return Quantity(
+            name, "several", letters, frequencies.T, dimensions=unit, notes=tuple(notes)
+        )
 
     @property
     def _where(self) -> str:

@@ -217,7 +217,7 @@ def list_parts(series: Series, velocities: Sequence[str]) -> list[Series]:
     parts = list(group_by_velocities(series, velocities).values())
     for letter in (g for g in series.generators() if g.kind is Kind.PARAMETER):
         parts.append(series.ring.sum([part for part in single if letter in part.generators()]))
-    return [part for part in dict.fromkeys([*parts, *single]) if part != series]
+    return [part for part in dict.fromkeys([*parts, *_split(series), *single]) if part != series]
 
 
 def _split(series: Series) -> list[Series]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
-from typing import final
+from functools import partial
+from itertools import pairwise, permutations
+from typing import TypeAlias, final
 
 import numpy as np
 
@@ -15,14 +16,18 @@ from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.tape import Tape
 from mecanique.checking.grammar.tree import Node, call, compound, negate, number, raise_to, rate
 from mecanique.checking.judgement.motion import Residual
-from mecanique.checking.judgement.quantities import Quantity, measure, roll
-from mecanique.checking.judgement.truth import Truth
+from mecanique.checking.judgement.quantities import Quantity, ask_for, measure, roll
+from mecanique.checking.judgement.truth import Truth, stack_mass
 from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses
 from mecanique.checking.verdict import Mistake
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import FormulaError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.random_positions import angles
+
+_Reading: TypeAlias = Callable[[Mapping[str, Array]], dict[str, Array]]
+"""What letters are taken for, by the letters."""
 
 _ALIKE = 1e-6
 """A wrong quantity is the one that was written if they differ by less than this part."""
@@ -55,11 +60,59 @@ class QuantityMistakes:
             yield from self._explain_motion(residual, quantity, name)
         if name in ("potential energy", "Lagrangian", "energy"):
             yield from self._explain_potential(residual, quantity, name)
+        if quantity.kind in ("value", "up to a constant"):
+            yield from self._explain_reading(residual, quantity)
         if quantity.kind == "several":
             yield from self._explain_frequency(residual, quantity)
 
+    def _explain_reading(self, one: Residual, quantity: Quantity) -> Iterator[Mistake]:
+        """Yield relative for absolute coordinates, and angles from a line at right angles."""
+        series, sample = next(iter(quantity.series.values()), None), self._truth.sample
+        if series is None or one.sample.count != sample.count:
+            return
+        states = [sample.values]
+        if quantity.again is not None:
+            states.append({**sample.values, **quantity.again[1]})
+        for text, weight, read, _ in self._list_readings():
+            spend()
+            claims = []
+            for values in states:
+                value = Evaluation(series.ring, {**values, **read(values)})(series)
+                claims.append((np.broadcast_to(np.asarray(value), (sample.count,)), values))
+            if self._holds(one, quantity, *claims):
+                yield Mistake("angle", text, "", weight)
+
+    def _list_readings(self) -> Iterator[tuple[str, float, _Reading, Array]]:
+        """Yield what coordinates may be taken for: words, weight, letters, their rates by ours."""
+        truth = self._truth
+        names = [v.removesuffix("'") for v in truth.velocities if v.endswith("'")]
+        for base, other in permutations(names, 2):
+            for sign in (-1, 1):
+                ways = ("relative to", "absolute") if sign > 0 else ("absolute", "relative to")
+                places = [truth.velocities.index(f"{name}'") for name in (other, base)]
+                turn = np.eye(len(truth.velocities))
+                turn[places[0], places[1]] = sign
+                for dots, said in ((("", "'"), ""), (("'",), "the rate of "), (("",), "")):
+                    read = partial(_add_letters, other, base, sign, dots)
+                    text = f"{said}{other} is taken {ways[0]} instead of {ways[1]}"
+                    text = text.replace("relative to", f"relative to {base}")
+                    rates = turn if "'" in dots else np.eye(len(turn))
+                    yield text, 1.3 + 0.1 * (len(dots) == 1), read, rates
+        for name in sorted(angles(truth.mechanism) & set(names)):
+            for turned in (-np.pi / 2, np.pi / 2):
+                text = f"{name} is counted from a line at right angles to the one in question"
+                yield text, 1.6, partial(_turn_letter, name, turned), np.eye(len(truth.velocities))
+
     def explain_matrix(self, given: Array) -> Iterator[Mistake]:
         """Yield the mistakes that lead to a mass matrix, shape (n, nv, nv)."""
+        sample, derivation = self._truth.sample, self._truth.closed_form
+        for text, weight, read, turn in self._list_readings():
+            spend()
+            values = {**sample.values, **read(sample.values)}
+            evaluated = Evaluation(derivation.algebra.ring, values)
+            M = turn.T @ stack_mass(derivation, evaluated, sample.count) @ turn
+            if (np.abs(given - M) <= _ALIKE * (np.abs(given) + np.abs(M))).all():
+                yield Mistake("angle", text, "", weight)
         for hypothesis in self._list("motion").listed:
             scale = np.abs(given) + np.abs(hypothesis.M)
             if (np.abs(given - hypothesis.M) <= _ALIKE * scale).all() and hypothesis.row < 0:
@@ -189,6 +242,12 @@ class QuantityMistakes:
             for weight, text, values in _other_measures(omega, quantity.letters):
                 if self._fits(residual, values):
                     yield Mistake("measure", text, "", weight)
+        if quantity.name == "damped frequency":
+            undamped = ask_for(self._truth, "undamped frequency").values
+            assert undamped is not None
+            if any(self._fits(residual, measure(omega, quantity.letters)) for omega in undamped):
+                text = "the damping is missing: it is the undamped frequency"
+                yield Mistake("missing", text, "", 0.7)
         if len(quantity.values) > 1 or "'" not in self._truth.velocities[0]:
             return
         for mistake, omega in self._frequencies():
@@ -233,6 +292,16 @@ class QuantityMistakes:
             for values in (truth.sample.values, moved)
         )
         tape = Tape(root)
+        if truth.sample.forces.any() and not truth.mechanism.constrained:
+            sample = truth.sample
+            free = sample.a - np.linalg.solve(sample.M, sample.forces[..., None])[..., 0]
+            slope = rate(root, moving)
+            letters = {**sample.letters, **dict(zip(truth.accelerations, free.T, strict=True))}
+            values = Tape(slope).evaluate(letters, sample.count)
+            if (np.abs(values.whole) <= _CONSERVED * values.size).all() and values.size.any():
+                acting = [force.name for force in truth.mechanism.forces]
+                text = f"it is conserved only without the forces {', '.join(acting)}"
+                yield Mistake("force", text, "", 0.6)
         first = tape.evaluate(truth.sample.values, truth.sample.count)
         later = tape.evaluate({**truth.sample.values, **moved}, truth.sample.count)
         change = (first.whole - later.whole) - (here - there)
@@ -252,6 +321,17 @@ class QuantityMistakes:
             constant = (np.abs(values.whole) <= _CONSERVED * values.size).all()
             if constant and values.size.any():
                 yield Mistake(kind, said, part, weight)
+
+
+def _add_letters(
+    name: str, base: str, sign: int, dots: Sequence[str], values: Mapping[str, Array]
+) -> dict[str, Array]:
+    """Return a coordinate and its rate, as dots say, with those of another added."""
+    return {f"{name}{d}": values[f"{name}{d}"] + sign * values[f"{base}{d}"] for d in dots}
+
+
+def _turn_letter(name: str, turned: float, values: Mapping[str, Array]) -> dict[str, Array]:
+    return {name: values[name] + turned}
 
 
 def _vanishes(relative: Array) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import permutations
+from itertools import combinations, permutations
 from types import MappingProxyType
 from typing import final
 
@@ -24,7 +24,7 @@ from mecanique.checking.grammar.tree import number as zero_node
 from mecanique.checking.judgement.motion import Residual, residuals
 from mecanique.checking.judgement.quantities import Quantity
 from mecanique.checking.judgement.truth import Truth
-from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses, list_parts
+from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses, Hypothesis, list_parts
 from mecanique.checking.mistakes.of_quantities import QuantityMistakes
 from mecanique.checking.mistakes.units import UnitMisfitError, Units
 from mecanique.checking.verdict import Mistake
@@ -446,6 +446,10 @@ def _find(part: Part) -> Iterator[Mistake]:
         yield from repair_number(part)
 
 
+_MOST_PAIRED = 60
+"""Two terms at once are sought among no more than these."""
+
+
 def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[Mistake]:
     """Yield parts of the true quantity whose absence or factor explains a formula."""
     named = [name for name in series if name in residual.root.letters]
@@ -458,9 +462,18 @@ def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[M
         return
     truth = series[named[0]]
     evaluated = Evaluation(truth.ring, residual.sample.values)
-    for part in [*list_parts(truth, residual.truth.velocities), truth]:
+    parts = [*list_parts(truth, residual.truth.velocities), truth]
+    values = [np.broadcast_to(evaluated(part), lacks.shape) for part in parts]
+    few = list(zip(parts, values, strict=True))[: _MOST_PAIRED + 1]
+    for (part, alone), (second, more) in combinations(few, 2) if len(few) <= _MOST_PAIRED else ():
         spend()
-        part_values = np.broadcast_to(evaluated(part), lacks.shape)
+        both = alone + more
+        scale = np.abs(both) + np.abs(lacks)
+        if part + second != truth and (np.abs(lacks - both) <= ALIKE * scale)[usable].all():
+            said = f"{expression(part).text()} and {expression(second).text()}"
+            yield Mistake("missing", f"the terms {said} are missing", "", 1.9)
+    for part, part_values in zip(parts, values, strict=True):
+        spend()
         for factor, kind, words in SLIPS:
             lacking = (1.0 - factor) * part_values
             scale = np.abs(lacking) + np.abs(lacks)
@@ -525,6 +538,10 @@ class Search:
             if residual.holds:
                 causes.append(())
                 continue
+            if not residual.root.letters:
+                text = "no letter of the system occurs in it"
+                causes.append((Mistake("emptiness", text, equation=k + 1 if several else 0),))
+                continue
             number = k + 1 if several else 0
             mistakes = [*common, *self._list_likeliest(holds[:, k], denied, number)]
             mistakes += self._mend(residual, number, text)
@@ -577,6 +594,11 @@ class Search:
         """Return whether the units in an equation do not match."""
         units = Units(self._truth.mechanism, asked) if asked else self.units
         return bool(_misfits(units, residual, 0, text))
+
+    def list_slips(self) -> list[tuple[Hypothesis, Array]]:
+        """Return the slips with the motions that they lead to, the likeliest first."""
+        pairs = zip(self._hypotheses.listed, self._hypotheses.motions, strict=True)
+        return sorted(pairs, key=lambda pair: pair[0].weight)
 
     def _mend(self, residual: Residual, number: int, text: str) -> list[Mistake]:
         """Return the single changes that would make an equation right."""
