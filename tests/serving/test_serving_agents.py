@@ -28,6 +28,15 @@ pytestmark = pytest.mark.skipif(find_spec("mcp") is None, reason="needs the pack
 
 ROD = "rigid_bar_pendulum"
 
+QUESTIONS = [
+    {"id": "1", "system": ROD, "points": 2},
+    {"id": "2", "system": ROD, "ask": "frequency"},
+]
+ANSWERS = {
+    "anna": {"1": "q'' + 3 g/(2 l) sin q = 0", "2": "sqrt(3 g/(2 l))"},
+    "ben": {"1": "q'' - 3 g/(2 l) sin q = 0", "2": "I do not know"},
+}
+
 T = TypeVar("T")
 
 
@@ -47,9 +56,13 @@ async def converse() -> dict[str, Any]:
             ("verify_urdf", {"urdf": mq.write_urdf(mq.textbook.load(ROD)), "samples": 3}),
             ("simulate", {"system": ROD, "duration": 0.5, "instants": 3}),
             ("exercise", {"system": ROD, "ask": "frequency", "seed": 3}),
+            ("equilibria", {"system": ROD, "parameters": {"l": 2.0}}),
+            ("linearize", {"system": ROD, "at": {"q": 0.0}}),
+            ("grade", {"questions": QUESTIONS, "answers": ANSWERS, "step": 0.25}),
             ("describe", {"system": "pendulm"}),
+            ("check", {"system": ROD, "formula": "q'' = 0", "parameter": {"l": 2.0}}),
         ):
-            key = name if name not in found else "refused"
+            key = name if name not in found else f"{name} refused"
             found[key] = await client.call_tool(name, arguments)
     return found
 
@@ -83,8 +96,19 @@ def test_the_official_client_can_ask_every_tool() -> None:
     motion = json.loads(text_of(found["simulate"]))
     assert motion["t"] == [0.0, 0.25, 0.5]
     assert ROD in text_of(found["list_systems"])
-    assert found["refused"].is_error
-    assert "did you mean" in text_of(found["refused"])
+    resting = found["equilibria"].structured_content["result"]
+    assert [one["stable"] for one in resting] == [True, False]
+    assert resting[0]["frequencies"] == pytest.approx([(1.5 * 9.81 / 2.0) ** 0.5])
+    small = json.loads(text_of(found["linearize"]))
+    assert small["K"][0][0] / small["M"][0][0] == pytest.approx(1.5 * 9.81)
+    grades = json.loads(text_of(found["grade"]))
+    assert grades["totals"] == {"anna": 3.0, "ben": 0.0}
+    assert "sign" in grades["marks"][2]["reason"]
+    assert grades["marks"][3]["outcome"] == "unreadable"
+    assert found["check refused"].is_error
+    assert "parameter" in text_of(found["check refused"])
+    assert found["describe refused"].is_error
+    assert "did you mean" in text_of(found["describe refused"])
 
 
 @pytest.mark.slow
@@ -111,10 +135,22 @@ def test_it_serves_over_standard_input_and_output() -> None:
         (tools.simulate, {"system": ROD, "duration": 1e6}, "duration up to 60"),
         (tools.simulate, {"system": ROD, "instants": 10**6}, "instants from 2 to 500"),
         (tools.check, {"system": ROD, "formula": "q" * 30_000}, "at most 20,000"),
+        (tools.equilibria, {"system": "squeezer", "parameters": {"m": 1.0}}, "parameter 'm'"),
+        (tools.list_systems, {"tag": "pendulums"}, "tag 'pendulums'"),
+        (
+            tools.grade,
+            {"questions": [{"id": "1", "system": ROD, "point": 2}], "answers": {"a": {}}},
+            "unknown field 'point'",
+        ),
+        (
+            tools.grade,
+            {"questions": QUESTIONS, "answers": {key: {} for key in map(str, range(101))}},
+            "200",
+        ),
     ],
 )
 def test_work_is_bounded(tool: Any, arguments: dict[str, Any], message: str) -> None:
-    with pytest.raises(mq.InputError, match=message):
+    with pytest.raises(mq.MecaniqueError, match=message):
         tool(**arguments)
 
 

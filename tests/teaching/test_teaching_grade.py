@@ -322,3 +322,16 @@ def test_files_as_students_name_and_save_them_are_read_or_explained(
     (mark,) = [m for m in grades.marks if (m.student, m.question) == ("dora", "1a")]
     assert mark.outcome == outcome
     assert reason in mark.reason
+
+
+def test_frequent_mistakes_keep_their_words(tmp_path: Path) -> None:
+    (tmp_path / "sheet.toml").write_text(
+        '[[question]]\nid = "1"\nsystem = "simple_pendulum"\nask = "frequency"\n', encoding="utf-8"
+    )
+    for student in ("anna", "ben"):
+        (tmp_path / "answers" / student).mkdir(parents=True)
+        text = tmp_path / "answers" / student / "1.txt"
+        text.write_text("f = sqrt(g/l)", encoding="utf-8")
+    grades = grade(tmp_path / "sheet.toml", tmp_path / "answers")
+    reason = "a factor 2 pi is missing or surplus: omega = 2 pi f = 2 pi/T"
+    assert grades.frequent == (("1", reason, 2),)

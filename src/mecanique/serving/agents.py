@@ -5,16 +5,21 @@ from __future__ import annotations
 import functools
 import inspect
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from mecanique.checking.check import check as check_formula
 from mecanique.derivation import derive as derive_equations
-from mecanique.errors import InputError, MecaniqueError
+from mecanique.errors import InputError, MecaniqueError, UnknownNameError
 from mecanique.model.mechanism_units import units
+from mecanique.motion import equilibria as find_equilibria
+from mecanique.motion import linearize as linearize_motion
 from mecanique.motion import simulate as simulate_motion
 from mecanique.teaching import make_exercise
+from mecanique.teaching.answers import Submission
+from mecanique.teaching.marks import RULE, grade_submissions, make_sheet
 from mecanique.textbook.catalogue import entry, load, names
 from mecanique.urdf import read_urdf
 from mecanique.urdf.lint import lint
@@ -29,23 +34,23 @@ _MOST_BODIES = 60
 _LONGEST_MOTION = 60.0
 _MOST_INSTANTS = 500
 _MOST_SAMPLES = 100
+_MOST_RESTING = 12
+_MOST_ANSWERS = 200
 _MOST_SECONDS = 20.0
 _WIDEST = 60_000
 """Longest text that is answered, in characters."""
 
 
-def list_systems(tag: str = "") -> list[dict[str, Any]]:
-    """List the textbook systems: name, title and tags.
+def list_systems(tag: str = "") -> dict[str, str]:
+    """List the textbook systems: the title of each, by its name.
 
     Args:
         tag: only systems with this tag, e.g. "pendulum"; all by default.
     """
-    rows = []
-    for name in names():
-        system = entry(name)
-        if not tag or tag in system.tags:
-            rows.append({"name": name, "title": system.title, "tags": list(system.tags)})
-    return rows
+    known = sorted({word for name in names() for word in entry(name).tags})
+    if tag and tag not in known:
+        raise UnknownNameError("tag", tag, known)
+    return {name: entry(name).title for name in names() if not tag or tag in entry(name).tags}
 
 
 def describe(system: str) -> dict[str, Any]:
@@ -93,6 +98,83 @@ def derive(
     return text
 
 
+def equilibria(
+    system: str, parameters: dict[str, float] | None = None, seed: int = 0
+) -> list[dict[str, Any]]:
+    """Find the positions in which a textbook system can rest, the lowest first.
+
+    Args:
+        system: its name.
+        parameters: values that differ from the catalogue's, in SI units.
+        seed: of the random positions from which they are looked for.
+    """
+    mechanism = load(system, **(parameters or {}))
+    _refuse_above("bodies", len(mechanism.bodies), 1, _MOST_RESTING)
+    return [
+        {
+            "q": dict(zip(mechanism.coordinates, found.q.tolist(), strict=True)),
+            "stable": found.stable,
+            "frequencies": found.linearization.frequencies.tolist(),
+        }
+        for found in find_equilibria(mechanism, seed=seed)
+    ]
+
+
+def linearize(
+    system: str,
+    at: dict[str, float] | None = None,
+    parameters: dict[str, float] | None = None,
+) -> dict[str, Any]:
+    """Linearize a textbook system: M x'' + C x' + K x = 0 about an equilibrium or a position.
+
+    Args:
+        system: its name.
+        at: coordinates, in rad or m; by default a stable equilibrium, which is looked for.
+        parameters: values that differ from the catalogue's, in SI units.
+    """
+    mechanism = load(system, **(parameters or {}))
+    found = linearize_motion(mechanism, at)
+    eigenvalues = found.eigenvalues
+    return {
+        "q": dict(zip(mechanism.coordinates, found.q.tolist(), strict=True)),
+        "M": found.M.tolist(),
+        "C": found.C.tolist(),
+        "K": found.K.tolist(),
+        "frequencies": found.frequencies.tolist(),
+        "eigenvalues": [[x.real, x.imag] for x in eigenvalues.tolist()],
+        "stable": found.stable,
+        "note": found.chosen,
+    }
+
+
+def grade(
+    questions: list[dict[str, Any]], answers: dict[str, dict[str, str]], step: float = 0.0
+) -> dict[str, Any]:
+    """Grade the answers of several students to several questions, with reasons.
+
+    Args:
+        questions: each with id and system, and if need be ask, points, form (part of the points
+            for an answer that is right except for form), let and parameters.
+        answers: texts by student, then by the question's id.
+        step: to which points are rounded, e.g. 0.25.
+    """
+    _refuse_above("answers", len(questions) * len(answers), 1, _MOST_ANSWERS)
+    sheet = make_sheet({"question": questions, "step": step}, "questions")
+    stop = _stop_after(_MOST_SECONDS, "grading", "send fewer answers")
+    submissions = [Submission(student, texts) for student, texts in answers.items()]
+    grades = grade_submissions(sheet, submissions, progress=stop)
+    return {
+        "totals": grades.totals,
+        "of": sheet.points,
+        "marks": [
+            {"student": m.student, "question": m.question, "points": m.points}
+            | {"outcome": m.outcome, "reason": m.reason}
+            for m in grades.marks
+        ],
+        "rule": RULE,
+    }
+
+
 def check(
     system: str,
     formula: str,
@@ -116,7 +198,9 @@ def check(
         seed: of the random states.
     """
     mechanism = load(system, **(parameters or {}))
-    return check_formula(mechanism, formula, ask, let or (), seed).to_dict()
+    whole = check_formula(mechanism, formula, ask, let or (), seed).to_dict()
+    # what is empty says nothing
+    return {name: value for name, value in whole.items() if value not in (None, [], {})}
 
 
 def exercise(system: str, ask: str = "equation of motion", seed: int = 0) -> dict[str, str]:
@@ -225,7 +309,10 @@ TOOLS: tuple[Callable[..., Any], ...] = (
     list_systems,
     describe,
     derive,
+    equilibria,
+    linearize,
     check,
+    grade,
     exercise,
     verify_urdf,
     simulate,
@@ -253,10 +340,26 @@ def make_server() -> MCPServer:
     # no tool changes anything, and each gives the same answer again
     kind = ToolAnnotations(read_only_hint=True, idempotent_hint=True, open_world_hint=False)
     server = MCPServer("mecanique", instructions=_INSTRUCTIONS, log_level="ERROR")
-    for tool in TOOLS:
-        text = inspect.getdoc(tool) or ""
-        server.tool(description=text, annotations=kind)(_say_errors(tool))
+    with _refuse_other_arguments():
+        for tool in TOOLS:
+            text = inspect.getdoc(tool) or ""
+            server.tool(description=text, annotations=kind)(_say_errors(tool))
     return server
+
+
+@contextmanager
+def _refuse_other_arguments() -> Iterator[None]:
+    """Let tools refuse arguments that they do not have; the protocol's package drops them."""
+    from mcp.server.mcpserver.utilities.func_metadata import ArgModelBase
+
+    # the models of arguments take over what their base says when they are made
+    settings = ArgModelBase.model_config
+    before = settings.get("extra")
+    settings["extra"] = "forbid"
+    try:
+        yield
+    finally:
+        settings["extra"] = before
 
 
 def serve() -> None:

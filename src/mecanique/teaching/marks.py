@@ -16,6 +16,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, final
 from unicodedata import category
@@ -228,19 +229,23 @@ class Sheet:
 
 def read_sheet(path: Path) -> Sheet:
     """Read a sheet from a TOML or JSON file with a title and a table for each question."""
-    table = read_table(path)
+    return make_sheet({"title": path.stem, **read_table(path)}, path.name)
+
+
+def make_sheet(table: Mapping[str, Any], where: str) -> Sheet:
+    """Return the sheet that a table describes; errors say where it stands."""
     listed = table.get("question")
     if not isinstance(listed, list) or not listed:
-        raise InputError(f"expected at least one [[question]] in {path.name}")
-    questions = tuple(_question(entry, path.name) for entry in listed)
+        raise InputError(f"expected at least one [[question]] in {where}")
+    questions = tuple(_question(entry, where) for entry in listed)
     names = [question.name for question in questions]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"question {name!r} stands twice in {path.name}")
+            raise InputError(f"question {name!r} stands twice in {where}")
     step = table.get("step", 0.0)
     if not isinstance(step, (int, float)) or isinstance(step, bool) or not 0 <= step <= 1:
-        raise InputError(f"expected step from 0 to 1 in {path.name}, got {step!r}")
-    return Sheet(str(table.get("title", path.stem)), questions, float(step))
+        raise InputError(f"expected step from 0 to 1 in {where}, got {step!r}")
+    return Sheet(str(table.get("title", "")), questions, float(step))
 
 
 def _question(entry: Any, where: str) -> Question:
@@ -281,6 +286,7 @@ RULE = (
 )
 """The rule of partial credit."""
 
+_NUMBER = re.compile(r"^equation \d+: ")
 _ADVICE = re.compile(r'e\.g\. --let "([^"]*)"')
 
 
@@ -329,7 +335,7 @@ class Grades:
         counts: Counter[tuple[str, str]] = Counter()
         for mark in self.marks:
             if mark.outcome not in ("missing", "unreadable"):
-                said = {line.partition(": ")[2] or line for line in mark.reason.splitlines()}
+                said = {_NUMBER.sub("", line) for line in mark.reason.splitlines()}
                 counts.update((mark.question, reason) for reason in sorted(said))
         return tuple((*key, count) for key, count in counts.most_common() if count > 1)
 
@@ -377,16 +383,21 @@ def grade(
         raise InputError(
             f"expected a folder or a .toml for each student in {str(answers)!r}, found none"
         )
-    checkers: dict[str, Checker] = {}
-    for question in questions.questions:
-        checkers[question.name] = Checker(_mechanism(question))
+    return grade_submissions(questions, students, progress)
+
+
+def grade_submissions(
+    sheet: Sheet, students: Sequence[Submission], progress: Callable[[float], None] | None = None
+) -> Grades:
+    """Grade what students handed in."""
+    checkers = {question.name: Checker(_mechanism(question)) for question in sheet.questions}
     marks = []
     for number, submission in enumerate(students, 1):
-        for question in questions.questions:
-            marks.append(_grade(question, checkers[question.name], submission, questions.step))
+        for question in sheet.questions:
+            marks.append(_grade(question, checkers[question.name], submission, sheet.step))
         if progress is not None:
             progress(number / len(students))
-    return Grades(questions, tuple(marks))
+    return Grades(sheet, tuple(marks))
 
 
 def _grade(question: Question, checker: Checker, submission: Submission, step: float) -> Mark:
@@ -407,29 +418,50 @@ def _grade(question: Question, checker: Checker, submission: Submission, step: f
         )
 
     fault = submission.fault or submission.faults.get(question.name)
-    text = submission.texts.get(question.name, "")
     if fault:
         return mark(0.0, "unreadable", fault)
+    text = submission.texts.get(question.name, "")
+    part, outcome, reason = _judge(checker, text, question.ask, question.let, question.form)
+    return mark(part, outcome, reason)
+
+
+def mark_answer(
+    mechanism: Mechanism, text: str, ask: str = "equation of motion", form: float = 0.5
+) -> Mark:
+    """Return the mark of one answer, of one point, for software of courses."""
+    part, outcome, reason = _judge(_checker(mechanism), text, ask, (), form)
+    return Mark("", ask, round(part, 4), 1.0, outcome, write_visibly(reason))
+
+
+@lru_cache(maxsize=8)
+def _checker(mechanism: Mechanism) -> Checker:
+    return Checker(mechanism)
+
+
+def _judge(
+    checker: Checker, text: str, ask: str, let: Sequence[str], form: float
+) -> tuple[float, str, str]:
+    """Return the part of the points, the outcome and the reason of an answer."""
     if not text.strip():
-        return mark(0.0, "missing", "no answer")
+        return 0.0, "missing", "no answer"
     try:
-        verdict = checker.check(text, question.ask, question.let)
+        verdict = checker.check(text, ask, let)
     except FormulaError as error:
         # a student has no command line, but may define a letter in a line
-        return mark(0.0, "unreadable", _ADVICE.sub(r"e.g. in a line \1", str(error)))
-    return mark(_credit(verdict, checker.mechanism, question), verdict.outcome, _explain(verdict))
+        return 0.0, "unreadable", _ADVICE.sub(r"e.g. in a line \1", str(error))
+    return _credit(verdict, checker.mechanism, form), verdict.outcome, _explain(verdict)
 
 
-def _credit(verdict: Check, mechanism: Mechanism, question: Question) -> float:
+def _credit(verdict: Check, mechanism: Mechanism, form: float) -> float:
     """The part of the points: by equation, less for those that are right except for form."""
     if verdict.outcome == "right":
         return 1.0
     if verdict.outcome == "right except for form":
-        return question.form
-    if question.ask != "equation of motion":
+        return form
+    if verdict.asked != "equation of motion":
         worth = [line.outcome != "wrong" for line in verdict.lines]
         return sum(worth) / len(worth) if len(worth) > 1 else 0.0
-    worth_of = {"right": 1.0, "right except for form": question.form}
+    worth_of = {"right": 1.0, "right except for form": form}
     credit = sum(worth_of.get(line.outcome, 0.0) for line in verdict.lines)
     # equations that follow from each other count once
     credit = min(credit, verdict.independent)
