@@ -1,7 +1,7 @@
 import js from "@eslint/js";
 import globals from "globals";
 
-const PAGE = "src/mecanique/viewing/page/assets/**/*.js";
+const PAGE = "src/mecanique/{viewing/page,teaching}/assets/**/*.js";
 
 export default [
   { ignores: ["**/*.min.js", ".venv/", "build/", "dist/", "docs/_generated/"] },

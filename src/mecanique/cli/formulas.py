@@ -113,20 +113,43 @@ def grade(sheet: Path, answers: Path, csv: Path | None) -> None:
 )
 @options.seed
 @click.option(
+    "--for",
+    "course",
+    type=click.Choice(["page", "scorm", "stack", "prairielearn", "nbgrader"]),
+    help="Write it to --output for software of courses: a page that judges by itself, the same "
+    "as SCORM 1.2, Moodle's XML for STACK, a folder for PrairieLearn, or a notebook for nbgrader.",
+)
+@click.option(
+    "--variants",
+    type=click.IntRange(1, 100),
+    default=1,
+    metavar="NUMBER",
+    help="Variants with numbers of their own, for STACK and PrairieLearn.",
+)
+@click.option(
     "--output",
     "-o",
     type=options.PATH,
-    metavar="DIR",
-    help="Write problem.md, figure.svg and solution.md here; printed by default.",
+    metavar="PATH",
+    help="Write problem.md, figure.svg and solution.md into this folder, or the course's file or "
+    "folder here; printed by default.",
 )
 @report_errors
-def exercise(system: str, ask: str, seed: int, output: Path | None) -> None:
+def exercise(
+    system: str, ask: str, seed: int, course: str | None, variants: int, output: Path | None
+) -> None:
     """Make an exercise with figure, numbers and verified solution."""
-    from mecanique.teaching import make_exercise
+    from mecanique.teaching import export_exercise, make_exercise
 
+    if course is not None and output is None:
+        raise click.UsageError(f"--for {course} needs --output")
     with working("Making the exercise"):
-        made = make_exercise(system, ask, seed)
-        paths = made.write(output) if output is not None else ()
+        if course is not None and output is not None:
+            seeds = range(seed, seed + variants)
+            paths: tuple[Path, ...] = (export_exercise(system, course, output, ask, seeds),)
+        else:
+            made = make_exercise(system, ask, seed)
+            paths = made.write(output) if output is not None else ()
     say("\n".join(f"Wrote {path}" for path in paths) or f"{made.problem}\n{made.solution}")
 
 

@@ -18,8 +18,7 @@ from mecanique.motion import equilibria as find_equilibria
 from mecanique.motion import linearize as linearize_motion
 from mecanique.motion import simulate as simulate_motion
 from mecanique.teaching import make_exercise
-from mecanique.teaching.answers import Submission
-from mecanique.teaching.marks import RULE, grade_submissions, make_sheet
+from mecanique.teaching.marks import RULE, Submission, grade_submissions, make_sheet
 from mecanique.textbook.catalogue import entry, load, names
 from mecanique.urdf import read_urdf
 from mecanique.urdf.lint import lint

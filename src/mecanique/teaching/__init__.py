@@ -1,6 +1,16 @@
-"""Sheets graded and exercises made."""
+"""Sheets graded, and exercises made and exported."""
 
+from mecanique.teaching.courses import COURSES, export_exercise
 from mecanique.teaching.exercise import Exercise, make_exercise
-from mecanique.teaching.marks import Grades, Mark, grade
+from mecanique.teaching.marks import Grades, Mark, grade, mark_answer
 
-__all__ = ["Exercise", "Grades", "Mark", "grade", "make_exercise"]
+__all__ = [
+    "COURSES",
+    "Exercise",
+    "Grades",
+    "Mark",
+    "export_exercise",
+    "grade",
+    "make_exercise",
+    "mark_answer",
+]

@@ -80,6 +80,7 @@ class Exercise:
     solution: str  # with its steps, in Markdown
     answer: str  # the result, as `mecanique.check` reads it
     check: Check  # the verdict on the answer
+    given: str = ""  # the numbers of this variant, with their units
 
     def write(self, folder: Path | str) -> tuple[Path, ...]:
         """Write problem.md, figure.svg and solution.md into a folder, which is made if need be."""
@@ -96,8 +97,11 @@ class Exercise:
         return tuple(paths)
 
 
-def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -> Exercise:
+def make_exercise(
+    system: str, ask: str = "equation of motion", seed: int = 0, *, turned: bool = True
+) -> Exercise:
     """Make a variant of a textbook system an exercise: other numbers, or another coordinate."""
+    # turned: an angle may be counted the other way round
     # the answer is checked at random states before it is handed out
     if ask not in ASKED:
         raise UnknownNameError("question of an exercise", ask, ASKED)
@@ -109,7 +113,9 @@ def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -
     except MechanismError:
         # moments of inertia that no body has together; the catalogue's are those of one
         mechanism = card.mechanism()
-    mechanism, note = _turn(mechanism, draw) if ask != "frequency" else (mechanism, "")
+    note = ""
+    if turned and ask != "frequency":
+        mechanism, note = _turn(mechanism, draw)
     answer, steps = _answer(mechanism, ask)
     verdict = Checker(mechanism).check(answer, ask)
     if not verdict.right:
@@ -150,6 +156,7 @@ def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -
         solution=f"{solution}\n",
         answer=answer,
         check=verdict,
+        given=given,
     )
 
 

@@ -1,0 +1,468 @@
+// Judges formulas by their values in the question's states, as the package's own judge does. What
+// needs algebra, units or other states is left to the teacher.
+
+import { Letters, Unread, read } from "./reader.js";
+
+const TOLERANCE = 1e-8;
+const FAR = 1e-6;
+const CLOSE = 1e-6;
+const ASKED = "#asked";
+const HOLDS = 1e-7;
+const RANK = 1e-7;
+const RANKED = 6;
+const FACTORS = [1e-3, 0.03, 0.3, 0.7, 0.9, 1.1, 1.4, 3.0, 30.0, 1e3];
+const CALLS = {
+  ...{ sin: Math.sin, cos: Math.cos, tan: Math.tan, sinh: Math.sinh, cosh: Math.cosh },
+  ...{ tanh: Math.tanh, exp: Math.exp, sqrt: Math.sqrt },
+};
+
+/** Return {outcome, lines, forms, causes}; outcome "teacher" where it cannot be judged here. */
+export function judge(question, text) {
+  try {
+    const statements = read(text, new Letters(question.letters, question.angles));
+    const used = new Set();
+    statements.forEach((sides) => sides.forEach((side) => collect(side, used)));
+    const kind = question.kind;
+    if (kind === "motion") return judgeMotion(question, statements, used, text);
+    if (kind === "several") return judgeSeveral(question, statements, used, text);
+    return judgeValue(question, statements, used, text);
+  } catch (error) {
+    if (!(error instanceof Unread)) throw error;
+    return leave(`this page cannot read ${error.message}`);
+  }
+}
+
+function leave(reason) {
+  return { outcome: "teacher", lines: [], forms: [reason], causes: [] };
+}
+
+function collect(node, used) {
+  if (node.op === "letter") used.add(node.name);
+  (node.parts ?? []).forEach((part) => collect(part, used));
+}
+
+/** Return the value of a formula and the size of its terms, in one state. */
+function evaluate(node, letters) {
+  if (node.op === "number") return [node.value, Math.abs(node.value)];
+  if (node.op === "letter") return [letters[node.name], Math.abs(letters[node.name])];
+  const parts = node.parts.map((part) => evaluate(part, letters));
+  const [[a, p], [b, r] = []] = parts;
+  switch (node.op) {
+    case "sum":
+      return parts.reduce(([x, s], [y, t]) => [x + y, s + t]);
+    case "product":
+      return [a * b, p * r];
+    case "quotient":
+      return [a / b, (p / Math.abs(b)) * (r / Math.abs(b))];
+    case "negative":
+      return [-a, p];
+    case "power": {
+      const value = b === 2 ? a * a : a ** b;
+      const worse = a === 0 ? 1 : p / Math.abs(a);
+      return [value, Math.abs(value) * Math.max(1, Math.abs(b) * worse)];
+    }
+    default: {
+      const value = CALLS[node.name](a);
+      return [value, Math.abs(value) + (["sin", "cos"].includes(node.name) ? p : 0)];
+    }
+  }
+}
+
+function subtract(left, right) {
+  return { op: "sum", parts: [left, { op: "negative", parts: [right] }] };
+}
+
+/** Return the letters of a state: of a table of columns the row k. */
+function rowOf(table, k) {
+  const row = { pi: Math.PI };
+  for (const [name, column] of Object.entries(table)) row[name] = column[k];
+  return row;
+}
+
+function rowsOf(table) {
+  const count = Object.values(table)[0].length;
+  return Array.from({ length: count }, (_, k) => rowOf(table, k));
+}
+
+function worstOf(pairs) {
+  let worst = 0;
+  for (const [value, size] of pairs)
+    if (Number.isFinite(value) && Number.isFinite(size) && size > 0)
+      worst = Math.max(worst, Math.abs(value) / size);
+  return worst;
+}
+
+/** Whether a number is written with as many digits as a rounded one has. */
+function looksRounded(text) {
+  return (text.match(/\d*[.,]\d+/g) ?? []).some(
+    (number) => number.replace(/[.,]/g, "").replace(/^0+/, "").length > 1,
+  );
+}
+
+function lacksParameters(question, used) {
+  return question.parameters.some((name) => !used.has(name));
+}
+
+/** Why a wrong answer may still be right, for all that can be said here. */
+function doubt(question, text) {
+  if (question.name === "Lagrangian") return "a Lagrangian of another form";
+  if (/\/\d+[^\W\d_]/.test(text)) return "a denominator without brackets, as in 3g/2l";
+  if (looksRounded(text)) return "numbers that may be rounded";
+  return "";
+}
+
+// --- equations of motion
+
+function judgeMotion(question, statements, used, text) {
+  const equations = [];
+  for (const sides of statements) {
+    if (sides.length === 1) equations.push(sides[0]);
+    for (let k = 1; k < sides.length; k += 1) equations.push(subtract(sides[k - 1], sides[k]));
+  }
+  const states = rowsOf(question.states);
+  const judged = equations.map((root) => judgeEquation(root, question, states));
+  const unclear = judged.find((one) => one.unclear);
+  if (unclear) return leave(unclear.unclear);
+  const off = judged.some((one) => one.off);
+  const left = off ? judgeWrong(question, equations, used, text) : null;
+  return left ?? sumUp(question, equations, judged, states);
+}
+
+function sumUp(question, equations, judged, states) {
+  const sound = equations.filter((_, k) => judged[k].outcome !== "wrong");
+  const nv = question.accelerations.length;
+  const missing = sound.length ? countMissing(sound, question, states) : nv;
+  const bad = judged.some((one) => one.outcome === "wrong");
+  const causes = judged.flatMap((one) => one.causes.slice(0, 1));
+  const forms = bad ? [] : judged.flatMap((one) => one.forms);
+  if (!bad && missing) forms.unshift(`${missing} of ${nv} equations missing`);
+  const good = forms.length ? "right except for form" : "right";
+  return {
+    outcome: bad ? "wrong" : missing ? "incomplete" : good,
+    lines: judged.map((one) => one.outcome),
+    forms: [...new Set(forms)],
+    causes: [...new Set(causes)],
+    independent: nv - missing,
+  };
+}
+
+/** Return what is said of wrong equations as a whole, null if they are judged one by one. */
+function judgeWrong(question, equations, used, text) {
+  const numbers = rowsOf(question.numbers);
+  const withNumbers = equations.every(
+    (root) => worstOf(numbers.map((row) => evaluate(root, row))) <= TOLERANCE,
+  );
+  if (lacksParameters(question, used) && withNumbers)
+    return leave(
+      "this page compares formulas in letters, and this one holds for the numbers given",
+    );
+  const unsure = doubt(question, text);
+  return unsure ? leave(`this page cannot judge ${unsure}`) : null;
+}
+
+function judgeEquation(root, question, states) {
+  const pairs = states.map((row) => evaluate(root, row));
+  const finite = pairs.filter(([value, size]) => Number.isFinite(value) && Number.isFinite(size));
+  if (finite.length < Math.min(6, states.length))
+    return { unclear: "it has a value in few states" };
+  if (worstOf(pairs) > TOLERANCE) {
+    // a difference at the edge of rounding is looked at more closely by the teacher's judge
+    if (worstOf(pairs) < CLOSE) return { unclear: "it is off by very little" };
+    return { ...explain(root, question, states), off: true };
+  }
+  const moved = states.map((row) => evaluate(root, move(row, question, 1)));
+  const base = pairs.map(([value]) => value);
+  if (worstOf(moved.map(([value, size], k) => [value - base[k], size])) <= TOLERANCE)
+    return failed("it holds for any motion");
+  if (!isAffine(root, question, states, base))
+    return { unclear: "it is not linear in the accelerations" };
+  const far = question.far ? rowsOf(question.far).map((row) => evaluate(root, row)) : [];
+  if (worstOf(far) > FAR) return failed("it holds near the usual states only");
+  if (mayVanish(root, question))
+    return { unclear: "it may be multiplied by a factor that vanishes" };
+  return { holds: true, outcome: "right", forms: [], causes: [] };
+}
+
+function failed(...causes) {
+  return { holds: false, outcome: "wrong", forms: [], causes };
+}
+
+function move(row, question, factor) {
+  const moved = { ...row };
+  question.accelerations.forEach((name, k) => {
+    moved[name] += factor * (1 + 0.37 * k) * (1 + Math.abs(row[name]));
+  });
+  return moved;
+}
+
+function isAffine(root, question, states, base) {
+  const [back, once, twice] = [-1, 1, 2].map((factor) =>
+    states.map((row) => evaluate(root, move(row, question, factor))),
+  );
+  const bends = twice.map(([value, size], k) => [value - 2 * once[k][0] + base[k], size]);
+  const kinks = once.map(([value], k) => [value - 2 * base[k] + back[k][0], twice[k][1]]);
+  return Math.max(worstOf(bends), worstOf(kinks)) <= TOLERANCE;
+}
+
+/** Return the derivatives by the accelerations of an equation that is linear in them. */
+function slopes(root, row, accelerations) {
+  const base = evaluate(root, row)[0];
+  return accelerations.map((name) => {
+    const step = 1 + Math.abs(row[name]);
+    return (evaluate(root, { ...row, [name]: row[name] + step })[0] - base) / step;
+  });
+}
+
+/** Whether the weights of the true equations turn round between neighboring points of a path. */
+function mayVanish(root, question) {
+  const { letters, M, steps } = question.paths;
+  const rows = rowsOf(letters);
+  const weights = rows.map((row, k) => solve(M[k], slopes(root, row, question.accelerations)));
+  for (let k = 1; k < rows.length; k += 1) if (k % steps && turnsRound(weights, k)) return true;
+  return rows.slice(0, steps).some((row) => dependsOnVelocities(root, row, question));
+}
+
+/** At a pole the weights grow before they turn round; at a zero they become small. */
+function turnsRound(weights, k) {
+  const [before, here] = [weights[k - 1], weights[k]];
+  if (!before || !here || dot(before, here) >= 0) return false;
+  const size = (at) => Math.hypot(...(weights[at] ?? []));
+  return size(k - 1) + size(k) < size(k - 2) + size(k + 1) || k < 2;
+}
+
+function dependsOnVelocities(root, row, question) {
+  const other = { ...row };
+  question.velocities.forEach((name) => (other[name] *= -1.7));
+  const [one, two] = [row, other].map((letters) =>
+    slopes(root, letters, question.accelerations).map((x, k) => x / question.inertia[k]),
+  );
+  const size = Math.hypot(...one, ...two);
+  return one.some((x, k) => Math.abs(x - two[k]) > 1e-6 * size);
+}
+
+function dot(a, b) {
+  return a.reduce((sum, x, k) => sum + x * b[k], 0);
+}
+
+/** Return x of A x = b for a symmetric matrix, null if it is singular. */
+function solve(A, b) {
+  const rows = A.map((row, k) => [...row, b[k]]);
+  for (let k = 0; k < rows.length; k += 1) {
+    let pivot = k;
+    for (let i = k + 1; i < rows.length; i += 1)
+      if (Math.abs(rows[i][k]) > Math.abs(rows[pivot][k])) pivot = i;
+    [rows[k], rows[pivot]] = [rows[pivot], rows[k]];
+    if (!(Math.abs(rows[k][k]) > 0)) return null;
+    for (let i = 0; i < rows.length; i += 1) {
+      const factor = i === k ? 0 : rows[i][k] / rows[k][k];
+      if (factor) rows[i] = rows[i].map((x, j) => x - factor * rows[k][j]);
+    }
+  }
+  return rows.map((row, k) => row.at(-1) / row[k]);
+}
+
+/** Return how many accelerations the equations leave open, in the best of some states. */
+function countMissing(sound, question, states) {
+  const nv = question.accelerations.length;
+  let missing = nv;
+  for (const row of states.slice(0, RANKED)) {
+    const table = sound.map((root) => {
+      const by = slopes(root, row, question.accelerations).map((x, k) => x / question.inertia[k]);
+      const size = Math.hypot(...by);
+      return by.map((x) => (size > 0 ? x / size : 0));
+    });
+    missing = Math.min(missing, nv - rank(table));
+  }
+  return missing;
+}
+
+function rank(table) {
+  const rows = table.map((row) => [...row]);
+  let count = 0;
+  for (const row of rows) {
+    for (const other of rows.slice(0, count)) {
+      const along = dot(row, other);
+      row.forEach((_, k) => (row[k] -= along * other[k]));
+    }
+    const size = Math.hypot(...row);
+    if (size > RANK) {
+      const unit = row.map((x) => x / size);
+      rows[count] = unit;
+      count += 1;
+    }
+  }
+  return count;
+}
+
+/** Return the slips after which a wrong equation holds. */
+function explain(root, question, states) {
+  const causes = [];
+  for (const slip of question.slips) {
+    const pairs = states.map((row, k) => {
+      const moved = { ...row };
+      question.accelerations.forEach((name, j) => (moved[name] = slip.motion[j][k]));
+      return evaluate(root, moved);
+    });
+    if (worstOf(pairs) <= HOLDS) causes.push(slip);
+  }
+  if (causes.some((slip) => slip.kind === "linearized"))
+    return { outcome: "right except for form", forms: ["linearized"], causes: [] };
+  return failed(...causes.map((slip) => slip.text));
+}
+
+// --- energies, momenta and frequencies
+
+function judgeValue(question, statements, used, text) {
+  const states = rowsOf(question.states);
+  const known = withNames(states, question.names, question.values);
+  const { again } = question;
+  const there = again ? withNames(rowsOf(again.states), question.names, again.values) : null;
+  const lines = [];
+  for (const sides of statements) {
+    if (sides.length > 2) return leave("this page cannot judge a chain of equations");
+    const root = subtract(sides[0], sides[1] ?? { op: "letter", name: ASKED });
+    const worst = compare(root, known, there);
+    if (worst > TOLERANCE && worst < CLOSE) return leave("it is off by very little");
+    const holds = worst <= TOLERANCE;
+    lines.push({
+      holds,
+      empty:
+        holds && determines(sides, question.names) ? findEmptiness(root, question, states) : "",
+    });
+  }
+  if (lines.some((line) => !line.holds)) {
+    const unsure = doubt(question, text) || doubtNumbers(question, statements, used);
+    if (unsure) return leave(`this page cannot judge ${unsure}`);
+  }
+  return sumUpValues(lines);
+}
+
+function sumUpValues(lines) {
+  const outcomes = lines.map((line) => (line.holds && !line.empty ? "right" : "wrong"));
+  const outcome = outcomes.includes("wrong") ? "wrong" : "right";
+  const causes = lines.map((line) => line.empty).filter(Boolean);
+  return { outcome, lines: outcomes, forms: [], causes };
+}
+
+function doubtNumbers(question, statements, used) {
+  if (!lacksParameters(question, used)) return "";
+  const { numbers } = question;
+  const known = withNames(rowsOf(numbers.states), question.names, numbers.values);
+  const again = numbers.again ?? null;
+  const there = again ? withNames(rowsOf(again.states), question.names, again.values) : null;
+  const holds = statements.every((sides) => {
+    const root = subtract(sides[0], sides[1] ?? { op: "letter", name: ASKED });
+    return compare(root, known, there) <= CLOSE;
+  });
+  return holds ? "what holds for the numbers given" : "";
+}
+
+/** Return how far a formula is off; of one with an open constant, its changes. */
+function compare(root, known, there) {
+  const pairs = known.map((row) => evaluate(root, row));
+  if (!there) return worstOf(pairs);
+  const changes = there.map((row) => evaluate(root, row));
+  return worstOf(pairs.map(([v, s], k) => [v - changes[k][0], Math.max(s, changes[k][1])]));
+}
+
+/** Letters of the mechanism keep their own meaning. */
+function withNames(rows, names, values) {
+  return rows.map((row, k) => {
+    const asked = Object.fromEntries(names.map((name) => [name, values[k]]));
+    return { ...asked, ...row, [ASKED]: values[k] };
+  });
+}
+
+/** Whether a line is an equation for a quantity, or a formula that contains its letter. */
+function determines(sides, names) {
+  const used = new Set();
+  collect(sides[0], used);
+  return sides.length > 1 || names.some((name) => used.has(name));
+}
+
+/** Return why an equation that holds does not determine the quantity, "" if it does. */
+function findEmptiness(root, question, states) {
+  const alone = !question.again;
+  const tables = FACTORS.map((factor) =>
+    states.map((row, k) => {
+      const moved = { ...row };
+      for (const name of question.names) moved[name] = factor * question.values[k];
+      const [value, size] = evaluate(root, moved);
+      const relative = size > 0 ? value / size : 0;
+      return Math.abs(relative) > TOLERANCE ? Math.sign(relative) : 0;
+    }),
+  );
+  if (tables.every((signs) => signs.every((sign) => !sign)))
+    return "it holds for any value of the quantity in question";
+  if (!alone) return "";
+  const touches = tables[4].filter((sign, k) => sign * tables[5][k] > 0).length;
+  if (touches > states.length / 2) return "it only touches zero";
+  const turns = (signs) => signs.some((sign) => sign < 0) && signs.some((sign) => sign > 0);
+  const foreign = states.some(
+    (_, k) =>
+      turns(tables.slice(0, 5).map((signs) => signs[k])) ||
+      turns(tables.slice(5).map((signs) => signs[k])),
+  );
+  return foreign ? "it holds for other values, too" : "";
+}
+
+function judgeSeveral(question, statements, used, text) {
+  const states = rowsOf(question.states);
+  const covered = new Set();
+  const lines = [];
+  for (const sides of statements) {
+    const found = coverOne(sides, question.measures, states);
+    if (found.unclear) return leave(found.unclear);
+    found.covers.forEach((k) => covered.add(k));
+    lines.push(found.covers.length ? "right" : "wrong");
+  }
+  const bad = lines.includes("wrong");
+  const numbers = bad && lacksParameters(question, used) && coversWithNumbers(question, statements);
+  const unsure =
+    bad && (doubt(question, text) || (numbers ? "what holds for the numbers given" : ""));
+  if (unsure) return leave(`this page cannot judge ${unsure}`);
+  return sumUpSeveral(lines, covered.size, question.measures.length);
+}
+
+function sumUpSeveral(lines, covered, all) {
+  if (lines.includes("wrong")) return { outcome: "wrong", lines, forms: [], causes: [] };
+  const forms = covered < all ? [`${all - covered} of ${all} frequencies missing`] : [];
+  return { outcome: covered < all ? "incomplete" : "right", lines, forms, causes: [] };
+}
+
+function coversWithNumbers({ numbers }, statements) {
+  const states = rowsOf(numbers.states);
+  return statements.every((sides) => coverOne(sides, numbers.measures, states).covers?.length);
+}
+
+/** Return which of several values a line holds for. */
+function coverOne(sides, measures, states) {
+  if (sides.length > 2) return { unclear: "this page cannot judge a chain of equations" };
+  const names = Object.keys(measures[0]);
+  const root = subtract(sides[0], sides[1] ?? { op: "letter", name: names[0] });
+  const worst = measures.map((measure) =>
+    worstOf(states.map((row, k) => evaluate(root, { ...rowOf(measure, k), ...row }))),
+  );
+  if (worst.some((one) => one > TOLERANCE && one < CLOSE))
+    return { unclear: "it is off by very little" };
+  const covers = worst.flatMap((one, k) => (one <= TOLERANCE ? [k] : []));
+  if (covers.length && determines(sides, names) && !holdsAlone(root, measures[covers[0]], states))
+    return { unclear: "it may hold for other values, too" };
+  return { covers };
+}
+
+/** Whether an equation changes with the quantity, and holds for one value only. */
+function holdsAlone(root, measure, states) {
+  const names = Object.keys(measure);
+  const at = (factor) =>
+    states.map((row, k) => {
+      const moved = Object.fromEntries(names.map((name) => [name, factor * measure[name][k]]));
+      return Math.sign(evaluate(root, { ...moved, ...row })[0]);
+    });
+  const below = FACTORS.slice(0, 5).map(at);
+  const above = FACTORS.slice(5).map(at);
+  return states.every((_, k) => {
+    const signs = [below, above].map((side) => new Set(side.map((one) => one[k])));
+    return signs.every((set) => set.size === 1 && !set.has(0)) && below[0][k] !== above[0][k];
+  });
+}
