@@ -23,7 +23,7 @@ _POINTS = 4
 @final
 @dataclass(frozen=True)
 class VelocityConstraint:
-    """A linear constraint on velocities, Σ A_i v_i = b, e.g. of a steered wheel or a drive.
+    """A linear constraint on velocities, `Σ A_i v_i = b`, e.g. of a steered wheel or a drive.
 
     Contacts also say by which force they act, and where; this one does not.
     One that is the rate of a constraint on positions is refused: the coordinate map or a loop says
