@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -104,3 +106,37 @@ def test_teeth_touch_on_the_pitch_circles(offset: float) -> None:
     assert BIG * float(push @ np.cross(n, along)) + DRIVE == pytest.approx(
         inertia * rate, rel=1e-11
     )
+
+
+def test_forces_of_a_train_of_gears_belong_to_their_meshes() -> None:
+    """Each moves the wheels behind it: F cos(angle) = a (sum of m)/2, a at the pitch circles."""
+    radii, masses = (0.3, 0.1, 0.2, 0.15), (4.0, 1.0, 3.0, 2.0)
+    centers = np.cumsum([0.0, *(r + R for r, R in pairwise(radii))])
+    wheels = [
+        mq.Body(f"w{k}", mq.disk(m, r)) for k, (m, r) in enumerate(zip(masses, radii, strict=True))
+    ]
+    axles = [
+        mq.Revolute(f"A{k}", "ground", f"w{k}", axis=(0, 0, 1), origin=mq.Placement((x, 0, 0)))
+        for k, x in enumerate(centers)
+    ]
+    meshes = [
+        mq.Gear(f"mesh{k}", f"A{k}", f"A{k + 1}", radius=radii[k], other_radius=radii[k + 1])
+        for k in range(3)
+    ]
+    train = mq.Mechanism(
+        "train",
+        (mq.Body("ground"), *wheels),
+        tuple(axles),
+        forces=(mq.JointForce("drive", "A0", DRIVE),),
+        elements=tuple(meshes),
+    )
+    rate = DRIVE / radii[0] / (sum(masses) / 2)
+    reference = mq.Reference(train)
+    forces = reference.guide_forces([0.3])
+    for k in range(3):
+        expected = rate * sum(masses[k + 1 :]) / 2 / np.cos(np.radians(20))
+        assert abs(forces[f"mesh{k}"]) == pytest.approx(expected, rel=1e-12, abs=0), k
+    for action in reference.guide_actions([0.3]):
+        mesh = int(action.name.removeprefix("mesh"))
+        assert action.body in (f"w{mesh}", f"w{mesh + 1}")
+        assert np.linalg.norm(action.force) == pytest.approx(abs(forces[action.name]), rel=1e-12)
