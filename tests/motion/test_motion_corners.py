@@ -24,6 +24,7 @@ from mecanique.motion.switching.law import (
 from mecanique.motion.switching.rows import ElementRows
 
 G = 9.81
+_FORCES = ("normal", "friction")
 
 
 def slider(*switching: mq.Friction | mq.Stop, stiffness: float = 0.0) -> mq.Mechanism:
@@ -520,6 +521,55 @@ def test_a_drum_that_turns_drags_the_cord() -> None:
 def test_a_load_that_is_no_contact_is_named() -> None:
     with pytest.raises(mq.MechanismError, match="'wall', its load, is no contact or stop"):
         slider(mq.Friction("f", "slide", 0.1, load="wall"))
+
+
+def test_a_contact_s_normal_force_and_friction_are_loads_by_themselves() -> None:
+    """A ball that slides to the right: m g up, μ m g to the left, and the couple of its lever."""
+    mass, r, mu = 0.17, 0.03, 0.2
+    table = flat(mq.ball(mass, r), mq.Contact("cloth", "body", radius=r, mu=mu))
+    motion = mq.simulate(table, q={"z": r}, v={"x": 1.0}, duration=0.1)
+    names = [force.name for force in motion.mechanism.forces]
+    assert names == ["cloth, normal", "cloth, friction", "cloth, friction, moment"]
+    values = [signal.signal(0.05) for signal in motion.mechanism.inputs]
+    expected = [0, 0, mass * G, -mu * mass * G, 0, 0, 0, mu * mass * G * r, 0]
+    np.testing.assert_allclose(values, expected, rtol=1e-12, atol=1e-15)
+
+
+def test_the_forces_of_a_corner_act_at_the_corner() -> None:
+    block = mq.textbook.load("rocking_block")
+    start = dict(mq.textbook.entry("rocking_block").start)
+    motion = mq.simulate(block, q=start, duration=0.1)
+    forces = [force for force in motion.mechanism.forces if isinstance(force, mq.Force)]
+    places = {force.name: force.point for force in forces}
+    assert list(places) == [f"{side}, {kind}" for side in ("left", "right") for kind in _FORCES]
+    assert block.evaluate_all(places["right, friction"]) == pytest.approx([0.1, 0.0, -0.4])
+    svg = mq.picture(motion, 0.05, free_body="block").svg
+    assert "friction" in svg
+    assert "moment" not in svg
+
+
+def test_two_bodies_that_touch_have_opposite_forces() -> None:
+    """Of a block on a sliding plate: on each what the other exerts."""
+    bodies = (
+        mq.Body("ground"),
+        mq.Body("plate", mq.box(2.0, (1.0, 1.0, 0.1))),
+        mq.Body("lift", mq.massless()),
+        mq.Body("block", mq.particle(1.0)),
+    )
+    joints = (
+        mq.Prismatic("x", "ground", "plate", axis=(1, 0, 0)),
+        mq.Prismatic("y", "ground", "lift", axis=(1, 0, 0)),
+        mq.Prismatic("z", "lift", "block", axis=(0, 0, 1)),
+    )
+    rubs = mq.Contact("rubs", "block", on="plate", mu=0.3)
+    pair = mq.Mechanism("pair", bodies, joints, switching=(rubs,))
+    motion = mq.simulate(pair, v={"y": 1.0}, duration=0.1)
+    names = [force.name for force in motion.mechanism.forces]
+    assert names[:2] == ["rubs on block, normal", "rubs on block, friction"]
+    assert "rubs on plate, friction" in names
+    assert motion.audit().ok
+    # 0.3 g on the block, and 0.3 g/2 on the plate
+    np.testing.assert_allclose(motion.v[-1, :2], [0.015 * G, 1 - 0.03 * G], rtol=1e-12)
 
 
 def test_many_motions_with_corners() -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 from math import inf
 from typing import Any, ClassVar, NoReturn, TypeVar, final
 
@@ -170,8 +171,11 @@ MOST_AT_ONCE = 50
 MOST_KEPT = 100_000
 """Times at which forces along a motion are kept."""
 
-_COMPONENTS = (*((f"F{axis}", "N") for axis in "xyz"), *((f"M{axis}", "N·m") for axis in "xyz"))
-"""Letter and unit of each component of a wrench."""
+_KINDS = ("normal", "friction")
+"""The forces of a contact."""
+
+_LETTERS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+"""Letters of the components of a wrench."""
 
 OFTEN = 100
 """So many evaluations of a mode by the engine take as long as to write its program."""
@@ -631,16 +635,22 @@ class Corners:
                 name += "_"
             known.add(name)
             if isinstance(source, Contact):
-                for body in (source.body, source.on):
-                    if body == m.ground:
-                        continue
+                moved = [body for body in (source.body, source.on) if body != m.ground]
+                for body, kind in product(moved, _KINDS if element.tangents else _KINDS[:1]):
+                    label = f"{name}, {kind}" if len(moved) == 1 else f"{name} on {body}, {kind}"
+                    own = body == source.body
+                    # a point has no lever, and the normal of a ball passes through its center
+                    centered = kind == "normal" and source.axis is None
+                    held = not own or not (source.radius == 0 or centered)
                     signals = []
-                    for part, (letter, unit) in enumerate(_COMPONENTS):
-                        value = record.component(element.name, body, part)
-                        signals.append(add(f"{name}_{body}_{letter}", unit, value))
-                    fx, fy, fz, mx, my, mz = signals
-                    forces.append(Force(f"{name} on {body}", body, (0, 0, 0), (fx, fy, fz)))
-                    forces.append(Torque(f"{name} on {body}, moment", body, (mx, my, mz)))
+                    for k, letter in enumerate(_LETTERS if held else _LETTERS[:3]):
+                        value = record.component((element.name, body, kind), k)
+                        signals.append(add(f"{label} {letter}", "N" if k < 3 else "N·m", value))
+                    x, y, z, *turn = signals
+                    px, py, pz = source.center if own else (0.0, 0.0, 0.0)
+                    forces.append(Force(label, body, (px, py, pz), (x, y, z)))
+                    if held:
+                        forces.append(Torque(f"{label}, moment", body, (turn[0], turn[1], turn[2])))
                 continue
             rows = [row for row in (element.normal, *element.tangents) if row is not None]
             shares: dict[str, dict[int, float]] = {}
@@ -664,10 +674,10 @@ class _ForceRecord:
     def __init__(self, corners: Corners, curve: Curve) -> None:
         self._corners = corners
         self._curve = curve
-        self._known: dict[float, tuple[Array, dict[tuple[str, str], Array]]] = {}
+        self._known: dict[float, tuple[Array, dict[tuple[str, str, str], Array]]] = {}
         self._presses = any(isinstance(e.element, Contact) for e in corners.elements)
 
-    def _at(self, t: float) -> tuple[Array, dict[tuple[str, str], Array]]:
+    def _at(self, t: float) -> tuple[Array, dict[tuple[str, str, str], Array]]:
         """Return the forces along rows, and the wrenches of contacts, at a time."""
         known = self._known.get(t)
         if known is None:
@@ -688,9 +698,9 @@ class _ForceRecord:
 
         return _Signal(value)
 
-    def component(self, contact: str, body: str, part: int) -> Callable[[float], float]:
+    def component(self, force: tuple[str, str, str], part: int) -> Callable[[float], float]:
         """Return a component of a contact's force on a body, or of its moment."""
-        return _Signal(lambda t: float(self._at(t)[1][contact, body][part]))
+        return _Signal(lambda t: float(self._at(t)[1][force][part]))
 
 
 @final

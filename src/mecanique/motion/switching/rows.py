@@ -265,23 +265,33 @@ class Rows:
             static=static,
         )
 
-    def contact_wrenches(self, q: Array, t: float, forces: Array) -> dict[tuple[str, str], Array]:
-        """Return the force of each contact on a body and its moment about the body's origin.
+    def contact_wrenches(
+        self, q: Array, t: float, forces: Array
+    ) -> dict[tuple[str, str, str], Array]:
+        """Return normal force and friction of each contact on its bodies, with their moments.
 
-        By contact and body, each of shape (6,), world axes.
+        By contact, body and "normal" or "friction", each of shape (6,), world axes; moments are
+        about the contact's center in the first body and the origin of the other.
         """
         assert self._closed is not None, "there are contacts"
         v = np.zeros(self.base.nv)
-        self._closed.closures.at(q, v, t)
-        pull, moment, place = self._closed.closures.wrenches(forces[: self._from_engine])
+        closures = self._closed.closures
+        closures.at(q, v, t)
         poses = self._tree.poses(q, v, t)
-        wrenches: dict[tuple[str, str], Array] = {}
+        normal = np.zeros(self._from_engine, dtype=bool)
+        for element in self.elements:
+            if isinstance(element.element, Contact):
+                normal[element.normal] = True
+        wrenches: dict[tuple[str, str, str], Array] = {}
         parts = (*self.whole.loops, *self.whole.contacts)
-        for k, part in enumerate(parts):
-            if not isinstance(part, Rolling):
-                continue
-            for body, sign in ((part.body, 1.0), (part.on, -1.0)):
-                origin = poses[self._bodies.index(body), :3, 3]
-                turned = moment[k] + np.cross(place[k] - origin, pull[k])
-                wrenches[part.name, body] = sign * np.concatenate([pull[k], turned])
+        for kind, rows in (("normal", normal), ("friction", ~normal)):
+            pull, moment, place = closures.wrenches(forces[: self._from_engine] * rows)
+            for k, part in enumerate(parts):
+                if not isinstance(part, Rolling):
+                    continue
+                center = self.base.evaluate_all(part.center)
+                for body, at, sign in ((part.body, center, 1.0), (part.on, (0, 0, 0), -1.0)):
+                    about = (poses[self._bodies.index(body)] @ [*at, 1.0])[:3]
+                    turned = moment[k] + np.cross(place[k] - about, pull[k])
+                    wrenches[part.name, body, kind] = sign * np.concatenate([pull[k], turned])
         return wrenches
