@@ -13,7 +13,7 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.formats.mjcf import read_mjcf
 from mecanique.formats.mjcf_write import write_mjcf
-from mecanique.formats.scope import SCOPES, Form, lifted_share, list_losses, list_unstated
+from mecanique.formats.scope import SCOPES, Form, lifted_share, list_losses, list_omissions
 from mecanique.formats.sdf import read_sdf
 from mecanique.formats.sdf_write import write_sdf
 from mecanique.model.coordinates import Coordinates
@@ -148,7 +148,7 @@ def convert(
     readings = read_text_by(
         bare, by_engines, installed, seed, states, _passive_forces(result, form)
     )
-    unstated = list_unstated(mechanism, form)
+    unstated = list_omissions(mechanism, form)
     return Conversion(form, text, (*lost, *unstated), worst, states, readings)
 
 

@@ -139,7 +139,7 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
         yield f"{type(element).__name__.lower()} {element.name}: {form} has none"
 
 
-def list_unstated(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
+def list_omissions(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
     """Say in a line each what is left out that has no part in the equations of motion."""
     if form != "MJCF":
         return ()

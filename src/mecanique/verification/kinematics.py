@@ -56,7 +56,7 @@ def compare_kinematics(
             for name in bodies
         ],
         "Jacobians": [
-            (_scaled(_jacobian(ours[name]), length), _scaled(given, length))
+            (_scale(_jacobian(ours[name]), length), _scale(given, length))
             for name in bodies
             for given in [np.asarray(engine.jacobian(name, states.q, states.t))]
         ],
@@ -111,7 +111,7 @@ def _by_length(poses: Array, length: float) -> Array:
     return scaled
 
 
-def _scaled(jacobian: Array, length: float) -> Array:
+def _scale(jacobian: Array, length: float) -> Array:
     """Give the rows of velocities the characteristic length as their unit."""
     scaled: Array = jacobian.copy()
     scaled[:, :3] /= length

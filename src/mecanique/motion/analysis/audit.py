@@ -141,14 +141,13 @@ class Audit(Legible):
         return write_table(self._caption, self._table) + remarks
 
     @property
-    def _table(self) -> list[tuple[str, str, str, str, str, str]]:
+    def _table(self) -> list[list[str]]:
         """The balances, with a head."""
-        head = ("balance", "residual", "relative", "limit", "at t [s]", "")
-        rows = [head]
+        rows = [["balance", "residual", "relative", "limit", "at t [s]", ""]]
         for row in self.rows:
             residual = f"{row.residual:.2e} {row.unit}".rstrip()
             numbers = f"{row.relative:.1e}", f"{row.limit:.0e}", f"{row.time:.4g}"
-            rows.append((row.name, residual, *numbers, "" if row.ok else "BROKEN"))
+            rows.append([row.name, residual, *numbers, "" if row.ok else "BROKEN"])
         return rows
 
     @property

@@ -122,11 +122,9 @@ class Rows:
             first = rows.stop
             normal = next((row for row, so in zip(rows, presses, strict=True) if so), None)
             tangents = [row for row, so in zip(rows, presses, strict=True) if not so]
+            given = [getattr(element, name, None) for name in ("restitution", "stiffness", "holds")]
             restitution, stiffness, holds = (
-                None if value is None else self.mechanism.evaluate(value)
-                for value in (
-                    getattr(element, name, None) for name in ("restitution", "stiffness", "holds")
-                )
+                None if value is None else self.mechanism.evaluate(value) for value in given
             )
             elements.append(
                 ElementRows(

@@ -9,7 +9,7 @@ the angle p of the crank, and the turns q of the rod against it and s of the blo
 
 from math import pi
 
-from numpy import cos
+from numpy import array, cos
 
 from mecanique.model import (
     Body,
@@ -109,11 +109,11 @@ def _absolute_mass(s: Values) -> list[list[float]]:
 
 def _mass_matrix(s: Values) -> list[list[float]]:
     """The same of the rates of p, q and s, each an angle less than the one before."""
-    M = _absolute_mass(s)
-    return [
-        [sum(M[i][k] for i in range(row, 3) for k in range(column, 3)) for column in range(3)]
-        for row in range(3)
-    ]
+    M = array(_absolute_mass(s))
+    # a rate turns its body and all beyond it: sums from the end, along rows and along columns
+    sums = M[::-1, ::-1].cumsum(axis=0).cumsum(axis=1)[::-1, ::-1]
+    rows: list[list[float]] = sums.tolist()
+    return rows
 
 
 def _kinetic_energy(s: Values) -> float:
