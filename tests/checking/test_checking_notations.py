@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import mecanique as mq
-from mecanique.checking.grammar.letters import Letters
+from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import read
 
 TWO = (r"2 l_1 (m_1 + 3 m_2) A + 3 l_2 m_2 \cos(B) C + 3 l_2 m_2 \sin(B) D + 3 g (m_1 + 2 m_2) "
@@ -115,7 +115,7 @@ def test_lines_that_latex_breaks_belong_to_their_equation() -> None:
 
 
 def test_a_subscript_may_have_one_of_its_own() -> None:
-    letters = Letters({"lambda_P3_x": "other"}, {})
+    letters = KnownLetters({"lambda_P3_x": "other"}, {})
     (found,) = read(r"\lambda_{P_{3},x}", letters)
     assert found.sides[0].name == "lambda_P3_x"
 

@@ -11,7 +11,7 @@ import sympy as sp
 
 import mecanique as mq
 from mecanique.motion.switching.law import OPEN, SLIPS, STICKS, ElementState, Laws, Mode
-from mecanique.motion.switching.rows import Rows
+from mecanique.motion.switching.rows import SwitchingRows
 
 m, g, mu, mu0 = (
     mq.Parameter("m", 1.3, "kg"),
@@ -120,7 +120,7 @@ STATES = {
 @pytest.mark.parametrize("mechanism", [block(), BALL, ROD], ids=["block", "ball", "rod"])
 def test_every_mode_is_that_of_the_reference(mechanism: mq.Mechanism) -> None:
     """M a + h = Q + Jᵀ R in letters, against the engine's M, bias and rows of contacts."""
-    rows = Rows(mechanism)
+    rows = SwitchingRows(mechanism)
     laws = Laws(rows.elements, rows.permanent)
     random = np.random.default_rng(34)
     names = [*mechanism.coordinates, *mechanism.velocities]
@@ -144,7 +144,7 @@ def count_modes(friction: float, rate: float, slip: float) -> int:
         (mq.Planar("plane", "ground", "body", axis=(0, -1, 0), names=("x", "z", "th")),),
         switching=(mq.Contact("floor", "body", mu=friction),),
     )
-    rows = Rows(rod)
+    rows = SwitchingRows(rod)
     laws = Laws(rows.elements, rows.permanent)
     # upright at π, leaning by atan 1/2 from there
     q = np.array([0.0, 0.0, math.pi + math.atan(0.5)])

@@ -20,7 +20,7 @@ from mecanique.model import (
     box,
     coordinate,
 )
-from mecanique.reference.engine.tree import Tree
+from mecanique.reference.engine.tree import EngineTree
 from mecanique.reference.loops.assembly import held_columns
 from mecanique.reference.reference import Reference
 
@@ -107,7 +107,7 @@ def test_held_coordinates_hold_the_velocities_of_their_own_joint() -> None:
 
 def test_quaternions_of_any_length_are_one_position() -> None:
     """An integration lets their length drift."""
-    chart = Tree(follower(Spherical("free", "ground", "brick"))).chart
+    chart = EngineTree(follower(Spherical("free", "ground", "brick"))).chart
     q = np.array([0.1, -0.5, 0.7, 0.5])
     for length in (1.0, 0.5, 3.0):
         chart.place(length * q, 0.0)

@@ -41,7 +41,7 @@ from mecanique.model import (
 )
 from mecanique.model.joints import Joint
 from mecanique.reference import Reference
-from mecanique.reference.engine.tree import Tree
+from mecanique.reference.engine.tree import EngineTree
 from mecanique.textbook import load
 
 SAMPLES = [(0.4, 0.0), (2.0, -1.3), (-0.7, 3.1)]
@@ -405,7 +405,7 @@ def test_the_mass_a_coordinate_reaches_goes_by_the_square_of_its_gearing() -> No
         (slide,),
         coordinates=Coordinates(("s",), {"x": -3 * coordinate("s")}),
     )
-    tree = Tree(mechanism)
+    tree = EngineTree(mechanism)
     np.testing.assert_allclose(
         tree.mass(np.zeros(1), np.zeros(1), 0.0), [[18.0]], rtol=1e-14, atol=0
     )

@@ -11,7 +11,7 @@ import mecanique as mq
 from mecanique.model import Mechanism
 from mecanique.reference.loops.assembly import Tangent, newton
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.nullspace import Units, _weigh, measure, split
+from mecanique.reference.loops.nullspace import NaturalUnits, _weigh, measure, split
 
 LINKAGES = [
     name for name in mq.textbook.names() if mq.textbook.load(name).loops and name != "squeezer"
@@ -190,7 +190,7 @@ def spread(seed: int, off: float) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(3))
 def test_directions_are_orthogonal_in_any_mass_matrix(seed: int, off: float) -> None:
     M, J = spread(seed, off), np.random.default_rng(seed).normal(size=(3, 4))
-    units = Units(np.array([2.0, 2.0, 5.0]), np.ones(4), np.array([0, 0, 1]))
+    units = NaturalUnits(np.array([2.0, 2.0, 5.0]), np.ones(4), np.array([0, 0, 1]))
     for root in (None, lambda: np.linalg.cholesky(M).T):
         metric = measure(M, J, units, root)
         np.testing.assert_allclose(metric.mass, 1.0, rtol=1e-14, atol=0)
@@ -207,7 +207,7 @@ def test_directions_are_orthogonal_in_any_mass_matrix(seed: int, off: float) -> 
 
 def test_a_direction_without_mass_is_told_from_one_with_mass() -> None:
     """Two velocities that move one mass: their sum carries it, their difference none."""
-    M, units = np.ones((2, 2)), Units(np.ones(1), np.ones(2), np.zeros(1, dtype=int))
+    M, units = np.ones((2, 2)), NaturalUnits(np.ones(1), np.ones(2), np.zeros(1, dtype=int))
     for root in (None, lambda: np.array([[1.0, 1.0]])):
         metric = measure(M, np.array([[1.0, -1.0]]), units, root)
         assert sorted(metric.mass) == [0.0, 1.0]
@@ -218,12 +218,12 @@ def test_a_direction_without_mass_is_told_from_one_with_mass() -> None:
 
 def test_rows_of_rounding_are_not_scaled_up() -> None:
     J = np.array([[1.0, 0.0], [0.0, 1e-14]])
-    units = Units(np.ones(2), np.ones(2), np.array([0, 1]))
+    units = NaturalUnits(np.ones(2), np.ones(2), np.array([0, 1]))
     np.testing.assert_array_equal(measure(np.eye(2), J, units).rows, [1.0, 0.0])
     # in plain units the row is large enough to count
-    fine = Units(np.array([1.0, 1e3]), np.ones(2), np.array([0, 1]))
+    fine = NaturalUnits(np.array([1.0, 1e3]), np.ones(2), np.array([0, 1]))
     np.testing.assert_allclose(measure(np.eye(2), J, fine).rows, [1.0, 1e14], rtol=1e-14, atol=0)
-    coarse = Units(np.ones(2), np.array([1.0, 1e3]), np.array([0, 1]))
+    coarse = NaturalUnits(np.ones(2), np.array([1.0, 1e3]), np.array([0, 1]))
     np.testing.assert_allclose(measure(np.eye(2), J, coarse).rows, [1.0, 1e14], rtol=1e-14, atol=0)
 
 

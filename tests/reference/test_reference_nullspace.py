@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.errors import ClosureError
-from mecanique.reference.loops.nullspace import Metric, Units, measure, solve, split
+from mecanique.reference.loops.nullspace import Metric, NaturalUnits, measure, solve, split
 
 M, G, L = 2.0, 9.81, 1.3
 
@@ -20,7 +20,7 @@ def scale(
 ) -> Metric:
     """The metric of a state whose rows are measured as one block."""
     m, n = jacobian.shape
-    units = Units(np.full(m, rows), np.array(columns or (1.0,) * n), np.zeros(m, dtype=int))
+    units = NaturalUnits(np.full(m, rows), np.array(columns or (1.0,) * n), np.zeros(m, dtype=int))
     return measure(mass, jacobian, units)
 
 
@@ -98,7 +98,7 @@ def test_redundant_rows_share_their_force_by_least_squares_in_plain_units() -> N
     """The least Σ (λ_i / u_i)² with r·λ = f is λ_i = f r_i u_i² / Σ r_k² u_k²."""
     r, u = np.array([1.0, 2.0, -1.5]), np.array([1.0, 10.0, 0.3])
     mass, J = np.diag([2.0, 3.0]), np.outer(r, [1.0, 0.0])
-    metric = measure(mass, J, Units(u, np.ones(2), np.zeros(3, dtype=int)))
+    metric = measure(mass, J, NaturalUnits(u, np.ones(2), np.zeros(3, dtype=int)))
     motion = solve(metric, np.array([-7.0, -6.0]), J, 4 * r)
     np.testing.assert_allclose(motion.acceleration, [-4.0, 2.0], rtol=1e-12, atol=0)
     force = 2.0 * -4.0 - 7.0  # M a + h with a = −4
@@ -126,7 +126,7 @@ def test_a_hardly_closed_direction_keeps_its_velocity_if_asked_to() -> None:
 def test_the_largest_components_of_a_massless_motion_are_named_in_plain_units() -> None:
     """Massless along (3, 4): the tie of the two is the only row."""
     tie = np.array([[4.0, -3.0]])
-    units = Units(np.ones(1), np.array([1.0, 2.0]), np.zeros(1, dtype=int))
+    units = NaturalUnits(np.ones(1), np.array([1.0, 2.0]), np.zeros(1, dtype=int))
     metric = measure(np.zeros((2, 2)), tie, units)
     with pytest.raises(ClosureError) as refusal:
         solve(metric, np.zeros(2), tie, np.zeros(1), names=["x", "y"])

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from mecanique.cli import app
 from mecanique.verification.chapter import register
 from mecanique.verification.chapter.row import (
-    Row,
+    ChapterRow,
     agreement,
     decision,
     identity,
@@ -37,24 +37,24 @@ WRONG_IN_WORDS = {
 
 
 @pytest.fixture(scope="module")
-def every_row() -> tuple[Row, ...]:
+def every_row() -> tuple[ChapterRow, ...]:
     return register()
 
 
 @pytest.fixture(scope="module")
-def rows(every_row: tuple[Row, ...]) -> dict[str, Row]:
+def rows(every_row: tuple[ChapterRow, ...]) -> dict[str, ChapterRow]:
     found = {row.number: row for row in every_row}
     assert len(found) == len(every_row)
     return found
 
 
-def test_every_numbered_equation_has_a_row_in_order(rows: dict[str, Row]) -> None:
+def test_every_numbered_equation_has_a_row_in_order(rows: dict[str, ChapterRow]) -> None:
     numbered = [number for number in rows if number.startswith("1.") and " " not in number]
     assert numbered == [f"1.{k}" for k in range(1, 34)]
     assert {f"Ex.1.2.{letter}" for letter in "abcdefghij"} <= set(rows)
 
 
-def test_what_does_not_hold_as_printed_is_mended_and_proven(rows: dict[str, Row]) -> None:
+def test_what_does_not_hold_as_printed_is_mended_and_proven(rows: dict[str, ChapterRow]) -> None:
     assert {row.number for row in rows.values() if _wrong(row, "equation")} == ERRORS
     assert all(row.sound for row in rows.values())
     sign = rows["1.26"]
@@ -63,7 +63,7 @@ def test_what_does_not_hold_as_printed_is_mended_and_proven(rows: dict[str, Row]
     assert "plus sign" in sign.proof
 
 
-def test_numeric_rows_state_their_residual(rows: dict[str, Row]) -> None:
+def test_numeric_rows_state_their_residual(rows: dict[str, ChapterRow]) -> None:
     equations = [row for row in rows.values() if row.about == "equation"]
     numeric = [row for row in equations if row.kind == "numeric"]
     assert numeric
@@ -73,7 +73,7 @@ def test_numeric_rows_state_their_residual(rows: dict[str, Row]) -> None:
     assert (len(numeric), len(symbolic)) == (15, 63)
 
 
-def test_sentences_that_are_wrong_are_named_with_what_is_right(rows: dict[str, Row]) -> None:
+def test_sentences_that_are_wrong_are_named_with_what_is_right(rows: dict[str, ChapterRow]) -> None:
     assert {row.number for row in rows.values() if _wrong(row, "sentence")} == WRONG_IN_WORDS
     assert all(rows[number].right and rows[number].proof for number in WRONG_IN_WORDS)
     assert "B is at x = 3 l, E at 2 l" in rows["Ex. 1.2 words a"].proof
@@ -85,7 +85,7 @@ def test_sentences_that_are_wrong_are_named_with_what_is_right(rows: dict[str, R
     assert len(right) == 20
 
 
-def test_what_is_not_checked_is_said_with_its_reason(rows: dict[str, Row]) -> None:
+def test_what_is_not_checked_is_said_with_its_reason(rows: dict[str, ChapterRow]) -> None:
     left = [row for row in rows.values() if row.holds is None]
     assert len(left) == 11
     assert all(row.kind == "not checked" and row.how and row.sound for row in left)
@@ -100,7 +100,7 @@ def test_no_sentence_of_the_chapter_holds_without_a_fact() -> None:
     assert open_point("0", "", "why").to_dict()["holds"] is None
 
 
-def _wrong(row: Row, about: str) -> bool:
+def _wrong(row: ChapterRow, about: str) -> bool:
     return row.holds is False and row.about == about
 
 
@@ -119,7 +119,7 @@ def test_a_false_statement_is_detected() -> None:
 
 
 def test_the_command_prints_text_and_json(
-    every_row: tuple[Row, ...], monkeypatch: pytest.MonkeyPatch
+    every_row: tuple[ChapterRow, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text = CliRunner().invoke(app, ["book"])
     assert text.exit_code == 0

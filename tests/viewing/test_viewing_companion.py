@@ -10,7 +10,7 @@ from viewing_browser import Visit, until
 from viewing_scenes import raised
 
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.scene.scene import Scene, SceneBody, SceneFrame, Shape, Trace
+from mecanique.viewing.scene.scene import Scene, SceneBody, SceneFrame, SceneShape, Trace
 
 Path = Callable[[float], tuple[float, float, float]]
 
@@ -26,8 +26,8 @@ def brick(path: Path, duration: float = 0.5, planar: bool = False) -> Scene:
         title="Brick",
         t=t,
         bodies=(
-            SceneBody("base", (Shape("box", (0.5, 0.5, 0.05), raised(z=-0.3)),)),
-            SceneBody("brick", (Shape("box", (0.4, 0.3, 0.2)),)),
+            SceneBody("base", (SceneShape("box", (0.5, 0.5, 0.05), raised(z=-0.3)),)),
+            SceneBody("brick", (SceneShape("box", (0.4, 0.3, 0.2)),)),
         ),
         positions=positions,
         quaternions=quaternions,

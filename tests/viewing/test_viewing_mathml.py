@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.viewing.page.panels import safe, write_equations
-from mecanique.viewing.scene.scene import Derivation, DerivationStep, SceneText
+from mecanique.viewing.scene.scene import DerivationStep, SceneText, ShownDerivation
 
 
 def test_equations_pass() -> None:
@@ -57,5 +57,5 @@ def test_plain_text_is_escaped(text: str) -> None:
 
 def test_letters_of_a_steps_sentence_are_set() -> None:
     step = DerivationStep("Reactions", "", lead="R_pin_n pulls along the rod.")
-    shown = write_equations(SceneText(derivations=(Derivation("Newton", (step,)),)))
+    shown = write_equations(SceneText(derivations=(ShownDerivation("Newton", (step,)),)))
     assert "</msub></math> pulls along the rod.</p>" in shown

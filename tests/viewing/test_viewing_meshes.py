@@ -22,7 +22,7 @@ from mecanique.urdf.meshes import Surface, fan, read_mesh
 from mecanique.urdf.robots import robot
 from mecanique.viewing.page.page import STEPS, PackedSurface, mesh_parcel, pack_surfaces
 from mecanique.viewing.scene.from_motion import scene_of
-from mecanique.viewing.scene.scene import SceneBody, Shape
+from mecanique.viewing.scene.scene import SceneBody, SceneShape
 
 ASSETS = Path(__file__).parents[2] / "src" / "mecanique" / "viewing" / "page" / "assets"
 TRIANGLE = [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]
@@ -320,11 +320,11 @@ def test_a_file_is_held_once_however_often_it_is_drawn(tmp_path: Path) -> None:
     path = written(tmp_path, "a.obj", OBJ)
     written(tmp_path, "colors.mtl", MTL)
     own, given_color = (
-        Shape("mesh", (1, 1, 1), rgba=None, path=path),
-        Shape("mesh", (1, -2, 1), path=path),
+        SceneShape("mesh", (1, 1, 1), rgba=None, path=path),
+        SceneShape("mesh", (1, -2, 1), path=path),
     )
     header, data = mesh_parcel(
-        [SceneBody("a", (own,)), SceneBody("b", (given_color, Shape("sphere", (1.0,))))]
+        [SceneBody("a", (own,)), SceneBody("b", (given_color, SceneShape("sphere", (1.0,))))]
     )
     assert [each["surface"] for each in header["drawn"]] == [0, 1, 2, 0, 1, 2]
     assert [each["body"] for each in header["drawn"]] == [0, 0, 0, 1, 1, 1]
@@ -334,7 +334,7 @@ def test_a_file_is_held_once_however_often_it_is_drawn(tmp_path: Path) -> None:
     bodies = [surface.body for surface in pack_surfaces(read_mesh(path))]
     assert data == b"".join(bodies)
     with pytest.raises(InputError, match=r"gone\.stl: there is no such file"):
-        mesh_parcel([SceneBody("a", (Shape("mesh", (1, 1, 1), path=tmp_path / "gone.stl"),))])
+        mesh_parcel([SceneBody("a", (SceneShape("mesh", (1, 1, 1), path=tmp_path / "gone.stl"),))])
 
 
 def test_a_color_paints_a_mesh_of_one_color_not_of_several(tmp_path: Path) -> None:
@@ -344,7 +344,9 @@ def test_a_color_paints_a_mesh_of_one_color_not_of_several(tmp_path: Path) -> No
     green = (0.0, 1.0, 0.0, 1.0)
 
     def colors(path: Path, rgba: tuple[float, float, float, float] | None) -> list[list[float]]:
-        header, _ = mesh_parcel([SceneBody("a", (Shape("mesh", (1, 1, 1), rgba=rgba, path=path),))])
+        header, _ = mesh_parcel(
+            [SceneBody("a", (SceneShape("mesh", (1, 1, 1), rgba=rgba, path=path),))]
+        )
         return [each["rgba"] for each in header["drawn"]]
 
     assert colors(one, None) == [[1, 0, 0, 1]]
@@ -354,7 +356,7 @@ def test_a_color_paints_a_mesh_of_one_color_not_of_several(tmp_path: Path) -> No
 
 def test_a_file_that_changes_is_read_again(tmp_path: Path) -> None:
     path = written(tmp_path, "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    body = SceneBody("a", (Shape("mesh", (1, 1, 1), path=path),))
+    body = SceneBody("a", (SceneShape("mesh", (1, 1, 1), path=path),))
     assert mesh_parcel([body])[0]["surfaces"][0]["triangles"] == 1
     path.write_text(path.read_text(encoding="utf-8") + "v 0 0 1\nf 1 2 4\n", encoding="utf-8")
     os.utime(path, ns=(0, 0))

@@ -16,7 +16,6 @@ from viewing_scenes import GRAVITY, MASS, about_y, blocks, pendulum, reach, swar
 
 from mecanique.viewing.page.page import page
 from mecanique.viewing.scene.scene import (
-    Derivation,
     DerivationStep,
     JointMark,
     Knob,
@@ -24,8 +23,9 @@ from mecanique.viewing.scene.scene import (
     Plot,
     Scene,
     SceneBody,
+    SceneShape,
     SceneText,
-    Shape,
+    ShownDerivation,
     VerdictTable,
     WorkLedger,
 )
@@ -123,7 +123,7 @@ def falling(depth: float) -> Scene:
     path = np.zeros((len(scene.t), 1, 3))
     path[:, 0, 2] = -depth * (scene.t / 3.0) ** 2
     still = np.tile([0.0, 0, 0, 1], (len(scene.t), 1, 1))
-    ball = SceneBody("body 0", (Shape("sphere", (0.2,)),))
+    ball = SceneBody("body 0", (SceneShape("sphere", (0.2,)),))
     return replace(scene, bodies=(ball,), positions=path, quaternions=still, arrows=(), traces=())
 
 
@@ -337,7 +337,7 @@ def test_hostile_names_are_only_names(show: Show) -> None:
     )
     texts = SceneText(
         subtitle=every,
-        derivations=(Derivation(every, (DerivationStep(every, every, every),)),),
+        derivations=(ShownDerivation(every, (DerivationStep(every, every, every),)),),
         verdict=VerdictTable(False, every, (every,), ((every,),), (every,)),
         parameters=(Knob(every, every, 1.0, every, every, 0.0, 2.0),),
         freedom=(every,),
@@ -517,12 +517,12 @@ def test_meshes_of_every_format_are_drawn(show: Show, tmp_path: Path) -> None:
     scene = replace(
         pendulum(duration=0.1),
         bodies=(
-            SceneBody("ground", (Shape("mesh", (1, 1, 1), path=tmp_path / "a.stl"),)),
+            SceneBody("ground", (SceneShape("mesh", (1, 1, 1), path=tmp_path / "a.stl"),)),
             SceneBody(
                 "bar",
                 (
-                    Shape("mesh", (2, 2, 2), path=tmp_path / "b.obj"),
-                    Shape("mesh", (3, 3, 3), path=tmp_path / "c.dae", rgba=None),
+                    SceneShape("mesh", (2, 2, 2), path=tmp_path / "b.obj"),
+                    SceneShape("mesh", (3, 3, 3), path=tmp_path / "c.dae", rgba=None),
                 ),
             ),
         ),

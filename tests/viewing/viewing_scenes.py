@@ -12,18 +12,18 @@ from scipy.special import ellipj, ellipk
 from mecanique.viewing.page.page import page
 from mecanique.viewing.scene.scene import (
     Arrow,
-    Derivation,
     DerivationStep,
+    DrawnLine,
     JointMark,
     Knob,
     LedgerRow,
-    Line,
     Plot,
     Scene,
     SceneBody,
     SceneFrame,
+    SceneShape,
     SceneText,
-    Shape,
+    ShownDerivation,
     Trace,
     VerdictTable,
     WorkLedger,
@@ -109,14 +109,14 @@ def pendulum(
     document = SceneText(
         subtitle="A uniform rod of mass m and length l, pinned at one end",
         derivations=(
-            Derivation(
+            ShownDerivation(
                 "Lagrange",
                 (
                     DerivationStep("Lagrangian", ENERGY),
                     DerivationStep("Equation of motion", EQUATION, final=True),
                 ),
             ),
-            Derivation(
+            ShownDerivation(
                 "Newton–Euler",
                 (
                     DerivationStep(
@@ -148,11 +148,15 @@ def pendulum(
         bodies=(
             SceneBody(
                 "ground",
-                (Shape("box", (0.3, 0.2, 0.05), raised(z=0.045), (0.35, 0.38, 0.42, 1.0)),),
+                (SceneShape("box", (0.3, 0.2, 0.05), raised(z=0.045), (0.35, 0.38, 0.42, 1.0)),),
             ),
             SceneBody(
                 body,
-                (Shape("box", (0.05, 0.03, LENGTH), raised(z=-half), (0.34, 0.63, 0.83, 1.0)),),
+                (
+                    SceneShape(
+                        "box", (0.05, 0.03, LENGTH), raised(z=-half), (0.34, 0.63, 0.83, 1.0)
+                    ),
+                ),
             ),
         ),
         positions=positions,
@@ -210,9 +214,9 @@ def blocks(duration: float = 6.0) -> Scene:
         title="Two blocks",
         t=t,
         bodies=(
-            SceneBody("wall", (Shape("box", (0.08, 0.5, 0.6), raised(-0.04, 0, 0.3), grey),)),
-            SceneBody("block 1", (Shape("box", (0.4, 0.4, 0.4), rgba=blue),)),
-            SceneBody("block 2", (Shape("box", (0.4, 0.4, 0.4), rgba=orange),)),
+            SceneBody("wall", (SceneShape("box", (0.08, 0.5, 0.6), raised(-0.04, 0, 0.3), grey),)),
+            SceneBody("block 1", (SceneShape("box", (0.4, 0.4, 0.4), rgba=blue),)),
+            SceneBody("block 2", (SceneShape("box", (0.4, 0.4, 0.4), rgba=orange),)),
         ),
         positions=positions,
         quaternions=quaternions,
@@ -232,9 +236,9 @@ def blocks(duration: float = 6.0) -> Scene:
             ),
         ),
         lines=(
-            Line("k1", "spring", np.stack([wall, left], axis=1)),
-            Line("c1", "damper", np.stack([wall, left], axis=1)),
-            Line("k2", "spring", np.stack([right, at(x2 - 0.2)], axis=1)),
+            DrawnLine("k1", "spring", np.stack([wall, left], axis=1)),
+            DrawnLine("c1", "damper", np.stack([wall, left], axis=1)),
+            DrawnLine("k2", "spring", np.stack([right, at(x2 - 0.2)], axis=1)),
         ),
         series=(
             Plot("x1", "x1", "m", x1, "Coordinates", True),
@@ -273,7 +277,7 @@ def swarm(bodies: int = 10, duration: float = 60.0, fps: float = 60.0) -> Scene:
     return Scene(
         title="Swarm",
         t=t,
-        bodies=tuple(SceneBody(name, (Shape("cylinder", (0.05, 0.3)),)) for name in names),
+        bodies=tuple(SceneBody(name, (SceneShape("cylinder", (0.05, 0.3)),)) for name in names),
         positions=positions,
         quaternions=quaternions,
         arrows=tuple(

@@ -11,9 +11,9 @@ from typing import final
 import numpy as np
 
 from mecanique.checking.budget import bound_work
-from mecanique.checking.grammar.letters import Letters
+from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import (
-    Reading,
+    ReadText,
     Statement,
     define,
     define_joint_positions,
@@ -21,9 +21,9 @@ from mecanique.checking.grammar.reader import (
 )
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.formula import Judged, find_rounding, judge_formula
-from mecanique.checking.judgement.motion import Factors, Residual, count_missing, residuals
+from mecanique.checking.judgement.motion import CommonFactors, Residual, count_missing, residuals
 from mecanique.checking.judgement.proof import Proof
-from mecanique.checking.judgement.quantities import Quantity, ask_for
+from mecanique.checking.judgement.quantities import AskedQuantity, ask_for
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.search import Search
 from mecanique.checking.mistakes.units import UnitMisfitError
@@ -112,10 +112,10 @@ class Checker:
     def __init__(self, mechanism: Mechanism, seed: int = 0) -> None:
         self.mechanism = mechanism
         self.truth = Truth(mechanism, seed)
-        self._asked: dict[tuple[str, frozenset[str] | None], Quantity] = {}
+        self._asked: dict[tuple[str, frozenset[str] | None], AskedQuantity] = {}
         self._proofs: dict[str, Proof] = {}
-        self.factors = Factors(self.truth)
-        self.search = Search(self.truth, Letters.of(mechanism))
+        self.factors = CommonFactors(self.truth)
+        self.search = Search(self.truth, KnownLetters.of(mechanism))
 
     def check(
         self,
@@ -144,7 +144,7 @@ class Checker:
         self,
         text: str,
         ask: str,
-        quantity: Quantity | None,
+        quantity: AskedQuantity | None,
         let: Sequence[str] | Mapping[str, str],
     ) -> Check:
         letters = self.find_letters(ask, let)[0]
@@ -162,7 +162,7 @@ class Checker:
         found: Check,
         text: str,
         ask: str,
-        quantity: Quantity | None,
+        quantity: AskedQuantity | None,
         let: Sequence[str] | Mapping[str, str],
     ) -> Check:
         """Return the verdict with 3g/2l as 3g/(2l), if it is right with these brackets."""
@@ -183,7 +183,7 @@ class Checker:
 
     def find_letters(
         self, ask: str, let: Sequence[str] | Mapping[str, str] = ()
-    ) -> tuple[Letters, Quantity | None]:
+    ) -> tuple[KnownLetters, AskedQuantity | None]:
         """Return the letters of a question, and the quantity that it asks for, if not motion."""
         if ask in _MOTION:
             return self._letters(let, self.truth.further_letters), None
@@ -211,7 +211,7 @@ class Checker:
         known = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
         return [name for name in names if name not in known]
 
-    def ask(self, question: str, held: frozenset[str] | None = None) -> Quantity:
+    def ask(self, question: str, held: frozenset[str] | None = None) -> AskedQuantity:
         """Return the quantity in question; only the parameters held open vary, if given."""
         key = question, held
         if key not in self._asked:
@@ -219,7 +219,7 @@ class Checker:
             self._asked[key] = ask_for(truth, question)
         return self._asked[key]
 
-    def _hold_numbers(self, check: Check, reading: Reading, ask: str, text: str) -> Check:
+    def _hold_numbers(self, check: Check, reading: ReadText, ask: str, text: str) -> Check:
         """Return the verdict with numbers in place of parameters, if it is right with these."""
         written = set[str]()
         for statement in reading.statements:
@@ -243,7 +243,7 @@ class Checker:
         return replace(again, outcome=outcome, forms=tuple(forms), exact=False)
 
     def _formula(
-        self, reading: Reading, quantity: Quantity, ask: str, text: str, truth: Truth
+        self, reading: ReadText, quantity: AskedQuantity, ask: str, text: str, truth: Truth
     ) -> Check:
         """Return the verdict on formulas of a quantity."""
         judged = judge_formula(reading.statements, truth, quantity, text)
@@ -300,7 +300,9 @@ class Checker:
             notes=(*reading.notes, *quantity.notes),
         )
 
-    def _explain_matrix(self, judged: Sequence[Judged], quantity: Quantity) -> tuple[Mistake, ...]:
+    def _explain_matrix(
+        self, judged: Sequence[Judged], quantity: AskedQuantity
+    ) -> tuple[Mistake, ...]:
         """Return mistakes that lead to a whole mass matrix."""
         true = quantity.values
         differences = [
@@ -314,7 +316,7 @@ class Checker:
         mistakes = self.search.of_quantities.explain_matrix(given)
         return tuple(sorted(mistakes, key=lambda mistake: mistake.weight))
 
-    def _judge_units(self, judged: Judged, quantity: Quantity, text: str) -> Judged:
+    def _judge_units(self, judged: Judged, quantity: AskedQuantity, text: str) -> Judged:
         """Return a formula that holds at the random states, wrong if its units do not match."""
         residual = judged.residual
         if residual is None:
@@ -323,13 +325,13 @@ class Checker:
             return judged
         return replace(judged, fault="the units do not match")
 
-    def _is_proven(self, judged: Judged, quantity: Quantity) -> bool:
+    def _is_proven(self, judged: Judged, quantity: AskedQuantity) -> bool:
         """Return whether a formula that holds can also be proven by algebra."""
         proof = self._proof(quantity.derivation)
         if not judged.holds or judged.root is None or proof is None:
             return False
         if quantity.kind == "conserved":
-            return proof.prove_conservation(judged.root, Letters.of(self.mechanism).rate_nodes)
+            return proof.prove_conservation(judged.root, KnownLetters.of(self.mechanism).rate_nodes)
         if quantity.kind == "up to a constant":
             return proof.prove_constant(judged.root, judged.series)
         return proof.prove_motion(judged.root, judged.series)
@@ -346,12 +348,12 @@ class Checker:
 
     def _letters(
         self, let: Sequence[str] | Mapping[str, str], further: Sequence[str] = ()
-    ) -> Letters:
+    ) -> KnownLetters:
         if isinstance(let, str):
             raise InputError(f"expected a list of definitions, got the text {let!r}")
         if isinstance(let, Mapping):
             let = [f"{name} = {formula}" for name, formula in let.items()]
-        letters = define_joint_positions(Letters.of(self.mechanism, further), self.mechanism)
+        letters = define_joint_positions(KnownLetters.of(self.mechanism, further), self.mechanism)
         for definition in let:
             name, formula, letters = define(definition, letters)
             self._refuse_other_unit(name, formula, definition)
@@ -371,7 +373,7 @@ class Checker:
                 definition,
             )
 
-    def _motion(self, reading: Reading, text: str) -> Check:
+    def _motion(self, reading: ReadText, text: str) -> Check:
         truth, statements, letters = self.truth, reading.statements, reading.letters
         equations = residuals(statements, truth, truth.sample, text)
         numbers = self._with_numbers(equations, statements, text)

@@ -10,7 +10,7 @@ from click.exceptions import Exit
 
 import mecanique as mq
 from mecanique.cli import options
-from mecanique.cli.options import Reading, reads_files
+from mecanique.cli.options import FileOptions, reads_files
 from mecanique.cli.printing import inform, say, to_json
 from mecanique.cli.words import Chosen, choose, find_file, report_errors, takes_system
 from mecanique.files import write_text
@@ -88,7 +88,7 @@ def lint(
     output: Path | None,
     meshes: bool,
     *,
-    reading: Reading,
+    reading: FileOptions,
 ) -> None:
     """Report what is wrong in a URDF file.
 
@@ -132,7 +132,7 @@ def lint(
 @options.as_json
 @report_errors
 @reads_files
-def diff(first: str, second: str, as_json: bool, *, reading: Reading) -> None:
+def diff(first: str, second: str, as_json: bool, *, reading: FileOptions) -> None:
     """List how two descriptions differ, largest effect first.
 
     Differences are weighed by their part in the dynamics. The exit code is 1 if there are any.
@@ -202,7 +202,7 @@ def inertia(
     output: Path | None,
     as_json: bool,
     *,
-    reading: Reading,
+    reading: FileOptions,
 ) -> None:
     """Compare masses and inertias with those of the shapes.
 

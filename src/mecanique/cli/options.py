@@ -83,7 +83,7 @@ Root: TypeAlias = Literal["fixed", "floating"]
 
 @final
 @dataclass(frozen=True)
-class Reading:
+class FileOptions:
     """How a file is read."""
 
     root: Root = "fixed"
@@ -159,7 +159,7 @@ def reads_files(command: Callable[..., R]) -> Callable[..., R]:
         keep: tuple[str, ...],
         **kwargs: Any,
     ) -> R:
-        reading = Reading(
+        reading = FileOptions(
             "floating" if floating else root,
             strict,
             package_path,

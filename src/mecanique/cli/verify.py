@@ -12,12 +12,12 @@ from click.exceptions import Exit
 
 import mecanique as mq
 from mecanique.cli import options
-from mecanique.cli.options import Reading, reads_files
+from mecanique.cli.options import FileOptions, reads_files
 from mecanique.cli.printing import named_progress, progress, say, to_json, working
 from mecanique.cli.words import choose, numbers, report_errors, source
 
 if TYPE_CHECKING:
-    from mecanique.verification.chapter.row import Row
+    from mecanique.verification.chapter.row import ChapterRow
     from mecanique.verification.facts import FactRow
     from mecanique.verification.survey import Survey
 
@@ -85,7 +85,7 @@ def verify(
     robots: bool,
     as_json: bool,
     *,
-    reading: Reading,
+    reading: FileOptions,
 ) -> None:
     """Compare the equations with Pinocchio, and check known facts.
 
@@ -167,7 +167,7 @@ def survey(samples: int, seed: int, *, robots: bool) -> Survey:
         return verify(samples, seed, processes=processes, progress=advance)
 
 
-def register_as_text(rows: tuple[Row, ...]) -> str:
+def register_as_text(rows: tuple[ChapterRow, ...]) -> str:
     """Return the register as text, a summary first."""
     checked = [row for row in rows if row.holds is not None]
     parts = [_count(kind, checked) for kind in ("equation", "sentence")]
@@ -176,7 +176,7 @@ def register_as_text(rows: tuple[Row, ...]) -> str:
     return "\n".join([head, "", *map(str, rows)])
 
 
-def _count(kind: str, checked: Sequence[Row]) -> str:
+def _count(kind: str, checked: Sequence[ChapterRow]) -> str:
     """How many equations or sentences there are, and which are in error."""
     rows = [row for row in checked if row.about == kind]
     wrong = [row.number for row in rows if not row.holds]

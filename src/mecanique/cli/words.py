@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, final
 from click.exceptions import Exit
 
 import mecanique as mq
-from mecanique.cli.options import Reading, reads_files
+from mecanique.cli.options import FileOptions, reads_files
 from mecanique.cli.printing import complain, progress
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_PLAINLY = Reading()
+_PLAINLY = FileOptions()
 
 
 @final
@@ -33,7 +33,7 @@ class Chosen:
 
     mechanism: mq.Mechanism
     system: str  # the word that names it
-    reading: Reading
+    reading: FileOptions
     q: Sequence[str] = ()  # as given after -q
     v: Sequence[str] = ()
     start: dict[str, float] = field(default_factory=dict)  # position, with what is given
@@ -44,7 +44,7 @@ class Chosen:
 def choose(
     system: str,
     parameters: Sequence[str] = (),
-    reading: Reading = _PLAINLY,
+    reading: FileOptions = _PLAINLY,
     q: Sequence[str] = (),
     v: Sequence[str] = (),
 ) -> Chosen:
@@ -72,7 +72,7 @@ def choose(
     return Chosen(mechanism, system, reading, q, v, start, rates, duration)
 
 
-def find_file(system: str, reading: Reading = _PLAINLY) -> Path:
+def find_file(system: str, reading: FileOptions = _PLAINLY) -> Path:
     """Return the file of a description that a word names."""
     from mecanique.formats.locate import locate
 
@@ -95,7 +95,9 @@ def find_file(system: str, reading: Reading = _PLAINLY) -> Path:
         ) from None
 
 
-def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Path | mq.Mechanism:
+def source(
+    word: str, reading: FileOptions
+) -> Mapping[str, Callable[..., Any]] | Path | mq.Mechanism:
     """Return the source to compare a mechanism with."""
     path = Path(word)
     if path.suffix.lower() in (".csv", ".fmu", ".so", ".dylib", ".dll"):
@@ -201,7 +203,7 @@ def takes_system(command: Callable[..., R]) -> Callable[..., R]:
         *args: Any,
         system: str,
         parameters: Sequence[str],
-        reading: Reading,
+        reading: FileOptions,
         q: Sequence[str] = (),
         v: Sequence[str] = (),
         **kwargs: Any,

@@ -28,7 +28,7 @@ from mecanique.figure.paper.marks import (
     unit,
 )
 from mecanique.figure.setting import CONE, Setting, is_zero
-from mecanique.figure.solids import Floats, Solid, radius_of, unit3
+from mecanique.figure.solids import Floats, Outline, radius_of, unit3
 from mecanique.model import quaternions
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder
@@ -83,7 +83,7 @@ def lengths(setting: Setting) -> Iterator[Mark]:
         yield from marks
 
 
-def _length(setting: Setting, rod: Solid, name: str) -> Iterator[Mark]:
+def _length(setting: Setting, rod: Outline, name: str) -> Iterator[Mark]:
     a, b = setting.camera.at(rod.ends)
     if math.hypot(*(b - a)) < MEASURED_LENGTH:
         return
@@ -93,7 +93,7 @@ def _length(setting: Setting, rod: Solid, name: str) -> Iterator[Mark]:
         yield label((a + b) / 2, name, across(unit(b - a)), 9.0)
 
 
-def _radius(setting: Setting, disk: Solid, name: str) -> Iterator[Mark]:
+def _radius(setting: Setting, disk: Outline, name: str) -> Iterator[Mark]:
     """An arrow to the rim of a disk seen face on, or in space at least from aside."""
     camera = setting.camera
     radius, facing = disk.size * camera.scale, float(disk.pose[:3, 2] @ camera.toward)
@@ -180,7 +180,7 @@ def masses(setting: Setting) -> Iterator[Mark]:
             yield _mass(setting, name, solid)
 
 
-def _named_pieces(setting: Setting, body: Body) -> Iterator[tuple[str, Solid]]:
+def _named_pieces(setting: Setting, body: Body) -> Iterator[tuple[str, Outline]]:
     """The pieces of a body whose mass has a short name, each with its largest solid."""
     solids = iter([solid for solid in setting.solids if solid.body == body.name])
     for shape in body.shapes:
@@ -190,7 +190,7 @@ def _named_pieces(setting: Setting, body: Body) -> Iterator[tuple[str, Solid]]:
             yield name, max(pieces, key=lambda solid: float(np.ptp(solid.corners, axis=0).max()))
 
 
-def _mass(setting: Setting, name: str, solid: Solid) -> Words:
+def _mass(setting: Setting, name: str, solid: Outline) -> Words:
     camera = setting.camera
     at = camera.at(solid.ends.mean(axis=0))
     roomy = float(np.ptp(camera.at(solid.corners), axis=0).min()) > ROOMY
@@ -210,7 +210,7 @@ def _mass(setting: Setting, name: str, solid: Solid) -> Words:
     return Words(at, rich(name))
 
 
-def _beside(setting: Setting, name: str, solid: Solid, at: Point) -> Words:
+def _beside(setting: Setting, name: str, solid: Outline, at: Point) -> Words:
     """A letter to the left or right of a body, on the side facing away from the rest."""
     middles = [setting.camera.at(solid.ends.mean(axis=0)) for solid in setting.solids]
     left = at[0] <= float(np.mean(middles, axis=0)[0]) + 1
@@ -219,7 +219,7 @@ def _beside(setting: Setting, name: str, solid: Solid, at: Point) -> Words:
     return label(edge, name, side, 6.0)
 
 
-def _is_pinned(setting: Setting, solid: Solid, at: Point) -> bool:
+def _is_pinned(setting: Setting, solid: Outline, at: Point) -> bool:
     """Whether a hinge stands in the middle of a solid; a disk has one there."""
     joints = [j for j in setting.mechanism.joints if solid.body in (j.parent, j.child)]
     seats = [setting.camera.at(setting.point(joint.child)) for joint in joints]

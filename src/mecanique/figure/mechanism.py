@@ -30,7 +30,7 @@ from mecanique.figure.paper.marks import (
     unit,
 )
 from mecanique.figure.setting import Setting, is_zero
-from mecanique.figure.solids import Floats, Solid, outline, unit3
+from mecanique.figure.solids import Floats, Outline, outline, unit3
 from mecanique.model.constraint_base import PressingContact, Strung
 from mecanique.model.constraints.friction import Contact, Friction, Stop
 from mecanique.model.constraints.loops import Loop
@@ -702,7 +702,7 @@ def solid_marks(setting: Setting, body: str | None = None) -> Iterator[Mark]:
     shown = [solid for solid in setting.solids if body is None or solid.body == body]
     ground = setting.mechanism.ground
 
-    def order(solid: Solid) -> tuple[bool, bool, float]:
+    def order(solid: Outline) -> tuple[bool, bool, float]:
         depth = setting.camera.depth(solid.ends.mean(axis=0))
         return solid.body != ground, solid.kind == "ball", depth
 

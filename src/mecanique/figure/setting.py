@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mecanique.errors import MecaniqueError
 from mecanique.figure.paper.marks import Point
-from mecanique.figure.solids import ACROSS, ISOMETRIC, Camera, Floats, Solid, side_of, solids
+from mecanique.figure.solids import ACROSS, ISOMETRIC, Camera, Floats, Outline, side_of, solids
 from mecanique.model.bodies.visuals import Box
 from mecanique.model.constraints.friction import Contact, Stop, Switching
 from mecanique.model.expression import Scalar
@@ -54,7 +54,7 @@ class Setting:
     t: float  # [s]
     poses: Floats  # shape (nb, 4, 4)
     camera: Camera
-    solids: tuple[Solid, ...]
+    solids: tuple[Outline, ...]
     switching: tuple[Switching, ...] = ()  # friction, stops and contacts, which only show
 
     def index(self, body: str) -> int:
@@ -186,7 +186,9 @@ def _list_feet(
                 yield seat[:3] + radius * np.concatenate([np.eye(3), -np.eye(3)])
 
 
-def _trim_plates(mechanism: Mechanism, poses: Floats, drawn: tuple[Solid, ...]) -> Iterator[Solid]:
+def _trim_plates(
+    mechanism: Mechanism, poses: Floats, drawn: tuple[Outline, ...]
+) -> Iterator[Outline]:
     """Yield the solids, with plates of the ground cut off where nothing stands on them."""
     ground = mechanism.ground
     spots = [solid.corners for solid in drawn if solid.body != ground]

@@ -96,7 +96,7 @@ RING = 0.92
 
 @final
 @dataclass(frozen=True, eq=False)
-class Solid:
+class Outline:
     """A solid of a body, in the world."""
 
     body: str
@@ -113,7 +113,7 @@ class Solid:
     form: str = ""  # what the piece of the body is, if it is homogeneous, e.g. "solid cone"
 
 
-def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Solid]:
+def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Outline]:
     """Yield the geometries of a mechanism's bodies; surfaces in files are left out."""
     toothed = teeth_of(mechanism)
     for body, pose in zip(mechanism.bodies, poses, strict=True):
@@ -131,7 +131,9 @@ def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Solid]:
                     )
 
 
-def _find_teeth(mechanism: Mechanism, solid: Solid, toothed: tuple[Toothed, ...]) -> Toothed | None:
+def _find_teeth(
+    mechanism: Mechanism, solid: Outline, toothed: tuple[Toothed, ...]
+) -> Toothed | None:
     """The teeth on a wheel's or a ring's cylinder, or a rack's box."""
     for teeth in toothed:
         if teeth.body != solid.body:
@@ -153,7 +155,7 @@ def _outline(mechanism: Mechanism, teeth: Toothed, pose: Floats) -> Floats:
     return np.asarray(local @ pose[:3, :3].T + pose[:3, 3])
 
 
-def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Iterator[Solid]:
+def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Iterator[Outline]:
     at = pose @ mechanism.matrix(visual.placement)
     center, z = at[:3, 3], at[:3, 2]
     clear = visual.rgba is not None and visual.rgba[3] < 1
@@ -164,7 +166,7 @@ def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Ite
             corners = center + (signs * half) @ at[:3, :3].T
             far = int(np.argmax(half))
             arm = half[far] * at[:3, far]
-            yield Solid(
+            yield Outline(
                 body=body,
                 kind="box",
                 ends=np.array([center - arm, center + arm]),
@@ -180,7 +182,7 @@ def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Ite
             ring = r * (np.cos(turn)[:, None] * at[:3, 0] + np.sin(turn)[:, None] * at[:3, 1])
             corners = np.concatenate([center - l2 * z + ring, center + l2 * z + ring])
             kind = "rod" if 2 * l2 > SLENDER * r else "cylinder"
-            yield Solid(
+            yield Outline(
                 body=body,
                 kind=kind,
                 ends=np.array([center - l2 * z, center + l2 * z]),
@@ -193,7 +195,7 @@ def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Ite
         case Sphere(radius) as shape:
             r = mechanism.evaluate(radius)
             corners = center + r * np.concatenate([np.eye(3), -np.eye(3)])
-            yield Solid(
+            yield Outline(
                 body=body,
                 kind="ball",
                 ends=np.array([center, center]),
@@ -207,7 +209,7 @@ def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Ite
             pass
 
 
-def outline(solid: Solid, camera: Camera) -> Iterator[Mark]:
+def outline(solid: Outline, camera: Camera) -> Iterator[Mark]:
     """Yield the marks of a solid."""
     if solid.kind == "ball":
         yield Circle(camera.at(solid.ends[0]), radius_of(solid, camera), "mass")
@@ -225,12 +227,12 @@ def outline(solid: Solid, camera: Camera) -> Iterator[Mark]:
         yield Stroke(camera.at(solid.contour), "bar" if solid.hollow else "body", closed=True)
 
 
-def radius_of(solid: Solid, camera: Camera) -> float:
+def radius_of(solid: Outline, camera: Camera) -> float:
     """Return the radius of a ball on paper; a particle is a dot of moderate size [pt]."""
     return min(max(solid.size * camera.scale, 5.5), 9.0 if solid.point else math.inf)
 
 
-def _bar(solid: Solid, camera: Camera) -> Iterator[Mark]:
+def _bar(solid: Outline, camera: Camera) -> Iterator[Mark]:
     a, b = camera.at(solid.ends)
     half = min(max(solid.size * camera.scale, 2.6), 4.5)
     if math.hypot(*(b - a)) < 2 * half:
@@ -246,7 +248,7 @@ def _bar(solid: Solid, camera: Camera) -> Iterator[Mark]:
     yield Stroke(np.concatenate(caps), "bar", closed=True)
 
 
-def _cylinder(solid: Solid, camera: Camera) -> Iterator[Mark]:
+def _cylinder(solid: Outline, camera: Camera) -> Iterator[Mark]:
     look = "clear" if solid.clear or not camera.flat else "body"
     axis = unit3(solid.ends[1] - solid.ends[0])
     tilt = float(axis @ camera.toward)
@@ -260,7 +262,7 @@ def _cylinder(solid: Solid, camera: Camera) -> Iterator[Mark]:
         yield Stroke(paper[half:] if tilt > 0 else paper[:half], "clear", closed=True)
 
 
-def _cone(solid: Solid, camera: Camera) -> Iterator[Mark]:
+def _cone(solid: Outline, camera: Camera) -> Iterator[Mark]:
     """A cone from the disk that stands for its base: the apex is 15/2 disks before its middle."""
     if solid.kind == "rod":
         return
@@ -279,7 +281,7 @@ def _cone(solid: Solid, camera: Camera) -> Iterator[Mark]:
         yield Stroke(np.stack([camera.at(apex), base[k]]), "dashed")
 
 
-def _ring(solid: Solid, camera: Camera) -> Iterator[Mark]:
+def _ring(solid: Outline, camera: Camera) -> Iterator[Mark]:
     """A ring, its width a tenth of its radius."""
     edge = solid.corners[: len(solid.corners) // 2]
     middle = edge.mean(axis=0)
@@ -289,7 +291,7 @@ def _ring(solid: Solid, camera: Camera) -> Iterator[Mark]:
         yield Stroke(camera.at(loop), "spring")
 
 
-def _box(solid: Solid, camera: Camera) -> Iterator[Mark]:
+def _box(solid: Outline, camera: Camera) -> Iterator[Mark]:
     corners = solid.corners.reshape(2, 2, 2, 3)
     if camera.flat or solid.clear:
         yield Stroke(

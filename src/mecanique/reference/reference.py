@@ -22,9 +22,9 @@ from mecanique.model.values import Given, names_of, numbers_of
 from mecanique.reference.engine.answers import (
     AppliedForce,
     BodyMotions,
+    BodyPoses,
     Energy,
     Momentum,
-    Places,
     PointMotion,
     Resultant,
     Twist,
@@ -35,7 +35,7 @@ from mecanique.reference.engine.forces.elements import Guided
 from mecanique.reference.engine.many import Whole, center_speeds, energies, momenta, resultants
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
-from mecanique.reference.engine.tree import Tree
+from mecanique.reference.engine.tree import EngineTree
 from mecanique.reference.loops.closed import COMPONENTS, Closed
 from mecanique.reference.loops.freedom import generic_rank
 from mecanique.reference.loops.independent import driving_forces, free_motions
@@ -82,7 +82,7 @@ class Reference(Dynamics):
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = expect_mechanism(mechanism)
-        self._tree = Tree(mechanism)
+        self._tree = EngineTree(mechanism)
         self._closed = Closed(self._tree) if mechanism.constrained else None
 
     @classmethod
@@ -1033,7 +1033,7 @@ class Reference(Dynamics):
         self, states: States, parts: Array, flags: npt.NDArray[np.bool_] | None = None
     ) -> dict[str, Wrench]:
         """Name the wrenches of joints and loops, shape (…, n, 2, 3), with their points."""
-        places = Places(partial(self._poses_by_name, states))
+        places = BodyPoses(partial(self._poses_by_name, states))
         wrenches = {}
         for k, (name, (parent, child, point)) in enumerate(
             list(zip(self._carriers, self._seats, strict=True))[: parts.shape[-3]]

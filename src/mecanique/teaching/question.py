@@ -9,8 +9,8 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.checking.check import Checker
-from mecanique.checking.grammar.tape import Tape
-from mecanique.checking.judgement.quantities import Quantity, measure
+from mecanique.checking.grammar.tape import FormulaTape
+from mecanique.checking.judgement.quantities import AskedQuantity, measure
 from mecanique.checking.judgement.truth import Sample
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
@@ -42,7 +42,7 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
     def table(values: Mapping[str, Array], count: int) -> dict[str, list[float]]:
         known = {name: values[name] for name in letters.kinds if name in values}
         for name, node in letters.defined.items():
-            known[name] = Tape(node).evaluate(values, count).whole
+            known[name] = FormulaTape(node).evaluate(values, count).whole
         return {name: _list(value, count) for name, value in known.items() if name != "pi"}
 
     asked: dict[str, Any] = {
@@ -68,7 +68,7 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
         }
     asked |= {"kind": "value", "names": list(quantity.letters)}
 
-    def value(quantity: Quantity, sample: Sample) -> dict[str, Any]:
+    def value(quantity: AskedQuantity, sample: Sample) -> dict[str, Any]:
         assert quantity.values is not None
         if quantity.kind == "several":
             known = [measure(omega, quantity.letters) for omega in quantity.values]

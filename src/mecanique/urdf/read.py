@@ -26,7 +26,7 @@ from mecanique.model.placement import vector
 from mecanique.urdf.dialect import SCREW, WORLD
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
-from mecanique.urdf.reading.document import Document, Source, read_document
+from mecanique.urdf.reading.document import Source, UrdfDocument, read_document
 from mecanique.urdf.reading.letters import with_armature, with_letters, with_properties
 from mecanique.urdf.reading.packages import PackagePath
 from mecanique.urdf.reading.potentials import with_own_letters
@@ -147,7 +147,7 @@ def read_urdf(
 
 
 def mechanism_of(
-    document: Document,
+    document: UrdfDocument,
     report: Report,
     gravity: Vector = GRAVITY,
     root: Literal["fixed", "floating"] = "fixed",
@@ -191,7 +191,7 @@ def mechanism_of(
         return None
 
 
-def _joints(document: Document, report: Report) -> tuple[list[Joint], set[str]]:
+def _joints(document: UrdfDocument, report: Report) -> tuple[list[Joint], set[str]]:
     """Return the joints, and the links within a screw, whose slide and hinge are one joint."""
     slides = {joint.child: joint for joint in document.joints if joint.screw}
     carried = Counter(joint.parent for joint in document.joints)
@@ -233,7 +233,7 @@ def _with_own_names(joints: list[Joint]) -> list[Joint]:
     return [named[joint.name] for joint in joints]
 
 
-def _map(document: Document, joints: list[Joint]) -> tuple[tuple[str, Scalar], ...]:
+def _map(document: UrdfDocument, joints: list[Joint]) -> tuple[tuple[str, Scalar], ...]:
     names = {joint.name: joint.coordinates[-1] for joint in joints if joint.coordinates}
     return tuple(
         (names[name], _linear(follower.multiplier, names[follower.leader], follower.offset))
@@ -249,7 +249,7 @@ def _linear(multiplier: float, name: str, offset: float) -> Scalar:
     return term + offset if offset else term
 
 
-def _forces(document: Document, damping: bool) -> tuple[AnyForce, ...]:
+def _forces(document: UrdfDocument, damping: bool) -> tuple[AnyForce, ...]:
     names = Names(force.name for force in document.extensions.forces)
     dampers = [
         JointDamper(names.free(f"{joint.name}_damper"), joint.name, joint.damping)

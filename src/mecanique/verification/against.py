@@ -52,7 +52,7 @@ class _Tree(NamedTuple):
 
 
 @final
-class Reduced:
+class ReducedEquations:
     """The equations of a mechanism in independent velocities w: v = S w, SᵀM(S w' + c).
 
     A derivation that puts constraints on velocities into T before Lagrange's operator, which is
@@ -138,7 +138,7 @@ class Reduced:
 
 
 def blame_substitution(
-    reduced: Reduced, states: States, ours: dict[str, Array], theirs: dict[str, Array]
+    reduced: ReducedEquations, states: States, ours: dict[str, Array], theirs: dict[str, Array]
 ) -> tuple[LikelyCause, ...]:
     """Return the cause that the constraint was put into T, if that explains a bias."""
     if "bias" not in theirs:
@@ -292,7 +292,7 @@ def _compare_some(
 ) -> Verdict:
     """Compare equations that have some velocities of what rolls left."""
     seed, tolerance = how
-    reduced = Reduced(mechanism, tuple(functions.by))
+    reduced = ReducedEquations(mechanism, tuple(functions.by))
     ours, theirs = reduced.values(states), functions.values(mechanism, states)
     shared = {name: ours[name] for name in QUANTITIES if name in ours and name in theirs}
     names = ("projected", "functions")

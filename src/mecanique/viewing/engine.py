@@ -234,7 +234,7 @@ WORK = "work done"
 
 
 @final
-class Columns:
+class SceneColumns:
     """The columns of a scene's table; those that are not known are None."""
 
     def __init__(self, dynamics: Dynamics) -> None:
@@ -466,7 +466,7 @@ class Maker:
         refuse(mechanism)
         symbols = (*mechanism.values, *(signal.symbol for signal in mechanism.inputs))
         self._dynamics: Dynamics = dynamics_of(equations, symbols)
-        self._columns = Columns(self._dynamics)
+        self._columns = SceneColumns(self._dynamics)
 
     def thin(self, scene: Scene) -> Scene:
         """Return a complete scene without the forces and moments that never act."""

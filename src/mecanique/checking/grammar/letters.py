@@ -61,7 +61,7 @@ def key_of(name: str) -> str:
 
 @final
 @dataclass(frozen=True)
-class Letters:
+class KnownLetters:
     """The letters that formulas may contain, with their meanings."""
 
     kinds: Mapping[str, Kind]  # kind of each letter, by its name in the mechanism's own equations
@@ -71,7 +71,7 @@ class Letters:
     defined: Mapping[str, Node] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, mechanism: Mechanism, others: Iterable[str] = ()) -> Letters:
+    def of(cls, mechanism: Mechanism, others: Iterable[str] = ()) -> KnownLetters:
         """Return the letters of a mechanism."""
         kinds: dict[str, Kind] = {"t": "time", "pi": "constant"}
         kinds |= dict.fromkeys(others, "other")
@@ -90,7 +90,7 @@ class Letters:
         turning |= {p.symbol for p in mechanism.parameters if p.unit in ("rad", "deg", "°")}
         return cls(kinds, rates, frozenset(turning))
 
-    def define(self, name: str, formula: Node, rates: Mapping[str, Node]) -> Letters:
+    def define(self, name: str, formula: Node, rates: Mapping[str, Node]) -> KnownLetters:
         """Return these letters with one more that is defined by a formula."""
         moves = any(not rate.is_zero for rate in rates.values())
         kinds: dict[str, Kind] = {**self.kinds, name: "coordinate" if moves else "parameter"}
@@ -102,7 +102,7 @@ class Letters:
             previous = rate
         turning = self.angles | ({name} if formula.letters & self.angles else set())
         defined = {**self.defined, name: formula, **rates}
-        return Letters(kinds, chain, turning, defined)
+        return KnownLetters(kinds, chain, turning, defined)
 
     @cached_property
     def by_key(self) -> dict[str, str]:

@@ -16,7 +16,7 @@ from lark.lexer import Lexer
 from lark.visitors import Transformer_NonRecursive
 
 from mecanique.checking.grammar import tree
-from mecanique.checking.grammar.letters import Letters, key_of
+from mecanique.checking.grammar.letters import KnownLetters, key_of
 from mecanique.checking.grammar.mathml import is_mathml, text_of
 from mecanique.checking.grammar.scanner import Scanner, Token
 from mecanique.checking.grammar.tree import FUNCTIONS, Node
@@ -29,7 +29,7 @@ _MOST_DIGITS = 40
 _MOST_FACTORS = 64
 
 
-def build_tree(parsed: Any, letters: Letters, text: str) -> list[list[Node]]:
+def build_tree(parsed: Any, letters: KnownLetters, text: str) -> list[list[Node]]:
     """Build the sides of each statement from the parser's tree."""
     try:
         return _Builder(letters, text).transform(parsed)  # type: ignore[no-any-return]
@@ -43,7 +43,7 @@ def build_tree(parsed: Any, letters: Letters, text: str) -> list[list[Node]]:
 class _Builder(Transformer_NonRecursive[Any, Any]):
     """Builds the tree of a formula from its tokens."""
 
-    def __init__(self, letters: Letters, text: str) -> None:
+    def __init__(self, letters: KnownLetters, text: str) -> None:
         super().__init__()
         self._letters = letters
         self._text = text
@@ -309,18 +309,18 @@ class Statement:
 
 @final
 @dataclass(frozen=True)
-class Reading:
+class ReadText:
     """What a text says."""
 
     statements: tuple[Statement, ...]
-    letters: Letters  # with those that the text itself defines
+    letters: KnownLetters  # with those that the text itself defines
     notes: tuple[str, ...] = ()  # what was set aside, defined, or read in one of several ways
 
 
 _MOST_DEFINITIONS = 12
 
 
-def read(text: str, letters: Letters) -> tuple[Statement, ...]:
+def read(text: str, letters: KnownLetters) -> tuple[Statement, ...]:
     """Read a text of formulas, without executing any of it.
 
     Raises:
@@ -329,7 +329,7 @@ def read(text: str, letters: Letters) -> tuple[Statement, ...]:
     return read_answer(text, letters).statements
 
 
-def read_answer(text: str, letters: Letters) -> Reading:
+def read_answer(text: str, letters: KnownLetters) -> ReadText:
     """Read a text of formulas, in which lines may define further letters."""
     if is_mathml(text):
         text = text_of(text)
@@ -364,10 +364,10 @@ def read_answer(text: str, letters: Letters) -> Reading:
         tokens += line
     notes = [*scanner.notes, *(f"taken as a definition: '{said}'" for said in defined.values())]
     statements = _statements(_parse(tokens, scanner.letters, text), text)
-    return Reading(tuple(statements), scanner.letters, tuple(notes))
+    return ReadText(tuple(statements), scanner.letters, tuple(notes))
 
 
-def _parse(tokens: list[Token], letters: Letters, text: str) -> list[list[Node]]:
+def _parse(tokens: list[Token], letters: KnownLetters, text: str) -> list[list[Node]]:
     """Return the sides of each statement."""
     try:
         parsed: Any = _parser().parse(tokens)
@@ -400,7 +400,7 @@ def _defined_by(line: Sequence[Token]) -> tuple[str, int]:
     return "", 0
 
 
-def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
+def define(text: str, letters: KnownLetters) -> tuple[str, Node, KnownLetters]:
     """Read a definition such as "J = m l^2/3" or "theta = q1 + q2", and add it to the letters."""
     # in "q = pi - q" the letter has its old meaning on the right, from then on the new one
     left, sign, right = text.partition("=")
@@ -422,7 +422,7 @@ def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
     return name, formula, _define(name, formula, letters)
 
 
-def define_joint_positions(letters: Letters, mechanism: Mechanism) -> Letters:
+def define_joint_positions(letters: KnownLetters, mechanism: Mechanism) -> KnownLetters:
     """Return the letters with those of joints whose positions are formulas, as l = l0 − w t."""
     for name, formula in mechanism.coordinates.driven.items():
         if letters.find(name) is None:
@@ -433,7 +433,7 @@ def define_joint_positions(letters: Letters, mechanism: Mechanism) -> Letters:
     return letters
 
 
-def _define(name: str, formula: Node, letters: Letters) -> Letters:
+def _define(name: str, formula: Node, letters: KnownLetters) -> KnownLetters:
     """Return the letters with one more, and with its rates where they are known."""
     rates: dict[str, Node] = {}
     moving = letters.rate_nodes

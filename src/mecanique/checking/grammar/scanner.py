@@ -12,7 +12,7 @@ from typing import final
 
 from mecanique.checking.budget import spend
 from mecanique.checking.grammar import tree
-from mecanique.checking.grammar.letters import SPELLINGS, Letters
+from mecanique.checking.grammar.letters import SPELLINGS, KnownLetters
 from mecanique.checking.grammar.tree import FUNCTIONS
 from mecanique.errors import FormulaError
 
@@ -354,7 +354,7 @@ class Token:
 class Tokens:
     """The tokens found in one text so far."""
 
-    def __init__(self, text: str, letters: Letters) -> None:
+    def __init__(self, text: str, letters: KnownLetters) -> None:
         self.letters = letters
         self.listed: list[Token] = []
         self.unknown: dict[str, int] = {}
@@ -627,7 +627,7 @@ _SPACING = re.compile(r"\\(?:,|;|:|!| |>|\(|\)|\[|\])")
 
 
 @final
-class Latex:
+class LatexReader:
     """Reads commands of LaTeX into tokens."""
 
     def __init__(self, tokens: Tokens, read: Callable[[int], int]) -> None:
@@ -822,7 +822,7 @@ def _is_equation(line: list[Token]) -> bool:
     return any(token.kind == "EQUALS" for token in line)
 
 
-def close_arguments(tokens: list[Token], letters: Letters, text: str) -> Iterator[Token]:
+def close_arguments(tokens: list[Token], letters: KnownLetters, text: str) -> Iterator[Token]:
     """Put brackets around arguments that have none: sin 2 q, cos q1, sqrt 3."""
     at = 0
     while at < len(tokens):
@@ -872,7 +872,7 @@ def _find_end_of_exponent(tokens: list[Token], at: int) -> int:
     return min(at + 1, len(tokens))
 
 
-def _find_end_of_argument(tokens: list[Token], at: int, letters: Letters) -> int:
+def _find_end_of_argument(tokens: list[Token], at: int, letters: KnownLetters) -> int:
     """Return the end of an argument without brackets: numbers, then an angle or W t."""
     end = at
     while end < len(tokens) and tokens[end].kind == "NUMBER":
@@ -931,17 +931,17 @@ _REMEDIES = {
 class Scanner:
     """Reads one text."""
 
-    def __init__(self, text: str, letters: Letters) -> None:
+    def __init__(self, text: str, letters: KnownLetters) -> None:
         if len(text) > MOST_CHARACTERS:
             raise FormulaError(
                 f"expected at most {MOST_CHARACTERS:,} characters in a formula, got {len(text):,}"
             )
         self._text = text
         self._tokens = Tokens(text, letters)
-        self._latex = Latex(self._tokens, self._next)
+        self._latex = LatexReader(self._tokens, self._next)
 
     @property
-    def letters(self) -> Letters:
+    def letters(self) -> KnownLetters:
         """The letters, with those that the text itself defines on the way."""
         return self._tokens.letters
 

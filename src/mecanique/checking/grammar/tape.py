@@ -57,7 +57,7 @@ _MOST_NUMBERS = 2_000_000
 
 @final
 @dataclass(frozen=True, eq=False)
-class Values:
+class FormulaValues:
     """The values of all parts of a formula in n states."""
 
     parts: list[Array]  # values of each part, in the order of the tape; each shape (n,)
@@ -81,7 +81,7 @@ class Values:
 
 
 @final
-class Tape:
+class FormulaTape:
     """A formula as a list of its parts, each after its own parts."""
 
     def __init__(self, root: Node) -> None:
@@ -103,7 +103,7 @@ class Tape:
         self.parts.append(places)
         return len(self.nodes) - 1
 
-    def evaluate(self, letters: Mapping[str, Array], count: int) -> Values:
+    def evaluate(self, letters: Mapping[str, Array], count: int) -> FormulaValues:
         """Return the values of all parts; letters (n,) or ()."""
         spend()
         results: list[Array] = []
@@ -115,7 +115,7 @@ class Tape:
                 size = _size(node, value, below, [sizes[k] for k in places])
                 results.append(np.broadcast_to(value, (count,)))
                 sizes.append(np.broadcast_to(size, (count,)))
-        return Values(results, sizes)
+        return FormulaValues(results, sizes)
 
     def blocks(self, count: int) -> Iterator[slice]:
         """Yield slices of the states in which all parts can be evaluated without much memory."""
@@ -123,7 +123,7 @@ class Tape:
         for start in range(0, count, step):
             yield slice(start, start + step)
 
-    def slopes(self, values: Values) -> list[Array]:
+    def slopes(self, values: FormulaValues) -> list[Array]:
         """Return the derivative of the whole with respect to each part, each shape (n,)."""
         slopes: list[Array] = [np.zeros_like(values.whole) for _ in self.nodes]
         slopes[-1] = np.ones_like(values.whole)
@@ -220,7 +220,7 @@ def _partials(node: Node, below: list[Array]) -> list[Any]:
     return [0.0] * len(below)
 
 
-def needed_values(tape: Tape, values: Values, target: Array) -> list[Array]:
+def needed_values(tape: FormulaTape, values: FormulaValues, target: Array) -> list[Array]:
     """Return for each part the value (n,) that makes the whole equal a target (n,)."""
     # from the whole to the parts, by inverting one operation after another; NaN where there is
     # none, and within the arguments of functions

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.checking.budget import stop_clock
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import Tape, halve
+from mecanique.checking.grammar.tape import FormulaTape, halve
 from mecanique.checking.grammar.tree import Node, add, negate
 from mecanique.checking.judgement.truth import Truth, stack, stack_mass
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -303,7 +303,7 @@ def _move(
             others = sorted((right.letters & set(known.coordinates)) - given)
             if others:
                 fault = f"it is a condition: {', '.join(others)} is not given"
-            moved = Tape(right).evaluate(values, len(values[_STATE])).whole
+            moved = FormulaTape(right).evaluate(values, len(values[_STATE])).whole
             values = {**values, left.name: moved}
             given.add(left.name)
             values = _keep(values, np.isfinite(moved), text, statement)
@@ -346,7 +346,7 @@ def _solve(
     reach = np.pi if name in known.turning else _WIDE * known.size[name]
     # an odd offset keeps the grid away from simple positions such as 0
     grid = np.linspace(-reach, reach, _GRID) + 0.000271 * reach
-    tape = Tape(root)
+    tape = FormulaTape(root)
 
     def evaluate(states: npt.NDArray[np.intp], numbers: Array) -> Array:
         heights = np.empty(len(numbers))

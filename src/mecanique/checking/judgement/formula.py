@@ -12,13 +12,13 @@ from typing import final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.checking.grammar.letters import Letters
+from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import Tape, needed_values
+from mecanique.checking.grammar.tape import FormulaTape, needed_values
 from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import TOLERANCE, Residual
-from mecanique.checking.judgement.quantities import Quantity, measure
+from mecanique.checking.judgement.quantities import AskedQuantity, measure
 from mecanique.checking.judgement.truth import Sample, Truth, stack
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
@@ -51,7 +51,7 @@ class Judged:
 
 
 def judge_formula(
-    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge each formula."""
     judge = {
@@ -68,7 +68,7 @@ def judge_formula(
 
 
 def _judge_value(
-    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     sample = truth.sample
     assert quantity.values is not None
@@ -125,7 +125,7 @@ def _find_emptiness(residual: Residual, known: Mapping[str, Array], *, alone: bo
     return ""
 
 
-def _compare_changes(residual: Residual, sample: Sample, quantity: Quantity) -> float:
+def _compare_changes(residual: Residual, sample: Sample, quantity: AskedQuantity) -> float:
     """How far the change between two states is from the truth; a constant is left open."""
     assert quantity.again is not None
     other_values, letters = quantity.again
@@ -165,7 +165,7 @@ def _residual(
     root = add(sides[0], negate(right).at(right.start, right.end))
     if any(node.kind == "table" for node in root.walk()):
         raise FormulaError("expected a formula, got a matrix", text, root.start)
-    tape = Tape(root)
+    tape = FormulaTape(root)
     # letters of the mechanism keep their own meaning
     values = {**known, **sample.values, **(fixed or {})}
     if len(sides) == 1:
@@ -182,7 +182,7 @@ def _residual(
 
 
 def _judge_matrix(
-    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     table = _find_table(statements)
     true, nv = quantity.values, len(truth.velocities)
@@ -200,7 +200,7 @@ def _judge_matrix(
     sample = truth.sample
     given, sizes = [], []
     for entry in entries:
-        values = Tape(entry).evaluate(sample.values, sample.count)
+        values = FormulaTape(entry).evaluate(sample.values, sample.count)
         given.append(values.whole)
         sizes.append(values.size)
     M = np.stack(given, axis=-1).reshape(sample.count, nv, nv)
@@ -259,7 +259,7 @@ def _find_table(statements: Sequence[Statement]) -> Node | None:
 
 
 def _judge_constant(
-    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge conserved quantities: their rate in true motions is zero, but they are not constant."""
     sample = truth.sample
@@ -281,7 +281,7 @@ def _judge_constant(
             raise FormulaError(
                 "expected a formula in the letters of the system", text, formula.start
             )
-        tape = Tape(formula)
+        tape = FormulaTape(formula)
         values = tape.evaluate(sample.values, sample.count)
         slopes = tape.slopes(values)
         parts = [tape.along(slopes, name) * rate for name, rate in rates.items()]
@@ -304,7 +304,7 @@ def _judge_constant(
 
 
 def _judge_several(
-    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge frequencies; periods and frequencies in 1/s are converted."""
     assert quantity.values is not None
@@ -335,7 +335,7 @@ def _judge_several(
 
 
 def _judge_letters(
-    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge equations that must hold with the true values of the letters in question."""
     assert quantity.values is not None
@@ -356,7 +356,7 @@ def _judge_letters(
 
 
 def _judge_free_body(
-    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge equations that must hold with the true forces; some may hold only at rest."""
     assert quantity.values is not None
@@ -395,7 +395,7 @@ def _forces_elsewhere(truth: Truth, body: str, names: Sequence[str]) -> set[str]
 
 
 def _judge_equilibrium(
-    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge positions: forces must balance at each of them, and all must be named."""
     positions, missing = judge_positions(statements, truth, text)
@@ -414,7 +414,7 @@ def _judge_equilibrium(
 
 
 def _judge_canonical(
-    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge Hamilton's equations; all rates of coordinates and momenta must follow from them."""
     rates = [name for name in quantity.more if name.endswith("'")]
@@ -471,7 +471,7 @@ _WIDEST_RATE = 3.0
 
 
 def _judge_steady(
-    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge the rates of steady motions at given positions: each of them, and no others."""
     sample = truth.sample
@@ -508,7 +508,7 @@ def _judge_steady(
     return all_judged
 
 
-def _find_rates(truth: Truth, quantity: Quantity, name: str) -> Array:
+def _find_rates(truth: Truth, quantity: AskedQuantity, name: str) -> Array:
     """Return both rates of steady motion in each state, shape (2, n); NaN where there are none."""
     derivation, sample = truth.closed_form, truth.sample
     rows = []
@@ -561,7 +561,7 @@ def is_equivalent(residual: Residual, truth: Truth, letters: Sequence[str]) -> b
     answer = formulas[0]
     # T − V without the forces that have no potential
     true = Lagrange(truth.mechanism, derivation.algebra)
-    moving = Letters.of(truth.mechanism).rate_nodes
+    moving = KnownLetters.of(truth.mechanism).rate_nodes
     moving |= {name: letter("#zero") for name in truth.accelerations}
     L = true.T - true.V
     random = np.random.default_rng(1)
@@ -580,7 +580,7 @@ def is_equivalent(residual: Residual, truth: Truth, letters: Sequence[str]) -> b
             euler = add(rate(momentum, moving), negate(rate(answer, {name: number(1)})))
         except FormulaError:
             return False
-        given = Tape(euler).evaluate(values, sample.count)
+        given = FormulaTape(euler).evaluate(values, sample.count)
         left_side = np.broadcast_to(evaluated(L.diff(velocity).ddt()), (sample.count,))
         if name in known:
             left_side = left_side - evaluated(L.diff(name))

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import Tape, Values, halve
+from mecanique.checking.grammar.tape import FormulaTape, FormulaValues, halve
 from mecanique.checking.grammar.tree import Node, add, divide, multiply, negate
 from mecanique.checking.judgement.truth import Sample, Truth, stack_mass
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -138,8 +138,8 @@ class Residual:
 
     statement: Statement  # the line in which it was written
     root: Node  # left minus right
-    tape: Tape  # the same as a list of parts
-    values: Values
+    tape: FormulaTape  # the same as a list of parts
+    values: FormulaValues
     truth: Truth  # the equations that it is compared with
     sample: Sample
 
@@ -326,7 +326,7 @@ def residuals(
         except FormulaError as error:
             raise FormulaError(str(error), text, statement.start) from None
         for root in roots:
-            tape = Tape(root)
+            tape = FormulaTape(root)
             values = tape.evaluate(sample.letters, sample.count)
             residual = Residual(
                 statement=statement, root=root, tape=tape, values=values, truth=truth, sample=sample
@@ -383,7 +383,7 @@ Numbers = npt.NDArray[Any]
 
 
 @final
-class Factors:
+class CommonFactors:
     """Finds factors along paths on which every coordinate moves, for a mechanism without loops."""
 
     # An equation is Σ w (M a + rest); where a factor passes zero, all weights w change their
@@ -452,7 +452,7 @@ class Factors:
             name: positions[name] + along * step[paths] for name, step in self._steps.items()
         }
 
-    def _weigh(self, tape: Tape, paths: Numbers, along: Array) -> Array:
+    def _weigh(self, tape: FormulaTape, paths: Numbers, along: Array) -> Array:
         """Return the weight of each true equation, shape (k, nv)."""
         derivation = self._truth.closed_form
         letters = self._locate(paths, along)

@@ -10,9 +10,9 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.checking.grammar.letters import Letters
+from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import read
-from mecanique.checking.grammar.tape import Tape
+from mecanique.checking.grammar.tape import FormulaTape
 from mecanique.checking.judgement.equilibria import INTEGERS, Equilibria
 from mecanique.checking.judgement.truth import Sample, Truth, stack
 from mecanique.derivation import derive
@@ -41,7 +41,7 @@ Kind: TypeAlias = Literal[
 
 @final
 @dataclass(frozen=True, eq=False)
-class Quantity:
+class AskedQuantity:
     """A quantity in question."""
 
     name: str  # name of the question
@@ -108,7 +108,7 @@ QUESTIONS = ("equation of motion", *_LETTERS)
 """The possible questions."""
 
 
-def ask_for(truth: Truth, question: str) -> Quantity:
+def ask_for(truth: Truth, question: str) -> AskedQuantity:
     """Return the quantity that a question asks for."""
     asked, _, position = question.partition(" at ")
     name, _, what = asked.partition(" of ")
@@ -122,7 +122,7 @@ def ask_for(truth: Truth, question: str) -> Quantity:
     return _keep_letters(_Asked(truth, position).find(name, what), truth.sample.values)
 
 
-def _keep_letters(quantity: Quantity, taken: Container[str]) -> Quantity:
+def _keep_letters(quantity: AskedQuantity, taken: Container[str]) -> AskedQuantity:
     """Return a quantity without those of its letters that mean something in the mechanism."""
     if quantity.kind not in ("value", "up to a constant", "several"):
         return quantity
@@ -141,8 +141,8 @@ class _Asked:
         self._sample = truth.sample
         self._position = locate(truth, position) if position else {}
 
-    def find(self, name: str, what: str) -> Quantity:
-        find: dict[str, Callable[[str, str], Quantity]] = {
+    def find(self, name: str, what: str) -> AskedQuantity:
+        find: dict[str, Callable[[str, str], AskedQuantity]] = {
             "kinetic energy": self._energy,
             "potential energy": self._energy,
             "Lagrangian": self._energy,
@@ -168,7 +168,7 @@ class _Asked:
         derivation = self._truth.derivation
         return Lagrange(self._truth.mechanism, derivation.algebra if derivation else None)
 
-    def _energy(self, name: str, _: str) -> Quantity:
+    def _energy(self, name: str, _: str) -> AskedQuantity:
         T, V = self._lagrange.T, self._lagrange.V
         series = {
             "kinetic energy": T,
@@ -179,27 +179,29 @@ class _Asked:
         values = self._value(series, self._sample.values)
         joules = dict.fromkeys(_LETTERS[name], read_unit("N·m"))
         if name == "kinetic energy":
-            exact = Quantity(name, "value", _LETTERS[name], values, dimensions=joules)
+            exact = AskedQuantity(name, "value", _LETTERS[name], values, dimensions=joules)
             return self._in_letters(exact, series)
         moved = roll(self._truth, self._sample)
         again = self._value(series, moved), moved
-        whole = Quantity(name, "up to a constant", _LETTERS[name], values, again, dimensions=joules)
+        whole = AskedQuantity(
+            name, "up to a constant", _LETTERS[name], values, again, dimensions=joules
+        )
         return self._in_letters(whole, series)
 
-    def _in_letters(self, quantity: Quantity, series: Series) -> Quantity:
+    def _in_letters(self, quantity: AskedQuantity, series: Series) -> AskedQuantity:
         return replace(quantity, series=dict.fromkeys(quantity.letters, series))
 
     def _value(self, series: Series, values: Mapping[str, Array]) -> Array:
         evaluated = Evaluation(series.ring, values)
         return np.broadcast_to(np.asarray(evaluated(series), dtype=float), (self._sample.count,))
 
-    def _mass(self, name: str, _: str) -> Quantity:
+    def _mass(self, name: str, _: str) -> AskedQuantity:
         derivation = self._truth.closed_form
         entries = [entry for row in derivation.M for entry in row]
         series = {str(k): entry for k, entry in enumerate(entries)}
-        return Quantity(name, "matrix", (), self._sample.M, series=series)
+        return AskedQuantity(name, "matrix", (), self._sample.M, series=series)
 
-    def _momentum(self, name: str, what: str) -> Quantity:
+    def _momentum(self, name: str, what: str) -> AskedQuantity:
         coordinates = [v.removesuffix("'") for v in self._truth.velocities]
         if not what and len(coordinates) > 1:
             raise InputError(
@@ -218,10 +220,10 @@ class _Asked:
             if unit_of_velocity is None
             else dict.fromkeys(letters, _divide("N·m", unit_of_velocity))
         )
-        whole = Quantity(name, "value", letters, values, dimensions=unit, velocity=velocity)
+        whole = AskedQuantity(name, "value", letters, values, dimensions=unit, velocity=velocity)
         return self._in_letters(whole, series)
 
-    def _reactions(self, name: str, _: str) -> Quantity:
+    def _reactions(self, name: str, _: str) -> AskedQuantity:
         derivation = balances(self._truth)
         reactions, components = {}, []
         for letter, series in derivation.reactions.items():
@@ -236,17 +238,19 @@ class _Asked:
         components += [self._sample.values[letter] for letter in multipliers]
         values = np.stack(components) if components else np.zeros((0, self._sample.count))
         letters = (*reactions, *multipliers)
-        return Quantity(name, "letters", letters, values, None, reactions, derivation, notes=notes)
+        return AskedQuantity(
+            name, "letters", letters, values, None, reactions, derivation, notes=notes
+        )
 
-    def _equilibrium(self, name: str, what: str) -> Quantity:
+    def _equilibrium(self, name: str, what: str) -> AskedQuantity:
         """Return the mechanism's equilibrium, or the balance of forces on one free body."""
         if not what:
-            taken = Letters.of(self._truth.mechanism).by_key
+            taken = KnownLetters.of(self._truth.mechanism).by_key
             whole = [letter for letter in INTEGERS if letter not in taken]
             inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
             notes = (f"with {' = '.join(inputs)} = 0",) if inputs else ()
             integers = dict.fromkeys(whole, _ZERO)
-            return Quantity(name, "equilibrium", more=integers, notes=notes)
+            return AskedQuantity(name, "equilibrium", more=integers, notes=notes)
         bodies = [body.name for body in self._truth.mechanism.bodies[1:]]
         if what not in bodies:
             raise UnknownNameError("body", what, bodies)
@@ -261,15 +265,15 @@ class _Asked:
         values = np.stack([self._value(force, self._sample.values) for force in series.values()])
         at_rest = np.stack([self._value(force, still) for force in series.values()])
         again = (at_rest, still)
-        return Quantity(
+        return AskedQuantity(
             f"{name} of {what}", "free body", tuple(series), values, again, series, derivation
         )
 
-    def _constant(self, name: str, _: str) -> Quantity:
+    def _constant(self, name: str, _: str) -> AskedQuantity:
         momenta = [f"p{velocity.removesuffix(chr(39))}" for velocity in self._truth.velocities]
-        return Quantity(name, "conserved", (*_LETTERS[name], *momenta))
+        return AskedQuantity(name, "conserved", (*_LETTERS[name], *momenta))
 
-    def _frequency(self, name: str, _: str) -> Quantity:
+    def _frequency(self, name: str, _: str) -> AskedQuantity:
         position, notes = self._position, list[str]()
         if not position and self._truth.derivation and not self._truth.mechanism.constrained:
             equilibria = Equilibria(self._truth)
@@ -295,7 +299,7 @@ class _Asked:
         letters = (*_LETTERS[name], *numbered)
         rate, time = read_unit("1/s"), read_unit("s")
         unit = {letter: time if letter.startswith("T") else rate for letter in letters}
-        return Quantity(
+        return AskedQuantity(
             name, "several", letters, frequencies.T, dimensions=unit, notes=tuple(notes)
         )
 
@@ -317,7 +321,7 @@ class _Asked:
         letters = [f"p{names[k]}", f"p{k + 1}", *(["p"] if len(names) == 1 else [])]
         return [name for name in letters if name not in self._sample.values] or letters[:1]
 
-    def _hamiltonian(self, name: str, _: str) -> Quantity:
+    def _hamiltonian(self, name: str, _: str) -> AskedQuantity:
         """Return Σ p q' − L, as a function of positions and momenta."""
         moved = roll(self._truth, self._sample)
         momenta = self._momenta(self._sample.values)
@@ -325,7 +329,7 @@ class _Asked:
         whole, there = self._legendre(self._sample.values), self._legendre(moved)
         joules = dict.fromkeys(_LETTERS[name], read_unit("N·m"))
         dimensions = {**joules, **self._units_of_momenta()}
-        return Quantity(
+        return AskedQuantity(
             name=name,
             kind="up to a constant",
             letters=_LETTERS[name],
@@ -353,7 +357,7 @@ class _Asked:
             terms.append(self._value(T.diff(velocity), values) * values[velocity])
         return np.asarray(np.sum(np.stack(terms), axis=0), dtype=float)
 
-    def _canonical(self, name: str, _: str) -> Quantity:
+    def _canonical(self, name: str, _: str) -> AskedQuantity:
         """Return the momenta and their rates in true motions."""
         if any(not velocity.endswith("'") for velocity in self._truth.velocities):
             raise InputError("the velocities are not the rates of coordinates")
@@ -365,11 +369,11 @@ class _Asked:
             size = np.abs(momenta[self._name_momentum(k)[0]]).max(initial=0.0)
             rate = np.where(np.abs(rate) <= _ROUNDING * size, 0.0, rate)
             rates |= {f"{letter}'": rate for letter in self._name_momentum(k)}
-        return Quantity(
+        return AskedQuantity(
             name, "rates of momenta", more=momenta | rates, dimensions=self._units_of_momenta()
         )
 
-    def _holding(self, name: str, _: str) -> Quantity:
+    def _holding(self, name: str, _: str) -> AskedQuantity:
         """Return the inputs that hold the mechanism at rest in any position."""
         derivation, sample = self._truth.closed_form, self._sample
         inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
@@ -393,9 +397,11 @@ class _Asked:
             )
         known_units = units(self._truth.mechanism)
         dimensions = {s: read_unit(known_units[s]) for s in inputs if known_units.get(s)}
-        return Quantity(name, "letters", tuple(inputs), held.T, dimensions=dimensions, more=still)
+        return AskedQuantity(
+            name, "letters", tuple(inputs), held.T, dimensions=dimensions, more=still
+        )
 
-    def _transfer(self, name: str, what: str) -> Quantity:
+    def _transfer(self, name: str, what: str) -> AskedQuantity:
         """Return the transfer function from a force to a coordinate, at real s."""
         coordinates = [v.removesuffix("'") for v in self._truth.velocities]
         inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
@@ -419,7 +425,7 @@ class _Asked:
         s = np.random.default_rng(self._truth.seed).uniform(0.5, 5.0, sample.count)
         whole = M * np.square(s)[:, None, None] + C * s[:, None, None] + K
         answer = np.asarray(np.linalg.solve(whole, force[..., None])[..., 0], dtype=float)
-        return Quantity(
+        return AskedQuantity(
             name=name,
             kind="value",
             letters=_LETTERS[name],
@@ -428,7 +434,7 @@ class _Asked:
             more={"s": s},
         )
 
-    def _steady(self, name: str, _: str) -> Quantity:
+    def _steady(self, name: str, _: str) -> AskedQuantity:
         """Ask for the rates at which coordinates that nothing depends on turn uniformly."""
         derivation = self._truth.closed_form
         parts = [*derivation.h, *derivation.Q, *(e for row in derivation.M for e in row)]
@@ -441,7 +447,7 @@ class _Asked:
             )
         others = {v for v in self._truth.velocities if v not in rates}
         fixed = dict.fromkeys((*others, *self._truth.accelerations), np.zeros(self._sample.count))
-        return Quantity(name, "steady", tuple(rates), more=fixed)
+        return AskedQuantity(name, "steady", tuple(rates), more=fixed)
 
 
 _ROUNDING = 1e-12
@@ -453,7 +459,7 @@ _FEWEST = 3
 
 def locate(truth: Truth, position: str) -> dict[str, Array]:
     """Return the coordinates at a position such as "q = pi" in the states; NaN where none is."""
-    letters = Letters.of(truth.mechanism)
+    letters = KnownLetters.of(truth.mechanism)
     sample = truth.sample
     values = {**sample.values, **dict.fromkeys(truth.mechanism.coordinates, np.zeros(sample.count))}
     positions = {}
@@ -461,7 +467,7 @@ def locate(truth: Truth, position: str) -> dict[str, Array]:
         left, right = statement.sides[0], statement.sides[-1]
         if left.name not in truth.mechanism.coordinates or not statement.is_equation:
             raise InputError(f"expected a position such as 'q = pi', got {statement.text!r}")
-        positions[left.name] = Tape(right).evaluate(values, sample.count).whole
+        positions[left.name] = FormulaTape(right).evaluate(values, sample.count).whole
         values = {**values, left.name: positions[left.name]}
     return positions
 

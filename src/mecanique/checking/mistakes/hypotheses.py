@@ -31,7 +31,7 @@ from mecanique.model.mechanism import Mechanism
 
 @final
 @dataclass(frozen=True, eq=False)
-class Hypothesis:
+class WrongDerivation:
     """A mistake in the whole derivation or in one term, with the equations it leads to."""
 
     kind: str
@@ -133,7 +133,7 @@ class _Term(NamedTuple):
     weight: float  # how likely it is forgotten; smaller is likelier
 
 
-def mistake_terms(right: RightEquations) -> Iterator[Hypothesis]:
+def mistake_terms(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations with a term left out, of the wrong sign, doubled or halved."""
     for term in _list_terms(right):
         for factor, kind, words in SLIPS:
@@ -142,7 +142,7 @@ def mistake_terms(right: RightEquations) -> Iterator[Hypothesis]:
             yield _change(right, term, factor, kind, words.format(f"{name} {{}}"), weight)
 
 
-def mistake_letters(right: RightEquations) -> Iterator[Hypothesis]:
+def mistake_letters(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations with one letter for another of the same unit in a single term."""
     parameters = right.truth.mechanism.parameters
     values = right.sample.values
@@ -194,7 +194,7 @@ def _change(
     kind: str,
     text: str,
     weight: float,
-) -> Hypothesis:
+) -> WrongDerivation:
     """Return the equations with a term mistakenly multiplied by a factor."""
     M, rest, shown = right.sample.M, right.rest, term.series
     change = (factor - 1) * right.value(term.series)
@@ -206,7 +206,7 @@ def _change(
     else:
         rest = rest.copy()
         rest[:, term.row] += change
-    return Hypothesis(kind, text, weight, M, rest, term.row, shown)
+    return WrongDerivation(kind, text, weight, M, rest, term.row, shown)
 
 
 def list_parts(series: Series, velocities: Sequence[str]) -> list[Series]:
@@ -251,7 +251,7 @@ def _name(powers: Sequence[int]) -> str:
     return "the Coriolis term" if sum(powers) == 1 else "the term"
 
 
-def mistake_operator(right: RightEquations) -> Iterator[Hypothesis]:
+def mistake_operator(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations without parts of Lagrange's operator: d/dt of the inertia, or ∂T/∂q."""
     derivation = right.derivation
     ring = derivation.algebra.ring
@@ -272,19 +272,19 @@ def mistake_operator(right: RightEquations) -> Iterator[Hypothesis]:
         if series:
             less = rest.copy()
             less[:, k] -= changing[:, k]
-            yield Hypothesis(
+            yield WrongDerivation(
                 kind="rate constant", text=text, weight=1.4, M=M, rest=less, row=k, term=series
             )
             less = rest.copy()
             less[:, k] += slopes[:, k]
             what = f"the term −∂T/∂{names[k][:-1]} is missing (centripetal)"
-            yield Hypothesis(kind="missing", text=what, weight=1.3, M=M, rest=less, row=k)
+            yield WrongDerivation(kind="missing", text=what, weight=1.3, M=M, rest=less, row=k)
     what = "all terms with squares and products of velocities are missing"
-    yield Hypothesis("missing", what, 1.2, M, rest - squares)
+    yield WrongDerivation("missing", what, 1.2, M, rest - squares)
     what = "every rate is treated as constant in d/dt of the momenta"
-    yield Hypothesis("rate constant", what, 1.3, M, rest - changing)
+    yield WrongDerivation("rate constant", what, 1.3, M, rest - changing)
     what = "the terms −∂T/∂q are missing (centripetal)"
-    yield Hypothesis("missing", what, 1.3, M, rest + slopes)
+    yield WrongDerivation("missing", what, 1.3, M, rest + slopes)
 
 
 def _collect_quadratic(right: RightEquations, h: Sequence[Series], names: Sequence[str]) -> Array:
@@ -297,7 +297,7 @@ def _collect_quadratic(right: RightEquations, h: Sequence[Series], names: Sequen
     return np.stack(columns, axis=-1)
 
 
-def mistake_readings(right: RightEquations) -> Iterator[Hypothesis]:
+def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations with parameters of the same unit exchanged throughout."""
     mechanism = right.truth.mechanism
     used = {g.name for row in right.derivation.rows for g in row.generators()}
@@ -321,17 +321,17 @@ def _read(
     weight: float,
     moved: Mapping[str, Any],
     turn: Array | None = None,
-) -> Hypothesis:
+) -> WrongDerivation:
     """Return the equations with other values of letters; `turn` converts our a to theirs."""
     derivation = right.derivation
     evaluated = Evaluation(derivation.algebra.ring, {**right.sample.values, **moved})
     M, rest = right.evaluate(derivation, evaluated)
     if turn is not None:
         M = M @ turn
-    return Hypothesis(kind, what, weight, M, rest)
+    return WrongDerivation(kind, what, weight, M, rest)
 
 
-def mistake_angles(right: RightEquations) -> Iterator[Hypothesis]:
+def mistake_angles(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations with absolute coordinates for relative ones, and vice versa."""
     mechanism, values = right.truth.mechanism, right.sample.values
     moving = [name for name in mechanism.coordinates if f"{name}'" in values]
@@ -352,7 +352,7 @@ def mistake_angles(right: RightEquations) -> Iterator[Hypothesis]:
             yield _read(right, "angle", what, 1.4, moved, turn)
 
 
-def linearize(right: RightEquations) -> Iterator[Hypothesis]:
+def linearize(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield the equations linearized about all coordinates zero, if that is an equilibrium."""
     derivation = right.derivation
     ring = derivation.algebra.ring
@@ -369,7 +369,7 @@ def linearize(right: RightEquations) -> Iterator[Hypothesis]:
             for name in names:
                 if any(g.name == name for g in force.generators()):
                     rest[:, i] += at_rest(force.diff(name)) * right.sample.values[name]
-    yield Hypothesis(
+    yield WrongDerivation(
         "linearized",
         "small angles are assumed throughout: it is the linearized equation",
         0.5,
@@ -384,7 +384,7 @@ _MOST_BODIES = 7
 """With more bodies in loops, deriving each change again would take seconds."""
 
 
-def mistake_parts(right: RightEquations) -> Iterator[Hypothesis]:
+def mistake_parts(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations with wrong inertia, weight or spring of a single part."""
     mechanism = right.truth.mechanism
     if mechanism.constrained and len(mechanism.bodies) > _MOST_BODIES:
@@ -404,13 +404,13 @@ def mistake_parts(right: RightEquations) -> Iterator[Hypothesis]:
                 if factor == 0.5:
                     what += " (an extra factor ½)"
                 M, rest = less[0] + factor * own_M, less[1] + factor * own_rest
-                yield Hypothesis(kind, what, 1.2 + 0.3 * (kind == "factor"), M, rest)
+                yield WrongDerivation(kind, what, 1.2 + 0.3 * (kind == "factor"), M, rest)
         yield from _forget_free_length(right, mechanism, force)
 
 
 def _forget_free_length(
     right: RightEquations, mechanism: Mechanism, force: AnyForce
-) -> Iterator[Hypothesis]:
+) -> Iterator[WrongDerivation]:
     changed: AnyForce
     if isinstance(force, Spring) and force.free_length:
         changed = replace(force, free_length=0.0)
@@ -422,25 +422,25 @@ def _forget_free_length(
     rebuilt = right.rebuild(replace(mechanism, forces=forces))
     if rebuilt is not None:
         what = f"the free length of the spring {force.name!r} is forgotten"
-        yield Hypothesis("free length", what, 0.8, *rebuilt)
+        yield WrongDerivation("free length", what, 0.8, *rebuilt)
 
 
-def _gravity(right: RightEquations, mechanism: Mechanism) -> Iterator[Hypothesis]:
+def _gravity(right: RightEquations, mechanism: Mechanism) -> Iterator[WrongDerivation]:
     less = right.rebuild(replace(mechanism, gravity=(0.0, 0.0, 0.0)))
     if less is None:
         return
     M, rest = less
     weight = right.rest - rest
     what = "the sign of the potential of gravity is wrong"
-    yield Hypothesis("potential sign", what, 0.9, M, rest - weight)
-    yield Hypothesis("missing", "gravity is missing", 1.0, M, rest)
+    yield WrongDerivation("potential sign", what, 0.9, M, rest - weight)
+    yield WrongDerivation("missing", "gravity is missing", 1.0, M, rest)
     what = "the kinetic energy lacks its factor ½, or the potential energy has an extra ½"
-    yield Hypothesis("half", what, 1.1, M, rest + weight / 2)
+    yield WrongDerivation("half", what, 1.1, M, rest + weight / 2)
     what = "the kinetic energy has an extra factor ½, or the potential energy is counted twice"
-    yield Hypothesis("half", what, 1.1, M, rest + 2 * weight)
+    yield WrongDerivation("half", what, 1.1, M, rest + 2 * weight)
 
 
-def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[Hypothesis]:
+def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[WrongDerivation]:
     """Yield mistakes about a body: inertia about center or joint, Steiner's term, weight."""
     bare = body.replace(inertia=(0.0,) * 6)
     particle = right.rebuild(_with_body(mechanism, bare))
@@ -452,11 +452,11 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[H
     turns = _differ(right.sample.M, particle[0])
     if turns:
         what = f"the inertia of {name!r} about its own center is missing (as for a particle)"
-        yield Hypothesis("inertia", what, 1.0, *particle)
+        yield WrongDerivation("inertia", what, 1.0, *particle)
         what = f"the inertia of {name!r} about its own center is counted twice"
         twice = right.sample.M + turning[0], right.rest + turning[1]
         # a named body says more than a term that "should be 4/5 times as large"
-        yield Hypothesis("inertia", what, 1.3, *twice)
+        yield WrongDerivation("inertia", what, 1.3, *twice)
     still = right.rebuild(replace(_with_body(mechanism, bare), gravity=(0.0, 0.0, 0.0)))
     gone = body.replace(mass=0.0, inertia=(0.0,) * 6)
     absent = right.rebuild(replace(_with_body(mechanism, gone), gravity=(0.0, 0.0, 0.0)))
@@ -466,20 +466,20 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[H
     if turns:
         what = f"the inertia of {name!r} is taken about its center (Steiner's term is missing)"
         rest = right.rest - moving[1]
-        yield Hypothesis("parallel axis", what, 0.8, right.sample.M - moving[0], rest)
+        yield WrongDerivation("parallel axis", what, 0.8, right.sample.M - moving[0], rest)
         what = (
             f"Steiner's term of {name!r} is counted twice: inertia about the joint and the "
             "motion of the center"
         )
         rest = right.rest + moving[1]
-        yield Hypothesis("parallel axis", what, 0.9, right.sample.M + moving[0], rest)
+        yield WrongDerivation("parallel axis", what, 0.9, right.sample.M + moving[0], rest)
     if turns and any(plain(x) for x in body.center):
         far = tuple(2 * x for x in body.center)
         point = right.rebuild(_with_body(mechanism, bare.replace(center=far)))
         # along the axis about which it turns, its end is no other place than its center
         if point is not None and _differ(point[0], particle[0]):
             what = f"{name!r} is taken for a point mass at its end instead of a body with inertia"
-            yield Hypothesis("point mass", what, 0.9, *point)
+            yield WrongDerivation("point mass", what, 0.9, *point)
         moved = right.rebuild(_with_body(mechanism, body.replace(center=far)))
         far_still = right.rebuild(
             replace(_with_body(mechanism, body.replace(center=far)), gravity=(0.0, 0.0, 0.0))
@@ -488,16 +488,16 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[H
         if moved is not None and far_still is not None and near_still is not None:
             weight = (moved[1] - far_still[1]) - (right.rest - near_still[1])
             what = f"the weight of {name!r} acts at its end instead of its center (twice the arm)"
-            yield Hypothesis("weight", what, 1.0, right.sample.M, right.rest + weight)
+            yield WrongDerivation("weight", what, 1.0, right.sample.M, right.rest + weight)
     light = right.rebuild(_with_body(mechanism, gone))
     if light is not None:
         what = f"the mass of {name!r} is missing"
-        yield Hypothesis("missing", what, 1.3, *light)
+        yield WrongDerivation("missing", what, 1.3, *light)
         weight = (particle[1] - still[1]) - (light[1] - absent[1])
         what = f"the weight of {name!r} is missing"
-        yield Hypothesis("missing", what, 1.1, right.sample.M, right.rest - weight)
+        yield WrongDerivation("missing", what, 1.1, right.sample.M, right.rest - weight)
         what = f"the sign of the weight of {name!r} is wrong"
-        yield Hypothesis("sign", what, 1.1, right.sample.M, right.rest - 2 * weight)
+        yield WrongDerivation("sign", what, 1.1, right.sample.M, right.rest - 2 * weight)
 
 
 def _differ(M: Array, changed: Array) -> bool:
@@ -517,21 +517,21 @@ _WORST_CONDITION = 1e8
 """A choice is dropped if its constraints have a larger condition number than this in a state."""
 
 
-def mistake_constraints(right: RightEquations) -> Iterator[Hypothesis]:
+def mistake_constraints(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations without the forces of constraints, or with constraints used in T."""
     ties = right.derivation.ties
     for k, tie in enumerate(ties):
         what = f"the force of the constraint {tie.name} (its multiplier) is missing"
-        yield Hypothesis("missing", what, 1.2, right.sample.M, right.rest, released=(k,))
+        yield WrongDerivation("missing", what, 1.2, right.sample.M, right.rest, released=(k,))
     if len(ties) > 1:
         what = "the forces of all constraints (the multipliers) are missing"
         every = tuple(range(len(ties)))
-        yield Hypothesis("missing", what, 1.1, right.sample.M, right.rest, released=every)
+        yield WrongDerivation("missing", what, 1.1, right.sample.M, right.rest, released=every)
     if right.truth.mechanism.contacts or right.truth.mechanism.velocity_constraints:
         yield from _put_into_energy(right)
 
 
-def _put_into_energy(right: RightEquations) -> Iterator[Hypothesis]:
+def _put_into_energy(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield the equations from Lagrange's operator on a T from which velocities are eliminated.
 
     With v_d = B v_i for the eliminated velocities d, they have the extra terms
@@ -557,7 +557,7 @@ def _put_into_energy(right: RightEquations) -> Iterator[Hypothesis]:
             f"({', '.join(names[k] for k in chosen)} eliminated before Lagrange's operator), which "
             "gives extra terms; use multipliers or virtual displacements instead"
         )
-        yield Hypothesis("constraint in T", what, 0.8, right.sample.M, rest)
+        yield WrongDerivation("constraint in T", what, 0.8, right.sample.M, rest)
 
 
 def _find_slopes(right: RightEquations, names: Sequence[str]) -> tuple[Array, Array]:
@@ -614,7 +614,7 @@ class Hypotheses:
         self._sample = truth.sample
 
     @cached_property
-    def _led(self) -> list[tuple[Hypothesis, Array]]:
+    def _led(self) -> list[tuple[WrongDerivation, Array]]:
         """Every hypothesis that determines a motion other than the right one, with that motion."""
         if self._truth.derivation is None:
             return []
@@ -634,7 +634,7 @@ class Hypotheses:
         return [(hypothesis, motion) for hypothesis, motion in led if motion is not None]
 
     @property
-    def listed(self) -> tuple[Hypothesis, ...]:
+    def listed(self) -> tuple[WrongDerivation, ...]:
         """Every hypothesis whose equations determine the motion and differ from the right ones."""
         return tuple(hypothesis for hypothesis, _ in self._led)
 
@@ -644,7 +644,7 @@ class Hypotheses:
         motions = [motion for _, motion in self._led]
         return np.stack(motions) if motions else np.zeros((0, *self._sample.motion.shape))
 
-    def _lead(self, hypothesis: Hypothesis) -> Array | None:
+    def _lead(self, hypothesis: WrongDerivation) -> Array | None:
         """Return a hypothesis's accelerations and multipliers, None if undetermined."""
         sample = self._sample
         if not (np.isfinite(hypothesis.M).all() and np.isfinite(hypothesis.rest).all()):

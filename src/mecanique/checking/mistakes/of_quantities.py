@@ -12,11 +12,11 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.checking.budget import spend, stop_clock
-from mecanique.checking.grammar.letters import Letters
-from mecanique.checking.grammar.tape import Tape
+from mecanique.checking.grammar.letters import KnownLetters
+from mecanique.checking.grammar.tape import FormulaTape
 from mecanique.checking.grammar.tree import Node, call, compound, negate, number, raise_to, rate
 from mecanique.checking.judgement.motion import Residual
-from mecanique.checking.judgement.quantities import Quantity, ask_for, measure, roll
+from mecanique.checking.judgement.quantities import AskedQuantity, ask_for, measure, roll
 from mecanique.checking.judgement.truth import Truth, stack_mass
 from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses
 from mecanique.checking.verdict import Mistake
@@ -51,7 +51,7 @@ class QuantityMistakes:
         self._energies: dict[str, list[tuple[Mistake, Array, Array]]] = {}
         self._about: dict[str, Hypotheses] = {}
 
-    def explain(self, residual: Residual, quantity: Quantity) -> Iterator[Mistake]:
+    def explain(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
         """Yield the mistakes after which a formula would be right."""
         if self._truth.derivation is None:
             return
@@ -65,7 +65,7 @@ class QuantityMistakes:
         if quantity.kind == "several":
             yield from self._explain_frequency(residual, quantity)
 
-    def _explain_reading(self, one: Residual, quantity: Quantity) -> Iterator[Mistake]:
+    def _explain_reading(self, one: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
         """Yield relative for absolute coordinates, and angles from a line at right angles."""
         series, sample = next(iter(quantity.series.values()), None), self._truth.sample
         if series is None or one.sample.count != sample.count:
@@ -126,7 +126,7 @@ class QuantityMistakes:
         return self._about[where]
 
     def _explain_motion(
-        self, residual: Residual, quantity: Quantity, name: str
+        self, residual: Residual, quantity: AskedQuantity, name: str
     ) -> Iterator[Mistake]:
         sample = self._truth.sample
         if residual.sample.count != sample.count or quantity.values is None:
@@ -147,7 +147,7 @@ class QuantityMistakes:
             if self._holds(residual, quantity, (quantity.values + more, sample.values), *resting):
                 yield hypothesis.mistake()
 
-    def _at_rest(self, quantity: Quantity) -> Iterator[tuple[Array, Mapping[str, Array]]]:
+    def _at_rest(self, quantity: AskedQuantity) -> Iterator[tuple[Array, Mapping[str, Array]]]:
         """Yield the quantity where velocities vanish, in the states and in the moved ones."""
         assert quantity.again is not None
         truth, sample = self._truth, self._truth.sample
@@ -159,7 +159,10 @@ class QuantityMistakes:
             yield np.broadcast_to(np.asarray(value, dtype=float), (sample.count,)), states
 
     def _holds(
-        self, residual: Residual, quantity: Quantity, *claims: tuple[Array, Mapping[str, Array]]
+        self,
+        residual: Residual,
+        quantity: AskedQuantity,
+        *claims: tuple[Array, Mapping[str, Array]],
     ) -> bool:
         """Whether a formula gives these values in these states; of several, up to a constant."""
         tables = []
@@ -183,7 +186,7 @@ class QuantityMistakes:
         )
 
     def _explain_potential(
-        self, residual: Residual, quantity: Quantity, name: str
+        self, residual: Residual, quantity: AskedQuantity, name: str
     ) -> Iterator[Mistake]:
         if quantity.values is None or quantity.again is None:
             return
@@ -195,7 +198,7 @@ class QuantityMistakes:
             if self._holds(residual, quantity, here, moved):
                 yield mistake
 
-    def _potentials(self, quantity: Quantity) -> list[tuple[Mistake, Array, Array]]:
+    def _potentials(self, quantity: AskedQuantity) -> list[tuple[Mistake, Array, Array]]:
         """Return changes of V with their values in the states and in the moved ones."""
         if "V" not in self._energies:
             with stop_clock():
@@ -236,7 +239,7 @@ class QuantityMistakes:
                 mistake = Mistake(kind, text, "", weight)
                 yield mistake, (factor - 1) * here, (factor - 1) * there
 
-    def _explain_frequency(self, residual: Residual, quantity: Quantity) -> Iterator[Mistake]:
+    def _explain_frequency(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
         assert quantity.values is not None
         for omega in quantity.values:
             for weight, text, values in _other_measures(omega, quantity.letters):
@@ -282,7 +285,7 @@ class QuantityMistakes:
     def explain_constant(self, root: Node, written: str) -> Iterator[Mistake]:
         """Yield mistakes in a conserved quantity: forces, and single changes that mend it."""
         truth = self._truth
-        moving = Letters.of(truth.mechanism).rate_nodes
+        moving = KnownLetters.of(truth.mechanism).rate_nodes
         moved = roll(truth, truth.sample)
         derivation = truth.closed_form
         lagrange = Lagrange(truth.mechanism, derivation.algebra)
@@ -291,13 +294,13 @@ class QuantityMistakes:
             np.asarray(Evaluation(energy.ring, values)(energy), dtype=float)
             for values in (truth.sample.values, moved)
         )
-        tape = Tape(root)
+        tape = FormulaTape(root)
         if truth.sample.forces.any() and not truth.mechanism.constrained:
             sample = truth.sample
             free = sample.a - np.linalg.solve(sample.M, sample.forces[..., None])[..., 0]
             slope = rate(root, moving)
             letters = {**sample.letters, **dict(zip(truth.accelerations, free.T, strict=True))}
-            values = Tape(slope).evaluate(letters, sample.count)
+            values = FormulaTape(slope).evaluate(letters, sample.count)
             if (np.abs(values.whole) <= _CONSERVED * values.size).all() and values.size.any():
                 acting = [force.name for force in truth.mechanism.forces]
                 text = f"it is conserved only without the forces {', '.join(acting)}"
@@ -317,7 +320,7 @@ class QuantityMistakes:
                 slope = rate(changed, moving)
             except FormulaError:
                 continue
-            values = Tape(slope).evaluate(truth.sample.letters, truth.sample.count)
+            values = FormulaTape(slope).evaluate(truth.sample.letters, truth.sample.count)
             constant = (np.abs(values.whole) <= _CONSERVED * values.size).all()
             if constant and values.size.any():
                 yield Mistake(kind, said, part, weight)

@@ -16,17 +16,17 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.budget import SECONDS, OutOfTimeError, spend, stop_clock
-from mecanique.checking.grammar.letters import Letters
+from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import Tape, Values, needed_values
+from mecanique.checking.grammar.tape import FormulaTape, FormulaValues, needed_values
 from mecanique.checking.grammar.tree import Node, rate
 from mecanique.checking.grammar.tree import number as zero_node
 from mecanique.checking.judgement.motion import Residual, residuals
-from mecanique.checking.judgement.quantities import Quantity
+from mecanique.checking.judgement.quantities import AskedQuantity
 from mecanique.checking.judgement.truth import Truth
-from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses, Hypothesis, list_parts
+from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses, WrongDerivation, list_parts
 from mecanique.checking.mistakes.of_quantities import QuantityMistakes
-from mecanique.checking.mistakes.units import UnitMisfitError, Units
+from mecanique.checking.mistakes.units import LetterUnits, UnitMisfitError
 from mecanique.checking.verdict import Mistake
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -43,8 +43,8 @@ class Context:
     def __init__(
         self,
         mechanism: Mechanism,
-        letters: Letters,
-        units: Units,
+        letters: KnownLetters,
+        units: LetterUnits,
         values: Mapping[str, Array],
         count: int,
     ) -> None:
@@ -138,17 +138,17 @@ SIMPLE = 60
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class FormulaPart:
     """A part of a formula, with its present and its needed values."""
 
-    tape: Tape
+    tape: FormulaTape
     place: int  # index of the part on the tape
     have: Array  # its present values
     want: Array  # its needed values
     usable: npt.NDArray[np.bool_]  # the states in which both are known
     context: Context  # the likely intentions
     text: str
-    values: Values
+    values: FormulaValues
 
     @property
     def node(self) -> Node:
@@ -191,7 +191,7 @@ class Part:
         return f"in '{' '.join(self.text[node.start : node.end].split())}' "
 
 
-def repair_number(part: Part) -> Iterator[Mistake]:
+def repair_number(part: FormulaPart) -> Iterator[Mistake]:
     """Yield repairs of a number."""
     ratio = part.want
     spread = float(np.ptp(ratio))
@@ -203,7 +203,7 @@ def repair_number(part: Part) -> Iterator[Mistake]:
         yield Mistake("factor", f"the number '{part.quoted}' should be {factor}", part.quoted, 1.6)
 
 
-def repair_letter(part: Part) -> Iterator[Mistake]:
+def repair_letter(part: FormulaPart) -> Iterator[Mistake]:
     """Yield repairs of a letter: another one, its sine, a power."""
     name = part.node.name
     context = part.context
@@ -233,7 +233,7 @@ def repair_letter(part: Part) -> Iterator[Mistake]:
                 yield Mistake("power", text, part.quoted, 1.7)
 
 
-def repair_circular(part: Part) -> Iterator[Mistake]:
+def repair_circular(part: FormulaPart) -> Iterator[Mistake]:
     """Yield repairs of a sine or cosine: the other one, another angle, none."""
     name, argument = part.node.name, part.node.parts[0]
     inner = part.values.parts[part.tape.parts[part.place][0]][part.usable]
@@ -265,7 +265,7 @@ def repair_circular(part: Part) -> Iterator[Mistake]:
         yield Mistake("factor surplus", text, part.quoted, 2.0)
 
 
-def repair_power(part: Part) -> Iterator[Mistake]:
+def repair_power(part: FormulaPart) -> Iterator[Mistake]:
     """Yield repairs of a power: another exponent, a product of rates."""
     base = part.values.parts[part.tape.parts[part.place][0]][part.usable]
     for exponent in (1, 2, 3, 4, 0, -1):
@@ -286,7 +286,7 @@ def repair_power(part: Part) -> Iterator[Mistake]:
                 yield Mistake("angle", text, part.quoted, 1.4)
 
 
-def repair_sum(part: Part) -> Iterator[Mistake]:
+def repair_sum(part: FormulaPart) -> Iterator[Mistake]:
     """Yield repairs of a sum: its sine, a letter that it lacks."""
     angular = part.node.letters and part.node.letters <= set(part.context.angles)
     if angular and part.is_alike(np.sin(part.have)):
@@ -307,7 +307,7 @@ def repair_sum(part: Part) -> Iterator[Mistake]:
 _INERTIAS = {Fraction(4), Fraction(1, 4), Fraction(3), Fraction(1, 3), Fraction(12)}
 
 
-def repair_term(part: Part) -> Iterator[Mistake]:
+def repair_term(part: FormulaPart) -> Iterator[Mistake]:
     """Yield repairs of a term: a number, a letter, a function; or its absence."""
     ratio = part.want / part.have
     if not np.isfinite(ratio).all():
@@ -351,7 +351,7 @@ def repair_term(part: Part) -> Iterator[Mistake]:
             yield Mistake(kind, text, part.quoted, 2.0)
 
 
-def _scale(part: Part, ratio: float) -> Iterator[Mistake]:
+def _scale(part: FormulaPart, ratio: float) -> Iterator[Mistake]:
     factor = Fraction(ratio).limit_denominator(SIMPLE)
     close = factor != 0 and abs(ratio / float(factor) - 1) < ALIKE
     if factor == -1 and close:
@@ -383,7 +383,7 @@ def _scale(part: Part, ratio: float) -> Iterator[Mistake]:
         yield Mistake("factor", text, part.quoted, 2.6)
 
 
-def _is_inertial(part: Part) -> bool:
+def _is_inertial(part: FormulaPart) -> bool:
     return bool(part.node.letters & set(part.context.accelerations))
 
 
@@ -392,7 +392,7 @@ _FEWEST = 6
 
 
 def repairs(
-    tape: Tape, values: Values, target: Array, context: Context, text: str
+    tape: FormulaTape, values: FormulaValues, target: Array, context: Context, text: str
 ) -> Iterator[Mistake]:
     """Yield the changes of single parts that make a formula right."""
     needed = needed_values(tape, values, target)
@@ -413,7 +413,7 @@ def repairs(
         usable = finite & np.isfinite(want)
         if usable.sum() < min(_FEWEST, len(finite)) or not usable.any():
             continue
-        whole_part = Part(
+        whole_part = FormulaPart(
             tape=tape,
             place=k,
             have=have[usable],
@@ -429,7 +429,7 @@ def repairs(
         yield from whole
 
 
-def _find(part: Part) -> Iterator[Mistake]:
+def _find(part: FormulaPart) -> Iterator[Mistake]:
     """Yield repairs of a part."""
     if part.is_term and part.tape.parents[part.place] >= 0:
         yield from repair_term(part)
@@ -502,7 +502,7 @@ _MOST = 12
 class Search:
     """Searches for mistakes in equations about one mechanism."""
 
-    def __init__(self, truth: Truth, letters: Letters) -> None:
+    def __init__(self, truth: Truth, letters: KnownLetters) -> None:
         self._truth = truth
         self._letters = letters
 
@@ -519,9 +519,9 @@ class Search:
         )
 
     @cached_property
-    def units(self) -> Units:
+    def units(self) -> LetterUnits:
         """The units of the letters."""
-        return Units(self._truth.mechanism)
+        return LetterUnits(self._truth.mechanism)
 
     def causes(
         self, residuals: Sequence[Residual], text: str, defined: Mapping[str, Node] = NOTHING
@@ -555,10 +555,10 @@ class Search:
         text: str,
         asked: Mapping[str, Dimension],
         series: Mapping[str, Series],
-        quantity: Quantity | None = None,
+        quantity: AskedQuantity | None = None,
     ) -> tuple[Mistake, ...]:
         """Return the single changes that would make a formula of any quantity right."""
-        units = Units(self._truth.mechanism, asked)
+        units = LetterUnits(self._truth.mechanism, asked)
         zero = np.zeros(residual.sample.count)
         changes = repairs(residual.tape, residual.values, zero, self.context, text)
         mistakes = [
@@ -592,10 +592,10 @@ class Search:
         self, residual: Residual, text: str, asked: Mapping[str, Dimension] = MappingProxyType({})
     ) -> bool:
         """Return whether the units in an equation do not match."""
-        units = Units(self._truth.mechanism, asked) if asked else self.units
+        units = LetterUnits(self._truth.mechanism, asked) if asked else self.units
         return bool(_misfits(units, residual, 0, text))
 
-    def list_slips(self) -> list[tuple[Hypothesis, Array]]:
+    def list_slips(self) -> list[tuple[WrongDerivation, Array]]:
         """Return the slips with the motions that they lead to, the likeliest first."""
         pairs = zip(self._hypotheses.listed, self._hypotheses.motions, strict=True)
         return sorted(pairs, key=lambda pair: pair[0].weight)
@@ -648,7 +648,11 @@ class Search:
 
 
 def _misfits(
-    units: Units, residual: Residual, number: int, text: str, defined: Mapping[str, Node] = NOTHING
+    units: LetterUnits,
+    residual: Residual,
+    number: int,
+    text: str,
+    defined: Mapping[str, Node] = NOTHING,
 ) -> list[Mistake]:
     try:
         units.find(residual.root, text)

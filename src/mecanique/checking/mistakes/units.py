@@ -25,7 +25,7 @@ class UnitMisfitError(Exception):
 
 
 @final
-class Units:
+class LetterUnits:
     """The dimensions of a mechanism's letters, and those of formulas in them."""
 
     def __init__(

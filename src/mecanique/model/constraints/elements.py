@@ -18,7 +18,7 @@ Element: TypeAlias = Cord | Belt | Gear | Rack | Loop
 
 
 class Preload(NamedTuple):
-    """What a belt's tensions are together."""
+    """Sum of a belt's tensions."""
 
     forces: range  # which of the mechanism's unknown forces they are
     total: Scalar  # their sum [N]

@@ -309,7 +309,7 @@ class Mechanism(StateSpace, Variants):
                         ],
                     )
                 driven[name] = law
-        # what is not sound has no laws; its faults are told
+        # an unsound mechanism has no map; its faults are reported
         with suppress(MecaniqueError, ArithmeticError, LookupError, TypeError):
             driven |= laws_of_elements(self, driven) if self.elements else {}
         return driven

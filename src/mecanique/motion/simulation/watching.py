@@ -58,7 +58,7 @@ def contact_events(mechanism: Mechanism, *, stop: bool = False) -> tuple[Event, 
         ['cord_1 would push', 'cord_2 would push']
     """
     names = break_names(mechanism)
-    return tuple(Event(name, Margin(mechanism, k), -1, stop) for k, name in enumerate(names))
+    return tuple(Event(name, LimitMargin(mechanism, k), -1, stop) for k, name in enumerate(names))
 
 
 def find_breaks(mechanism: Mechanism, reference: Reference, curve: Curve) -> tuple[Occurrence, ...]:
@@ -112,7 +112,7 @@ def pressings(reference: Reference, q: Array, v: Array, t: Array) -> tuple[Press
 
 @final
 @dataclass(frozen=True)
-class Margin:
+class LimitMargin:
     """The margin to one of the limits, as the quantity of an event."""
 
     mechanism: Mechanism
@@ -372,7 +372,7 @@ class Watcher:
         amiss = [
             event
             for event, margin in zip(self._events, self._before, strict=True)
-            if isinstance(event.when, Margin) and margin < 0
+            if isinstance(event.when, LimitMargin) and margin < 0
         ]
         self._found += [Occurrence(event.name, t, q, v, v) for event in amiss]
         return Outcome("event") if any(event.stop for event in amiss) else None

@@ -37,12 +37,12 @@ from mecanique.motion.switching.law import (
     ElementState,
     Laws,
     Mode,
-    Solution,
+    ModeSolution,
     UndecidedError,
     hold,
     list_margins,
 )
-from mecanique.motion.switching.rows import Rows, Terms, as_scalars
+from mecanique.motion.switching.rows import SwitchingRows, Terms, as_scalars
 from mecanique.motion.tolerances import (
     CLOSED_GAP,
     DEAD,
@@ -91,7 +91,7 @@ class ModeProgram:
 class SwitchingEquations:
     """The equations of a mechanism with elements that switch, on a tape."""
 
-    def __init__(self, rows: Rows) -> None:
+    def __init__(self, rows: SwitchingRows) -> None:
         self.rows = rows
         tree = Tree(rows.letters)
         mass = tree.mass_matrix()
@@ -183,7 +183,7 @@ OFTEN = 100
 
 @final
 @dataclass(frozen=True)
-class Margin:
+class StateMargin:
     """What an element has left in its state, as the quantity of an event."""
 
     corners: Corners
@@ -206,7 +206,7 @@ class Corners:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self.rows = Rows(mechanism)
+        self.rows = SwitchingRows(mechanism)
         self.elements = self.rows.elements
         self.laws = Laws(self.elements, self.rows.permanent)
         self.rubbing = {e.name: list(e.tangents) for e in self.elements if e.tangents}
@@ -223,7 +223,7 @@ class Corners:
         self._at_once = 0
         self._ended: frozenset[Mode] = frozenset()
         self.events = tuple(
-            Event(f"{element.name}: {('gap', 'friction')[which]}", Margin(self, k, which), -1)
+            Event(f"{element.name}: {('gap', 'friction')[which]}", StateMargin(self, k, which), -1)
             for k, element in enumerate(self.elements)
             for which in (0, 1)
             if (element.normal is not None if which == 0 else element.tangents)
@@ -287,7 +287,7 @@ class Corners:
             for a, b in pairs
         )
 
-    def _solve(self, terms: Terms, mode: Mode, t: float) -> Solution:
+    def _solve(self, terms: Terms, mode: Mode, t: float) -> ModeSolution:
         solution = self.laws.solve(terms, mode)
         if solution is None:
             raise UndecidedError(
@@ -410,7 +410,7 @@ class Corners:
                 f"elements switch without end at t = {t:.9g} s; the last was {event!r}", time=t
             )
         margin = next(e.when for e in self.events if e.name == event)
-        assert isinstance(margin, Margin), "events of corners are margins"
+        assert isinstance(margin, StateMargin), "events of corners are margins"
         k, which = margin.element, margin.which
         mode = self.mode(t)
         state = mode[k]
@@ -520,7 +520,7 @@ class Corners:
         except UndecidedError as error:
             raise IntegrationError(f"{error}, at t = {t:.9g} s", time=t, state=y) from error
 
-    def _choose(self, solutions: list[Solution], t: float, y: Array) -> Mode:
+    def _choose(self, solutions: list[ModeSolution], t: float, y: Array) -> Mode:
         if len(solutions) == 1:
             return solutions[0].mode
         if not solutions:

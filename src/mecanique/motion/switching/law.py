@@ -75,7 +75,7 @@ Mode = tuple[ElementState, ...]
 
 @final
 @dataclass(frozen=True, eq=False)
-class Solution:
+class ModeSolution:
     """Accelerations and forces in a mode, or velocities and impulses after an impact."""
 
     mode: Mode
@@ -86,7 +86,7 @@ class Solution:
     held: tuple[int, ...] = ()
 
 
-class Held(NamedTuple):
+class HeldRows(NamedTuple):
     """The rows that a mode holds, the directions of their forces, and the force it knows."""
 
     rows: list[int]
@@ -97,7 +97,7 @@ class Held(NamedTuple):
 
 def hold(
     terms: Terms, elements: Sequence[ElementRows], mode: Mode, permanent: Sequence[int]
-) -> Held:
+) -> HeldRows:
     """Return what a mode holds."""
     rows = list(permanent)
     m, scalars = len(terms.jacobian), terms.gaps.dtype
@@ -129,7 +129,7 @@ def hold(
         friction[i, row] = 1.0
         for tangent, share in sliding.get(row, ()):
             friction[i, tangent] = share
-    return Held(rows, terms.jacobian.T @ friction.T, friction, known)
+    return HeldRows(rows, terms.jacobian.T @ friction.T, friction, known)
 
 
 def solve(
@@ -138,7 +138,7 @@ def solve(
     mode: Mode,
     permanent: Sequence[int],
     targets: Array | None = None,
-) -> Solution | None:
+) -> ModeSolution | None:
     """Return accelerations and forces in a mode; None if its equations have no solution.
 
     With `targets`, rates (m,) that the rows are to have, it returns the change of velocities and
@@ -149,7 +149,7 @@ def solve(
     known = held.known if targets is None else np.zeros(len(J))
     load = terms.load + J.T @ known if targets is None else np.zeros(len(terms.load))
     if not rows:
-        return Solution(mode, np.linalg.solve(terms.mass, load), known, redundant=False)
+        return ModeSolution(mode, np.linalg.solve(terms.mass, load), known, redundant=False)
     response = np.linalg.solve(terms.mass, np.column_stack([load, held.forces]))
     free, yielding = response[:, 0], response[:, 1:]
     wanted = -terms.gamma[rows] if targets is None else targets[rows] - terms.rates[rows]
@@ -183,7 +183,7 @@ def solve(
             column = entries[0]
             a[column] = wanted[i] / J[row, column]
     total = known + held.friction.T @ forces
-    return Solution(mode, a, total, null.shape[1] > 0, null, tuple(rows))
+    return ModeSolution(mode, a, total, null.shape[1] > 0, null, tuple(rows))
 
 
 def list_margins(
@@ -232,7 +232,7 @@ class Laws:
         self.elements = tuple(elements)
         self.permanent = tuple(permanent)
 
-    def solve(self, terms: Terms, mode: Mode) -> Solution | None:
+    def solve(self, terms: Terms, mode: Mode) -> ModeSolution | None:
         """Return accelerations and forces in a mode, with the direction of slip of the state."""
         return solve(terms, self.elements, self.along_slip(terms, mode), self.permanent)
 
@@ -262,7 +262,7 @@ class Laws:
         forces = None if solution is None else solution.forces
         return np.array(list_margins(terms, self.elements, mode, forces, hypot))
 
-    def _shared_margins(self, terms: Terms, solution: Solution, margins: Array) -> Array:
+    def _shared_margins(self, terms: Terms, solution: ModeSolution, margins: Array) -> Array:
         """Return the margins where forces can be shared: what sticks does so while a share exists.
 
         Elements that bear redundant forces together have one margin, that of the best share.
@@ -290,7 +290,7 @@ class Laws:
         still: float,
         forbidden: frozenset[tuple[int, str]] = frozenset(),
         ended: frozenset[Mode] = frozenset(),
-    ) -> list[Solution]:
+    ) -> list[ModeSolution]:
         """Return every mode that may follow in a state, by distinct accelerations.
 
         Args:
@@ -305,7 +305,7 @@ class Laws:
             states = self._candidates(terms, element, touching[k], still)
             choices.append([s for s in states if (k, s.name) not in forbidden])
         self._refuse_many(choices)
-        solutions: list[Solution] = []
+        solutions: list[ModeSolution] = []
         for mode in product(*choices):
             if mode in ended:
                 continue
@@ -351,7 +351,7 @@ class Laws:
 
     def _in_space(
         self, terms: Terms, mode: Mode, targets: Array | None = None
-    ) -> Iterator[Solution]:
+    ) -> Iterator[ModeSolution]:
         """Yield the solutions of a mode, for each direction in which a contact begins to slip."""
         unknown = [k for k, s in enumerate(mode) if s.name == SLIPS and not s.direction]
         if not unknown:
@@ -368,7 +368,7 @@ class Laws:
         (k,) = unknown
         tangents = list(self.elements[k].tangents)
 
-        def at(angle: float) -> Solution | None:
+        def at(angle: float) -> ModeSolution | None:
             state = ElementState(SLIPS, (float(np.cos(angle)), float(np.sin(angle))))
             changed = (*mode[:k], state, *mode[k + 1 :])
             return solve(terms, self.elements, changed, self.permanent, targets)
@@ -391,14 +391,16 @@ class Laws:
                     yield solution
 
     @staticmethod
-    def _begins(terms: Terms, solution: Solution, rows: list[int], targets: Array | None) -> Array:
+    def _begins(
+        terms: Terms, solution: ModeSolution, rows: list[int], targets: Array | None
+    ) -> Array:
         """The rate at which slip grows, or after an impact the slip, along rows."""
         change = terms.jacobian[rows] @ solution.a
         added: Array = change + (terms.gamma[rows] if targets is None else terms.rates[rows])
         return added
 
     def _follows(
-        self, terms: Terms, solution: Solution, touching: Sequence[bool], still: float
+        self, terms: Terms, solution: ModeSolution, touching: Sequence[bool], still: float
     ) -> bool:
         """Return whether what a mode presupposes is so."""
         J, a = terms.jacobian, solution.a
@@ -435,7 +437,7 @@ class Laws:
     def _feasible(
         self,
         terms: Terms,
-        solution: Solution,
+        solution: ModeSolution,
         touching: Sequence[bool],
         still: float,
         pull: float,
@@ -451,7 +453,7 @@ class Laws:
                 return False
         return self._find_spare(terms, solution) >= -SLACK * pull
 
-    def _find_spare(self, terms: Terms, solution: Solution) -> float:
+    def _find_spare(self, terms: Terms, solution: ModeSolution) -> float:
         """Return the least reserve of normal forces and static friction under the best share.
 
         The share of redundant forces that leaves most is found by a linear program; in space the
@@ -627,7 +629,7 @@ class Laws:
 
     def _impulses(
         self, terms: Terms, contacts: list[int], targets: Array, still: float
-    ) -> Solution:
+    ) -> ModeSolution:
         """Return the change of velocities and the impulses for which rates reach their targets."""
         choices: list[list[ElementState]] = []
         for k in range(len(self.elements)):
@@ -635,7 +637,7 @@ class Laws:
             states = self._impact_states(k) if k in contacts else [ElementState(OPEN)]
             choices.append(states)
         self._refuse_many(choices)
-        solutions: list[Solution] = []
+        solutions: list[ModeSolution] = []
         for mode in product(*choices):
             for solution in self._in_space(terms, mode, targets):
                 if self._restores(terms, solution, contacts, targets, still):
@@ -650,7 +652,7 @@ class Laws:
     def _restores(
         self,
         terms: Terms,
-        solution: Solution,
+        solution: ModeSolution,
         contacts: list[int],
         targets: Array,
         still: float,
@@ -684,10 +686,12 @@ def _typical_force(terms: Terms) -> float:
     return float(np.abs(terms.load).max(initial=0.0)) / longest if longest else 0.0
 
 
-def _distinct(solutions: Sequence[Solution], terms: Terms, still: float = 0.0) -> list[Solution]:
+def _distinct(
+    solutions: Sequence[ModeSolution], terms: Terms, still: float = 0.0
+) -> list[ModeSolution]:
     """The solutions of different accelerations or velocities."""
     free = np.abs(np.linalg.solve(terms.mass, terms.load))
-    kept: list[Solution] = []
+    kept: list[ModeSolution] = []
     for solution in solutions:
         for old in kept:
             size = np.maximum(np.abs(solution.a), np.abs(old.a)).max() + free.max(initial=0.0)
@@ -698,7 +702,7 @@ def _distinct(solutions: Sequence[Solution], terms: Terms, still: float = 0.0) -
     return kept
 
 
-def _prefer_sticking(laws: Laws, terms: Terms, solutions: list[Solution]) -> list[Solution]:
+def _prefer_sticking(laws: Laws, terms: Terms, solutions: list[ModeSolution]) -> list[ModeSolution]:
     """Leave out what ends where it need not: what can stick sticks, and latches keep closed."""
     kept = []
     for solution in solutions:

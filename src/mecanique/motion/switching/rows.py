@@ -72,7 +72,7 @@ class ElementRows:
 
 
 @final
-class Rows:
+class SwitchingRows:
     """The rows of a mechanism with elements that switch."""
 
     def __init__(self, mechanism: Mechanism) -> None:

@@ -116,7 +116,7 @@ class Twist(NamedTuple):
 
 
 @final
-class Places:
+class BodyPoses:
     """The poses of the bodies in the states of some wrenches, computed when first needed."""
 
     def __init__(self, find: Callable[[], dict[str, Array]]) -> None:
@@ -174,7 +174,7 @@ class Wrench(Legible):
     child: str = ""
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
     body: str = ""
-    places: Places | None = field(default=None, repr=False)
+    places: BodyPoses | None = field(default=None, repr=False)
     reason: str = ""
 
     def in_axes(self, axes: str) -> Wrench:

@@ -16,7 +16,7 @@ from mecanique.arrays import Array
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.sites import Site
 from mecanique.reference.engine.package import engine_package
-from mecanique.reference.engine.tree import Tree
+from mecanique.reference.engine.tree import EngineTree
 
 
 @final
@@ -43,7 +43,7 @@ class _Drive:
     values: Array  # q, then the driven joint coordinates, shape (n, k)
 
 
-def resultants(tree: Tree, q: Array, v: Array, t: Array, a: Array) -> Array:
+def resultants(tree: EngineTree, q: Array, v: Array, t: Array, a: Array) -> Array:
     """Return force and moment about the origin from outside, and the center, shape (n, 3, 3)."""
     # They are what changes the momenta of the bodies: F = Σ m a_c, M = Σ (c × m a_c + I α + ω × I
     # ω) (Newton, Euler)
@@ -64,7 +64,7 @@ def resultants(tree: Tree, q: Array, v: Array, t: Array, a: Array) -> Array:
     return np.stack([force, moment, first / mass if mass else first], axis=1)
 
 
-def momenta(tree: Tree, q: Array, v: Array, t: Array) -> Array:
+def momenta(tree: EngineTree, q: Array, v: Array, t: Array) -> Array:
     """Return linear momentum, angular about the origin and about the center, shape (n, 3, 3)."""
     # p = Σ m v_c, L = Σ (c × m v_c + I ω), and L − c̄ × p about the center of mass c̄ of all
     linear, angular, first = (np.zeros((len(q), 3)) for _ in range(3))
@@ -81,8 +81,8 @@ def momenta(tree: Tree, q: Array, v: Array, t: Array) -> Array:
     return np.stack([linear, angular, angular - orbital], axis=1)
 
 
-def energies(tree: Tree, q: Array, v: Array, t: Array) -> Array:
-    """Return T, V of gravity and V of the springs, shape (n, 3), as `Tree.energy` does for one."""
+def energies(tree: EngineTree, q: Array, v: Array, t: Array) -> Array:
+    """Return T, V of gravity and V of the springs, shape (n, 3), as `EngineTree.energy` for one."""
     drive = _drive(tree.chart, q, v, t, np.zeros_like(v))
     frames = _frames(tree, drive)
     kinetic = drive.u**2 @ tree.engine.model.armature / 2
@@ -102,14 +102,14 @@ def energies(tree: Tree, q: Array, v: Array, t: Array) -> Array:
     return np.stack([kinetic, height, tree.loads.energies(drive.values, position)], axis=1)
 
 
-def _massive(tree: Tree, frames: list[_Frames]) -> Iterator[tuple[Any, _Frames]]:
+def _massive(tree: EngineTree, frames: list[_Frames]) -> Iterator[tuple[Any, _Frames]]:
     """The inertias that move, each with its frame."""
     for inertia, frame in zip(list(tree.engine.model.inertias)[1:], frames[1:], strict=True):
         if inertia.mass or inertia.inertia.any():
             yield inertia, frame
 
 
-def center_speeds(tree: Tree, q: Array, v: Array, t: Array) -> Array:
+def center_speeds(tree: EngineTree, q: Array, v: Array, t: Array) -> Array:
     """Return the speeds of all bodies' centers of mass, in the bodies' order, shape (n, nb)."""
     frames = _frames(tree, _drive(tree.chart, q, v, t, np.zeros_like(v)))
     holders = [tree.engine.holders[body.name] for body in tree.mechanism.bodies]
@@ -121,7 +121,7 @@ def center_speeds(tree: Tree, q: Array, v: Array, t: Array) -> Array:
     return speeds
 
 
-def _frames(tree: Tree, drive: _Drive) -> list[_Frames]:
+def _frames(tree: EngineTree, drive: _Drive) -> list[_Frames]:
     """How the frames of all joints move, the world's first."""
     model = tree.engine.model
     still = np.zeros((len(drive.p), 3))
@@ -137,7 +137,7 @@ def _drive(chart: Chart, q: Array, v: Array, t: Array, a: Array) -> _Drive:
     return _Drive(p, *chart.move_many(q, v, t, a), values)
 
 
-def _move(tree: Tree, k: int, parent: _Frames, drive: _Drive) -> _Frames:
+def _move(tree: EngineTree, k: int, parent: _Frames, drive: _Drive) -> _Frames:
     """How the frame of a joint moves, as its parent's does and as the joint adds to it."""
     model = tree.engine.model
     joint, seat = model.joints[k], model.jointPlacements[k]
@@ -216,7 +216,7 @@ def _cross(a: Array, b: Array) -> Array:
 class Whole:
     """All moving bodies of a tree together; arguments must be finite and of correct shape."""
 
-    def __init__(self, tree: Tree) -> None:
+    def __init__(self, tree: EngineTree) -> None:
         self._pin = engine_package()
         self._tree = tree
         model, data = tree.engine.model, tree.engine.data

@@ -25,9 +25,9 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
 from mecanique.model.states import Efforts
 from mecanique.reference.engine.chart import Chart
-from mecanique.reference.engine.forces.elements import Elements, Held, Unit, hold
+from mecanique.reference.engine.forces.elements import Elements, GuideReactions, Unit, hold
 from mecanique.reference.engine.forces.loads import Loads
-from mecanique.reference.engine.forces.sites import Action, External
+from mecanique.reference.engine.forces.sites import External, SiteAction
 from mecanique.reference.engine.load import EngineModel, load
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs, fast_rhs
@@ -62,7 +62,7 @@ class Reactions:
                 if joint.parent in bodies and not isinstance(joint, Fixed)
             ]
 
-    def read(self, actions: list[Action]) -> dict[str, tuple[Array, Array]]:
+    def read(self, actions: list[SiteAction]) -> dict[str, tuple[Array, Array]]:
         """Return force and moment of parent on child at the child's origin, world axes, by joint.
 
         The engine's data must contain positions (`forwardKinematics`) and inverse dynamics of the
@@ -81,7 +81,7 @@ class Reactions:
             wrenches[name] = turn @ wrench.linear, turn @ wrench.angular
         return wrenches
 
-    def _through_weld(self, name: str, joint: int, actions: list[Action]) -> Any:
+    def _through_weld(self, name: str, joint: int, actions: list[SiteAction]) -> Any:
         """Return the wrench of a fixed joint on all it carries, in the moving joint's frame."""
         pin = engine_package()
 
@@ -183,7 +183,7 @@ def backward_error(mass: Array, acceleration: Array, right: Array) -> float:
 
 
 @final
-class Tree:
+class EngineTree:
     """The tree of a mechanism inside Pinocchio; arguments must be finite and of correct shape."""
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -332,7 +332,7 @@ class Tree:
         return np.array(self.loads.by_force(values, q, u, v, t)).reshape(-1, 3, 3)
 
     def transmit(
-        self, actions: list[Action], u: Array, rate: Array, *, weightless: bool = False
+        self, actions: list[SiteAction], u: Array, rate: Array, *, weightless: bool = False
     ) -> Array:
         """Return the wrenches of the joints under given actions, shape (n, 2, 3)."""
         # The engine's data must contain the state in question
@@ -347,7 +347,7 @@ class Tree:
             -1, 2, 3
         )
 
-    def hold(self, q: Array, v: Array, t: float, totals: Array) -> Held:
+    def hold(self, q: Array, v: Array, t: float, totals: Array) -> GuideReactions:
         """Return the forces of elements and the remaining reactions of the joints."""
         # The last call of `transmit` must be the one that gave the totals
         # Shapes: q (nq,), v (nv,)

@@ -17,12 +17,18 @@ from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.forces.sites import Action
+from mecanique.reference.engine.forces.sites import SiteAction
 from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.engine.package import engine_package
-from mecanique.reference.engine.tree import Tree
+from mecanique.reference.engine.tree import EngineTree
 from mecanique.reference.loops.closures import Closures
-from mecanique.reference.loops.nullspace import ConstrainedMotion, Metric, measure, solve, split
+from mecanique.reference.loops.nullspace import (
+    ConstrainedAccelerations,
+    Metric,
+    measure,
+    solve,
+    split,
+)
 from mecanique.reference.tolerances import LEAST, LOOSE, OPEN, TINY
 
 
@@ -90,7 +96,7 @@ COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in 
 """The components of a wrench, world axes."""
 
 
-class Forces(NamedTuple):
+class TransmittedWrenches(NamedTuple):
     """The wrenches of joints and loops."""
 
     wrenches: Array  # force and moment of each joint, then of each loop, shape (n, 2, 3)
@@ -102,7 +108,7 @@ class Forces(NamedTuple):
 class Closed:
     """The constrained motion of a mechanism with loops."""
 
-    def __init__(self, tree: Tree, most: int | None = None) -> None:
+    def __init__(self, tree: EngineTree, most: int | None = None) -> None:
         pin = engine_package()
 
         self._pin = pin
@@ -127,7 +133,7 @@ class Closed:
         ranked.most = most
         return ranked
 
-    def solve(self, q: Array, v: Array, t: float, *, weak: float = 0.0) -> ConstrainedMotion:
+    def solve(self, q: Array, v: Array, t: float, *, weak: float = 0.0) -> ConstrainedAccelerations:
         """Solve for accelerations and multipliers."""
         engine, chart, loads = self._tree.engine, self._tree.chart, self._tree.loads
         values, u = self.closures.move(q, v, t)
@@ -182,7 +188,7 @@ class Closed:
         """Return λ of each row, shape (m,)."""
         return self._solve_closed(q, v, t).multipliers
 
-    def reactions(self, q: Array, v: Array, t: float) -> Forces:
+    def reactions(self, q: Array, v: Array, t: float) -> TransmittedWrenches:
         """Return the wrenches of joints on children, of loops on bodies b, and of contacts."""
         if self.mechanism.velocity_constraints:
             raise EngineError(
@@ -201,7 +207,9 @@ class Closed:
         wrenches = self.closures.wrenches(motion.multipliers)
         transmitted = tree.transmit([*actions, *self._actions(wrenches)], u, rate)
         force, moment, _ = wrenches
-        return Forces(np.concatenate([transmitted, np.stack([force, moment], axis=1)]), loose)
+        return TransmittedWrenches(
+            np.concatenate([transmitted, np.stack([force, moment], axis=1)]), loose
+        )
 
     def undetermined(self, q: Array, t: float) -> Array:
         """Return which components of joints' and loops' wrenches are undetermined, shape (n, 6)."""
@@ -245,13 +253,13 @@ class Closed:
         chart, root = self._tree.chart, self._root.now()
         return root if chart.identical else root @ chart.G
 
-    def _solve_closed(self, q: Array, v: Array, t: float) -> ConstrainedMotion:
+    def _solve_closed(self, q: Array, v: Array, t: float) -> ConstrainedAccelerations:
         self._tree.move(q, v, t)
         self._tree.loads.check()
         self.refuse_open(q, t)
         return self.solve(q, v, t)
 
-    def _actions(self, wrenches: tuple[Array, Array, Array]) -> list[Action]:
+    def _actions(self, wrenches: tuple[Array, Array, Array]) -> list[SiteAction]:
         """Return the actions of the loops on bodies b, and their opposites on bodies a."""
         actions = []
         sites = self._tree.loads.sites
@@ -261,7 +269,7 @@ class Closed:
             for body, sign in ((acted, 1.0), (acting, -1.0)):
                 (fx, fy, fz), (mx, my, mz), (x, y, z) = force, moment, place
                 actions.append(
-                    Action(
+                    SiteAction(
                         sites[body],
                         (sign * fx, sign * fy, sign * fz),
                         (x, y, z),

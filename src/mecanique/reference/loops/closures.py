@@ -24,7 +24,7 @@ from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.loops.contacts import ContactRows, VelocityRows
-from mecanique.reference.loops.nullspace import Units
+from mecanique.reference.loops.nullspace import NaturalUnits
 from mecanique.reference.tolerances import ROUNDING, TINY
 from mecanique.reference.vectors import cross, hat
 
@@ -91,7 +91,7 @@ def _carriers(mechanism: Mechanism, owners: set[int]) -> set[str]:
 _AT = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}
 
 
-class Closure(NamedTuple):
+class LoopClosure(NamedTuple):
     """The constraints in one state."""
 
     residual: Array  # Φ, shape (m,) [m or rad]
@@ -209,16 +209,16 @@ class Closures:
             0,
         )
 
-    def at(self, q: Array, v: Array, t: float) -> Closure:
+    def at(self, q: Array, v: Array, t: float) -> LoopClosure:
         """Return the constraints in a state."""
         self.move(q, v, t)
         return self.now()
 
     @property
-    def units(self) -> Units:
+    def units(self) -> NaturalUnits:
         """Natural units of rows and velocities; a loop's lengths and angles are a block each."""
         # The rounding is that of the last state
-        return Units(self.rows, self.columns, self._blocks, self._rounding_of_rows)
+        return NaturalUnits(self.rows, self.columns, self._blocks, self._rounding_of_rows)
 
     def _rounding_of_rows(self) -> Array:
         """Return what rounding may make of entries of each row, natural units, (m,)."""
@@ -265,18 +265,18 @@ class Closures:
         )
         return values, self._u
 
-    def now(self, *, residual: bool = True) -> Closure:
+    def now(self, *, residual: bool = True) -> LoopClosure:
         """Return the constraints in the state of the last `move`."""
         parts = [self._of_loops(residual)] if self._loops else []
         if self.contacts.names:
             parts.append(self._project(*self.contacts.now(self._u)))
         if self._velocity_rows.names:
-            parts.append(Closure(*self._velocity_rows.now(*self._state)))
+            parts.append(LoopClosure(*self._velocity_rows.now(*self._state)))
         if len(parts) == 1:
             return parts[0]
-        return Closure(*map(np.concatenate, zip(*parts, strict=True)))
+        return LoopClosure(*map(np.concatenate, zip(*parts, strict=True)))
 
-    def _of_loops(self, residual: bool) -> Closure:
+    def _of_loops(self, residual: bool) -> LoopClosure:
         data, u = self._engine.data, self._u
         turn, here, place = self._frames()
         self._places, self._spans = place, here[0]
@@ -402,7 +402,7 @@ class Closures:
 
     def _select(
         self, phi: Array, here: tuple[Array, Array], J: Array, rate: Array, second: Array
-    ) -> Closure:
+    ) -> LoopClosure:
         """Select rows from the six of each loop; distances and angles in a plane combine them."""
         place, turn = here
         rows = self._rows_of_loops(here, J)
@@ -426,12 +426,12 @@ class Closures:
             gamma[i] = row @ second[k, 3:] + change @ spin
         return self._project(phi, rows, np.zeros(len(rows)), gamma)
 
-    def _project(self, phi: Array, rows: Array, drift: Array, gamma: Array) -> Closure:
+    def _project(self, phi: Array, rows: Array, drift: Array, gamma: Array) -> LoopClosure:
         """Convert rows in the engine's velocities to rows in the mechanism's."""
         chart = self._chart
         if chart.identical:
-            return Closure(phi, rows, drift, gamma)
-        return Closure(phi, rows @ chart.G, drift + rows @ chart.c, gamma + rows @ chart.gamma)
+            return LoopClosure(phi, rows, drift, gamma)
+        return LoopClosure(phi, rows @ chart.G, drift + rows @ chart.c, gamma + rows @ chart.gamma)
 
 
 def _find_ends(pin: Any, mechanism: Mechanism, engine: EngineModel, side: str) -> _Ends:

@@ -26,7 +26,7 @@ from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.vectors import cross, hat
 
 
-class Rows(NamedTuple):
+class ContactConstraints(NamedTuple):
     """Constraint rows in one state, with the rate J v + b and its derivative J a + γ."""
 
     residual: Array  # Φ, zero where there is none, shape (m,)
@@ -89,7 +89,7 @@ class ContactRows:
         self.margins: Array = np.ones(len(mechanism.contacts))
         """How well each place was determined there, from 0 to 1, shape (contacts,)."""
 
-    def now(self, u: Array) -> Rows:
+    def now(self, u: Array) -> ContactConstraints:
         """Return the rows in the engine's present state."""
         columns = self._engine.data.J.reshape(6, -1)
         residual, jacobian, gamma = [], [], []
@@ -112,7 +112,7 @@ class ContactRows:
             residual.append([touch.gap, *[0.0] * (len(touch.directions) - 1)])
         n = len(self.names)
         rows = np.concatenate(jacobian) if jacobian else np.zeros((0, columns.shape[1]))
-        return Rows(
+        return ContactConstraints(
             np.array([gap for row in residual for gap in row]),
             rows,
             np.zeros(n),
@@ -320,13 +320,15 @@ class VelocityRows:
         names = (*mechanism.coordinates, *velocities, *mechanism.values, "t")
         self._entries = compile_scalars([*entries, *map(change, entries)], names)
 
-    def now(self, q: Array, v: Array, t: float) -> Rows:
+    def now(self, q: Array, v: Array, t: float) -> ContactConstraints:
         """Return the rows in a state."""
         if not self.names:
-            return Rows(np.zeros(0), np.zeros((0, self._size)), np.zeros(0), np.zeros(0))
+            return ContactConstraints(
+                np.zeros(0), np.zeros((0, self._size)), np.zeros(0), np.zeros(0)
+            )
         entries = np.array(self._entries(*q.tolist(), *v.tolist(), *self._values, t), dtype=float)
         now, change = entries.reshape(2, len(self.names), self._size + 1)
-        return Rows(
+        return ContactConstraints(
             np.zeros(len(self.names)),
             now[:, :-1],
             -now[:, -1],

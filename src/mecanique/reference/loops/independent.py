@@ -17,7 +17,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError
-from mecanique.reference.engine.tree import Tree
+from mecanique.reference.engine.tree import EngineTree
 from mecanique.reference.loops.assembly import close_position, displace
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.nullspace import split
@@ -105,7 +105,7 @@ def free_motions(closed: Closed, q: Array, t: float) -> tuple[Array, Array]:
 
 
 def driving_forces(
-    tree: Tree,
+    tree: EngineTree,
     closed: Closed | None,
     drives: Sequence[str],
     q: Array,

@@ -8,7 +8,7 @@ from copy import copy
 from typing import NamedTuple, final
 
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.tree import Tree
+from mecanique.reference.engine.tree import EngineTree
 from mecanique.reference.loops.closed import Closed
 
 MOST = 32
@@ -18,7 +18,7 @@ MOST = 32
 class Loaded(NamedTuple):
     """A mechanism inside Pinocchio."""
 
-    tree: Tree  # its tree; all who load the mechanism in one thread share its data
+    tree: EngineTree  # its tree; all who load the mechanism in one thread share its data
     closed: Closed | None  # its loops, with constraints of unknown rank; None for a tree
 
 
@@ -45,7 +45,7 @@ def load_once(mechanism: Mechanism) -> Loaded:
     entry = kept.pop(key, None)
     if entry is None or entry.mechanism() is not mechanism:
         # a copy is loaded, so that the cache does not keep the mechanism alive
-        tree = Tree(copy(mechanism))
+        tree = EngineTree(copy(mechanism))
         loaded = Loaded(tree, Closed(tree) if mechanism.constrained else None)
         entry = _Kept(weakref.ref(mechanism, lambda _: kept.pop(key, None)), loaded)
     kept[key] = entry

@@ -38,7 +38,7 @@ from mecanique.reference.tolerances import (
 )
 
 
-class Units(NamedTuple):
+class NaturalUnits(NamedTuple):
     """Natural units: a characteristic length for lengths, one radian for angles."""
 
     rows: Array  # shape (m,), factors of the rows
@@ -58,7 +58,7 @@ class Metric(NamedTuple):
     columns: Array
     inverse: Array  # shape (n, n), the inverse of `columns`
     mass: Array  # shape (n,), one for each direction, or zero if it has no mass
-    units: Units  # the natural units
+    units: NaturalUnits  # the natural units
 
     def scale(self, jacobian: Array) -> Array:
         """Scale the rows and columns of a Jacobian, shape (m, n)."""
@@ -75,7 +75,7 @@ class Metric(NamedTuple):
 
 
 def measure(
-    mass: Array, jacobian: Array, units: Units, root: Callable[[], Array] | None = None
+    mass: Array, jacobian: Array, units: NaturalUnits, root: Callable[[], Array] | None = None
 ) -> Metric:
     """Return the metric of a state."""
     # A massless velocity takes the scale of the lightest one that a loop couples it to. `root` is
@@ -150,7 +150,7 @@ class Split:
 
 @final
 @dataclass(frozen=True)
-class ConstrainedMotion:
+class ConstrainedAccelerations:
     """The accelerations of constrained bodies, with the multipliers."""
 
     acceleration: np.ndarray  # shape (n,)
@@ -219,7 +219,7 @@ def solve(
     names: Sequence[str] | None = None,
     most: int | None = None,  # upper bound of the rank
     weak: float = 0.0,
-) -> ConstrainedMotion:
+) -> ConstrainedAccelerations:
     """Solve M a + h = Jᵀ λ together with J a + γ = 0."""
     # Directions with singular values below `weak` count as prevented, in agreement with the rank
     # `most`, but keep their velocities: rounding would bend the path next to a singular position.
@@ -251,7 +251,7 @@ def solve(
         units = (metric.rows / metric.units.rows)[:, None]
         idle = np.linalg.lstsq(units * parts.loose, units[:, 0] * multipliers, rcond=None)[0]
         multipliers = multipliers - parts.loose @ idle
-    return ConstrainedMotion(
+    return ConstrainedAccelerations(
         metric.columns @ a, metric.rows * multipliers, parts.determined, parts.rank
     )
 

@@ -16,7 +16,7 @@ from typing import final
 from mecanique.urdf.dialect import DRAKE_JOINT
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
-from mecanique.urdf.reading.document import Document
+from mecanique.urdf.reading.document import UrdfDocument
 
 _VECTORS = {("origin", "xyz"), ("origin", "rpy"), ("axis", "xyz")}
 _NUMBERS = {
@@ -42,7 +42,7 @@ class Blank:
     drops: bool  # whether an inertia is silently dropped; else the file is refused
 
 
-def check(document: Document, report: Report) -> None:
+def check(document: UrdfDocument, report: Report) -> None:
     """Note the numbers over which urdfdom stumbles."""
     for holder in document.element.children:
         where = f"{holder.tag} {holder.attributes.get('name', '')!r}"

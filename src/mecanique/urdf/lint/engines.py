@@ -8,13 +8,13 @@ from mecanique.urdf.dialect import DRAKE_JOINT, WORLD
 from mecanique.urdf.findings import Report
 from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
 from mecanique.urdf.markup import Element
-from mecanique.urdf.reading.document import Document
+from mecanique.urdf.reading.document import UrdfDocument
 from mecanique.urdf.reading.joints import SINGLE, JointText
 
 _VELOCITIES = {**dict.fromkeys(SINGLE, 1), "planar": 3, "universal": 2, "ball": 3, "floating": 6}
 
 
-def check(document: Document, report: Report) -> None:
+def check(document: UrdfDocument, report: Report) -> None:
     """Note what other programs make of the text."""
     joints = document.joints
     _each(document, report)
@@ -57,7 +57,7 @@ def check(document: Document, report: Report) -> None:
     _size(document, report)
 
 
-def _each(document: Document, report: Report) -> None:
+def _each(document: UrdfDocument, report: Report) -> None:
     by_name = {joint.name: joint for joint in document.joints}
     for joint in document.joints:
         if joint.kind == "planar":
@@ -97,7 +97,7 @@ def _each(document: Document, report: Report) -> None:
             )
 
 
-def _size(document: Document, report: Report) -> None:
+def _size(document: UrdfDocument, report: Report) -> None:
     count = sum(
         _VELOCITIES.get(joint.kind, 0)
         for joint in document.joints

@@ -23,7 +23,7 @@ from mecanique.urdf.lint.blanks import start_tag
 from mecanique.urdf.markup import Element
 from mecanique.urdf.meshes import read_mesh
 from mecanique.urdf.reading.document import read_document
-from mecanique.urdf.reading.links import ENTRIES, Link
+from mecanique.urdf.reading.links import ENTRIES, UrdfLink
 from mecanique.urdf.reading.packages import PackagePath
 from mecanique.wording import Legible, say_count
 
@@ -33,7 +33,7 @@ _TOGETHER = 1e-8
 
 @final
 @dataclass(frozen=True, eq=False)
-class Solid:
+class HomogeneousSolid:
     """A homogeneous solid of density 1 in the frame of its link.
 
     Args:
@@ -52,14 +52,14 @@ class Solid:
     high: Array
     kind: str
 
-    def __add__(self, other: Solid) -> Solid:
+    def __add__(self, other: HomogeneousSolid) -> HomogeneousSolid:
         volume = self.volume + other.volume
         center = (self.volume * self.center + other.volume * other.center) / volume
         inertia = sum(
             solid.inertia + solid.volume * _about(solid.center - center) for solid in (self, other)
         )
         low, high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
-        return Solid(volume, center, np.asarray(inertia), low, high, "several")
+        return HomogeneousSolid(volume, center, np.asarray(inertia), low, high, "several")
 
     def outside(self, point: Array) -> float:
         """Return how far a point lies outside of the solid's bounding box [m]."""
@@ -68,7 +68,7 @@ class Solid:
 
 def solid_of(
     shapes: Sequence[Visual], *, meshes: bool, faults: list[str] | None = None
-) -> Solid | None:
+) -> HomogeneousSolid | None:
     """Return the solid that shapes make together, None if one is unknown; note faults of meshes."""
     parts = []
     for shape in shapes:
@@ -79,10 +79,10 @@ def solid_of(
             if faults is not None:
                 faults.append(str(error))
     known = [part for part in parts if part is not None]
-    return reduce(Solid.__add__, known) if known and len(known) == len(parts) else None
+    return reduce(HomogeneousSolid.__add__, known) if known and len(known) == len(parts) else None
 
 
-def _solid(shape: Visual, *, meshes: bool) -> Solid | None:
+def _solid(shape: Visual, *, meshes: bool) -> HomogeneousSolid | None:
     turn, shift = np.array(shape.placement.rotation, float), np.array(shape.placement.xyz, float)
     match shape.geometry:
         case Box(size):
@@ -110,17 +110,19 @@ def _solid(shape: Visual, *, meshes: bool) -> Solid | None:
 
 def _primitive(
     kind: str, volume: float, radii: Array, half: Array, turn: Array, shift: Array
-) -> Solid | None:
+) -> HomogeneousSolid | None:
     """Return a primitive with given squares of its radii of gyration."""
     if not volume > 0:
         return None
     reach = np.abs(turn) @ half
     inertia = turn @ np.diag(volume * radii) @ turn.T
-    return Solid(volume, shift, inertia, shift - reach, shift + reach, kind)
+    return HomogeneousSolid(volume, shift, inertia, shift - reach, shift + reach, kind)
 
 
 @lru_cache(maxsize=256)
-def _mesh(path: Path, changed: int, scale: tuple[float, ...], place: Placement) -> Solid | None:
+def _mesh(
+    path: Path, changed: int, scale: tuple[float, ...], place: Placement
+) -> HomogeneousSolid | None:
     """The solid that a mesh encloses; a file is read again only if it has changed."""
     del changed  # enough to tell one version of the file from the next
     turn, shift = np.array(place.rotation, float), np.array(place.xyz, float)
@@ -148,7 +150,9 @@ def _mesh(path: Path, changed: int, scale: tuple[float, ...], place: Placement) 
     second = np.einsum("n,nki,nkj->ij", volumes, arms, arms) / 20
     moments = np.trace(second) * np.eye(3) - second
     inertia = np.sign(volume) * (moments - volume * _about(first))
-    return Solid(abs(volume), middle + first, inertia, low, high, "mesh" if whole else "hull")
+    return HomogeneousSolid(
+        abs(volume), middle + first, inertia, low, high, "mesh" if whole else "hull"
+    )
 
 
 def _is_closed(triangles: Array, size: float) -> bool:
@@ -206,7 +210,7 @@ class LinkInertia:
 
     name: str
     mass: float
-    solid: Solid
+    solid: HomogeneousSolid
     by_shape: float
     off: float
     ratio: float
@@ -367,7 +371,7 @@ def compare_inertias(
     )
 
 
-def check(link: Link, report: Report, *, meshes: bool) -> None:
+def check(link: UrdfLink, report: Report, *, meshes: bool) -> None:
     """Note a center of mass outside of the link's shape, and a density that no material has."""
     if not link.mass > 0:
         return
@@ -392,7 +396,7 @@ def check(link: Link, report: Report, *, meshes: bool) -> None:
         report.add("M214", link.element, link.where, message)
 
 
-def _compare(link: Link, solid: Solid, density: float | None) -> LinkInertia:
+def _compare(link: UrdfLink, solid: HomogeneousSolid, density: float | None) -> LinkInertia:
     mass = link.mass if density is None else density * solid.volume
     center = np.array(link.frame.xyz, float) if link.mass else solid.center
     written = np.linalg.eigvalsh(tensor_of(link.inertia)).max()

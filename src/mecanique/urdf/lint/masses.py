@@ -11,9 +11,9 @@ from mecanique.arrays import Array
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.placement import pose_of
 from mecanique.urdf.findings import Report
-from mecanique.urdf.reading.document import Document
+from mecanique.urdf.reading.document import UrdfDocument
 from mecanique.urdf.reading.joints import JointText
-from mecanique.urdf.reading.links import Link
+from mecanique.urdf.reading.links import UrdfLink
 
 _TINY = 2.2e-16
 """Pinocchio loses the lever of masses below [kg]."""
@@ -22,7 +22,7 @@ _ROUNDING, _LEVER = 1e-14, 1e-12
 """What a turn or an arm leaves of an inertia and of a lever that are zero, relative to size."""
 
 
-def check(document: Document, report: Report) -> None:
+def check(document: UrdfDocument, report: Report) -> None:
     """Note masses and inertias that are allowed but suspicious."""
     root = document.root
     points = [link for link in document.links if link.mass and not any(link.inertia)]
@@ -42,7 +42,7 @@ def check(document: Document, report: Report) -> None:
         _massless(document, root, report)
 
 
-def _massless(document: Document, root: str, report: Report) -> None:
+def _massless(document: UrdfDocument, root: str, report: Report) -> None:
     links = {link.name: link for link in document.links}
     below: dict[str, list[JointText]] = {}
     for joint in document.joints:
@@ -73,10 +73,10 @@ def _massless(document: Document, root: str, report: Report) -> None:
 
 
 def _rigid(
-    first: Link, links: Mapping[str, Link], below: Mapping[str, list[JointText]]
-) -> list[tuple[Link, Array, JointText | None]]:
+    first: UrdfLink, links: Mapping[str, UrdfLink], below: Mapping[str, list[JointText]]
+) -> list[tuple[UrdfLink, Array, JointText | None]]:
     """The links welded to one, with their poses in it, and the joints at which others move."""
-    welded: list[tuple[Link, Array, JointText | None]] = [(first, np.eye(4), None)]
+    welded: list[tuple[UrdfLink, Array, JointText | None]] = [(first, np.eye(4), None)]
     for link, pose, moving in welded:
         for joint in () if moving else below.get(link.name, ()):
             place = pose @ pose_of(joint.origin)
@@ -84,7 +84,7 @@ def _rigid(
     return welded
 
 
-def _no_resistance(joint: JointText, carried: Sequence[tuple[Link, Array]]) -> bool:
+def _no_resistance(joint: JointText, carried: Sequence[tuple[UrdfLink, Array]]) -> bool:
     """Whether a motion of the joint meets no inertia: its block of the mass matrix is singular."""
     motions = _motions(joint)
     inertia = np.zeros((6, 6))

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.urdf.findings import Report
-from mecanique.urdf.reading.document import Document
-from mecanique.urdf.reading.links import Link
+from mecanique.urdf.reading.document import UrdfDocument
+from mecanique.urdf.reading.links import UrdfLink
 
 _MASS, _MOMENT = 0.01, 0.05
 """Relative differences of masses and moments of inertia that drawings of two sides may have."""
@@ -61,7 +61,7 @@ def mirror_name(name: str) -> str:
     )
 
 
-def check(document: Document, report: Report) -> None:
+def check(document: UrdfDocument, report: Report) -> None:
     """Note links of the right side that do not mirror those of the left."""
     links = {link.name: link for link in document.links}
     seen = _look(document, links)
@@ -82,7 +82,7 @@ def check(document: Document, report: Report) -> None:
             report.add("M212", right.element, right.where, message)
 
 
-def _differences(left: Link, right: Link, a: _Seen, b: _Seen) -> Iterator[str]:
+def _differences(left: UrdfLink, right: UrdfLink, a: _Seen, b: _Seen) -> Iterator[str]:
     if abs(left.mass - right.mass) > _MASS * max(left.mass, right.mass):
         yield f"{right.mass:g} kg, not {left.mass:g} kg"
     expected = _MIRROR * a.center
@@ -101,7 +101,7 @@ def _differences(left: Link, right: Link, a: _Seen, b: _Seen) -> Iterator[str]:
             yield "the same principal moments of inertia, about other axes"
 
 
-def _look(document: Document, links: Mapping[str, Link]) -> dict[str, _Seen]:
+def _look(document: UrdfDocument, links: Mapping[str, UrdfLink]) -> dict[str, _Seen]:
     """Return every link as seen from the root with all joints at zero."""
     if document.root is None:
         return {}

@@ -28,7 +28,7 @@ from mecanique.urdf.dialect import (
 )
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
-from mecanique.urdf.reading.document import Document
+from mecanique.urdf.reading.document import UrdfDocument
 from mecanique.urdf.reading.switching import words_of
 
 _JOINT = (
@@ -118,7 +118,7 @@ _OTHERS = {
 }
 
 
-def check(document: Document, report: Report) -> None:
+def check(document: UrdfDocument, report: Report) -> None:
     """Note elements and attributes that are not read, and the version and namespace."""
     robot = document.element
     version = robot.attributes.get("version", "1.0")

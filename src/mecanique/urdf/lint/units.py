@@ -9,8 +9,8 @@ from mecanique.model import slips
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.placement import Placement
 from mecanique.urdf.findings import Report
-from mecanique.urdf.reading.document import Document
-from mecanique.urdf.reading.links import Link
+from mecanique.urdf.reading.document import UrdfDocument
+from mecanique.urdf.reading.links import UrdfLink
 
 _METERS, _DEGREES, _GRAMS = (
     f": {unit[0].text}?" for unit in (slips.LENGTH, slips.ANGLE, slips.MASS)
@@ -24,7 +24,7 @@ _DENSE = 30_000.0
 """A density above that of every metal [kg/m³]."""
 
 
-def check(document: Document, report: Report) -> None:
+def check(document: UrdfDocument, report: Report) -> None:
     """Note numbers that seem to be in units other than kg, m, s and radians."""
     reach: dict[str, float] = {}
     for joint in document.joints:
@@ -62,7 +62,7 @@ def _angles(place: Placement, line: int, where: str, report: Report) -> None:
         report.add("M309", line, where, f"an angle of its placement is {most:g} radians{_DEGREES}")
 
 
-def _link(link: Link, reach: float, report: Report) -> None:
+def _link(link: UrdfLink, reach: float, report: Report) -> None:
     center = math.hypot(*link.frame.xyz)
     if center > _FAR:
         report.add(
@@ -95,7 +95,7 @@ def _link(link: Link, reach: float, report: Report) -> None:
         _point(link, shapes[0], report)
 
 
-def _point(link: Link, shape: Visual, report: Report) -> None:
+def _point(link: UrdfLink, shape: Visual, report: Report) -> None:
     """Compare the inertia with that of the drawn shape, about its center and the link's origin."""
     if any(shape.placement.rpy) or any(link.frame.rpy):
         return

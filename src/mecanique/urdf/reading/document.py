@@ -17,13 +17,13 @@ from mecanique.urdf.parse import MOST_BYTES, parse
 from mecanique.urdf.reading.extensions import Extensions, read_extensions, with_rotors
 from mecanique.urdf.reading.fields import name_of
 from mecanique.urdf.reading.joints import Follower, JointText, followers, read_joints
-from mecanique.urdf.reading.links import Link, Pictures, implied_world, read_links
+from mecanique.urdf.reading.links import Pictures, UrdfLink, implied_world, read_links
 from mecanique.urdf.reading.packages import MeshSearch, PackagePath
-from mecanique.urdf.reading.xacro import Letters, Values, expand
+from mecanique.urdf.reading.xacro import Letters, XacroValues, expand
 
 
 def root_of(
-    links: list[Link], joints: list[JointText], report: Report, complete: bool
+    links: list[UrdfLink], joints: list[JointText], report: Report, complete: bool
 ) -> str | None:
     """Return the root link's name; report joints that form no tree, and parts apart if complete."""
     by_name = {link.name: link for link in links}
@@ -98,13 +98,13 @@ _FORMATS = {
 
 @final
 @dataclass(frozen=True)
-class Document:
+class UrdfDocument:
     """The contents of a URDF text."""
 
     text: bytes
     name: str
     element: Element
-    links: tuple[Link, ...]
+    links: tuple[UrdfLink, ...]
     joints: tuple[JointText, ...]
     root: str | None  # name of the root link; None if there is not one
     mimics: dict[str, Follower]  # how mimicking joints follow free ones, by name
@@ -112,7 +112,7 @@ class Document:
     rotors: tuple[Element, ...]  # the elements that give rotor inertias
     lost: tuple[tuple[Element, str], ...]  # the meshes that were not found, and their links
     searched: str  # where packages were looked for, in words
-    values: Values  # of a xacro file's arguments and properties; none of another's
+    values: XacroValues  # of a xacro file's arguments and properties; none of another's
 
 
 def read_document(
@@ -120,14 +120,14 @@ def read_document(
     package_path: PackagePath | None = None,
     arguments: Mapping[str, str] | None = None,
     letters: Letters | None = None,
-) -> tuple[Document | None, Report]:
+) -> tuple[UrdfDocument | None, Report]:
     """Return the contents of a URDF and the faults found; no contents if it is not a robot."""
     file = None if isinstance(source, str) and "<" in source else Path(source)
     report = Report(None if file is None else str(source))
     search = MeshSearch(file, package_path)
     places = None
     data = source if file is None and isinstance(source, str) else _bytes(file, report)
-    values = Values(arguments or {}, letters or {})
+    values = XacroValues(arguments or {}, letters or {})
     named = file is not None and file.suffix.lower() == ".xacro"
     if file is not None and isinstance(data, bytes) and (named or _holds_macros(data)):
         expanded = expand(file, values, search, report)
@@ -167,8 +167,8 @@ def _is_robot(element: Element, report: Report) -> bool:
 
 
 def _read_robot(
-    robot: Element, text: bytes, search: MeshSearch, values: Values, report: Report
-) -> Document:
+    robot: Element, text: bytes, search: MeshSearch, values: XacroValues, report: Report
+) -> UrdfDocument:
     """Return the contents of a robot, and report their faults."""
     if "name" not in robot.attributes:
         report.aside.add("M101", robot, "", "the robot has no name")
@@ -186,7 +186,7 @@ def _read_robot(
     root = root_of(links, joints, report, complete)
     mimics = followers(joints, report)
     extensions = read_extensions(robot, _names(links), joints, report)
-    return Document(
+    return UrdfDocument(
         text=text,
         name=name,
         element=robot,
@@ -202,7 +202,7 @@ def _read_robot(
     )
 
 
-def _names(links: list[Link]) -> Collection[str]:
+def _names(links: list[UrdfLink]) -> Collection[str]:
     return {link.name for link in links}
 
 

@@ -95,7 +95,7 @@ def placement_of(element: Element, report: Report, where: str) -> Placement:
 
 
 def single(parent: Element, tag: str, report: Report, where: str) -> Element | None:
-    """Return the child with a tag of which there may be one; more are reported."""
+    """Return the only child with a tag; duplicates are reported."""
     children = parent.all(tag)
     if len(children) > 1:
         report.add("M112", children[1], where, f"<{parent.tag}> has {len(children)} <{tag}>")

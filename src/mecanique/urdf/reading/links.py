@@ -145,7 +145,7 @@ ENTRIES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 @final
 @dataclass(frozen=True)
-class Link:
+class UrdfLink:
     """A link as written."""
 
     name: str
@@ -180,9 +180,9 @@ class Link:
         return Body(self.name, whole, as_given=not self.real)
 
 
-def read_links(robot: Element, report: Report, pictures: Pictures) -> list[Link]:
+def read_links(robot: Element, report: Report, pictures: Pictures) -> list[UrdfLink]:
     """Return the links of a robot; what cannot be read is reported."""
-    links: dict[str, Link] = {}
+    links: dict[str, UrdfLink] = {}
     for element in robot.all("link"):
         name = name_of(element, report)
         where = f"link {name!r}" if name else "a link"
@@ -196,7 +196,7 @@ def read_links(robot: Element, report: Report, pictures: Pictures) -> list[Link]
                 "M106", element, where, f"it is there already at line {links[name].element.line}"
             )
             continue
-        links[name] = Link(
+        links[name] = UrdfLink(
             name=name,
             element=element,
             mass=mass,
@@ -211,7 +211,7 @@ def read_links(robot: Element, report: Report, pictures: Pictures) -> list[Link]
     return list(links.values())
 
 
-def implied_world(links: list[Link], joints: list[JointText], report: Report) -> list[Link]:
+def implied_world(links: list[UrdfLink], joints: list[JointText], report: Report) -> list[UrdfLink]:
     """Return the link `world` if joints refer to it but no link declares it, as Drake does."""
     if any(link.name == WORLD for link in links):
         return []
@@ -221,7 +221,7 @@ def implied_world(links: list[Link], joints: list[JointText], report: Report) ->
             remedy = f'Add <link name="{WORLD}"/>; Pinocchio refuses the file without it.'
             report.aside.add("M107", joint.element, joint.where, message, remedy)
             nothing = 0.0, Placement(), (0.0,) * 6
-            return [Link(WORLD, joint.element, *nothing, (), ())]
+            return [UrdfLink(WORLD, joint.element, *nothing, (), ())]
     return []
 
 

@@ -28,7 +28,7 @@ _ARGUMENT = re.compile(r"\$\(arg\s+([^\s)]+)\s*\)")
 
 @final
 @dataclass
-class Places:
+class XacroLines:
     """File and line of every element that xacro may copy, and what the files ask for."""
 
     known: list[tuple[str, int]] = field(default_factory=list)  # file and line by number
@@ -111,7 +111,7 @@ Letters = Mapping[str, float]
 
 
 @final
-class Values:
+class XacroValues:
     """The arguments and properties of a xacro file, noted while it is expanded."""
 
     def __init__(self, given: Mapping[str, str], letters: Letters) -> None:
@@ -213,8 +213,8 @@ def _read(value: object) -> float | None:
 
 
 def expand(
-    file: Path, values: Values, search: MeshSearch, report: Report
-) -> tuple[bytes, Places] | None:
+    file: Path, values: XacroValues, search: MeshSearch, report: Report
+) -> tuple[bytes, XacroLines] | None:
     """Return a xacro file as URDF and its elements' places; None if impossible, as reported."""
     try:
         import xacro
@@ -233,7 +233,7 @@ def expand(
             raise LookupError(lost[-1])
         return str(folder)
 
-    places = Places()
+    places = XacroLines()
 
     def read(inp: Any, filename: str | None = None) -> Any:
         """Parse what xacro asks for, with a number in each element."""

@@ -11,13 +11,13 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mecanique.verification.chapter.row import Row
+    from mecanique.verification.chapter.row import ChapterRow
 
 __all__ = ["register"]
 
 
 @cache
-def register() -> tuple[Row, ...]:
+def register() -> tuple[ChapterRow, ...]:
     """Check the numbered equations, displayed results of Examples 1.1 and 1.2, and sentences."""
     from dataclasses import replace
 

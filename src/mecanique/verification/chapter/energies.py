@@ -15,14 +15,14 @@ from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.model.states import States
 from mecanique.textbook import load
-from mecanique.verification.chapter.row import Row, agreement, identity
+from mecanique.verification.chapter.row import ChapterRow, agreement, identity
 
 _OPERATOR = (
     "the operator applied to T and V of {}, against Newton and Euler's equations of the same system"
 )
 
 
-def rows() -> Iterator[Row]:
+def rows() -> Iterator[ChapterRow]:
     """Yield the rows of the section."""
     yield identity(
         "1.28",
@@ -91,7 +91,7 @@ def _differences(name: str, *, of_lagrangian: bool = False) -> list[Series]:
     return differences
 
 
-def _rod_pendulum() -> Iterator[Row]:
+def _rod_pendulum() -> Iterator[ChapterRow]:
     from sympy import integrate, symbols
 
     lagrange = Lagrange(load("rigid_bar_pendulum"))

@@ -19,7 +19,7 @@ from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.textbook import entry, load
-from mecanique.verification.chapter.row import Row, agreement, decision, identity, misprint
+from mecanique.verification.chapter.row import ChapterRow, agreement, decision, identity, misprint
 from mecanique.verification.facts import Bench
 
 Acting: TypeAlias = tuple[Any, Any]
@@ -94,7 +94,7 @@ class Bars:
         return dict(solution)
 
 
-def list_blocks() -> Iterator[Row]:
+def list_blocks() -> Iterator[ChapterRow]:
     """Yield the rows of the example, in the letters of the chapter; x points away from the wall."""
     blocks = _Blocks()
     yield from _newton_euler(blocks)
@@ -119,7 +119,7 @@ class _Blocks:
         return (self.algebra.ring[name] for name in names.split())
 
 
-def _newton_euler(blocks: _Blocks) -> Iterator[Row]:
+def _newton_euler(blocks: _Blocks) -> Iterator[ChapterRow]:
     m1, m2, k1, k2, F, a1, a2 = blocks.letters("m1 m2 k1 k2 F q1'' q2''")
     bodies = NewtonEuler(blocks.mechanism, blocks.algebra)
     first, second = bodies.cuts.bodies
@@ -152,7 +152,7 @@ def _newton_euler(blocks: _Blocks) -> Iterator[Row]:
     )
 
 
-def _virtual_work(blocks: _Blocks) -> Iterator[Row]:
+def _virtual_work(blocks: _Blocks) -> Iterator[ChapterRow]:
     work = VirtualWork(blocks.mechanism, blocks.algebra).derivation()
     m1, m2, a1, a2, d1, d2 = blocks.letters("m1 m2 q1'' q2'' δq1 δq2")
     (total,) = (stage for stage in work.stages if stage.title == "Sum of the virtual work")
@@ -174,7 +174,7 @@ def _virtual_work(blocks: _Blocks) -> Iterator[Row]:
     )
 
 
-def _lagrange(blocks: _Blocks) -> Iterator[Row]:
+def _lagrange(blocks: _Blocks) -> Iterator[ChapterRow]:
     m1, m2, k1, k2, F = blocks.letters("m1 m2 k1 k2 F")
     q1, q2, v1, v2 = blocks.letters("q1 q2 q1' q2'")
     lagrange = Lagrange(blocks.mechanism, blocks.algebra)
@@ -230,7 +230,7 @@ _BY_POSITIONS = "positions of the straight bars, differentiated"
 _BY_BALANCES = "the balances of all bars, solved"
 
 
-def list_bars() -> Iterator[Row]:
+def list_bars() -> Iterator[ChapterRow]:
     """Yield the rows of the example."""
     yield from _kinematics(Bars())
     yield from _balance_bars(Bars())
@@ -240,7 +240,7 @@ def list_bars() -> Iterator[Row]:
     yield from _catalogue()
 
 
-def _kinematics(bars: Bars) -> Iterator[Row]:
+def _kinematics(bars: Bars) -> Iterator[ChapterRow]:
     from sympy import Matrix
 
     l, q, v, a, t = bars.l, bars.q, bars.v, bars.a, bars.t
@@ -270,7 +270,7 @@ def _kinematics(bars: Bars) -> Iterator[Row]:
     )
 
 
-def _balance_bars(bars: Bars) -> Iterator[Row]:
+def _balance_bars(bars: Bars) -> Iterator[ChapterRow]:
     """The balances of all bars together."""
     from sympy import Matrix, solve
 
@@ -337,7 +337,7 @@ def _balance_bars(bars: Bars) -> Iterator[Row]:
     )
 
 
-def _find_reactions(bars: Bars) -> Iterator[Row]:
+def _find_reactions(bars: Bars) -> Iterator[ChapterRow]:
     """The balances of single bars, and what follows for their reactions."""
     from sympy import Matrix
 
@@ -386,7 +386,7 @@ def _find_reactions(bars: Bars) -> Iterator[Row]:
     )
 
 
-def _work(bars: Bars) -> Iterator[Row]:
+def _work(bars: Bars) -> Iterator[ChapterRow]:
     from sympy import Matrix, solve
 
     m, k, l, q, a, dq = bars.m, bars.k, bars.l, bars.q, bars.a, bars.dq
@@ -440,7 +440,7 @@ def _work(bars: Bars) -> Iterator[Row]:
     )
 
 
-def _energies_of_bars(bars: Bars) -> Iterator[Row]:
+def _energies_of_bars(bars: Bars) -> Iterator[ChapterRow]:
     m, k, q, v, a, t = bars.m, bars.k, bars.q, bars.v, bars.a, bars.t
     T, V = m * v**2 * 17 / 32, k * q**2 * 9 / 8
     lifts = [(point - point.subs(q, 0))[1] for point in (bars.Bs, bars.F)]
@@ -462,7 +462,7 @@ def _energies_of_bars(bars: Bars) -> Iterator[Row]:
     )
 
 
-def _catalogue() -> Iterator[Row]:
+def _catalogue() -> Iterator[ChapterRow]:
     M, K = 2.0, 70.0
     exact = Bench(entry("bars_and_springs"), {"m": M, "k": K}, "derive", 1, 0)
     yield agreement(
@@ -481,14 +481,14 @@ def _catalogue() -> Iterator[Row]:
     )
 
 
-def sentences() -> Iterator[Row]:
+def sentences() -> Iterator[ChapterRow]:
     """Yield the rows of the examples."""
     yield from _blocks()
     yield from _places(Bars())
     yield from _balances_of_bars(Bars())
 
 
-def _blocks() -> Iterator[Row]:
+def _blocks() -> Iterator[ChapterRow]:
     lagrange = Lagrange(load("two_blocks"))
     ring = lagrange.algebra.ring
     lower, upper = (work.square for work in lagrange.works if work.square is not None)
@@ -509,7 +509,7 @@ def _blocks() -> Iterator[Row]:
     )
 
 
-def _places(bars: Bars) -> Iterator[Row]:
+def _places(bars: Bars) -> Iterator[ChapterRow]:
     l, B, E, C = bars.l, bars.B, bars.E, bars.r_C
     line, to_C = B - E, C - E
     yield misprint(
@@ -539,7 +539,7 @@ def _places(bars: Bars) -> Iterator[Row]:
     )
 
 
-def _balances_of_bars(bars: Bars) -> Iterator[Row]:
+def _balances_of_bars(bars: Bars) -> Iterator[ChapterRow]:
     from sympy import Matrix
 
     m, k, l, q, v, a = bars.m, bars.k, bars.l, bars.q, bars.v, bars.a

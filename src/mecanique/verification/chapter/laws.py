@@ -21,7 +21,7 @@ from mecanique.model.mechanism.homogeneity import dimensions_of
 from mecanique.model.units import read_unit
 from mecanique.reference import Reference
 from mecanique.textbook import load
-from mecanique.verification.chapter.row import Row, agreement, decision, identity, misprint
+from mecanique.verification.chapter.row import ChapterRow, agreement, decision, identity, misprint
 
 _G = (0.0, 0.0, -9.81)
 _PUSH, _AT, _COUPLE = (3.0, -2.0, 5.0), (0.4, 0.1, -0.3), (0.7, 0.2, -1.1)
@@ -31,7 +31,7 @@ _CLOUD = (
 )
 
 
-def rows() -> Iterator[Row]:
+def rows() -> Iterator[ChapterRow]:
     """Yield the rows of the sections."""
     yield _degrees_of_freedom()
     yield from _particle()
@@ -39,7 +39,7 @@ def rows() -> Iterator[Row]:
     yield from _plate()
 
 
-def _degrees_of_freedom() -> Row:
+def _degrees_of_freedom() -> ChapterRow:
     from sympy import Matrix, symbols
 
     x, y, z, R = symbols("x y z R", positive=True)
@@ -57,7 +57,7 @@ def _degrees_of_freedom() -> Row:
     )
 
 
-def _particle() -> Iterator[Row]:
+def _particle() -> Iterator[ChapterRow]:
     bodies = NewtonEuler(load("free_particle"))
     (*_, cut) = bodies.cuts.bodies
     a = [bodies.algebra.ring[name] for name in bodies.algebra.accelerations]
@@ -77,7 +77,7 @@ def _particle() -> Iterator[Row]:
     )
 
 
-def _cloud() -> Iterator[Row]:
+def _cloud() -> Iterator[ChapterRow]:
     random = np.random.default_rng(1)
     masses, points = random.uniform(0.1, 1.0, 30), random.normal(size=(30, 3))
     mechanism = Mechanism(
@@ -157,7 +157,7 @@ def _cloud() -> Iterator[Row]:
     yield agreement("1.12", "dH_C/dt = M_C", _CLOUD + "the resultant moment M_C", (H_C_rate, M_C))
 
 
-def _plate() -> Iterator[Row]:
+def _plate() -> Iterator[ChapterRow]:
     """Yield the laws in a plane, on a floor plate that turns about its corner."""
     bodies = NewtonEuler(load("rotating_plate"))
     (cut,) = bodies.cuts.bodies
@@ -194,7 +194,7 @@ def _without_reactions(series: Series, bodies: NewtonEuler) -> Series:
     return bodies.algebra.ring.sum([rest, *parts])
 
 
-def sentences() -> Iterator[Row]:
+def sentences() -> Iterator[ChapterRow]:
     """Yield the rows of the sections."""
     yield _frames()
     yield from _freedom()
@@ -206,7 +206,7 @@ def sentences() -> Iterator[Row]:
     yield _generalized_forces()
 
 
-def _frames() -> Row:
+def _frames() -> ChapterRow:
     from sympy import Function, Matrix, Symbol, cos, sin, symbols
 
     t, W = symbols("t W")
@@ -224,7 +224,7 @@ def _frames() -> Row:
     )
 
 
-def _freedom() -> Iterator[Row]:
+def _freedom() -> Iterator[ChapterRow]:
     """Yield what is said of degrees of freedom."""
     five = np.random.default_rng(3).normal(size=(5, 3))
     kept = list(combinations(range(5), 2))
@@ -257,7 +257,7 @@ def _freedom() -> Iterator[Row]:
     )
 
 
-def _methods() -> Iterator[Row]:
+def _methods() -> Iterator[ChapterRow]:
     names = ("rigid_bar_pendulum", "two_blocks", "double_pendulum", "cart_pole")
     differences = []
     for name in names:
@@ -272,7 +272,7 @@ def _methods() -> Iterator[Row]:
     )
 
 
-def _angular_momenta() -> Row:
+def _angular_momenta() -> ChapterRow:
     from sympy import Function, Symbol, symbols
 
     m, l = symbols("m l", positive=True)
@@ -291,7 +291,7 @@ def _angular_momenta() -> Row:
     )
 
 
-def _two_integrals() -> Row:
+def _two_integrals() -> ChapterRow:
     from sympy import Matrix, symbols
 
     masses = symbols("m1:4", positive=True)
@@ -322,7 +322,7 @@ def _two_integrals() -> Row:
     )
 
 
-def _in_space() -> Row:
+def _in_space() -> ChapterRow:
     box = load("tennis_racket")
     rows = Lagrange(box).derivation().rows
     degrees = {sum(powers) for row in rows for powers in row.coefficients(box.velocities)}
@@ -337,7 +337,7 @@ def _in_space() -> Row:
     )
 
 
-def _plane() -> Row:
+def _plane() -> ChapterRow:
     from sympy import Function, Symbol, cos, sin, symbols
 
     m, I_C, c = symbols("m I_C c", positive=True)
@@ -360,7 +360,7 @@ def _plane() -> Row:
     )
 
 
-def _generalized_forces() -> Row:
+def _generalized_forces() -> ChapterRow:
     facts = []
     for name, coordinate, unit in (("rigid_bar_pendulum", "q", "N·m"), ("two_blocks", "q1", "N")):
         lagrange = Lagrange(load(name))

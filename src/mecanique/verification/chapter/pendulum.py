@@ -13,13 +13,13 @@ from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.vectors import along
 from mecanique.derivation.symbolic.virtual_work import VirtualWork, distribution_of
 from mecanique.textbook import entry, load
-from mecanique.verification.chapter.row import Row, agreement, decision, identity, misprint
+from mecanique.verification.chapter.row import ChapterRow, agreement, decision, identity, misprint
 from mecanique.verification.facts import Bench
 
 _BY = "the derivation of the pendulum in the catalogue, term by term"
 
 
-def rows() -> Iterator[Row]:
+def rows() -> Iterator[ChapterRow]:
     """Yield the rows of the sections, in components along n (from the pin) and t (across)."""
     rod = _Rod()
     yield from _balances(rod)
@@ -48,7 +48,7 @@ class _Rod:
         self.spread = spread
 
 
-def _balances(rod: _Rod) -> Iterator[Row]:
+def _balances(rod: _Rod) -> Iterator[ChapterRow]:
     """Newton and Euler's equations, and the motion near rest."""
     bodies, cut, row = rod.bodies, rod.cut, rod.row
     m, l, g, q, v, a = rod.letters
@@ -91,7 +91,7 @@ def _balances(rod: _Rod) -> Iterator[Row]:
     yield _linearize()
 
 
-def _distributed_forces(rod: _Rod) -> Iterator[Row]:
+def _distributed_forces(rod: _Rod) -> Iterator[ChapterRow]:
     """D'Alembert's forces along the rod, in balance with weight and reaction."""
     bodies, row = rod.bodies, rod.row
     m, l, g, q, v, a = rod.letters
@@ -130,7 +130,7 @@ def _distributed_forces(rod: _Rod) -> Iterator[Row]:
     )
 
 
-def _virtual_work(rod: _Rod) -> Iterator[Row]:
+def _virtual_work(rod: _Rod) -> Iterator[ChapterRow]:
     """The virtual work of the same forces."""
     row, spread, ledger = rod.row, rod.spread, rod.ledger
     m, l, g, q, _, a = rod.letters
@@ -166,7 +166,7 @@ def _virtual_work(rod: _Rod) -> Iterator[Row]:
     )
 
 
-def _angular_momentum(rate: object) -> Row:
+def _angular_momentum(rate: object) -> ChapterRow:
     from sympy import integrate, symbols
 
     s, mu, l, v, m = symbols("s mu l q' m", positive=True)
@@ -181,7 +181,7 @@ def _angular_momentum(rate: object) -> Row:
     )
 
 
-def _linearize() -> Row:
+def _linearize() -> ChapterRow:
     bench = Bench(entry("rigid_bar_pendulum"), {"l": 1.7}, "derive", 1, 0)
     return agreement(
         "1.20",
@@ -194,7 +194,7 @@ def _linearize() -> Row:
 _LEDGER = "the ledger of virtual work of the pendulum in the catalogue"
 
 
-def sentences() -> Iterator[Row]:
+def sentences() -> Iterator[ChapterRow]:
     """Yield the rows of the sections."""
     yield _unit_vectors()
     yield from _unknowns()
@@ -203,7 +203,7 @@ def sentences() -> Iterator[Row]:
     yield _absent()
 
 
-def _unit_vectors() -> Row:
+def _unit_vectors() -> ChapterRow:
     from sympy import Function, Matrix, Symbol, cos, sin
 
     q = Function("q")(Symbol("t"))
@@ -222,7 +222,7 @@ def _unit_vectors() -> Row:
     )
 
 
-def _unknowns() -> Iterator[Row]:
+def _unknowns() -> Iterator[ChapterRow]:
     bodies = NewtonEuler(load("rigid_bar_pendulum"))
     (cut,) = bodies.cuts.bodies
     components = along(cut.axes.rows, bodies.balances.resultant(cut))
@@ -246,7 +246,7 @@ def _unknowns() -> Iterator[Row]:
     )
 
 
-def _same_as_1_19() -> Row:
+def _same_as_1_19() -> ChapterRow:
     ring = NewtonEuler(load("rigid_bar_pendulum")).algebra.ring
     l, g, q, a = (ring[name] for name in ("l", "g", "q", "q''"))
     equation = a + 3 * g * sin(q) / (2 * l)
@@ -261,7 +261,7 @@ def _same_as_1_19() -> Row:
     )
 
 
-def _working() -> Iterator[Row]:
+def _working() -> Iterator[ChapterRow]:
     work = VirtualWork(load("rigid_bar_pendulum"))
     ring = work.balances.algebra.ring
     l, dq = ring["l"], ring["δq"]
@@ -285,7 +285,7 @@ def _working() -> Iterator[Row]:
     )
 
 
-def _absent() -> Row:
+def _absent() -> ChapterRow:
     """Return the row on reactions, which only some methods show."""
     absent, present = [], []
     for name in ("rigid_bar_pendulum", "two_blocks", "double_pendulum"):

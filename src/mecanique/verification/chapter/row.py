@@ -13,7 +13,7 @@ TOLERANCE = 1e-9
 
 @final
 @dataclass(frozen=True)
-class Row:
+class ChapterRow:
     """One equation of the chapter, or what one of its sentences states."""
 
     number: str  # as in the chapter; its place, for what has no number
@@ -59,30 +59,30 @@ class Row:
         return f"\n{'':10}".join(lines)
 
 
-def identity(number: str, states: str, how: str, *differences: Any) -> Row:
+def identity(number: str, states: str, how: str, *differences: Any) -> ChapterRow:
     """Return the row of an equation whose left minus right sides vanish identically."""
     holds = bool(differences) and all(map(_vanishes, differences))
-    return Row(number, states, how, "symbolic identity", holds)
+    return ChapterRow(number, states, how, "symbolic identity", holds)
 
 
-def agreement(number: str, states: str, how: str, *pairs: tuple[Any, Any]) -> Row:
+def agreement(number: str, states: str, how: str, *pairs: tuple[Any, Any]) -> ChapterRow:
     """Return the row of an equation whose sides are equal numbers, pair by pair."""
     worst = 0.0
     for left, right in pairs:
         a, b = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
         size = max(float(np.abs(a).max()), float(np.abs(b).max()), 1e-300)
         worst = max(worst, float(np.abs(a - b).max()) / size)
-    return Row(number, states, how, "numeric", worst <= TOLERANCE, worst)
+    return ChapterRow(number, states, how, "numeric", worst <= TOLERANCE, worst)
 
 
-def decision(number: str, states: str, how: str, *facts: bool) -> Row:
+def decision(number: str, states: str, how: str, *facts: bool) -> ChapterRow:
     """Return the row of a statement that a count, or the letters of a result, decide."""
-    return Row(number, states, how, "computed", bool(facts) and all(facts))
+    return ChapterRow(number, states, how, "computed", bool(facts) and all(facts))
 
 
-def misread(number: str, states: str, *, right: str, proof: str) -> Row:
+def misread(number: str, states: str, *, right: str, proof: str) -> ChapterRow:
     """Return the row of a sentence whose wording is at fault: read, not computed."""
-    return Row(
+    return ChapterRow(
         number=number,
         states=states,
         how="the sentence itself",
@@ -94,20 +94,20 @@ def misread(number: str, states: str, *, right: str, proof: str) -> Row:
     )
 
 
-def open_point(number: str, states: str, why: str) -> Row:
+def open_point(number: str, states: str, why: str) -> ChapterRow:
     """Return the row of what is not checked."""
-    return Row(number, states, why, "not checked", None)
+    return ChapterRow(number, states, why, "not checked", None)
 
 
 def misprint(
     number: str, states: str, how: str, printed: Any, corrected: Any, *, right: str, proof: str
-) -> Row:
+) -> ChapterRow:
     """Return the row of an equation that may be in error as printed."""
     row = identity(number, states, how, *printed)
     if row.holds:
         return row
     proven = all(map(_vanishes, corrected))
-    return Row(
+    return ChapterRow(
         number=number,
         states=states,
         how=how,

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from mecanique.verification.chapter.row import Row, misread, open_point
+from mecanique.verification.chapter.row import ChapterRow, misread, open_point
 
 
-def sentences() -> Iterator[Row]:
+def sentences() -> Iterator[ChapterRow]:
     """Yield the rows."""
     yield from _wording()
     yield from _open_points()
 
 
-def _wording() -> Iterator[Row]:
+def _wording() -> Iterator[ChapterRow]:
     yield misread(
         "sect. 1.1 a",
         "mass is called a measure of how a body resists motion",
@@ -52,7 +52,7 @@ def _wording() -> Iterator[Row]:
     )
 
 
-def _open_points() -> Iterator[Row]:
+def _open_points() -> Iterator[ChapterRow]:
     yield open_point(
         "sect. 1.1 c",
         "space, time, inertial frames, and equality of inertial and gravitational mass",

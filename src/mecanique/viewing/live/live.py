@@ -29,8 +29,8 @@ import tornado.websocket
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.viewing.page.page import Stream, page
 from mecanique.viewing.page.panels import late
-from mecanique.viewing.page.window import Latest, RecorderWindow
-from mecanique.viewing.scene.scene import Derivation, Scene, SceneFrame, VerdictTable
+from mecanique.viewing.page.window import LatestCommands, RecorderWindow
+from mecanique.viewing.scene.scene import Scene, SceneFrame, ShownDerivation, VerdictTable
 
 LONGEST = 512
 """Longest message taken from a page [characters]."""
@@ -375,7 +375,7 @@ class _Socket(tornado.websocket.WebSocketHandler):
         self.server = server
         self.sent: list[int] = []
         self.last = 0
-        self.debt = Latest()
+        self.debt = LatestCommands()
 
     def prepare(self) -> None:
         # a browser always names the origin of a websocket; tornado itself would let pass requests
@@ -420,7 +420,7 @@ class _Socket(tornado.websocket.WebSocketHandler):
             return
         for command in self.debt.commands():
             self._write_command(command)
-        self.debt = Latest()
+        self.debt = LatestCommands()
         number, frame = self.server.latest(self.last)
         if frame is None or number == self.last:
             return
@@ -546,7 +546,7 @@ class LiveView:
         self._page.result()
         self.send(scene.frame(0))
 
-    def annotate(self, derivations: tuple[Derivation, ...], verdict: VerdictTable) -> None:
+    def annotate(self, derivations: tuple[ShownDerivation, ...], verdict: VerdictTable) -> None:
         """Put equations and a verdict beside the scene; open pages show them without reloading."""
         with self._texts:
             document = replace(self.scene.document, derivations=derivations, verdict=verdict)

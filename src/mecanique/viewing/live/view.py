@@ -27,14 +27,20 @@ from mecanique.viewing.live.live import Changes, LiveView
 from mecanique.viewing.scene.drawn import bodies_of, marks_of, title_of
 from mecanique.viewing.scene.from_motion import actions_of, fit, names_of, scene_of
 from mecanique.viewing.scene.inspection import Inspection, inspection_of
-from mecanique.viewing.scene.scene import Derivation, Scene, SceneFrame, SceneText, VerdictTable
+from mecanique.viewing.scene.scene import (
+    Scene,
+    SceneFrame,
+    SceneText,
+    ShownDerivation,
+    VerdictTable,
+)
 from mecanique.viewing.scene.texts import derivation_of, document_of, fits_page, ledger_of, table_of
 from mecanique.wording import say_count
 
 MOST_DERIVED = 8
 """Above this number of velocities the equations are compared, but not written out."""
 
-Found = Callable[[tuple[Derivation, ...], VerdictTable], None]
+Found = Callable[[tuple[ShownDerivation, ...], VerdictTable], None]
 
 Proof = Callable[[VerdictTable], VerdictTable]
 
@@ -43,7 +49,7 @@ WAITING = VerdictTable(headline="checking …")
 
 def pending(mechanism: Mechanism, document: SceneText) -> SceneText:
     """Return a document that says that equations and verdict are on their way."""
-    waiting = Derivation("Being derived …", ())
+    waiting = ShownDerivation("Being derived …", ())
     derivations = (waiting,) if mechanism.nv <= MOST_DERIVED else ()
     return replace(document, derivations=derivations, verdict=WAITING)
 
@@ -74,7 +80,7 @@ class Checking:
         self._thread.join(seconds)
 
     def _run(self) -> None:
-        derivations: tuple[Derivation, ...] = ()
+        derivations: tuple[ShownDerivation, ...] = ()
         try:
             written_out = self._mechanism.nv <= MOST_DERIVED
             for method in readable(self._mechanism) if written_out else ():
@@ -96,7 +102,7 @@ class Checking:
             kind = "" if isinstance(error, MecaniqueError) else f"{type(error).__name__}: "
             self._tell(derivations, VerdictTable(headline=f"not checked: {kind}{error}"))
 
-    def _tell(self, derivations: tuple[Derivation, ...], verdict: VerdictTable) -> None:
+    def _tell(self, derivations: tuple[ShownDerivation, ...], verdict: VerdictTable) -> None:
         # under the lock, so that nothing arrives once `cancel` has returned
         with self._lock:
             if not self._cancelled:

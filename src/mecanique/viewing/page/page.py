@@ -41,7 +41,7 @@ from mecanique.urdf.meshes import Surface, read_mesh
 from mecanique.viewing.page.panels import badge, fill, panels, read_asset, safe
 from mecanique.viewing.page.window import RecorderWindow, draw_bodies, solids_of, viewer_directory
 from mecanique.viewing.scene.inspection import Inspection
-from mecanique.viewing.scene.scene import GREY, Floats, Rgba, Scene, SceneBody, Shape
+from mecanique.viewing.scene.scene import GREY, Floats, Rgba, Scene, SceneBody, SceneShape
 
 FRAME_RATE = 60.0
 SHORT, LEAST_FRAMES = 0.5, 241
@@ -348,7 +348,7 @@ def mesh_parcel(
     return {"surfaces": heads, "drawn": drawn}, b"".join(surface.body for surface in surfaces)
 
 
-def _meshes(bodies: Sequence[SceneBody]) -> Iterator[tuple[int, Path, Shape]]:
+def _meshes(bodies: Sequence[SceneBody]) -> Iterator[tuple[int, Path, SceneShape]]:
     for k, body in enumerate(bodies):
         for shape in body.shapes:
             if shape.path is not None:

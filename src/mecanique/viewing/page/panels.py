@@ -19,12 +19,12 @@ from mecanique.safe_xml import XmlRefusedError, tree_of
 from mecanique.viewing.scene.from_motion import LOST, explain_loss
 from mecanique.viewing.scene.inspection import Inspection, Note, Slider
 from mecanique.viewing.scene.scene import (
-    Derivation,
     DerivationStep,
     Knob,
     PageProgram,
     Scene,
     SceneText,
+    ShownDerivation,
     VerdictTable,
 )
 from mecanique.wording import say_count
@@ -241,7 +241,7 @@ def write_equations(document: SceneText) -> str:
     return "".join(parts)
 
 
-def _result(derivation: Derivation) -> str:
+def _result(derivation: ShownDerivation) -> str:
     """The equations of motion, to read and to copy, above their derivation."""
     final = [replace(block, heading="", lead="") for block in derivation.blocks if block.final]
     if not final:
@@ -289,7 +289,7 @@ def _symbols(document: SceneText) -> str:
     )
 
 
-def _derivation(derivation: Derivation) -> str:
+def _derivation(derivation: ShownDerivation) -> str:
     title = escape(derivation.method)
     if not derivation.blocks:
         return f"<h3>{title}</h3>"

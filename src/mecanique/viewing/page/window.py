@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol, TypeAlias, final
 import numpy as np
 
 from mecanique.errors import EngineError, InputError
-from mecanique.viewing.scene.scene import GREY, Floats, Rgba, SceneBody, Shape
+from mecanique.viewing.scene.scene import GREY, Floats, Rgba, SceneBody, SceneShape
 
 
 class Command(Protocol):
@@ -25,7 +25,7 @@ Key: TypeAlias = tuple[str, str, str]
 
 
 @final
-class Latest:
+class LatestCommands:
     """Packed commands; only the last one for each path, type and property is kept."""
 
     _ORDER: ClassVar = {"delete": 0, "set_object": 1, "set_property": 2, "set_transform": 3}
@@ -45,7 +45,7 @@ class Latest:
                 return
         self._blobs[key] = blob
 
-    def merge(self, later: Latest) -> None:
+    def merge(self, later: LatestCommands) -> None:
         """Add later commands."""
         for key, blob in sorted(later._blobs.items(), key=self._rank):
             self.put(key, blob, keep_deletions=True)
@@ -67,8 +67,8 @@ class RecorderWindow:
     def __init__(self, on_change: Callable[[], None] | None = None) -> None:
         self._on_change = on_change
         self._lock = threading.Lock()
-        self._state = Latest()
-        self._changed = Latest()
+        self._state = LatestCommands()
+        self._changed = LatestCommands()
 
     def send(self, command: Command) -> None:
         """Take a command from meshcat's visualizer, as `put` does."""
@@ -97,10 +97,10 @@ class RecorderWindow:
         with self._lock:
             return self._state.commands()
 
-    def changes(self) -> Latest:
+    def changes(self) -> LatestCommands:
         """Return the changes since the last call, only the latest state of each path."""
         with self._lock:
-            changed, self._changed = self._changed, Latest()
+            changed, self._changed = self._changed, LatestCommands()
         return changed
 
 
@@ -159,7 +159,7 @@ def solids_of(body: SceneBody) -> list[dict[str, Any]] | None:
     return [_solid(shape) for shape in body.shapes]
 
 
-def _solid(shape: Shape) -> dict[str, Any]:
+def _solid(shape: SceneShape) -> dict[str, Any]:
     """A solid: turned by a matrix, row by row, and placed in its body's frame."""
     material = _material(shape.rgba or GREY)
     return {
@@ -176,7 +176,7 @@ def _move(window: RecorderWindow, path: str, pose: Floats) -> None:
     window.put({"type": "set_transform", "path": path, "matrix": pose.T.ravel()})
 
 
-def _object(shape: Shape, identity: str) -> dict[str, Any]:
+def _object(shape: SceneShape, identity: str) -> dict[str, Any]:
     """A solid as three.js reads it."""
     geometry, material = f"geometry {identity}", f"material {identity}"
     return {
@@ -193,7 +193,7 @@ def _object(shape: Shape, identity: str) -> dict[str, Any]:
     }
 
 
-def _geometry(shape: Shape) -> dict[str, Any]:
+def _geometry(shape: SceneShape) -> dict[str, Any]:
     size = tuple(map(float, shape.size))
     match shape.kind:
         case "box":

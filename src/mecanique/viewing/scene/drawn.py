@@ -17,7 +17,14 @@ from mecanique.model.joint_base import Single
 from mecanique.model.joints import Planar, Prismatic
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.teeth import visuals_of
-from mecanique.viewing.scene.scene import GREY, ArrowUnit, JointMark, LineKind, SceneBody, Shape
+from mecanique.viewing.scene.scene import (
+    GREY,
+    ArrowUnit,
+    JointMark,
+    LineKind,
+    SceneBody,
+    SceneShape,
+)
 
 
 def bodies_of(mechanism: Mechanism) -> tuple[SceneBody, ...]:
@@ -46,7 +53,7 @@ def title_of(mechanism: Mechanism) -> str:
     return mechanism.name.replace("_", " ").capitalize()
 
 
-def _join(mechanism: Mechanism, name: str) -> Iterator[Shape]:
+def _join(mechanism: Mechanism, name: str) -> Iterator[SceneShape]:
     """A link whose mesh is not there: rods from its joint to the next ones, or to its center."""
     body = next(body for body in mechanism.bodies if body.name == name)
     mass = float(mechanism.evaluate(body.mass))
@@ -63,7 +70,7 @@ def _join(mechanism: Mechanism, name: str) -> Iterator[Shape]:
         pose = np.eye(4)
         pose[:3, :3] = _turn_to(end / length)
         pose[:3, 3] = end / 2
-        yield Shape("cylinder", (radius, length), pose, GREY)
+        yield SceneShape("cylinder", (radius, length), pose, GREY)
 
 
 def _turn_to(axis: np.ndarray) -> np.ndarray:
@@ -91,21 +98,21 @@ def marks_of(mechanism: Mechanism) -> tuple[JointMark, ...]:
     return tuple(marks)
 
 
-def _shapes(mechanism: Mechanism, visuals: Sequence[Visual]) -> Iterator[Shape]:
+def _shapes(mechanism: Mechanism, visuals: Sequence[Visual]) -> Iterator[SceneShape]:
     for visual in visuals:
         pose = mechanism.matrix(visual.placement)
         rgba = visual.rgba or GREY
         match visual.geometry:
             case Box(size):
-                yield Shape("box", tuple(mechanism.evaluate_all(size)), pose, rgba)
+                yield SceneShape("box", tuple(mechanism.evaluate_all(size)), pose, rgba)
             case Cylinder(radius, length):
-                yield Shape(
+                yield SceneShape(
                     "cylinder", (mechanism.evaluate(radius), mechanism.evaluate(length)), pose, rgba
                 )
             case Sphere(radius):
-                yield Shape("sphere", (mechanism.evaluate(radius),), pose, rgba)
+                yield SceneShape("sphere", (mechanism.evaluate(radius),), pose, rgba)
             case Mesh(path=path, scale=scale) if path is not None:
-                yield Shape("mesh", scale, pose, visual.rgba, path)
+                yield SceneShape("mesh", scale, pose, visual.rgba, path)
             case _:
                 pass  # lint reports a mesh that was not found; there is nothing to draw
 
@@ -125,7 +132,7 @@ class Spot:
 
 @final
 @dataclass(frozen=True)
-class Span:
+class DrawnSpan:
     """Something drawn between two points."""
 
     name: str
@@ -133,7 +140,7 @@ class Span:
     ends: tuple[Spot, Spot]
 
 
-def spans_of(mechanism: Mechanism) -> Iterator[Span]:
+def spans_of(mechanism: Mechanism) -> Iterator[DrawnSpan]:
     """Yield springs, dampers and massless rods, and slides that no body shows."""
     sprung = {
         joint.name for joint in mechanism.joints if loads_in(mechanism.forces, joint.name, "spring")
@@ -141,11 +148,11 @@ def spans_of(mechanism: Mechanism) -> Iterator[Span]:
     for force in mechanism.forces:
         if isinstance(force, LineLoad) and force.kind != "load":
             a, b = (Spot(end.body, end.point) for end in force.ends)
-            yield Span(force.name, "spring" if force.kind == "spring" else "damper", (a, b))
+            yield DrawnSpan(force.name, "spring" if force.kind == "spring" else "damper", (a, b))
     for loop in mechanism.loops:
         if loop.kind == "distance":
             a, b = Spot(loop.body_a, loop.frame_a.xyz), Spot(loop.body_b, loop.frame_b.xyz)
-            yield Span(loop.name, "rod", (a, b))
+            yield DrawnSpan(loop.name, "rod", (a, b))
     cords = [element for element in mechanism.elements if isinstance(element, Strung)]
     held = {stop.body for cord in cords for stop in cord.stops}
     for joint in mechanism.joints:
@@ -155,7 +162,7 @@ def spans_of(mechanism: Mechanism) -> Iterator[Span]:
         ):
             a, b = Spot(joint.parent, joint.origin.xyz), Spot(joint.child, (0.0, 0.0, 0.0))
             kind: LineKind = "spring" if joint.name in sprung else "rod"
-            yield Span(f"joint {joint.name}", kind, (a, b))
+            yield DrawnSpan(f"joint {joint.name}", kind, (a, b))
 
 
 def tips_of(mechanism: Mechanism) -> Iterator[Spot]:

@@ -25,8 +25,8 @@ from mecanique.viewing.scene.drawn import (
 from mecanique.viewing.scene.scene import (
     Arrow,
     Break,
+    DrawnLine,
     Floats,
-    Line,
     ModeStrip,
     Plot,
     Scene,
@@ -216,10 +216,10 @@ def _arrows(actions: Sequence[Action]) -> Iterator[Arrow]:
         )
 
 
-def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[Line]:
+def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[DrawnLine]:
     for span in spans_of(mechanism):
         points = [_follow(mechanism, poses, at, end) for end in span.ends]
-        yield Line(span.name, span.kind, np.stack(points, axis=1))
+        yield DrawnLine(span.name, span.kind, np.stack(points, axis=1))
 
 
 def _follow(mechanism: Mechanism, poses: Floats, at: dict[str, int], end: Spot) -> Floats:
@@ -229,13 +229,13 @@ def _follow(mechanism: Mechanism, poses: Floats, at: dict[str, int], end: Spot) 
     return np.asarray(pose[:, :3, 3] + turned)
 
 
-def _cords(motion: Motion) -> Iterator[Line]:
+def _cords(motion: Motion) -> Iterator[DrawnLine]:
     """The stretches of cords, from one touch to the next."""
     names = {name for element in motion.mechanism.elements for name in element.tensions}
     actions = motion.reference.guide_actions(motion.q, motion.v, motion.t) if names else ()
     points = [action.point for action in actions if action.name in names]
     for k, ends in enumerate(zip(points[::2], points[1::2], strict=True)):
-        yield Line(f"stretch {k + 1}", "rod", np.stack(ends, axis=1))
+        yield DrawnLine(f"stretch {k + 1}", "rod", np.stack(ends, axis=1))
 
 
 def _traces(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[Trace]:

@@ -24,7 +24,7 @@ REACH = {"rad": math.pi, "m": 1.0}
 
 @final
 @dataclass(frozen=True)
-class Link:
+class InspectedLink:
     """Where a body's mass is."""
 
     mass: float
@@ -89,7 +89,7 @@ class Note:
 class Inspection:
     """A description at rest, as the page shows it."""
 
-    links: tuple[Link, ...]
+    links: tuple[InspectedLink, ...]
     paths: tuple[Path, ...]
     sliders: tuple[Slider, ...] = ()
     notes: tuple[Note, ...] = ()
@@ -123,7 +123,7 @@ def inspection_of(
     )
 
 
-def _link(mechanism: Mechanism, k: int) -> Link:
+def _link(mechanism: Mechanism, k: int) -> InspectedLink:
     body = mechanism.bodies[k]
     mass = mechanism.evaluate(body.mass)
     center = tuple(mechanism.evaluate_all(body.center))
@@ -135,7 +135,7 @@ def _link(mechanism: Mechanism, k: int) -> Link:
         # I₁ = m (b² + c²)/5 of an ellipsoid, and so on
         squares = 2.5 * (moments.sum() - 2 * moments) / mass
         radii = tuple(np.sqrt(np.maximum(squares, 0.0)).tolist())
-    return Link(mass, center, radii, tuple(map(tuple, axes.tolist())))
+    return InspectedLink(mass, center, radii, tuple(map(tuple, axes.tolist())))
 
 
 def _sliders(mechanism: Mechanism, start: Array) -> Iterator[Slider]:

@@ -27,7 +27,7 @@ class DerivationStep:
 
 @final
 @dataclass(frozen=True)
-class Derivation:
+class ShownDerivation:
     """The derivation of the equations of motion by one method."""
 
     method: str
@@ -95,7 +95,7 @@ class SceneText:
     source: str = ""  # author, work, page; empty if there is none
     figure: str = ""  # the system as a line figure, SVG text; empty if there is none
     symbols: tuple[tuple[str, str], ...] = ()
-    derivations: tuple[Derivation, ...] = ()
+    derivations: tuple[ShownDerivation, ...] = ()
     verdict: VerdictTable = field(default_factory=VerdictTable)
     parameters: tuple[Knob, ...] = ()
     initial: tuple[Knob, ...] = ()
@@ -191,7 +191,7 @@ def _nowhere() -> Floats:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Shape:
+class SceneShape:
     """A solid at its place in a body."""
 
     kind: ShapeKind
@@ -223,7 +223,7 @@ class SceneBody:
     """A body and how it looks."""
 
     name: str
-    shapes: tuple[Shape, ...] = ()
+    shapes: tuple[SceneShape, ...] = ()
 
 
 @final
@@ -241,7 +241,7 @@ class Arrow:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Line:
+class DrawnLine:
     """Something drawn between two moving points: a spring, a damper, a massless rod."""
 
     name: str
@@ -327,7 +327,7 @@ class Scene:
     positions: Floats  # shape (n, nb, 3), the bodies' origins in the world [m]
     quaternions: Floats  # shape (n, nb, 4), x, y, z, w
     arrows: tuple[Arrow, ...] = ()
-    lines: tuple[Line, ...] = ()
+    lines: tuple[DrawnLine, ...] = ()
     traces: tuple[Trace, ...] = ()
     joints: tuple[JointMark, ...] = ()
     series: tuple[Plot, ...] = ()

@@ -24,11 +24,11 @@ from mecanique.urdf.write import write_urdf
 from mecanique.verification.verdict import Verdict
 from mecanique.viewing.scene.drawn import group_work
 from mecanique.viewing.scene.scene import (
-    Derivation,
     DerivationStep,
     Knob,
     LedgerRow,
     SceneText,
+    ShownDerivation,
     VerdictTable,
     WorkLedger,
 )
@@ -95,7 +95,7 @@ def fits_page(equations: Equations) -> bool:
     return equations.legible and equations.terms <= MOST_WRITTEN_OUT
 
 
-def derivation_of(equations: Equations) -> Derivation:
+def derivation_of(equations: Equations) -> ShownDerivation:
     """Return the steps of a derivation."""
     if not fits_page(equations):
         return _named_results(equations)
@@ -107,12 +107,12 @@ def derivation_of(equations: Equations) -> Derivation:
         for k, formula in enumerate(formulas):
             heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
             blocks.append(DerivationStep(heading, formula, final=last, lead=lead))
-    return Derivation(equations.document.title, tuple(blocks), equations.latex())
+    return ShownDerivation(equations.document.title, tuple(blocks), equations.latex())
 
 
 def _derivations(
     mechanism: Mechanism, equations: Sequence[Equations], modes: Modes | None
-) -> Iterator[Derivation]:
+) -> Iterator[ShownDerivation]:
     yield from map(derivation_of, equations)
     if not mechanism.switching:
         return
@@ -120,7 +120,9 @@ def _derivations(
     try:
         modes = modes or derive_modes(mechanism)
     except MecaniqueError as error:
-        yield Derivation(title, (DerivationStep("", "", f"They are not written out: {error}."),))
+        yield ShownDerivation(
+            title, (DerivationStep("", "", f"They are not written out: {error}."),)
+        )
         return
     blocks = []
     for mode in modes.modes:
@@ -130,7 +132,7 @@ def _derivations(
         for formula, note in zip(formulas or [""], notes or [""], strict=True):
             blocks.append(DerivationStep(heading, formula, note))
             heading = ""
-    yield Derivation(title, tuple(blocks))
+    yield ShownDerivation(title, tuple(blocks))
 
 
 def _symbols_of_modes(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
@@ -158,7 +160,7 @@ def _symbols_of(
     return ()
 
 
-def _named_results(equations: Equations) -> Derivation:
+def _named_results(equations: Equations) -> ShownDerivation:
     """Equations that are too long for a closed form, as a list of results."""
     from mecanique.generation.writing.recursion import write_recursion
 
@@ -166,13 +168,13 @@ def _named_results(equations: Equations) -> Derivation:
         written = write_recursion(equations)
     except MecaniqueError:
         block = DerivationStep("Equations of motion", equations.text(), final=True)
-        return Derivation(equations.title, (block,))
+        return ShownDerivation(equations.title, (block,))
     blocks = []
     for place, (heading, said, formulas) in enumerate(written.sections()):
         for k, formula in enumerate(formulas):
             head, lead = (heading, said) if k == 0 else ("", "")
             blocks.append(DerivationStep(head, formula, final=place > 0, lead=lead))
-    return Derivation(equations.title, tuple(blocks), written.latex(), listed=True)
+    return ShownDerivation(equations.title, tuple(blocks), written.latex(), listed=True)
 
 
 def table_of(verdict: Verdict) -> VerdictTable:

@@ -162,7 +162,7 @@ Look: TypeAlias = Callable[[], Outcome | None]
 
 @final
 @dataclass(frozen=True)
-class Method:
+class IntegrationMethod:
     """An integration method."""
 
     title: str
@@ -410,19 +410,19 @@ def _implicit(
     return open_run
 
 
-METHODS: dict[str, Method] = {
-    "dop853": Method(
+METHODS: dict[str, IntegrationMethod] = {
+    "dop853": IntegrationMethod(
         "explicit Runge-Kutta of order 8(5,3), Dormand & Prince", _dop853, smooth=True
     ),
-    "lsoda": Method(
+    "lsoda": IntegrationMethod(
         "LSODA, Adams or BDF by stiffness, Hindmarsh & Petzold", _implicit("LSODA", 9), smooth=False
     ),
-    "radau": Method(
+    "radau": IntegrationMethod(
         "implicit Runge-Kutta of order 5, Radau IIA, Hairer & Wanner",
         _implicit("Radau", 3),
         smooth=False,
     ),
-    "bdf": Method(
+    "bdf": IntegrationMethod(
         "backward differentiation formulas of order 1 to 5", _implicit("BDF", 5), smooth=False
     ),
 }

@@ -32,7 +32,7 @@ from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.reference.engine.chart import Chart
-from mecanique.reference.engine.forces.sites import Action, Site, Triple
+from mecanique.reference.engine.forces.sites import Site, SiteAction, Triple
 from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.tolerances import DEPENDENT, EXPLAINED, LOOSE, PARALLEL, WHOLE
 
@@ -45,13 +45,13 @@ class Unit(NamedTuple):
     force: int  # index of the unknown force
     body: str  # name of the body
     other: str  # name of the body on which the opposite acts
-    action: Action  # force and torque, world axes
+    action: SiteAction  # force and torque, world axes
     # whether it grows with the force's magnitude, as the separating force of gears
     pressed: bool = False
 
 
 @final
-class Columns(NamedTuple):
+class GuideColumns(NamedTuple):
     """The unknown forces with their components along the joint velocities."""
 
     matrix: Array  # shape (nu + k, forces + own + guides), scaled; the last k rows state preloads
@@ -94,7 +94,7 @@ class Elements:
             first += len(element.forces)
         return units
 
-    def columns(self, forces: Array) -> Columns:
+    def columns(self, forces: Array) -> GuideColumns:
         """Return the unknown forces along the joints: of elements, joints and open guides."""
         G, scale = self._chart.G, self._scale
         self._refuse(work_fault(self._mechanism, G.T @ forces))
@@ -106,7 +106,7 @@ class Elements:
         for row, preload in zip(together, given, strict=True):
             row[preload.forces] = 1.0
         stated = np.array(self._mechanism.evaluate_all(preload.total for preload in given))
-        return Columns(np.concatenate([matrix, together]), scale, stated)
+        return GuideColumns(np.concatenate([matrix, together]), scale, stated)
 
     def explain(self, forces: Array) -> None:
         """Remove guides that elements describe, at the engine's present position, from `open`."""
@@ -242,9 +242,9 @@ class Elements:
                 force, moment = (np.zeros(3), along) if turns else (along, np.zeros(3))
                 yield Unit(k, body, partner, self._action(body, b, sign * force, sign * moment))
 
-    def _action(self, body: str, at: Array, force: Array, moment: Array) -> Action:
+    def _action(self, body: str, at: Array, force: Array, moment: Array) -> SiteAction:
         x, y, z = (tuple(part.tolist()) for part in (at, force, moment))
-        return Action(Site(body, self._axes[body], _ZERO), y, x, z)
+        return SiteAction(Site(body, self._axes[body], _ZERO), y, x, z)
 
     def _place(self, body: str, point: Any) -> Array:
         here = np.array(self._mechanism.evaluate_all(point))
@@ -265,7 +265,7 @@ class Elements:
 """Components below this of self-balancing sets of unit forces count as zero."""
 
 
-class Held(NamedTuple):
+class GuideReactions(NamedTuple):
     """The forces of the elements in one state, and the reactions that remain."""
 
     forces: Array  # shape (k,), the elements' forces [N or N·m]
@@ -277,7 +277,9 @@ class Held(NamedTuple):
     unknown: npt.NDArray[np.bool_]
 
 
-def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, totals: Array) -> Held:
+def hold(
+    columns: GuideColumns, demand: Array, units: list[Unit], carried: Array, totals: Array
+) -> GuideReactions:
     """Solve for the elements' forces; if several sets are possible, take the least."""
     # `carried`, shape (2, k, joints, 2, 3): the joints' wrenches under unit forces, and under those
     # that grow with their magnitudes.
@@ -302,7 +304,7 @@ def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, tot
         pushes.append(size * np.array([unit.action.force, unit.action.torque]))
     points = np.array([unit.action.point for unit in units]).reshape(-1, 1, 3)
     actions = np.concatenate([points, np.array(pushes).reshape(-1, 2, 3)], axis=1)
-    return Held(forces, reactions, loose, actions, unknown)
+    return GuideReactions(forces, reactions, loose, actions, unknown)
 
 
 @final

@@ -36,7 +36,7 @@ from mecanique.model.forces import (
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
-from mecanique.reference.engine.forces.sites import Action, Axes, External, Site, Triple
+from mecanique.reference.engine.forces.sites import External, JointAxes, Site, SiteAction, Triple
 from mecanique.reference.engine.load import EngineModel
 
 
@@ -144,7 +144,7 @@ class _Hinge:
     child: Site
     parent: Site
 
-    def actions(self, size: float) -> tuple[Action, Action]:
+    def actions(self, size: float) -> tuple[SiteAction, SiteAction]:
         """Return the action of a joint's force on the child, and its opposite on the parent."""
         a, b, c = self.child.axes.to_world(self.joint.axis)
         along = (a * size, b * size, c * size)
@@ -152,10 +152,12 @@ class _Hinge:
         point = self.child.position()
         if self.joint.turns:
             return (
-                Action(self.child, _ZERO, point, along),
-                Action(self.parent, _ZERO, point, against),
+                SiteAction(self.child, _ZERO, point, along),
+                SiteAction(self.parent, _ZERO, point, against),
             )
-        return Action(self.child, along, point, _ZERO), Action(self.parent, against, point, _ZERO)
+        return SiteAction(self.child, along, point, _ZERO), SiteAction(
+            self.parent, against, point, _ZERO
+        )
 
 
 @final
@@ -167,7 +169,7 @@ class _Load:
 
     name: str
     site: Site
-    turned: tuple[Axes, Array] | None
+    turned: tuple[JointAxes, Array] | None
     force: int | None
     torque: int | None
 
@@ -182,7 +184,7 @@ class Loads:
         self._values = tuple(mechanism.values.values())
         poses, twists = engine.data.oMi, engine.data.v
         self._axes = [
-            Axes(
+            JointAxes(
                 joint,
                 poses[joint].rotation,
                 poses[joint].translation,
@@ -260,7 +262,9 @@ class Loads:
                 parts = _note(wrench.force, scalars), _note(wrench.torque, scalars)
                 self._loads.append(_Load(force.name, site, turned, *parts))
 
-    def update(self, values: list[float], q: Array, u: Array, v: Array, t: float) -> list[Action]:
+    def update(
+        self, values: list[float], q: Array, u: Array, v: Array, t: float
+    ) -> list[SiteAction]:
         """Set `external` and `in_joints`, and return the actions on the bodies."""
         numbers = self._evaluate(q, v, t)
         if self.act_in_joints:
@@ -285,7 +289,7 @@ class Loads:
     ) -> list[tuple[Triple, Triple, Triple]]:
         """Return each force's point of action, force and moment there, as `effects` lists them."""
         numbers = self._evaluate(q, v, t)
-        actions: dict[str, Sequence[Action]] = {line.name: _pull(line) for line in self._lines}
+        actions: dict[str, Sequence[SiteAction]] = {line.name: _pull(line) for line in self._lines}
         for load in self._loads:
             actions[load.name] = [_push(load, numbers)._replace(point=load.site.position())]
         for term, (row, size) in zip(self._terms, self._sizes(values, u, numbers), strict=True):
@@ -312,7 +316,7 @@ class Loads:
                 reach += [(name, a, b), (name, b, a)]
         return reach
 
-    def across_joints(self) -> list[Action]:
+    def across_joints(self) -> list[SiteAction]:
         """Return the forces in the joints as actions on the child and, opposite, on the parent."""
         return [
             action
@@ -395,7 +399,7 @@ class Loads:
         return _Line(force.name, a, b, *constants, field)
 
 
-def _pull(line: _Line) -> tuple[Action, Action]:
+def _pull(line: _Line) -> tuple[SiteAction, SiteAction]:
     """Return the actions of a force on its two points; zero where they coincide."""
     xa, xb = line.a.position(), line.b.position()
     dx, dy, dz = xb[0] - xa[0], xb[1] - xa[1], xb[2] - xa[2]
@@ -403,7 +407,7 @@ def _pull(line: _Line) -> tuple[Action, Action]:
     if line.field is not None or line.directed:
         square = dx * dx + dy * dy + dz * dz
         if line.directed and not square:
-            return Action(line.a, _ZERO, xa, _ZERO), Action(line.b, _ZERO, xb, _ZERO)
+            return SiteAction(line.a, _ZERO, xa, _ZERO), SiteAction(line.b, _ZERO, xb, _ZERO)
         if line.free_length:
             tension *= 1 - line.free_length / sqrt(square)
         if line.field is not None:
@@ -413,16 +417,16 @@ def _pull(line: _Line) -> tuple[Action, Action]:
             parting = dx * (vb[0] - va[0]) + dy * (vb[1] - va[1]) + dz * (vb[2] - va[2])
             tension += line.damping * parting / square
     fx, fy, fz = tension * dx, tension * dy, tension * dz
-    on_a = Action(line.a, (fx, fy, fz), xa, _ZERO)
-    on_b = Action(line.b, (-fx, -fy, -fz), xb, _ZERO)
+    on_a = SiteAction(line.a, (fx, fy, fz), xa, _ZERO)
+    on_b = SiteAction(line.b, (-fx, -fy, -fz), xb, _ZERO)
     return on_a, on_b
 
 
-def _push(load: _Load, numbers: tuple[float, ...]) -> Action:
+def _push(load: _Load, numbers: tuple[float, ...]) -> SiteAction:
     """Return the action of a load on its body."""
     force, torque = _components(load, load.force, numbers), _components(load, load.torque, numbers)
     point = _ZERO if load.force is None else load.site.position()
-    return Action(load.site, force, point, torque)
+    return SiteAction(load.site, force, point, torque)
 
 
 def _components(load: _Load, at: int | None, numbers: tuple[float, ...]) -> Triple:

@@ -15,7 +15,7 @@ Triple: TypeAlias = "tuple[float, float, float]"
 
 @final
 @dataclass(frozen=True, eq=False)
-class Axes:
+class JointAxes:
     """The axes of one of the engine's joints, as views of the engine's data."""
 
     joint: int  # index of the joint, 0 for the world
@@ -37,7 +37,7 @@ class Site:
     """A point fixed in a body."""
 
     body: str  # name of the body
-    axes: Axes  # axes of the joint that carries the body
+    axes: JointAxes  # axes of the joint that carries the body
     point: Triple  # shape (3,), in those axes [m]
 
     def position(self) -> Triple:
@@ -56,7 +56,7 @@ class Site:
         return self.axes.to_world((a + q * z - r * y, b + r * x - p * z, c + p * y - q * x))
 
 
-class Action(NamedTuple):
+class SiteAction(NamedTuple):
     """A force at a point and a torque, on a body."""
 
     site: Site  # a point of the body
@@ -88,7 +88,7 @@ class External:
         self._wrenches = [self.forces[joint].vector for joint in range(joints)]
         self._used: set[int] = set()
 
-    def set(self, actions: Iterable[Action]) -> None:
+    def set(self, actions: Iterable[SiteAction]) -> None:
         """Sum the actions on each body."""
         sums: dict[int, list[Any]] = {}
         for action in actions:
