@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -158,3 +159,14 @@ def test_a_particle_that_the_map_leads_is_drawn_on_its_curve() -> None:
 def test_a_map_in_time_leads_along_no_curve() -> None:
     shown = _set_up(led(0.1 * mq.sin(mq.time())), None, {"x": 0.8})
     assert not [line for line in grounds(shown) if len(line) > 2]
+
+
+def test_a_contact_s_force_is_drawn_along_its_plane() -> None:
+    """Cut free, a rolling disk bears λ along and across the incline, as its equations have them."""
+    disk = mq.textbook.load("rolling_disk")
+    motion = mq.simulate(disk, q={"x": 0.0, "z": disk.values["R"]}, duration=0.2)
+    drawn = mq.picture(motion, 0.1, free_body="disk", numbers=True).svg
+    words = re.sub(r"<[^>]+>", "", drawn)
+    m, g, alpha = (disk.values[letter] for letter in ("m", "g", "alpha"))
+    assert f"normal = {m * g * math.cos(alpha):.3g} N" in words
+    assert f"contact,x = −{m * g * math.sin(alpha) / 3:.3g} N" in words

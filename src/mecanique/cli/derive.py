@@ -16,6 +16,9 @@ from mecanique.cli.words import Chosen, takes_system
 SAMPLES = 20
 """Random states at which a document's derivations are compared."""
 
+LONG = 14
+"""Of derivations with longer names fewer stand beside each other in a table."""
+
 Form: TypeAlias = Literal["text", "latex", "mathml"]
 
 
@@ -199,20 +202,27 @@ def _judge(mechanism: mq.Mechanism) -> str:
         return ""
     ways = tuple(dict.fromkeys(row.sources[0] for row in verdict.rows))
     worst = {(row.quantity, row.sources[0]): row.worst for row in verdict.rows}
-    rows = [" & ".join(["", *ways])]
-    for quantity in dict.fromkeys(row.quantity for row in verdict.rows):
-        sizes = (worst.get((quantity, way)) for way in ways)
-        cells = ("" if size is None else _power(size) for size in sizes)
-        rows.append(" & ".join([quantity.replace("_", "\\_"), *cells]))
+    quantities = tuple(dict.fromkeys(row.quantity for row in verdict.rows))
+    at_once = 3 if max(map(len, ways)) > LONG else 5
+    tables = []
+    for k in range(0, len(ways), at_once):
+        part = ways[k : k + at_once]
+        rows = [" & ".join(["", *part])]
+        for quantity in quantities:
+            sizes = (worst.get((quantity, way)) for way in part)
+            cells = ("" if size is None else _power(size) for size in sizes)
+            rows.append(" & ".join([quantity.replace("_", "\\_"), *cells]))
+        columns = "l" + "c" * len(part)
+        inner = " \\\\\n".join(rows)
+        tables.append(f"\\begin{{tabular}}{{{columns}}}\n{inner}\n\\end{{tabular}}")
     said = (
         f"Largest relative differences from {verdict.rows[0].sources[1]} at {SAMPLES} random "
         f"states: all {'agree' if verdict.agrees else 'do not agree'}."
     )
-    table = " \\\\\n".join(rows)
+    shown = "\n\n\\bigskip\n".join(tables)
     return (
         f"\\subsection*{{Verdict}}\n{to_latex(said, ())}\n\\begin{{center}}\\footnotesize"
-        "\\setlength{\\tabcolsep}{3pt}\n"
-        f"\\begin{{tabular}}{{l{'c' * len(ways)}}}\n{table}\n\\end{{tabular}}\n\\end{{center}}"
+        f"\\setlength{{\\tabcolsep}}{{3pt}}\n{shown}\n\\end{{center}}"
     )
 
 

@@ -35,6 +35,7 @@ from mecanique.figure.paper.marks import (
 )
 from mecanique.figure.setting import Setting
 from mecanique.figure.solids import Floats
+from mecanique.model.constraint_base import PressingContact
 from mecanique.model.force_base import BodyLoad, JointLoad
 from mecanique.model.joints import Revolute
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions
@@ -210,6 +211,9 @@ def _resolve(setting: Setting, action: Action, axes: Sequence[_Axis]) -> Iterato
     at, force = setting.camera.at(action.origin[0]), action.force[0]
     style = "inertia" if action.kind == "inertia" else "force"
     symbol = _symbol(setting, action, moment=False)
+    plane = _plane_of(setting, action) if axes else []
+    if plane:  # the multipliers of a contact count along its plane
+        axes, symbol = plane, f"lambda_{action.name}"
     if not axes or action.kind not in ("reaction", "inertia") or action.name == TOGETHER:
         paper = setting.camera.at(force) / setting.camera.scale
         size = float(np.linalg.norm(force))
@@ -225,6 +229,18 @@ def _resolve(setting: Setting, action: Action, axes: Sequence[_Axis]) -> Iterato
             sense, symbol = -axis.along, symbol.removeprefix("-")
         size = float(force @ sense)
         yield _Arrow(at, unit(setting.camera.at(sense)), size, f"{symbol}_{axis.letter}", style)
+
+
+def _plane_of(setting: Setting, action: Action) -> list[_Axis]:
+    """The axes of the plane that a contact's force counts along, those that lie in the picture."""
+    mechanism = setting.mechanism
+    for contact in mechanism.contacts:
+        if contact.name == action.name and isinstance(contact, PressingContact):
+            frame = setting.poses[setting.index(contact.on)] @ mechanism.matrix(contact.plane)
+            ways = zip(("x", "y", "normal"), frame[:3, :3].T, strict=True)
+            axes = [_Axis(letter, way) for letter, way in ways] if not contact.curved else []
+            return [axis for axis in axes if abs(axis.along @ setting.camera.toward) < NEGLIGIBLE]
+    return []
 
 
 def _sense(setting: Setting, action: Action) -> int:
