@@ -45,7 +45,7 @@ def build(
     """Return the mechanism."""
 
     def link(m: Parameter, J: Parameter, l: Parameter) -> Shape:
-        drawn = rod(m, l).at((l / 2, 0, 0), (0, -pi / 2, 0)).visuals
+        drawn = rod(m, l).at(rpy=(0, -pi / 2, 0)).visuals
         return Shape(m, (l / 2, 0, 0), (J, J, J, 0, 0, 0), visuals=drawn)
 
     drawn = box(m_3, (2 * a, 2 * b, 2 * b)).visuals
