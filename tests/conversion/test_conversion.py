@@ -146,6 +146,23 @@ def test_sdf_refuses_moving_bodies_without_mass() -> None:
     assert conversion.lost == ("joint first: SDF has none of the kind 'Planar'",)
 
 
+def test_links_called_as_joints_get_other_names_in_sdf() -> None:
+    mechanism = _chain("slide")
+    a, tool = (replace(joint, name=joint.child) for joint in mechanism.joints[:2])
+    whole = replace(mechanism, joints=(a, tool, *mechanism.joints[2:]))
+    conversion = mq.convert(whole, "SDF", states=5)
+    assert conversion.proved, str(conversion)
+    assert {joint.name for joint in mq.read(conversion.text).joints} >= {"a", "q"}
+
+
+def test_a_fixed_body_without_inertia_is_written_to_mjcf() -> None:
+    mechanism = _chain("slide")
+    bodies = list(mechanism.bodies)
+    bodies[2] = mq.Body("tool", mq.particle(0.1))
+    conversion = mq.convert(replace(mechanism, bodies=tuple(bodies)), "MJCF", states=5)
+    assert conversion.proved, str(conversion)
+
+
 @pytest.mark.parametrize("form", ["MJCF", "SDF"])
 def test_what_shows_a_body_is_written(form: Form) -> None:
     looks = (

@@ -92,8 +92,10 @@ class _Writer:
         entries = self._mechanism.evaluate_all(body.inertia)
         if mass or any(entries):
             center = numbers(self._mechanism.evaluate_all(body.center), where)
-            inertia = numbers(entries, where)
-            yield Tag("inertial", pos=center, mass=number(mass, where), fullinertia=inertia)
+            # a fixed body may have no inertia, but MuJoCo takes zeros on a diagonal alone
+            form, count = ("fullinertia", 6) if any(entries[3:]) else ("diaginertia", 3)
+            inertia = {form: numbers(entries[:count], where)}
+            yield Tag("inertial", pos=center, mass=number(mass, where), **inertia)
 
     def _geom(self, visual: Visual) -> Iterator[Tag]:
         """Yield a geom that touches nothing and has no mass."""

@@ -24,6 +24,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.urdf.dialect import DRAKE_NAMESPACE, UNBOUNDED, WORLD
 from mecanique.urdf.markup import Node, Tag, number, numbers, text
+from mecanique.urdf.names import Names
 from mecanique.urdf.write import SimpleJoint, axial_steps, chains, law_of_follower
 
 _VERSION = "1.11"
@@ -50,6 +51,12 @@ class _Writer:
         self._steps = chains(mechanism)
         self._axial = axial_steps(mechanism)
         self._bodies = {body.name: body for body in mechanism.bodies}
+        # links and joints share their names' room in SDF; joints keep theirs
+        names = Names(step.name for chain in self._steps.values() for step in chain)
+        for loop in mechanism.loops:
+            names.free(loop.name)
+        carried = (step.child for chain in self._steps.values() for step in chain)
+        self._names = {body: names.free(body) for body in dict.fromkeys((*self._bodies, *carried))}
         ground = self._bodies[mechanism.ground]
         self._stands = ground.name != WORLD and not is_empty(mechanism, ground)
         self._lifted = {
@@ -62,7 +69,8 @@ class _Writer:
         if self._stands:
             ground = mechanism.ground
             yield self._link(self._bodies[ground], {})
-            yield _joint(f"{ground}_weld", "fixed", (WORLD, ground), _pose((0, 0, 0), (0, 0, 0)))
+            ends = WORLD, self._name(ground)
+            yield _joint(f"{ground}_weld", "fixed", ends, _pose((0, 0, 0), (0, 0, 0)))
         for joint in mechanism.joints:
             yield from self._carry(joint)
         poses = home_poses(mechanism)
@@ -75,7 +83,8 @@ class _Writer:
                 yield _joint(loop.name, kinds[loop.kind], ends, place, axis)
 
     def _name(self, body: str) -> str:
-        return WORLD if body == self._mechanism.ground and not self._stands else body
+        grounded = body == self._mechanism.ground and not self._stands
+        return WORLD if grounded else self._names[body]
 
     def _pose(self, place: Placement) -> str:
         return _pose(*map(self._mechanism.evaluate_all, (place.xyz, place.rpy)))
@@ -88,10 +97,10 @@ class _Writer:
             yield self._link(body, {}, place)
             return
         if isinstance(joint, Fixed) and is_empty(mechanism, body) and parent != WORLD:
-            yield Tag("frame", Tag("pose", content=place), name=body.name, attached_to=parent)
+            name = self._name(body.name)
+            yield Tag("frame", Tag("pose", content=place), name=name, attached_to=parent)
             return
-        whole = joint.name, (parent, joint.child), place
-        name, ends, _ = whole
+        name, ends = joint.name, (parent, self._name(joint.child))
         if isinstance(joint, Universal):
             axes = [_axis((1.0, 0.0, 0.0)), _axis((0.0, 1.0, 0.0), tag="axis2")]
             yield _joint(name, "universal", ends, place, axes)
@@ -102,7 +111,7 @@ class _Writer:
             yield _joint(name, "screw", ends, place, inside)
         else:
             for step in self._steps[name]:
-                ends = self._name(step.parent), step.child
+                ends = self._name(step.parent), self._name(step.child)
                 inside = [*self._moves(joint, step)]
                 yield _joint(step.name, step.kind, ends, _pose(step.xyz, step.rpy), inside)
                 if step.child != joint.child:
@@ -126,7 +135,7 @@ class _Writer:
             parts = (Tag("pose", content=center), Tag("mass", content=mass))
             inside.append(Tag("inertial", *parts, Tag("inertia", *moments)))
         inside += [self._visual(visual, k) for k, visual in enumerate(body.visuals)]
-        return Tag("link", *inside, name=body.name)
+        return Tag("link", *inside, name=self._names[body.name])
 
     def _visual(self, visual: Visual, index: int) -> Tag:
         def measure(name: str, *values: Scalar) -> Tag:
