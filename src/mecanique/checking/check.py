@@ -131,10 +131,10 @@ class Checker:
             # a stranger's formula may overflow; what has no value is judged as such, by all that
             # is called from here
             with bound_work(), np.errstate(all="ignore"):
-                found = self._judge(text, ask, quantity, let)
-                if found.outcome == "wrong":
-                    return self._close_denominators(found, text, ask, quantity, let)
-                return found
+                check = self._judge(text, ask, quantity, let)
+                if check.outcome == "wrong":
+                    return self._close_denominators(check, text, ask, quantity, let)
+                return check
         except FormulaError as error:
             if error.text or not text.strip():
                 raise
@@ -154,12 +154,12 @@ class Checker:
                 letters = define(f"x1 = {self.mechanism.coordinates.names[0]}", letters)[2]
             return self._motion(read_answer(text, letters), text)
         reading = read_answer(text, letters)
-        found = self._formula(reading, quantity, ask, text, self.truth)
-        return self._hold_numbers(found, reading, ask, text)
+        check = self._formula(reading, quantity, ask, text, self.truth)
+        return self._hold_numbers(check, reading, ask, text)
 
     def _close_denominators(
         self,
-        found: Check,
+        check: Check,
         text: str,
         ask: str,
         quantity: AskedQuantity | None,
@@ -168,13 +168,13 @@ class Checker:
         """Return the verdict with 3g/2l as 3g/(2l), if it is right with these brackets."""
         written = _DENOMINATOR.findall(text)
         if not written:
-            return found
+            return check
         try:
             again = self._judge(_DENOMINATOR.sub(r"/(\1)", text), ask, quantity, let)
         except FormulaError:
-            return found
+            return check
         if again.outcome == "wrong":
-            return found
+            return check
         forms = [f"/{below} is read as /({below}): write brackets" for below in written]
         outcome: Outcome = again.outcome
         if outcome == "right":

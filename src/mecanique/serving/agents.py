@@ -111,11 +111,11 @@ def equilibria(
     _refuse_above("bodies", len(mechanism.bodies), 1, _MOST_RESTING)
     return [
         {
-            "q": dict(zip(mechanism.coordinates, found.q.tolist(), strict=True)),
-            "stable": found.stable,
-            "frequencies": found.linearization.frequencies.tolist(),
+            "q": dict(zip(mechanism.coordinates, equilibrium.q.tolist(), strict=True)),
+            "stable": equilibrium.stable,
+            "frequencies": equilibrium.linearization.frequencies.tolist(),
         }
-        for found in find_equilibria(mechanism, seed=seed)
+        for equilibrium in find_equilibria(mechanism, seed=seed)
     ]
 
 
@@ -132,17 +132,17 @@ def linearize(
         parameters: values that differ from the catalogue's, in SI units.
     """
     mechanism = load(system, **(parameters or {}))
-    found = linearize_motion(mechanism, at)
-    eigenvalues = found.eigenvalues
+    linearization = linearize_motion(mechanism, at)
+    eigenvalues = linearization.eigenvalues
     return {
-        "q": dict(zip(mechanism.coordinates, found.q.tolist(), strict=True)),
-        "M": found.M.tolist(),
-        "C": found.C.tolist(),
-        "K": found.K.tolist(),
-        "frequencies": found.frequencies.tolist(),
+        "q": dict(zip(mechanism.coordinates, linearization.q.tolist(), strict=True)),
+        "M": linearization.M.tolist(),
+        "C": linearization.C.tolist(),
+        "K": linearization.K.tolist(),
+        "frequencies": linearization.frequencies.tolist(),
         "eigenvalues": [[x.real, x.imag] for x in eigenvalues.tolist()],
-        "stable": found.stable,
-        "note": found.chosen,
+        "stable": linearization.stable,
+        "note": linearization.chosen,
     }
 
 

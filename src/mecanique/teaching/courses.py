@@ -297,11 +297,11 @@ def _export_nbgrader(made: Sequence[Exercise], place: Path) -> None:
 
 
 def _cell(kind: str, name: str, source: str, **settings: Any) -> dict[str, Any]:
-    own = {"grade_id": name, "locked": False, "grade": False, "solution": False, "task": False}
+    graded = {"grade_id": name, "locked": False, "grade": False, "solution": False, "task": False}
     cell: dict[str, Any] = {
         "cell_type": kind,
         "id": _name(name),
-        "metadata": {"nbgrader": {"schema_version": 3, **own, **settings}},
+        "metadata": {"nbgrader": {"schema_version": 3, **graded, **settings}},
         "source": source.splitlines(keepends=True),
     }
     if kind == "code":

@@ -50,7 +50,7 @@ def _list_slips(mechanism: Mechanism) -> Iterator[_Slip]:
 
 
 def _exchange(mechanism: Mechanism, body: Body, other: Body) -> Mechanism:
-    bodies = tuple(other if one is body else one for one in mechanism.bodies)
+    bodies = tuple(other if present is body else present for present in mechanism.bodies)
     return replace(mechanism, bodies=bodies)
 
 
@@ -67,9 +67,9 @@ class _Maxima:
             )
         if any(not velocity.endswith("'") for velocity in mechanism.velocities):
             raise InputError(f"no question for STACK about {mechanism.name!r}: it has quaternions")
-        own = {*mechanism.coordinates, *mechanism.values} & _RESERVED
-        if own:
-            raise InputError(f"STACK has other meanings for {', '.join(sorted(own))}")
+        reserved = {*mechanism.coordinates, *mechanism.values} & _RESERVED
+        if reserved:
+            raise InputError(f"STACK has other meanings for {', '.join(sorted(reserved))}")
 
     @property
     def accelerations(self) -> list[str]:
@@ -144,7 +144,7 @@ def write_stack(made: Sequence[Exercise], problem: str, figure: str) -> str:
         f"acc: [{', '.join(rates)}];",
         f"ta: [{', '.join(true)}];",
         *(f"slip{k}: [{', '.join(solved)}];" for k, (_, solved) in enumerate(slips, 1)),
-        f"variants: [{', '.join(_quote(one.given) for one in made)}];",
+        f"variants: [{', '.join(_quote(variant.given) for variant in made)}];",
         "given: rand(variants);",
     ]
     question = [

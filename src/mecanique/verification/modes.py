@@ -139,8 +139,8 @@ def solve_mode(
     rounding = EPSILON * _condition(system) * np.linalg.norm(solved, axis=1)
     if struck:
         solved[:, : base.nv] += states.v
-        own = [k for k, f in enumerate(terms.forces, base.nv) if f.element.name in mode]
-        solved = solved[:, [*range(base.nv), *own]]
+        in_mode = [k for k, f in enumerate(terms.forces, base.nv) if f.element.name in mode]
+        solved = solved[:, [*range(base.nv), *in_mode]]
     return solved, rounding
 
 

@@ -243,7 +243,7 @@ def judge_positions(
     equilibria = Equilibria(truth)
     positions = []
     for group in _group(statements, equilibria):
-        written = set().union(*(side.letters for one in group for side in one.sides))
+        written = set().union(*(side.letters for statement in group for side in statement.sides))
         whole = [name for name in INTEGERS if name in written - equilibria.at_zero.keys()]
         for numbers in product(_WHOLE, repeat=len(whole)):
             counted = dict(zip(whole, numbers, strict=True))

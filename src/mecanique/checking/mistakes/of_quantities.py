@@ -65,10 +65,10 @@ class QuantityMistakes:
         if quantity.kind == "several":
             yield from self._explain_frequency(residual, quantity)
 
-    def _explain_reading(self, one: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
+    def _explain_reading(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
         """Yield relative for absolute coordinates, and angles from a line at right angles."""
         series, sample = next(iter(quantity.series.values()), None), self._truth.sample
-        if series is None or one.sample.count != sample.count:
+        if series is None or residual.sample.count != sample.count:
             return
         states = [sample.values]
         if quantity.again is not None:
@@ -79,7 +79,7 @@ class QuantityMistakes:
             for values in states:
                 value = Evaluation(series.ring, {**values, **read(values)})(series)
                 claims.append((np.broadcast_to(np.asarray(value), (sample.count,)), values))
-            if self._holds(one, quantity, *claims):
+            if self._holds(residual, quantity, *claims):
                 yield Mistake("angle", text, "", weight)
 
     def _list_readings(self) -> Iterator[tuple[str, float, _Reading, Array]]:

@@ -638,16 +638,16 @@ class Corners:
                 moved = [body for body in (source.body, source.on) if body != m.ground]
                 for body, kind in product(moved, _KINDS if element.tangents else _KINDS[:1]):
                     label = f"{name}, {kind}" if len(moved) == 1 else f"{name} on {body}, {kind}"
-                    own = body == source.body
+                    on_source = body == source.body
                     # a point has no lever, and the normal of a ball passes through its center
                     centered = kind == "normal" and source.axis is None
-                    held = not own or not (source.radius == 0 or centered)
+                    held = not on_source or not (source.radius == 0 or centered)
                     signals = []
                     for k, letter in enumerate(_LETTERS if held else _LETTERS[:3]):
                         value = record.component((element.name, body, kind), k)
                         signals.append(add(f"{label} {letter}", "N" if k < 3 else "N·m", value))
                     x, y, z, *turn = signals
-                    px, py, pz = source.center if own else (0.0, 0.0, 0.0)
+                    px, py, pz = source.center if on_source else (0.0, 0.0, 0.0)
                     forces.append(Force(label, body, (px, py, pz), (x, y, z)))
                     if held:
                         forces.append(Torque(f"{label}, moment", body, (turn[0], turn[1], turn[2])))

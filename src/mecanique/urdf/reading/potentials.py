@@ -35,8 +35,8 @@ def potential_tag(
 ) -> Tag:
     """Return the element of a potential."""
     if isinstance(force, Potential):
-        own = mechanism.joint(force.joint).coordinates[-1]
-        V = _rename(_put(force.potential, mechanism), own, _JOINT_LETTER)
+        coordinate = mechanism.joint(force.joint).coordinates[-1]
+        V = _rename(_put(force.potential, mechanism), coordinate, _JOINT_LETTER)
         return Tag(POTENTIAL, name=force.name, joint=force.joint, potential=write_expression(V))
     where = f"force {force.name!r}"
     ends = {}
