@@ -96,3 +96,17 @@ def test_code_has_every_mode_and_impact(block: str, tmp_path: Path) -> None:
     refused = CliRunner().invoke(app, ["code", block, "--target", "fmu", "-o", f"{tmp_path}/made"])
     assert refused.exit_code == 2
     assert "an FMU holds one mode, and cannot tell which follows" in refused.output
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [("woodpecker", "has 64 modes, more than 16"), ("tippe_top", "slips along two directions")],
+)
+def test_run_moves_what_has_modes_that_are_not_written_out(
+    name: str, why: str, tmp_path: Path
+) -> None:
+    words = ["run", name, "--samples", "5", "--duration", "0.02", "-o", f"{tmp_path}/page.html"]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
+    assert why in " ".join(done.output.split())
+    assert f"{name}: agrees at 5 random states" in done.output

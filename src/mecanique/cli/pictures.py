@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 from click.exceptions import Exit
@@ -20,6 +21,9 @@ from mecanique.cli.printing import (
 )
 from mecanique.cli.words import Chosen, find_file, report_errors, simulate_motion, takes_system
 from mecanique.wording import say_count
+
+if TYPE_CHECKING:
+    from mecanique.derivation.switching import Modes
 
 
 @click.command(epilog="Example: mecanique run rigid_bar_pendulum -p l=2 -q q=1")
@@ -45,10 +49,9 @@ def run(
     mechanism = chosen.mechanism
     with working("Deriving the equations of motion"):
         # an element that switches has its equations mode by mode
-        derive = mq.derive_modes if mechanism.switching else mq.derive
-        equations = derive(mechanism)
+        equations, said = _derive(mechanism)
     heading(f"Equations of motion of {mechanism.name}")
-    say(str(equations))
+    say(said)
     with named_progress(f"Comparing with {engine_name()}") as advance:
         verdict = mq.verify(mechanism, samples=samples, seed=seed, progress=advance)
     say("")
@@ -68,6 +71,20 @@ def run(
     say(f"Wrote {path}: open it in a browser, no network needed.")
     if not verdict.agrees:
         raise Exit(1)
+
+
+def _derive(mechanism: mq.Mechanism) -> tuple[mq.Equations | Modes | None, str]:
+    """Return the equations to show, and their text; None where modes are not written out."""
+    if not mechanism.switching:
+        equations = mq.derive(mechanism)
+        return equations, str(equations)
+    from mecanique.derivation.switching import READABLE
+
+    try:
+        modes = mq.derive_modes(mechanism, most=READABLE)
+    except mq.DerivationError as error:
+        return None, f"They are not written out: {error}."
+    return modes, str(modes)
 
 
 @click.command(epilog="Example: mecanique export double_pendulum -o chaos.html --duration 20")

@@ -37,6 +37,9 @@ from mecanique.wording import Legible, say_count
 MOST_MODES = 81
 """So many modes at most are written out."""
 
+READABLE = 16
+"""So many modes at most are written out where no one has asked for them."""
+
 LONGEST_FRACTION = 1_000_000
 """Largest denominator of a fraction; those of binary numbers are longer."""
 
@@ -166,12 +169,13 @@ def list_letters(element: Switching) -> tuple[str, ...]:
     return tuple(row.letter for row in element.joint_rows)
 
 
-def derive_modes(mechanism: Mechanism) -> Modes:
+def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
     """Derive the equations of every mode of a mechanism with elements that switch.
 
     Args:
         mechanism: a tree with `Friction`, `Stop` or `Contact` among its `switching` elements;
             contacts with planes of the ground, those with friction in plane motion.
+        most: so many modes are written out at most; each may take seconds.
 
     Returns:
         The modes, each with its accelerations, the forces of the elements and its conditions.
@@ -226,9 +230,9 @@ def derive_modes(mechanism: Mechanism) -> Modes:
 
     choices = [_list_states(forces) for forces in unknown]
     count = prod(len(states) for states in choices)
-    if count > MOST_MODES:
+    if count > most:
         raise DerivationError(
-            f"mechanism {mechanism.name!r} has {count} modes, more than {MOST_MODES}; expected "
+            f"mechanism {mechanism.name!r} has {count} modes, more than {most}; expected "
             "fewer elements that switch"
         )
     modes: list[ModeEquations] = []

@@ -10,7 +10,13 @@ import numpy as np
 
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.printing.writers import MathML
-from mecanique.derivation.switching import Modes, derive_modes, force_symbol, list_letters
+from mecanique.derivation.switching import (
+    READABLE,
+    Modes,
+    derive_modes,
+    force_symbol,
+    list_letters,
+)
 from mecanique.errors import MecaniqueError
 from mecanique.figure.draw import figure_text
 from mecanique.model.constraints.contacts import SPEAKING
@@ -118,7 +124,7 @@ def _derivations(
         return
     title = "Equations of motion in each mode"
     try:
-        modes = modes or derive_modes(mechanism)
+        modes = modes or derive_modes(mechanism, most=READABLE)
     except MecaniqueError as error:
         yield ShownDerivation(
             title, (DerivationStep("", "", f"They are not written out: {error}."),)
