@@ -98,9 +98,9 @@ def test_the_official_client_can_ask_every_tool() -> None:
     assert ROD in text_of(found["list_systems"])
     resting = found["equilibria"].structured_content["result"]
     assert [one["stable"] for one in resting] == [True, False]
-    assert resting[0]["frequencies"] == pytest.approx([(1.5 * 9.81 / 2.0) ** 0.5])
+    assert resting[0]["frequencies"] == pytest.approx([(1.5 * 9.81 / 2.0) ** 0.5], rel=1e-12)
     small = json.loads(text_of(found["linearize"]))
-    assert small["K"][0][0] / small["M"][0][0] == pytest.approx(1.5 * 9.81)
+    assert small["K"][0][0] / small["M"][0][0] == pytest.approx(1.5 * 9.81, rel=1e-12)
     grades = json.loads(text_of(found["grade"]))
     assert grades["totals"] == {"anna": 3.0, "ben": 0.0}
     assert "sign" in grades["marks"][2]["reason"]

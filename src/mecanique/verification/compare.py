@@ -522,7 +522,7 @@ def verify(
         from mecanique.verification.modes import compare_modes
 
         return compare_modes(mechanism, samples, seed, tolerance)
-    if has_mass(mechanism):
+    if has_mass(mechanism) or not mechanism.nv:  # what is held fast has no kinematics to compare
         verdict = compare(mechanism, samples, seed, tolerance=tolerance, progress=progress)
         explained = verdict if verdict.agrees else _explain(verdict, mechanism)
     else:
