@@ -24,7 +24,7 @@ DOORS: dict[str, tuple[Callable[[Any], Any], str]] = {
     "linearize": (mq.linearize, "a Mechanism for 'mechanism'"),
     "degrees_of_freedom": (mq.degrees_of_freedom, "a Mechanism for 'mechanism'"),
     "write_urdf": (mq.write_urdf, "a Mechanism for 'mechanism'"),
-    "generate": (mq.generate, "an Equations for 'equations'"),
+    "generate": (mq.generate, "an Equations or a Modes for 'equations'"),
     "Reference": (mq.Reference, "a Mechanism for 'mechanism'"),
 }
 

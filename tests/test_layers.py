@@ -165,7 +165,7 @@ ORDER: dict[str, list[str]] = {
     "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
     "checking.judgement": ["truth", "equilibria motion proof", "quantities", "formula"],
     "checking.mistakes": ["units", "hypotheses", "of_quantities", "search"],
-    "teaching": ["exercise marks question", "stack", "courses"],
+    "teaching": ["exercise marks question", "stack", "course_formats"],
     "serving": ["agents"],
     "generation": [
         "dop853 identifiers quantities",
@@ -176,7 +176,7 @@ ORDER: dict[str, list[str]] = {
         "code",
         "languages writing",
     ],
-    "generation.writing": ["formulas", "recursion"],
+    "generation.writing": ["formulas", "named_results"],
     "generation.mechanics": ["closed_form constrained", "articulated dynamics", "free_body_forces"],
     "generation.verdict": ["cases", "verdict"],
     "generation.targets": ["target", "c javascript python", "casadi jax steps", "fmu"],

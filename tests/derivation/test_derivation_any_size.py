@@ -16,7 +16,7 @@ from systems import derive_system
 import mecanique as mq
 from mecanique import derive, textbook, write_recursion
 from mecanique.derivation.document import Document
-from mecanique.generation.writing.recursion import Written
+from mecanique.generation.writing.named_results import Written
 from mecanique.model.states import States
 from mecanique.verification.states import random_states
 from mecanique.viewing.scene.texts import document_of

@@ -54,11 +54,17 @@ ROD = flat(mq.rod(m, length), mq.Contact("floor", "body", mu=mu))
 def test_a_rod_that_slips_turns_as_factored_by_hand() -> None:
     slips = mq.derive_modes(ROD)["slips -"]
     assert str(slips).splitlines()[3] == (
-        "  th'' = -3 (2 g cos(alpha) + l th'^2 cos(th)) (mu cos(th) + sin(th))"
-        "/(l (3 mu sin(th) cos(th) + 3 sin(th)^2 + 1))"
+        "  th'' = -3 (2 g cos(alpha) + l cos(th) th'^2) (mu cos(th) + sin(th))"
+        "/(l (1 + 3 mu sin(th) cos(th) + 3 sin(th)^2))"
     )
     opened = str(mq.derive_modes(ROD)["open"]).splitlines()
-    assert opened[1] == "  x'' = (2 g sin(alpha) + l th'^2 sin(th))/2"
+    assert opened[1] == "  x'' = (2 g sin(alpha) + l sin(th) th'^2)/2"
+
+
+def test_a_ball_on_a_level_cloth_rolls_without_friction() -> None:
+    rolls = mq.derive_modes(mq.textbook.load("billiard_ball"))["sticks"]
+    assert rolls.conditions == ("while m g ≥ 0", "sticks always, as no friction is needed")
+    assert str(rolls).splitlines()[4] == "  N_cloth = m g"
 
 
 def test_numbers_given_as_decimals_stay_decimals() -> None:
@@ -72,7 +78,7 @@ def test_a_block_sticks_up_to_the_angle_of_repose() -> None:
     assert str(modes["sticks"]).splitlines() == [
         "dry sticks:",
         "  x'' = 0",
-        "  R_dry = -g m sin(alpha)",
+        "  R_dry = -m g sin(alpha)",
         "  sticks if |tan(alpha)| ≤ mu_0",
     ]
     down = modes["slips +"]

@@ -1,4 +1,4 @@
-"""Exercises exported for software of courses, run as that software runs them."""
+"""Exercises exported to learning platforms, run as these run them."""
 
 from __future__ import annotations
 

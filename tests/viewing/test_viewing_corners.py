@@ -73,7 +73,7 @@ def test_a_page_names_modes_with_their_equations_and_says_what_it_leaves_to_pyth
     (modes,) = document.derivations
     headings = [block.heading for block in modes.blocks if block.heading]
     assert headings == ["belt sticks", "belt slips +", "belt slips -"]
-    assert any("sticks if |k x/(g m)|" in block.note for block in modes.blocks)
+    assert any("sticks if |k x/(m g)|" in block.note for block in modes.blocks)
     assert document.verdict.agrees
     assert "belt" in document.urdf
     assert "R_belt" not in document.figure

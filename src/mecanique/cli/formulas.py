@@ -116,7 +116,7 @@ def grade(sheet: Path, answers: Path, csv: Path | None) -> None:
     "--for",
     "course",
     type=click.Choice(["page", "scorm", "stack", "prairielearn", "nbgrader"]),
-    help="Write it to --output for software of courses: a page that judges by itself, the same "
+    help="Write it to --output for a learning platform: a page that judges by itself, the same "
     "as SCORM 1.2, Moodle's XML for STACK, a folder for PrairieLearn, or a notebook for nbgrader.",
 )
 @click.option(

@@ -9,9 +9,8 @@ open.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from html import escape
 from itertools import product
 from math import prod
@@ -21,7 +20,7 @@ import numpy as np
 
 from mecanique.derivation.methods import derive
 from mecanique.derivation.printing.expressions import from_sympy
-from mecanique.derivation.printing.formulas import MOVING, SUMS
+from mecanique.derivation.printing.formulas import MOVING, SUMS, open_sum
 from mecanique.derivation.printing.prose import to_html
 from mecanique.derivation.printing.writers import MathML, Text, Writer, to_lines, write
 from mecanique.errors import DerivationError
@@ -60,12 +59,14 @@ class ModeEquations:
             does not determine them.
         forces: those of the elements, likewise: friction, and normal forces.
         conditions: when it holds, in words and formulas.
+        places: the sort key of each letter in a product.
     """
 
     states: dict[str, str]
     accelerations: dict[str, Any]
     forces: dict[str, Any]
     conditions: tuple[str, ...]
+    places: Mapping[str, tuple[float, float]] = field(repr=False, compare=False)
 
     @property
     def title(self) -> str:
@@ -73,13 +74,18 @@ class ModeEquations:
         return ", ".join(f"{name} {state}" for name, state in self.states.items())
 
     def __str__(self) -> str:
-        lines = [f"{self.title}:"]
-        for name, value in (self.accelerations | self.forces).items():
-            lines.append(f"  {name} = {_write(value)}")
+        lines = [f"{self.title}:", *(f"  {line}" for line in self.write(Text()))]
         if not self.accelerations:
             lines.append(f"  {_UNDETERMINED}")
         lines += [f"  {condition}" for condition in self.conditions]
         return "\n".join(lines)
+
+    def write(self, writer: Writer) -> list[str]:
+        """Write its accelerations and forces in the format of a writer."""
+        return [
+            writer.equation(writer.letter(name, False, ""), _write(value, self.places, writer))
+            for name, value in (self.accelerations | self.forces).items()
+        ]
 
 
 @final
@@ -106,34 +112,12 @@ class Modes(Legible):
     def __str__(self) -> str:
         return "\n".join(map(str, self.modes))
 
-    def write(self, mode: ModeEquations, writer: Writer) -> list[str]:
-        """Write the equations of one of them in the format of a writer."""
-        from sympy import Float
-
-        lines = []
-        for name, value in (mode.accelerations | mode.forces).items():
-            decimals = bool(value.atoms(Float))
-            right = write([from_sympy(value, self._places)], writer, decimals=decimals)
-            lines.append(writer.equation(writer.letter(name, False, ""), right))
-        return lines
-
-    @cached_property
-    def _places(self) -> dict[str, tuple[float, float]]:
-        """The sort key of each letter in a product: parameters, coordinates, velocities."""
-        described = self.mechanism
-        kinds = (
-            (0, [parameter.symbol for parameter in described.parameters]),
-            (SUMS + 5, described.coordinates.names),
-            (MOVING, described.velocities),
-        )
-        return {name: (kind, k) for kind, names in kinds for k, name in enumerate(names)}
-
     def _repr_html_(self) -> str:
         shown = []
         for mode in self.modes:
-            names = {*self._places, *mode.forces}
+            names = {*mode.places, *mode.forces}
             shown.append(f"<h4>{escape(mode.title)}</h4>")
-            shown += map(to_lines, self.write(mode, MathML()), self.write(mode, Text()))
+            shown += map(to_lines, mode.write(MathML()), mode.write(Text()))
             if not mode.accelerations:
                 shown.append(f"<p>{escape(_UNDETERMINED)}</p>")
             shown += [f"<p>{to_html(condition, names)}</p>" for condition in mode.conditions]
@@ -236,6 +220,7 @@ def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
             "fewer elements that switch"
         )
     modes: list[ModeEquations] = []
+    places = _place_letters(mechanism)
     for states in product(*choices):
         laws = list(balance)
         for forces, state in zip(unknown, states, strict=True):
@@ -243,7 +228,7 @@ def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
         solution = _solve(laws, [*accelerations, *symbols])
         conditions: list[str] = []
         for forces, state in zip(unknown, states, strict=True):
-            conditions += _say_conditions(forces, state, solution, rate)
+            conditions += _say_conditions(forces, state, solution, rate, places)
         pairs = zip(mechanism.velocities, accelerations, strict=True)
         named = {f"{name}'": solution.get(s) for name, s in pairs}
         modes.append(
@@ -252,6 +237,7 @@ def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
                 {name: value for name, value in named.items() if value is not None},
                 {str(s): solution[s] for s in symbols if sympify(solution.get(s, 0)) != 0},
                 tuple(conditions),
+                places,
             )
         )
     return Modes(mechanism, tuple(modes))
@@ -468,9 +454,17 @@ def _length(formula: Any) -> tuple[int, int, str]:
 
 
 def _say_conditions(
-    forces: _ElementForces, state: str, solution: dict[Any, Any], rate: Any
+    forces: _ElementForces,
+    state: str,
+    solution: dict[Any, Any],
+    rate: Any,
+    places: Mapping[str, tuple[float, float]],
 ) -> Iterator[str]:
     """Yield when an element is in a state."""
+
+    def say(value: Any) -> str:
+        return _write(value, places, Text())
+
     normal, tangent, element = forces.normal, forces.tangent, forces.element
     if state == "open":
         yield f"while {element.name} is apart"
@@ -478,15 +472,15 @@ def _say_conditions(
     if normal is not None and normal in solution:
         pressed = solution[normal]
         if pressed.is_number and pressed < 0:
-            yield f"never, as {normal} would be {_write(pressed)}"
+            yield f"never, as {normal} would be {say(pressed)}"
         else:
             least = -element.holds if isinstance(element, Stop) else 0
-            yield f"while {_write(pressed)} ≥ {_write(plain(least))}"
+            yield f"while {say(pressed)} ≥ {say(plain(least))}"
     if tangent is None:
         return
     if state != "sticks":
         sign = ">" if state == "slips +" else "<"
-        yield f"while {_write(_shorten(rate(tangent, forces.speed)))} {sign} 0"
+        yield f"while {say(_shorten(rate(tangent, forces.speed)))} {sign} 0"
     elif tangent in solution:
         load, limit = _find_load(element), element.coefficients[1]
         load = solution.get(load, load)
@@ -494,15 +488,30 @@ def _say_conditions(
             limit = element.holding
             load = load if element.pressed_by else element.load
         if load == 0:
-            yield f"sticks if {_write(solution[tangent])} = 0"
+            yield f"sticks if {say(solution[tangent])} = 0"
             return
         ratio = _shorten(solution[tangent] / load)
+        if ratio == 0:
+            yield "sticks always, as no friction is needed"
+            return
         if ratio.could_extract_minus_sign():
             ratio = -ratio
-        yield f"sticks if |{_write(ratio)}| ≤ {_write(limit)}"
+        yield f"sticks if |{say(ratio)}| ≤ {say(limit)}"
 
 
-def _write(value: Any) -> str:
-    """Return a sympy expression as a line of text."""
-    text = str(value).replace("**", "^").replace("*", " ")
-    return re.sub(r"\d+\.\d+", lambda digits: f"{float(digits[0]):.15g}", text)
+def _place_letters(mechanism: Mechanism) -> dict[str, tuple[float, float]]:
+    """Return the sort key of each letter in a product: parameters, coordinates, velocities."""
+    kinds = (
+        (0, [parameter.symbol for parameter in mechanism.parameters]),
+        (SUMS + 5, mechanism.coordinates.names),
+        (MOVING, mechanism.velocities),
+    )
+    return {name: (kind, k) for kind, names in kinds for k, name in enumerate(names)}
+
+
+def _write(value: Any, places: Mapping[str, tuple[float, float]], writer: Writer) -> str:
+    """Write a sympy expression in the format of a writer."""
+    from sympy import Float, sympify
+
+    value = sympify(value)
+    return write(open_sum(from_sympy(value, places)), writer, decimals=bool(value.atoms(Float)))

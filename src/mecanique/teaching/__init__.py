@@ -1,6 +1,6 @@
 """Sheets graded, and exercises made and exported."""
 
-from mecanique.teaching.courses import COURSES, export_exercise
+from mecanique.teaching.course_formats import COURSES, export_exercise
 from mecanique.teaching.exercise import Exercise, make_exercise
 from mecanique.teaching.marks import Grades, Mark, grade, mark_answer
 

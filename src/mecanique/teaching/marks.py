@@ -428,7 +428,7 @@ def _grade(question: Question, checker: Checker, submission: Submission, step: f
 def mark_answer(
     mechanism: Mechanism, text: str, ask: str = "equation of motion", form: float = 0.5
 ) -> Mark:
-    """Return the mark of one answer, of one point, for software of courses."""
+    """Return the mark of one answer, of one point, for learning platforms."""
     part, outcome, reason = _judge(_checker(mechanism), text, ask, (), form)
     return Mark("", ask, round(part, 4), 1.0, outcome, write_visibly(reason))
 

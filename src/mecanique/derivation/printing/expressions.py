@@ -382,8 +382,8 @@ def from_sympy(value: Any, places: Mapping[str, tuple[float, float]]) -> Product
     """Return a sympy expression as a formula, its letters with these sort keys in products."""
     if value.is_Number:
         return number(Fraction(str(value)))
-    if value.is_Symbol:
-        return multiply(Letter(value.name, places.get(value.name, (0, 0))))
+    if value.is_Symbol or value.is_NumberSymbol:  # a letter, or pi
+        return multiply(Letter(str(value), places.get(str(value), (0, 0))))
     parts = [from_sympy(part, places) for part in value.args]
     if value.is_Add:
         return multiply(add(parts))

@@ -1,4 +1,4 @@
-"""Exercises where courses live: pages that judge, SCORM, Moodle's STACK, PrairieLearn, nbgrader."""
+"""Export exercises to learning platforms: judging pages, SCORM, STACK, PrairieLearn, nbgrader."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def export_exercise(
     ask: str = "equation of motion",
     seeds: Sequence[int] = (0,),
 ) -> Path:
-    """Write an exercise as software of courses imports it; return the file or folder.
+    """Write an exercise in the form a learning platform imports; return the file or folder.
 
     Args:
         system: name of a textbook system.
@@ -318,4 +318,4 @@ _COURSES: dict[str, Callable[[Sequence[Exercise], Path], None]] = {
 }
 
 COURSES = tuple(_COURSES)
-"""Kinds of courses that an exercise can be written for."""
+"""Formats of learning platforms that an exercise can be written in."""
