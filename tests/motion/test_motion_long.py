@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import mecanique as mq
 from mecanique.motion.analysis.trust import estimate_errors
+from mecanique.motion.output import report
 from mecanique.motion.output.report import say_uncertain
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.rates import Rates
@@ -179,3 +182,20 @@ def test_an_orbit_by_default_is_where_kepler_puts_it(duration: float) -> None:
     assert abs(motion["phi"][-1] - true) < 3 * error < 6e-5
     assert printed == pytest.approx(motion["phi"][-1], abs=error)
     assert len(motion.curve.t) < 3.1 * motion.statistics.steps, "no finer than was asked for"
+
+
+def test_a_summary_says_why_errors_are_not_known(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(report, "LONG", 1)
+    pendulum = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=1.0)
+    assert "not known" not in pendulum.summary()
+    assert " ± " in pendulum.summary()
+    pendulum.save(tmp_path / "run.npz")
+    unknown = "errors of these values are not known: "
+    stored = mq.Motion.load(tmp_path / "run.npz").summary()
+    assert unknown + "the motion was read from a file, without the events" in stored
+    dry = mq.simulate(mq.textbook.load("stick_slip"), q=[0.1], duration=0.5)
+    assert unknown + "motions with corners are integrated once" in dry.summary()
+    monkeypatch.setattr(report, "LONG", 1200)
+    assert "not known" not in dry.summary()

@@ -163,13 +163,6 @@ def placement_at(pose: Array) -> Placement:
     return Placement((x, y, z), rpy_of(pose[:3, :3]))
 
 
-def shift_by(vector: Array | Sequence[float]) -> Array:
-    """Return the pose of a frame that is moved and not turned, shape (4, 4)."""
-    pose = np.eye(4)
-    pose[:3, 3] = vector
-    return pose
-
-
 def unit_vector(vector: Array | Sequence[float]) -> Array:
     """Return a direction as a vector of length one."""
     length = float(np.linalg.norm(vector))

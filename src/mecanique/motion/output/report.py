@@ -48,7 +48,7 @@ def summary(motion: Trajectory) -> str:
     unit = units(mechanism)
     names = (*mechanism.coordinates.names, *mechanism.velocities)
     bounds = find_maxima(motion.curve, lambda t, q, v: np.hstack([q, v, -q, -v])).values
-    errors = _errors(motion)
+    errors, unknown = _errors(motion)
     for name, low, high, error in zip(
         names[:MAX_LISTED], -bounds[len(names) :], bounds, errors, strict=False
     ):
@@ -58,6 +58,8 @@ def summary(motion: Trajectory) -> str:
         )
     if len(names) > MAX_LISTED:
         lines.append(f"{'…':>14}  {len(names) - MAX_LISTED} more")
+    if unknown:
+        lines.append(f"errors of these values are not known: {unknown}")
     passed = find_exceeded(motion)
     lines += [str(exceeded) for exceeded in passed[:MAX_LISTED]]
     if len(passed) > MAX_LISTED:
@@ -67,16 +69,19 @@ def summary(motion: Trajectory) -> str:
     return "\n".join(lines)
 
 
-def _errors(motion: Trajectory) -> list[float]:
-    """Return how far each of (q, v) may be off; zeros where the motion is short or unknown."""
+def _errors(motion: Trajectory) -> tuple[list[float], str]:
+    """Return how far each of (q, v) of a long motion may be off, or zeros and why it is unknown."""
     none = [0.0] * (motion.mechanism.nq + motion.mechanism.nv)
-    stored = motion.watched is None
-    if motion.statistics.steps < LONG or motion.corners is not None or stored:
-        return none
+    if motion.statistics.steps < LONG:
+        return none, ""
+    if motion.corners is not None:
+        return none, "motions with corners are integrated once"
+    if motion.watched is None:
+        return none, "the motion was read from a file, without the events it was watched for"
     try:
-        return [float(error) for error in estimate_errors(motion)]
-    except MecaniqueError:  # what was integrated once need not be so to a larger tolerance
-        return none
+        return [float(error) for error in estimate_errors(motion)], ""
+    except MecaniqueError as error:  # what was integrated once need not be so again
+        return none, str(error)
 
 
 def say_uncertain(value: float, error: float) -> str:

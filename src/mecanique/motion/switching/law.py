@@ -64,11 +64,6 @@ class ElementState:
     name: str  # one of those above
     direction: tuple[float, ...] = ()  # of slip along its tangents, of unit length
 
-    @property
-    def holds_gap(self) -> bool:
-        """Whether its gap is closed; means nothing of an element that only rubs."""
-        return self.name != OPEN
-
 
 Mode = tuple[ElementState, ...]
 
