@@ -268,6 +268,17 @@ def test_a_derivation_ends_with_its_result(method: str) -> None:
     assert "Result" not in equations.text()
 
 
+@pytest.mark.parametrize("form", ["text", "latex", "mathml"])
+def test_equations_with_their_symbols_do_not_stop_at_forces_of_constraints(form: str) -> None:
+    said = "The constraints leave"
+    disk = getattr(derive_system("rolling_disk"), form)
+    assert said in disk(symbols=True) and said not in disk()
+    assert disk(symbols=True).index("lambda") < disk(symbols=True).index(said)
+    linkage = getattr(derive_system("four_bar_linkage"), form)(symbols=True)
+    assert "Along any motion" not in linkage  # nothing was eliminated
+    assert "Along any motion" not in getattr(derive_system("kepler_orbit"), form)(symbols=True)
+
+
 def test_integrals_stand_at_the_end() -> None:
     text = derive_system("kepler_orbit").text(steps=True)
     assert text.endswith(

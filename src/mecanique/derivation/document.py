@@ -81,6 +81,13 @@ class Document:
         """What the last section says, and its lines: accelerations, forces and integrals."""
         return result_of(self.derivation)
 
+    @property
+    def _eliminated(self) -> tuple[str, list[Equation | Result]]:
+        """The last section where equations alone would stop at forces of constraints."""
+        said, lines = self.result if self.derivation.ties else ("", [])
+        # of loops it has integrals alone, which the equations do without
+        return (said, lines) if any(isinstance(line, Equation) for line in lines) else ("", [])
+
     @cached_property
     def linear(self) -> Linear | None:
         """The matrices of M q'' + C q' + K q = f if the equations are linear, else None."""
@@ -95,8 +102,12 @@ class Document:
         """Return the derivation as text."""
         lines = [equation.text() for equation in self.equations] or [self._nothing]
         if not steps:
-            above = [*self._introduce(Text(), steps=False), ""] if symbols else []
-            return "\n".join([*above, *lines])
+            if not symbols:
+                return "\n".join(lines)
+            said, solved = self._eliminated
+            lines += ["", *textwrap.wrap(said, _WIDTH), ""] if solved else []
+            lines += [line.write(Text()) for line in solved]
+            return "\n".join([*self._introduce(Text(), steps=False), "", *lines])
         writer = Text()
         out = [self._heading, "", *self._introduce(writer, steps=True)]
         stages = self.derivation.stages
@@ -159,8 +170,8 @@ class Document:
             positive = expression(assumption.positive).latex()
             said = self._convert(_TAKEN.format(assumption.subject))
             out.append(f"{said} ${positive}$, {_POSITIVE}\n")
-        if steps and self.result[1]:
-            said, solved = self.result
+        said, solved = self.result if steps else self._eliminated
+        if solved:
             lines = [line.write(writer) for line in solved]
             out += ["\\subsection*{Result}", self._convert(said), display(lines)]
         return "\n".join(out)
@@ -171,9 +182,8 @@ class Document:
         if not (steps or symbols):
             return "\n".join(lines)
         out = [*self._open_html(self.meanings(steps), steps)]
-        if not steps:
-            return "\n".join([*out, *lines])
-        for section in self.sections()[1:]:
+        out += [] if steps else lines
+        for section in self.sections()[1:] if steps else self._conclude(*self._eliminated):
             out += [f"<h4>{escape(section.title)}</h4>", f"<p>{escape(section.explanation)}</p>"]
             out += section.formulas
         return "\n".join(out)
@@ -197,18 +207,20 @@ class Document:
         out += [line._repr_html_() for line in self.equations] or [f"<p>{self._nothing}</p>"]
         if not steps:
             out += [stage._repr_html_() for stage in reactions]
-            return "\n".join(out)
+            return "\n".join([*out, *self._write_result(*self._eliminated)])
         if self._matrices is not None:
             out += ["<p>They are linear:</p>", self._matrices.mathml()]
         out += [
             f"<p>{to_html(sentence, self._names)}</p>"
             for sentence in self._state_assumptions(Text())
         ]
-        said, solved = self.result
-        if solved:
-            out += ["<h4>Result</h4>", f"<p>{to_html(said, self._names)}</p>"]
-            out += [line._repr_html_() for line in solved]
-        return "\n".join(out)
+        return "\n".join([*out, *self._write_result(*self.result)])
+
+    def _write_result(self, said: str, lines: Sequence[Equation | Result]) -> Iterator[str]:
+        """Yield the last section as lines of HTML, none if there is nothing to say."""
+        if lines:
+            yield from ("<h4>Result</h4>", f"<p>{to_html(said, self._names)}</p>")
+            yield from (line._repr_html_() for line in lines)
 
     def _open_html(
         self, listed: Sequence[Meaning], steps: bool, symbols: str = "<dl>"
@@ -269,11 +281,13 @@ class Document:
             formulas += (self._matrices.mathml(),)
             closing += _LINEAR
         out.append(Section("Equations of motion", closing, formulas))
-        said, solved = self.result
+        return (*out, *self._conclude(*self.result))
+
+    def _conclude(self, said: str, solved: Sequence[Equation | Result]) -> Iterator[Section]:
+        """Yield the last section, none if there is nothing to say."""
         if solved:
-            lines = [_MATH.format("block", line.write(writer)) for line in solved]
-            out.append(Section("Result", self._spell(said), tuple(lines)))
-        return tuple(out)
+            lines = [_MATH.format("block", line.write(MathML())) for line in solved]
+            yield Section("Result", self._spell(said), tuple(lines))
 
     @property
     def _about(self) -> list[str]:
