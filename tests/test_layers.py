@@ -65,7 +65,7 @@ ORDER: dict[str, list[str]] = {
         "mechanism",
     ],
     "formats": ["locate sources", "solids scope", "mjcf mjcf_write sdf sdf_write", "read"],
-    "textbook": ["facts", "charts system", "corners systems", "catalogue"],
+    "textbook": ["facts", "joints system", "corners systems", "catalogue"],
     "urdf": [
         "dialect limits markup meshes names robots",
         "rules",

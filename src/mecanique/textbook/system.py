@@ -25,8 +25,8 @@ class System:
         title: its description in one line.
         source: author, work, page, figure or equation.
         parameters: its parameters with typical values.
-        build: makes the mechanism from the parameters, passed by symbol, and the whole-number
-            options.
+        build: makes the mechanism; the parameters that it takes are passed by symbol, as are the
+            whole-number options.
         start: generalized coordinates at the start of the default motion; zero where left out.
         start_velocity: velocities at the start; zero where left out.
         duration: of the default motion [s].
@@ -75,10 +75,7 @@ class System:
         for name in values:
             if name not in known and name not in self.options:
                 raise UnknownNameError("parameter", name, [*known, *self.options])
-        arguments: dict[str, Parameter | int] = {
-            symbol: parameter.with_value(values.get(symbol, parameter.value))
-            for symbol, parameter in known.items()
-        }
+        arguments: dict[str, Parameter | int] = dict(known)
         for name, default in self.options.items():
             number = values.get(name, default)
             if number != int(number) or number < 1:
@@ -86,8 +83,13 @@ class System:
                     f"expected a whole number of at least 1 for {name}, got {number!r}"
                 )
             arguments[name] = int(number)
+        asked = inspect.signature(self.build).parameters
+        if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in asked.values()):
+            arguments = {name: given for name, given in arguments.items() if name in asked}
         with keep_garbage():  # it may be the first to import SymPy
-            return replace(self.build(**arguments), about=self.about)
+            mechanism = replace(self.build(**arguments), about=self.about)
+        changed = {name: value for name, value in values.items() if name in known}
+        return mechanism.replace(**changed) if changed else mechanism
 
     @property
     def about(self) -> str:

@@ -7,58 +7,44 @@ vertical. It leaves where its height is two thirds of that at which it began.
 
 from math import acos, cos, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    Mechanism,
-    Parameter,
-    Prismatic,
-    Revolute,
-    Stop,
-    massless,
-    particle,
-)
-from mecanique.textbook.facts import ModeAcceleration, Occurs
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
+R = mq.Parameter("R", 1.0, "m", "radius of the sphere")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    R: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    return Mechanism(
+    return mq.Mechanism(
         name="bead_leaves_sphere",
-        bodies=(Body("ground"), Body("ray", massless()), Body("bead", particle(m))),
+        bodies=(mq.Body("ground"), mq.Body("ray", mq.massless()), mq.Body("bead", mq.particle(m))),
         joints=(
-            Revolute("turn", "ground", "ray", axis=(0, 1, 0), coordinate="th"),
-            Prismatic("out", "ray", "bead", axis=(0, 0, 1), coordinate="r"),
+            mq.Revolute("turn", "ground", "ray", axis=(0, 1, 0), coordinate="th"),
+            mq.Prismatic("out", "ray", "bead", axis=(0, 0, 1), coordinate="r"),
         ),
         parameters=(m, R, g),
         gravity=(0, 0, -g),
-        switching=(Stop("sphere", "out", at=R, side=-1),),
+        switching=(mq.Stop("sphere", "out", at=R, side=-1),),
     )
 
 
 SYSTEM = System(
     title="Particle that leaves a sphere",
     source="Goldstein, Classical Mechanics, 3rd ed., ch. 2, exercise 22",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the particle"),
-        Parameter("R", 1.0, "m", "radius of the sphere"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, R, g),
     build=build,
     start={"th": 0.1, "r": 1.0},
     duration=1.2,
     tags=("planar", "contact", "corners"),
     facts=(
-        ModeAcceleration(
+        facts.ModeAcceleration(
             "r th'' = g sin(th) - 2 r' th' on and off the sphere",
             ("closed",),
             lambda s: [(s.g * sin(s.th) - 2 * s["r'"] * s["th'"]) / s.r, 0.0],
         ),
-        Occurs(
+        facts.Occurs(
             "it leaves where cos(th) = 2/3 cos(th_0), at sqrt(2/3 g R cos(th_0))",
             "sphere: open",
             lambda s: {

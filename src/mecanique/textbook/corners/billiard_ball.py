@@ -5,49 +5,43 @@ g. The generalized coordinates x and z are those of its center, th is its angle 
 rolling. From the speed v it rolls at 5/7 of it, from 2 v/(7 mu g) on.
 """
 
-from mecanique.model import Body, Contact, Mechanism, Parameter, Planar, ball
-from mecanique.textbook.facts import Occurs
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 0.17, "kg", "mass of the ball")
+r = mq.Parameter("r", 0.03, "m", "radius of the ball")
+mu = mq.Parameter("mu", 0.2, "1", "coefficient of friction")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    r: Parameter,
-    mu: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    return Mechanism(
+    return mq.Mechanism(
         name="billiard_ball",
-        bodies=(Body("ground"), Body("ball", ball(m, r))),
-        joints=(Planar("plane", "ground", "ball", axis=(0, -1, 0), names=("x", "z", "th")),),
+        bodies=(mq.Body("ground"), mq.Body("ball", mq.ball(m, r))),
+        joints=(mq.Planar("plane", "ground", "ball", axis=(0, -1, 0), names=("x", "z", "th")),),
         parameters=(m, r, mu, g),
         gravity=(0, 0, -g),
-        switching=(Contact("cloth", "ball", radius=r, mu=mu),),
+        switching=(mq.Contact("cloth", "ball", radius=r, mu=mu),),
     )
 
 
 SYSTEM = System(
     title="Billiard ball that slides until it rolls",
     source="Coriolis, Théorie mathématique des effets du jeu de billard, 1835",
-    parameters=(
-        Parameter("m", 0.17, "kg", "mass of the ball"),
-        Parameter("r", 0.03, "m", "radius of the ball"),
-        Parameter("mu", 0.2, "1", "coefficient of friction"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, r, mu, g),
     build=build,
     start={"z": 0.03},
     start_velocity={"x": 1.0},
     duration=1.0,
     tags=("planar", "friction", "corners"),
     facts=(
-        Occurs(
+        facts.Occurs(
             "it rolls after 2 v/(7 mu g)",
             "cloth: sticks",
             lambda s: {"t": 2 / (7 * s.mu * s.g), "x": 12 / (49 * s.mu * s.g)},
         ),
-        Occurs(
+        facts.Occurs(
             "five sevenths of its speed are left",
             "end",
             lambda s: {"x'": 5 / 7, "th'": -5 / (7 * s.r)},

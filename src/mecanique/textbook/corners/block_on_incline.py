@@ -7,57 +7,48 @@ is at most mu_0; otherwise x'' = g (sin(alpha) - mu cos(alpha)).
 
 from math import cos, sin
 
-from mecanique.model import Body, Friction, Mechanism, Parameter, Prismatic, box
-from mecanique.textbook.facts import ModeAcceleration, Occurs
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the block")
+alpha = mq.Parameter("alpha", 0.4, "rad", "inclination of the plane")
+mu = mq.Parameter("mu", 0.2, "1", "coefficient of kinetic friction")
+mu_0 = mq.Parameter("mu_0", 0.3, "1", "coefficient of static friction")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    alpha: Parameter,
-    mu: Parameter,
-    mu_0: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    from sympy import cos, sin
-
-    return Mechanism(
+    return mq.Mechanism(
         name="block_on_incline",
-        bodies=(Body("ground"), Body("block", box(m, (0.3, 0.2, 0.2)))),
-        joints=(Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (0.3, 0.2, 0.2)))),
+        joints=(mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
         parameters=(m, alpha, mu, mu_0, g),
-        gravity=(g * sin(alpha), 0, -g * cos(alpha)),
-        switching=(Friction("dry", "slide", mu, m * g * cos(alpha), mu_static=mu_0),),
+        gravity=(g * mq.sin(alpha), 0, -g * mq.cos(alpha)),
+        switching=(mq.Friction("dry", "slide", mu, m * g * mq.cos(alpha), mu_static=mu_0),),
     )
 
 
 SYSTEM = System(
     title="Block on an incline with dry friction",
     source="Meriam & Kraige, Engineering Mechanics: Statics, sect. 6/3; Beer & Johnston, ch. 8",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the block"),
-        Parameter("alpha", 0.4, "rad", "inclination of the plane"),
-        Parameter("mu", 0.2, "1", "coefficient of kinetic friction"),
-        Parameter("mu_0", 0.3, "1", "coefficient of static friction"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, alpha, mu, mu_0, g),
     build=build,
     start_velocity={"x": -1.0},
     duration=2.0,
     tags=("planar", "friction", "corners"),
     facts=(
-        ModeAcceleration(
+        facts.ModeAcceleration(
             "x'' = g (sin(alpha) - mu cos(alpha)) where it slides down",
             ("slips +",),
             lambda s: [s.g * (sin(s.alpha) - s.mu * cos(s.alpha))],
         ),
-        ModeAcceleration(
+        facts.ModeAcceleration(
             "x'' = g (sin(alpha) + mu cos(alpha)) where it slides up",
             ("slips -",),
             lambda s: [s.g * (sin(s.alpha) + s.mu * cos(s.alpha))],
         ),
-        Occurs(
+        facts.Occurs(
             "pushed up at v it turns after v/(g (sin(alpha) + mu cos(alpha)))",
             "dry: slips +",
             lambda s: {

@@ -7,58 +7,44 @@ impacts end at sqrt(2 h/g) (1 + e)/(1 - e).
 
 from math import sqrt
 
-from mecanique.model import Body, Contact, Mechanism, Parameter, Placement, Prismatic, ball
-from mecanique.textbook.facts import ModeAcceleration, Occurs
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import slide
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the ball")
+r = mq.Parameter("r", 0.1, "m", "radius of the ball")
+e = mq.Parameter("e", 0.8, "1", "coefficient of restitution")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    r: Parameter,
-    e: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    return Mechanism(
+    return mq.Mechanism(
         name="bouncing_ball",
-        bodies=(Body("ground"), Body("ball", ball(m, r))),
-        joints=(
-            Prismatic(
-                "fall",
-                "ground",
-                "ball",
-                axis=(0, 0, 1),
-                origin=Placement((0, 0, r)),
-                coordinate="z",
-            ),
-        ),
+        bodies=(mq.Body("ground"), mq.Body("ball", mq.ball(m, r))),
+        joints=(slide("fall", "ground", "ball", "z", at=(0, 0, r), axis=(0, 0, 1)),),
         parameters=(m, r, e, g),
         gravity=(0, 0, -g),
-        switching=(Contact("floor", "ball", radius=r, restitution=e),),
+        switching=(mq.Contact("floor", "ball", radius=r, restitution=e),),
     )
 
 
 SYSTEM = System(
     title="Ball that bounces to rest",
     source="Meriam & Kraige, Dynamics, sect. 3/12; Goldsmith, Impact, ch. 1",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the ball"),
-        Parameter("r", 0.1, "m", "radius of the ball"),
-        Parameter("e", 0.8, "1", "coefficient of restitution"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, r, e, g),
     build=build,
     start={"z": 1.0},
     duration=5.0,
     tags=("planar", "impact", "corners"),
     facts=(
-        ModeAcceleration("z'' = -g in flight", ("open",), lambda s: [-s.g]),
-        Occurs(
+        facts.ModeAcceleration("z'' = -g in flight", ("open",), lambda s: [-s.g]),
+        facts.Occurs(
             "dropped from h it strikes after sqrt(2 h/g) and leaves at e sqrt(2 g h)",
             "floor: impact",
             lambda s: {"t": sqrt(2 / s.g), "after z'": s.e * sqrt(2 * s.g)},
         ),
-        Occurs(
+        facts.Occurs(
             "it rests after sqrt(2 h/g) (1 + e)/(1 - e)",
             "floor: rest",
             lambda s: {"t": sqrt(2 / s.g) * (1 + s.e) / (1 - s.e)},

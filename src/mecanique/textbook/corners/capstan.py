@@ -8,41 +8,44 @@ e^(mu phi) times that of the other.
 
 from numpy import exp
 
-from mecanique.model import Body, Capstan, Mechanism, Parameter, Placement, Prismatic, particle
-from mecanique.textbook.facts import ModeAcceleration, Occurs, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m_1 = mq.Parameter("m_1", 3.0, "kg", "mass of the weight that sinks")
+m_2 = mq.Parameter("m_2", 1.0, "kg", "mass of the other")
+l = mq.Parameter("l", 3.0, "m", "length of the cord beside the drum")
+phi = mq.Parameter("phi", 3.141592653589793, "rad", "angle that the cord is wound")
+mu = mq.Parameter("mu", 0.2, "1", "coefficient of friction")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m_1: Parameter,
-    m_2: Parameter,
-    l: Parameter,
-    phi: Parameter,
-    mu: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    beside = Placement((0.2, 0, 0))
-    return Mechanism(
+    beside = mq.Placement((0.2, 0, 0))
+    return mq.Mechanism(
         name="capstan",
-        bodies=(Body("ground"), Body("left", particle(m_1)), Body("right", particle(m_2))),
+        bodies=(
+            mq.Body("ground"),
+            mq.Body("left", mq.particle(m_1)),
+            mq.Body("right", mq.particle(m_2)),
+        ),
         joints=(
-            Prismatic("run1", "ground", "left", axis=(0, 0, -1), coordinate="x"),
-            Prismatic("run2", "ground", "right", axis=(0, 0, -1), origin=beside, coordinate="y"),
+            mq.Prismatic("run1", "ground", "left", axis=(0, 0, -1), coordinate="x"),
+            mq.Prismatic("run2", "ground", "right", axis=(0, 0, -1), origin=beside, coordinate="y"),
         ),
         parameters=(m_1, m_2, l, phi, mu, g),
         gravity=(0, 0, -g),
-        switching=(Capstan("drum", "run1", "run2", length=l, wrap=phi, mu=mu),),
+        switching=(mq.Capstan("drum", "run1", "run2", length=l, wrap=phi, mu=mu),),
     )
 
 
-def _sinks(s: Values) -> float:
+def _sinks(s: facts.Values) -> float:
     """The acceleration of the first weight where it sinks."""
     grown = s.m_2 * exp(s.mu * s.phi)
     return float(s.g * (s.m_1 - grown) / (s.m_1 + grown))
 
 
-def _rises(s: Values) -> float:
+def _rises(s: facts.Values) -> float:
     """Its acceleration where it rises."""
     grown = s.m_1 * exp(s.mu * s.phi)
     return float(s.g * (grown - s.m_2) / (grown + s.m_2))
@@ -51,36 +54,29 @@ def _rises(s: Values) -> float:
 SYSTEM = System(
     title="Two weights on a cord over a rough drum",
     source="Euler, Mém. Acad. Berlin 18 (1769) 265; Meriam & Kraige, Statics, sect. 6/8",
-    parameters=(
-        Parameter("m_1", 3.0, "kg", "mass of the weight that sinks"),
-        Parameter("m_2", 1.0, "kg", "mass of the other"),
-        Parameter("l", 3.0, "m", "length of the cord beside the drum"),
-        Parameter("phi", 3.141592653589793, "rad", "angle that the cord is wound"),
-        Parameter("mu", 0.2, "1", "coefficient of friction"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m_1, m_2, l, phi, mu, g),
     build=build,
     start={"x": 1.0, "y": 2.0},
     start_velocity={"x": -1.0, "y": 1.0},
     duration=0.8,
     tags=("planar", "friction", "corners"),
     facts=(
-        ModeAcceleration(
+        facts.ModeAcceleration(
             "x'' = -y'' = g (m_1 - m_2 e^(mu phi))/(m_1 + m_2 e^(mu phi)) where it sinks",
             ("slips +",),
             lambda s: [_sinks(s), -_sinks(s)],
         ),
-        ModeAcceleration(
+        facts.ModeAcceleration(
             "x'' = -y'' = g (m_1 e^(mu phi) - m_2)/(m_1 e^(mu phi) + m_2) where it rises",
             ("slips -",),
             lambda s: [_rises(s), -_rises(s)],
         ),
-        Occurs(
+        facts.Occurs(
             "thrown up at v it turns after v/x'', v^2/(2 x'') higher",
             "drum: slips +",
             lambda s: {"t": 1 / _rises(s), "x": 1 - 1 / (2 * _rises(s))},
         ),
-        Occurs(
+        facts.Occurs(
             "from there it sinks as g (m_1 - m_2 e^(mu phi))/(m_1 + m_2 e^(mu phi)) says",
             "end",
             lambda s: {"x'": _sinks(s) * (s.t - 1 / _rises(s))},

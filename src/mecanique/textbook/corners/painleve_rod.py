@@ -7,25 +7,24 @@ th is its angle. Where mu is above 4/3 there are positions in which sliding has 
 
 from math import atan, cos, pi, sin
 
-from mecanique.model import Body, Contact, Mechanism, Parameter, Planar, rod
-from mecanique.textbook.facts import ModeAcceleration, Occurs, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the rod")
+l = mq.Parameter("l", 1.0, "m", "half the length of the rod")
+mu = mq.Parameter("mu", 1.3, "1", "coefficient of friction")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    l: Parameter,
-    mu: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    return Mechanism(
+    return mq.Mechanism(
         name="painleve_rod",
-        bodies=(Body("ground"), Body("rod", rod(m, 2 * l).at((0, 0, l)))),
-        joints=(Planar("plane", "ground", "rod", axis=(0, -1, 0), names=("x", "z", "th")),),
+        bodies=(mq.Body("ground"), mq.Body("rod", mq.rod(m, 2 * l).at((0, 0, l)))),
+        joints=(mq.Planar("plane", "ground", "rod", axis=(0, -1, 0), names=("x", "z", "th")),),
         parameters=(m, l, mu, g),
         gravity=(0, 0, -g),
-        switching=(Contact("floor", "rod", center=(0, 0, -l), mu=mu),),
+        switching=(mq.Contact("floor", "rod", center=(0, 0, -l), mu=mu),),
     )
 
 
@@ -33,7 +32,7 @@ LEAN = pi / 2 - atan(2.0)
 """The lean at which the least coefficient of friction gives the paradox."""
 
 
-def _slides(s: Values) -> list[float]:
+def _slides(s: facts.Values) -> list[float]:
     """The accelerations while it slides forward, by the force N of the floor."""
     across = sin(s.th) - s.mu * cos(s.th)
     N = s.m * (s.g - s.l * cos(s.th) * s["th'"] ** 2) / (1 + 3 * sin(s.th) * across)
@@ -43,24 +42,19 @@ def _slides(s: Values) -> list[float]:
 SYSTEM = System(
     title="Painlevé's rod, which slides on its end",
     source="Painlevé, C. R. Acad. Sci. 121 (1895) 112; Champneys & Várkonyi, arXiv 1601.03545",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the rod"),
-        Parameter("l", 1.0, "m", "half the length of the rod"),
-        Parameter("mu", 1.3, "1", "coefficient of friction"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, l, mu, g),
     build=build,
     start={"z": cos(LEAN), "x": 0.0, "th": LEAN},
     start_velocity={"x": 1.0},
     duration=0.2,
     tags=("planar", "friction", "contact", "corners"),
     facts=(
-        ModeAcceleration(
+        facts.ModeAcceleration(
             "N (1 + 3 sin(th) (sin(th) - mu cos(th))) = m (g - l th'^2 cos(th)) where it slides",
             ("slips +",),
             _slides,
         ),
-        Occurs(
+        facts.Occurs(
             "its end is at rest when it sticks",
             "floor: sticks",
             lambda s: {"x'": -s.l * cos(s.th) * s["th'"]},

@@ -7,29 +7,29 @@ vertical.
 
 from math import cos, sin, sqrt
 
-from mecanique.model import Body, Mechanism, Parameter, Revolute, Stop, rod
-from mecanique.textbook.facts import Occurs, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the bar")
+l = mq.Parameter("l", 1.0, "m", "length of the bar")
+e = mq.Parameter("e", 0.5, "1", "coefficient of restitution")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    l: Parameter,
-    e: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    return Mechanism(
+    return mq.Mechanism(
         name="pendulum_with_stop",
-        bodies=(Body("ground"), Body("bar", rod(m, l))),
-        joints=(Revolute("pin", "ground", "bar", axis=(0, -1, 0), coordinate="q"),),
+        bodies=(mq.Body("ground"), mq.Body("bar", mq.rod(m, l))),
+        joints=(hinge("pin", "ground", "bar", "q"),),
         parameters=(m, l, e, g),
         gravity=(0, 0, -g),
-        switching=(Stop("stop", "pin", at=0.0, side=-1, restitution=e),),
+        switching=(mq.Stop("stop", "pin", at=0.0, side=-1, restitution=e),),
     )
 
 
-def _quarter(s: Values) -> float:
+def _quarter(s: facts.Values) -> float:
     from scipy.special import ellipk
 
     return float(ellipk(sin(0.5) ** 2) * sqrt(2 * s.l / (3 * s.g)))
@@ -38,23 +38,18 @@ def _quarter(s: Values) -> float:
 SYSTEM = System(
     title="Bar pendulum that strikes a stop",
     source="Shaw & Rand, Int. J. Non-Linear Mech. 24 (1989) 41; Goldsmith, Impact, ch. 2",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the bar"),
-        Parameter("l", 1.0, "m", "length of the bar"),
-        Parameter("e", 0.5, "1", "coefficient of restitution"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, l, e, g),
     build=build,
     start={"q": 1.0},
     duration=6.0,
     tags=("planar", "pendulum", "impact", "corners"),
     facts=(
-        Occurs(
+        facts.Occurs(
             "it strikes after a quarter period, K(sin(1/2)) sqrt(2 l/(3 g))",
             "stop: impact",
             lambda s: {"t": _quarter(s)},
         ),
-        Occurs(
+        facts.Occurs(
             "it strikes at sqrt(3 g (1 - cos(1))/l), and e of that is left",
             "stop: impact",
             lambda s: {

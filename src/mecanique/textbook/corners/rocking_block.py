@@ -7,28 +7,27 @@ tan(a) = b/h. The generalized coordinates x and z are those of its center, th is
 
 from math import asin, atan2, cos, hypot, sin, sqrt
 
-from mecanique.model import Body, Contact, Mechanism, Parameter, Planar, box
-from mecanique.textbook.facts import Occurs, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the block")
+b = mq.Parameter("b", 0.2, "m", "width of the block")
+h = mq.Parameter("h", 0.8, "m", "height of the block")
+mu = mq.Parameter("mu", 1.0, "1", "coefficient of friction")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    b: Parameter,
-    h: Parameter,
-    mu: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    return Mechanism(
+    return mq.Mechanism(
         name="rocking_block",
-        bodies=(Body("ground"), Body("block", box(m, (b, b, h)))),
-        joints=(Planar("plane", "ground", "block", axis=(0, -1, 0), names=("x", "z", "th")),),
+        bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (b, b, h)))),
+        joints=(mq.Planar("plane", "ground", "block", axis=(0, -1, 0), names=("x", "z", "th")),),
         parameters=(m, b, h, mu, g),
         gravity=(0, 0, -g),
         switching=(
-            Contact("left", "block", center=(-b / 2, 0, -h / 2), mu=mu),
-            Contact("right", "block", center=(b / 2, 0, -h / 2), mu=mu),
+            mq.Contact("left", "block", center=(-b / 2, 0, -h / 2), mu=mu),
+            mq.Contact("right", "block", center=(b / 2, 0, -h / 2), mu=mu),
         ),
     )
 
@@ -37,16 +36,16 @@ TILT = atan2(0.2, 0.8) / 2
 """Half the tilt at which the block of the typical values is on the point of falling."""
 
 
-def _pace(s: Values) -> float:
+def _pace(s: facts.Values) -> float:
     """The rate p of a block on its edge, p^2 = 3 g/(4 R)."""
     return sqrt(3 * s.g / (2 * hypot(s.b, s.h)))
 
 
-def _falls(s: Values) -> float:
+def _falls(s: facts.Values) -> float:
     return _pace(s) * sqrt(2 * (cos(TILT) - cos(2 * TILT)))
 
 
-def _quarter(s: Values) -> float:
+def _quarter(s: facts.Values) -> float:
     """The time from rest: a pendulum of the rate p, upside down, that falls to its angle 2 TILT."""
     from scipy.special import ellipk, ellipkinc
 
@@ -57,13 +56,7 @@ def _quarter(s: Values) -> float:
 SYSTEM = System(
     title="Block that rocks on its edges",
     source="Housner, Bull. Seism. Soc. Am. 53 (1963) 403",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the block"),
-        Parameter("b", 0.2, "m", "width of the block"),
-        Parameter("h", 0.8, "m", "height of the block"),
-        Parameter("mu", 1.0, "1", "coefficient of friction"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, b, h, mu, g),
     build=build,
     start={
         "x": -0.1 * cos(TILT) + 0.4 * sin(TILT),
@@ -73,12 +66,12 @@ SYSTEM = System(
     duration=2.0,
     tags=("planar", "contact", "impact", "friction", "corners"),
     facts=(
-        Occurs(
+        facts.Occurs(
             "the quarter period is an elliptic integral",
             "left: impact",
             lambda s: {"t": _quarter(s)},
         ),
-        Occurs(
+        facts.Occurs(
             "it falls at p sqrt(2 (cos(a/2) - cos(a))), and 1 - 3/2 sin(a)^2 of that is left",
             "left: impact",
             lambda s: {"th'": _falls(s), "after th'": (1 - 1.5 * sin(2 * TILT) ** 2) * _falls(s)},

@@ -8,59 +8,46 @@ again further down.
 
 from math import acos, pi, sqrt
 
-from mecanique.model import (
-    Body,
-    Mechanism,
-    Parameter,
-    Prismatic,
-    Revolute,
-    Stop,
-    massless,
-    particle,
-)
-from mecanique.textbook.facts import Occurs
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
+l = mq.Parameter("l", 1.0, "m", "length of the cord")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    l: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    return Mechanism(
+    return mq.Mechanism(
         name="slack_cord",
-        bodies=(Body("ground"), Body("ray", massless()), Body("bob", particle(m))),
+        bodies=(mq.Body("ground"), mq.Body("ray", mq.massless()), mq.Body("bob", mq.particle(m))),
         joints=(
-            Revolute("turn", "ground", "ray", axis=(0, -1, 0), coordinate="th"),
-            Prismatic("out", "ray", "bob", axis=(0, 0, -1), coordinate="r"),
+            hinge("turn", "ground", "ray", "th"),
+            mq.Prismatic("out", "ray", "bob", axis=(0, 0, -1), coordinate="r"),
         ),
         parameters=(m, l, g),
         gravity=(0, 0, -g),
-        switching=(Stop("cord", "out", at=l, side=1),),
+        switching=(mq.Stop("cord", "out", at=l, side=1),),
     )
 
 
 SYSTEM = System(
     title="Particle on a cord that goes slack",
     source="Meriam & Kraige, Dynamics, sect. 3/5; Lamb, Dynamics, art. 38",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the particle"),
-        Parameter("l", 1.0, "m", "length of the cord"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, l, g),
     build=build,
     start={"th": 0.0, "r": 1.0},
     start_velocity={"th": sqrt(4 * 9.81)},
     duration=1.5,
     tags=("planar", "contact", "impact", "corners"),
     facts=(
-        Occurs(
+        facts.Occurs(
             "it goes slack where cos(th) = -2/3, at sqrt(2/3 g l)",
             "cord: open",
             lambda s: {"th": acos(-2 / 3), "th'": sqrt(2 / 3 * s.g / s.l)},
         ),
-        Occurs(
+        facts.Occurs(
             "it is taut again where the parabola meets the circle, at th = 4 pi - 3 acos(-2/3)",
             "cord: impact",
             lambda s: {"th": 4 * pi - 3 * acos(-2 / 3)},

@@ -8,28 +8,27 @@ about mu m g/k until its speed is the belt's again.
 
 from math import atan2, pi, sqrt
 
-from mecanique.model import Body, Friction, JointSpring, Mechanism, Parameter, Prismatic, box
-from mecanique.textbook.facts import ModeAcceleration, Occurs
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the block")
+k = mq.Parameter("k", 100.0, "N/m", "stiffness of the spring")
+v = mq.Parameter("v", 0.1, "m/s", "speed of the belt")
+mu = mq.Parameter("mu", 0.2, "1", "coefficient of kinetic friction")
+mu_0 = mq.Parameter("mu_0", 0.4, "1", "coefficient of static friction")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    k: Parameter,
-    v: Parameter,
-    mu: Parameter,
-    mu_0: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    return Mechanism(
+    return mq.Mechanism(
         name="stick_slip",
-        bodies=(Body("ground"), Body("block", box(m, (0.1, 0.1, 0.1)))),
-        joints=(Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
-        forces=(JointSpring("spring", "slide", k),),
+        bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (0.1, 0.1, 0.1)))),
+        joints=(mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        forces=(mq.JointSpring("spring", "slide", k),),
         parameters=(m, k, v, mu, mu_0, g),
         gravity=(0, 0, -g),
-        switching=(Friction("belt", "slide", mu, m * g, mu_static=mu_0, speed=v),),
+        switching=(mq.Friction("belt", "slide", mu, m * g, mu_static=mu_0, speed=v),),
     )
 
 
@@ -37,30 +36,23 @@ SYSTEM = System(
     title="Mass on a moving belt, held by a spring",
     source="Den Hartog, Mechanical Vibrations, sect. 7.6; Popp & Stelter, Phil. Trans. A 332 "
     "(1990) 89",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the block"),
-        Parameter("k", 100.0, "N/m", "stiffness of the spring"),
-        Parameter("v", 0.1, "m/s", "speed of the belt"),
-        Parameter("mu", 0.2, "1", "coefficient of kinetic friction"),
-        Parameter("mu_0", 0.4, "1", "coefficient of static friction"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, k, v, mu, mu_0, g),
     build=build,
     start_velocity={"x": 0.1},
     duration=10.0,
     tags=("planar", "spring", "friction", "corners"),
     facts=(
-        ModeAcceleration(
+        facts.ModeAcceleration(
             "m x'' + k x = mu m g where the belt overtakes it",
             ("slips -",),
             lambda s: [s.mu * s.g - s.k * s.x / s.m],
         ),
-        Occurs(
+        facts.Occurs(
             "it is torn away where k x = mu_0 m g",
             "belt: slips -",
             lambda s: {"x": s.mu_0 * s.m * s.g / s.k, "t": s.mu_0 * s.m * s.g / (s.k * s.v)},
         ),
-        Occurs(
+        facts.Occurs(
             "it sticks again as far beyond mu m g/k as it was before",
             "belt: sticks",
             lambda s: {

@@ -10,33 +10,32 @@ stays as it is.
 
 from math import cos, sin
 
-from mecanique.model import Body, Contact, Floating, Mechanism, Parameter, Shape, ball
-from mecanique.textbook.facts import KineticEnergy, Lasting, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 0.02, "kg", "mass of the top")
+r = mq.Parameter("r", 0.02, "m", "radius of the sphere")
+c = mq.Parameter("c", 0.006, "m", "distance of the center of mass from the center")
+J_1 = mq.Parameter("J_1", 2.994e-6, "kg·m²", "moment of inertia across the axis")
+J_3 = mq.Parameter("J_3", 3.2e-6, "kg·m²", "moment of inertia along the axis")
+mu = mq.Parameter("mu", 0.3, "1", "coefficient of friction")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    r: Parameter,
-    c: Parameter,
-    J_1: Parameter,
-    J_3: Parameter,
-    mu: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    top = Shape(m, (0, 0, -c), (J_1, J_1, J_3, 0, 0, 0), visuals=ball(m, r).visuals)
-    return Mechanism(
+    top = mq.Shape(m, (0, 0, -c), (J_1, J_1, J_3, 0, 0, 0), visuals=mq.ball(m, r).visuals)
+    return mq.Mechanism(
         name="tippe_top",
-        bodies=(Body("ground"), Body("top", top)),
-        joints=(Floating("top", "ground", "top"),),
+        bodies=(mq.Body("ground"), mq.Body("top", top)),
+        joints=(mq.Floating("top", "ground", "top"),),
         parameters=(m, r, c, J_1, J_3, mu, g),
         gravity=(0, 0, -g),
-        switching=(Contact("floor", "top", radius=r, mu=mu),),
+        switching=(mq.Contact("floor", "top", radius=r, mu=mu),),
     )
 
 
-def _upward(s: Values) -> tuple[float, float, float]:
+def _upward(s: facts.Values) -> tuple[float, float, float]:
     """The vertical in the axes of the top."""
     return (
         2 * (s.top_qx * s.top_qz - s.top_qw * s.top_qy),
@@ -45,13 +44,13 @@ def _upward(s: Values) -> tuple[float, float, float]:
     )
 
 
-def _jellett(s: Values) -> float:
+def _jellett(s: facts.Values) -> float:
     x, y, z = _upward(s)
     across = s.J_1 * s.r * (s.top_wx * x + s.top_wy * y)
     return float(across + s.J_3 * s.top_wz * (s.r * z - s.c))
 
 
-def _kinetic(s: Values) -> float:
+def _kinetic(s: facts.Values) -> float:
     x, y = s.top_vx - s.c * s.top_wy, s.top_vy + s.c * s.top_wx
     turning = s.J_1 * (s.top_wx**2 + s.top_wy**2) + s.J_3 * s.top_wz**2
     return float((s.m * (x**2 + y**2 + s.top_vz**2) + turning) / 2)
@@ -64,24 +63,16 @@ SYSTEM = System(
     title="Tippe top that glides until it rolls",
     source="Jellett, A Treatise on the Theory of Friction, 1872, ch. 8; Ciocci, Malengier, "
     "Langerock & Grimonprez, J. Appl. Mech. 79 (2012) 041002",
-    parameters=(
-        Parameter("m", 0.02, "kg", "mass of the top"),
-        Parameter("r", 0.02, "m", "radius of the sphere"),
-        Parameter("c", 0.006, "m", "distance of the center of mass from the center"),
-        Parameter("J_1", 2.994e-6, "kg·m²", "moment of inertia across the axis"),
-        Parameter("J_3", 3.2e-6, "kg·m²", "moment of inertia along the axis"),
-        Parameter("mu", 0.3, "1", "coefficient of friction"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, r, c, J_1, J_3, mu, g),
     build=build,
     start={"top_z": 0.02, "top_qy": sin(TILT / 2), "top_qw": cos(TILT / 2)},
     start_velocity={"top_wz": 155.0},
     duration=0.2,
     tags=("spatial", "friction", "contact", "corners"),
     facts=(
-        KineticEnergy(
+        facts.KineticEnergy(
             "T = (m v_C^2 + J_1 (w_x^2 + w_y^2) + J_3 w_z^2)/2, v_C of the center of mass", _kinetic
         ),
-        Lasting("Jellett's integral", _jellett),
+        facts.Lasting("Jellett's integral", _jellett),
     ),
 )

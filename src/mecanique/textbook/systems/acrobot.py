@@ -9,75 +9,52 @@ towards +x, and the angle q2 of the second link from the direction of the first.
 import numpy as np
 from numpy import cos, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    Input,
-    JointForce,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    rod,
-    time,
-)
-from mecanique.textbook.facts import (
-    Acceleration,
-    Eigenvalues,
-    Frequencies,
-    MassMatrix,
-    Number,
-    Steady,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m1 = mq.Parameter("m1", 1.0, "kg", "mass of the first link")
+m2 = mq.Parameter("m2", 1.0, "kg", "mass of the second link")
+l1 = mq.Parameter("l1", 1.0, "m", "length of the first link")
+l2 = mq.Parameter("l2", 1.0, "m", "length of the second link")
+K = mq.Parameter("K", 2.0, "N·m", "amplitude of the torque")
+W = mq.Parameter("W", 2.7, "rad/s", "angular frequency of the torque")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m1: Parameter,
-    m2: Parameter,
-    l1: Parameter,
-    l2: Parameter,
-    K: Parameter,
-    W: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return both links and the torque between them."""
-    from sympy import sin
-
-    tau = Input("tau", K * sin(W * time()), "N·m", "torque of the hips")
-    return Mechanism(
+    tau = mq.Input("tau", K * mq.sin(W * mq.time()), "N·m", "torque of the hips")
+    return mq.Mechanism(
         name="acrobot",
-        bodies=(Body("ground"), Body("link1", rod(m1, l1)), Body("link2", rod(m2, l2))),
-        joints=(
-            Revolute("hands", "ground", "link1", axis=(0, -1, 0), coordinate="q1"),
-            Revolute(
-                "hips",
-                "link1",
-                "link2",
-                axis=(0, -1, 0),
-                origin=Placement((0, 0, -l1)),
-                coordinate="q2",
-            ),
+        bodies=(
+            mq.Body("ground"),
+            mq.Body("link1", mq.rod(m1, l1)),
+            mq.Body("link2", mq.rod(m2, l2)),
         ),
-        forces=(JointForce("motor", "hips", tau),),
+        joints=(
+            hinge("hands", "ground", "link1", "q1"),
+            hinge("hips", "link1", "link2", "q2", at=(0, 0, -l1)),
+        ),
+        forces=(mq.JointForce("motor", "hips", tau),),
         parameters=(m1, m2, l1, l2, K, W, g),
         inputs=(tau,),
         gravity=(0, 0, -g),
     )
 
 
-def mass_matrix(s: Values) -> list[list[Number]]:
+def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
     """Return M (Tedrake, eq. 3.4)."""
     own, cross = s.m2 * s.l2**2 / 3, s.m2 * s.l1 * s.l2 / 2 * cos(s.q2)
     return [[(s.m1 / 3 + s.m2) * s.l1**2 + own + 2 * cross, own + cross], [own + cross, own]]
 
 
-def weights(s: Values) -> tuple[Number, Number]:
+def weights(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     """Return the static moments of both links times g."""
     return (s.m1 / 2 + s.m2) * s.g * s.l1, s.m2 * s.g * s.l2 / 2
 
 
-def acceleration(s: Values) -> Number:
+def acceleration(s: facts.Values) -> facts.Number:
     """Return q''."""
     u, v = s["q1'"], s["q2'"]
     upper, lower = weights(s)
@@ -87,9 +64,9 @@ def acceleration(s: Values) -> Number:
     return np.linalg.solve(mass_matrix(s), right)
 
 
-def squares(s: Values) -> tuple[Number, Number]:
+def squares(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     """Return both roots ω² of det(K - ω² M) = 0 for the hanging gymnast."""
-    (a, b), (_, d) = mass_matrix(Values({**s.numbers, "q2": 0.0}))
+    (a, b), (_, d) = mass_matrix(facts.Values({**s.numbers, "q2": 0.0}))
     upper, lower = weights(s)
     A, B, C = a * d - b**2, a * lower + d * (upper + lower) - 2 * b * lower, upper * lower
     return (B - sqrt(B**2 - 4 * A * C)) / (2 * A), (B + sqrt(B**2 - 4 * A * C)) / (2 * A)
@@ -98,33 +75,27 @@ def squares(s: Values) -> tuple[Number, Number]:
 SYSTEM = System(
     title="Gymnast on the bar: two links, torque at the hips only",
     source="Spong, IEEE Control Systems 15 (1995) 49; Tedrake, Underactuated Robotics, sect. 3.1",
-    parameters=(
-        Parameter("m1", 1.0, "kg", "mass of the first link"),
-        Parameter("m2", 1.0, "kg", "mass of the second link"),
-        Parameter("l1", 1.0, "m", "length of the first link"),
-        Parameter("l2", 1.0, "m", "length of the second link"),
-        Parameter("K", 2.0, "N·m", "amplitude of the torque"),
-        Parameter("W", 2.7, "rad/s", "angular frequency of the torque"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m1, m2, l1, l2, K, W, g),
     build=build,
     duration=20.0,
     tags=("robot", "pendulum", "planar", "control", "underactuated"),
     facts=(
-        MassMatrix(
+        facts.MassMatrix(
             "M11 = (m1/3 + m2) l1² + m2 l2²/3 + m2 l1 l2 cos(q2), "
             "M12 = m2 l2²/3 + m2 l1 l2 cos(q2)/2, M22 = m2 l2²/3",
             mass_matrix,
         ),
-        Acceleration(
+        facts.Acceleration(
             "M q'' = (h (2 q1' q2' + q2'²) - G sin(q1) - G2, -h q1'² - G2 + tau), "
             "h = m2 l1 l2 sin(q2) / 2, "
             "G = (m1/2 + m2) g l1, G2 = m2 g l2 sin(q1 + q2) / 2",
             acceleration,
         ),
-        Frequencies("hanging, det(K - ω² M) = 0", lambda s: sqrt(squares(s)), given={"K": 0.0}),
-        Steady("upright is an equilibrium", {"q1": np.pi}, given={"K": 0.0}),
-        Eigenvalues(
+        facts.Frequencies(
+            "hanging, det(K - ω² M) = 0", lambda s: sqrt(squares(s)), given={"K": 0.0}
+        ),
+        facts.Steady("upright is an equilibrium", {"q1": np.pi}, given={"K": 0.0}),
+        facts.Eigenvalues(
             "upright, the frequencies of hanging turn into growth rates: λ = ±ω",
             lambda s: [*sqrt(squares(s)), *-sqrt(squares(s))],
             at={"q1": np.pi},

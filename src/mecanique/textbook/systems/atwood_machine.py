@@ -7,81 +7,54 @@ below the axle; m2 has risen as far, and the pulley has turned by x / R. A weigh
 height of the axle ends the motion.
 """
 
-from mecanique.model import (
-    Body,
-    Coordinates,
-    Cord,
-    Mechanism,
-    Parameter,
-    Placement,
-    Prismatic,
-    Pulley,
-    Revolute,
-    box,
-    coordinate,
-    disk,
-)
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    GuideForce,
-    MassMatrix,
-    Number,
-    Reaction,
-    Solution,
-    Values,
-)
-from mecanique.textbook.system import System
+from math import pi
+
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge, slide
 
 HERE = (0.0, 0.0, 0.0)
-QUARTER = 1.5707963267948966
 
 
-def build(
-    m1: Parameter, m2: Parameter, M: Parameter, R: Parameter, h: Parameter, g: Parameter
-) -> Mechanism:
+m1 = mq.Parameter("m1", 1.2, "kg", "mass of one weight")
+m2 = mq.Parameter("m2", 1.0, "kg", "mass of the other weight")
+M = mq.Parameter("M", 0.4, "kg", "mass of the pulley")
+R = mq.Parameter("R", 0.2, "m", "radius of the pulley")
+h = mq.Parameter("h", 1.0, "m", "depth of both weights below the axle at x = 0")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
+
+
+def build() -> mq.Mechanism:
     """Return the pulley and both weights."""
-    x, size = coordinate("x"), (0.1, 0.1, 0.1)
-    return Mechanism(
+    x, size = mq.coordinate("x"), (0.1, 0.1, 0.1)
+    return mq.Mechanism(
         name="atwood_machine",
         bodies=(
-            Body("ground"),
-            Body("pulley", disk(M, R).at(rpy=(QUARTER, 0, 0))),
-            Body("weight1", box(m1, size)),
-            Body("weight2", box(m2, size)),
+            mq.Body("ground"),
+            mq.Body("pulley", mq.disk(M, R).at(rpy=(pi / 2, 0, 0))),
+            mq.Body("weight1", mq.box(m1, size)),
+            mq.Body("weight2", mq.box(m2, size)),
         ),
         joints=(
-            Prismatic(
-                "rail1",
-                "ground",
-                "weight1",
-                axis=(0, 0, -1),
-                origin=Placement((-R, 0, -h)),
-                coordinate="x",
-            ),
-            Prismatic(
-                "rail2",
-                "ground",
-                "weight2",
-                axis=(0, 0, -1),
-                origin=Placement((R, 0, -h)),
-                coordinate="x2",
-            ),
-            Revolute("axle", "ground", "pulley", axis=(0, -1, 0), coordinate="turn"),
+            slide("rail1", "ground", "weight1", "x", at=(-R, 0, -h), axis=(0, 0, -1)),
+            slide("rail2", "ground", "weight2", "x2", at=(R, 0, -h), axis=(0, 0, -1)),
+            hinge("axle", "ground", "pulley", "turn"),
         ),
-        coordinates=Coordinates(("x",), {"x2": -x, "turn": x / R}, limits={"x": (-h, h)}),
-        elements=(Cord("cord", ("weight1", HERE), (Pulley("pulley", R, -1),), ("weight2", HERE)),),
+        coordinates=mq.Coordinates(("x",), {"x2": -x, "turn": x / R}, limits={"x": (-h, h)}),
+        elements=(
+            mq.Cord("cord", ("weight1", HERE), (mq.Pulley("pulley", R, -1),), ("weight2", HERE)),
+        ),
         parameters=(m1, m2, M, R, h, g),
         gravity=(0, 0, -g),
     )
 
 
-def inertia(s: Values) -> Number:
+def inertia(s: facts.Values) -> facts.Number:
     """Return the mass that the difference of the weights accelerates."""
     return s.m1 + s.m2 + s.M / 2
 
 
-def fall(s: Values) -> Number:
+def fall(s: facts.Values) -> facts.Number:
     """Return the acceleration."""
     return (s.m1 - s.m2) * s.g / inertia(s)
 
@@ -90,43 +63,36 @@ SYSTEM = System(
     title="Two weights on a cord over a pulley",
     source="Atwood, A Treatise on the Rectilinear Motion, 1784; Goldstein, Classical Mechanics, "
     "sect. 1.6",
-    parameters=(
-        Parameter("m1", 1.2, "kg", "mass of one weight"),
-        Parameter("m2", 1.0, "kg", "mass of the other weight"),
-        Parameter("M", 0.4, "kg", "mass of the pulley"),
-        Parameter("R", 0.2, "m", "radius of the pulley"),
-        Parameter("h", 1.0, "m", "depth of both weights below the axle at x = 0"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m1, m2, M, R, h, g),
     build=build,
     start={"x": -0.6},
     duration=1.7,
     tags=("pulley", "planar", "linear", "mimic"),
     facts=(
-        Acceleration("x'' = (m1 - m2) g / (m1 + m2 + M / 2)", lambda s: [fall(s)]),
-        MassMatrix("M = m1 + m2 + M / 2", lambda s: [[inertia(s)]]),
-        Solution(
+        facts.Acceleration("x'' = (m1 - m2) g / (m1 + m2 + M / 2)", lambda s: [fall(s)]),
+        facts.MassMatrix("M = m1 + m2 + M / 2", lambda s: [[inertia(s)]]),
+        facts.Solution(
             "from rest, x = x0 + x'' t² / 2",
             {"x": -0.5},
             lambda s: {"x": -0.5 + fall(s) * s.t**2 / 2, "x'": fall(s) * s.t},
             until=lambda s: 1.0,
         ),
-        GuideForce(
+        facts.GuideForce(
             "the cord pulls m1 up with m1 (g - x'')",
             "cord_1",
             lambda s: s.m1 * (s.g - fall(s)),
         ),
-        GuideForce(
+        facts.GuideForce(
             "the cord pulls m2 up with m2 (g + x'')",
             "cord_2",
             lambda s: s.m2 * (s.g + fall(s)),
         ),
-        Reaction(
+        facts.Reaction(
             "the axle bears the pulley's weight and both tensions, (M + m1 + m2) g - (m1 - m2) x''",
             "axle",
             lambda s: [0, 0, (s.M + s.m1 + s.m2) * s.g - (s.m1 - s.m2) * fall(s)],
         ),
-        Conserved(
+        facts.Conserved(
             "the energy (m1 + m2 + M / 2) x'² / 2 - (m1 - m2) g x",
             lambda s: inertia(s) * s["x'"] ** 2 / 2 - (s.m1 - s.m2) * s.g * s.x,
         ),

@@ -8,74 +8,62 @@ part of its angular velocity along the normal, and a sum about the vertical.
 
 import numpy as np
 
-from mecanique.model import (
-    Body,
-    Box,
-    Cylinder,
-    Mechanism,
-    Parameter,
-    Placement,
-    Rolling,
-    Spherical,
-    Visual,
-    ball,
-    massless,
-)
-from mecanique.textbook.charts import carriers, slides
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    KineticEnergy,
-    Number,
-    Solution,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import carriers, slides
 
 SLOPE = 0.5
 """Of the bowl where the ball goes round on a level circle [rad]."""
 
 
-def build(m: Parameter, r: Parameter, R: Parameter, g: Parameter) -> Mechanism:
+m = mq.Parameter("m", 0.3, "kg", "mass of the ball")
+r = mq.Parameter("r", 0.1, "m", "radius of the ball")
+R = mq.Parameter("R", 0.6, "m", "radius of the bowl")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
+
+
+def build() -> mq.Mechanism:
     """Return the ball, its center led by three slides; the bowl is drawn by level circles."""
     levels = tuple(
-        Visual(Cylinder(R * wide, 0.004 * R), Placement((0, 0, R * high)), (0.6, 0.7, 0.8, 0.25))
+        mq.Visual(
+            mq.Cylinder(R * wide, 0.004 * R), mq.Placement((0, 0, R * high)), (0.6, 0.7, 0.8, 0.25)
+        )
         for wide, high in ((0.28, 0.04), (0.6, 0.2), (0.8, 0.4), (0.92, 0.6))
     )
-    mark = Visual(Box((2.02 * r, 0.3 * r, 0.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
-    turn = Spherical("roll", "center", "ball", names=("qx", "qy", "qz", "qw"))
+    mark = mq.Visual(mq.Box((2.02 * r, 0.3 * r, 0.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
+    turn = mq.Spherical("roll", "center", "ball", names=("qx", "qy", "qz", "qw"))
     chart = (*slides("center"), turn)
-    return Mechanism(
+    return mq.Mechanism(
         name="ball_in_a_bowl",
         bodies=(
-            Body("ground", massless(*levels)),
+            mq.Body("ground", mq.massless(*levels)),
             *carriers(chart),
-            Body("ball", ball(m, r), massless(mark)),
+            mq.Body("ball", mq.ball(m, r), mq.massless(mark)),
         ),
         joints=chart,
-        contacts=(Rolling("contact", "ball", r, axis=None, bowl=R),),
+        contacts=(mq.Rolling("contact", "ball", r, axis=None, bowl=R),),
         parameters=(m, r, R, g),
         gravity=(0, 0, -g),
     )
 
 
-def rotate(s: Values, u: Number, way: int) -> Number:
+def rotate(s: facts.Values, u: facts.Number, way: int) -> facts.Number:
     """Return a vector of the ball's axes in world axes, or the other way."""
     vector = np.array([s.qx, s.qy, s.qz])
     return u + 2 * way * s.qw * np.cross(vector, u) + 2 * np.cross(vector, np.cross(vector, u))
 
 
-def spin(s: Values) -> Number:
+def spin(s: facts.Values) -> facts.Number:
     """Return the angular velocity in world axes."""
     return rotate(s, np.array([s[f"roll_w{axis}"] for axis in "xyz"]), 1)
 
 
-def normal(s: Values) -> Number:
+def normal(s: facts.Values) -> facts.Number:
     """Return the unit vector from the ball to the middle of the sphere."""
     return np.array([-s.x, -s.y, s.R - s.z]) / (s.R - s.r)
 
 
-def accelerations(s: Values) -> Number:
+def accelerations(s: facts.Values) -> facts.Number:
     """Return all accelerations: 7 w'/5 = (n·w) n' + n × g/r, and v = r w × n differentiated."""
     n, w = normal(s), spin(s)
     change = np.array([-s["x'"], -s["y'"], -s["z'"]]) / (s.R - s.r)
@@ -84,32 +72,32 @@ def accelerations(s: Values) -> Number:
     return np.concatenate([place, rotate(s, turn, -1)])
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return m v²/2 + m r² w²/5 [J]."""
     speed = s["x'"] ** 2 + s["y'"] ** 2 + s["z'"] ** 2
     return s.m * (speed / 2 + s.r**2 * np.sum(spin(s) ** 2) / 5)
 
 
-def integrals(s: Values) -> Number:
+def integrals(s: facts.Values) -> facts.Number:
     """Return the energy and both sums that are kept."""
     n, w = normal(s), spin(s)
     along = n @ w
     return np.array([kinetic(s) + s.m * s.g * s.z, along, 7 * w[2] - 5 * along * n[2]])
 
 
-def rate(s: Values) -> float:
+def rate(s: facts.Values) -> float:
     """Return the rate of the level circle [rad/s]."""
     return float(np.sqrt(5 * s.g / (7 * (s.R - s.r) * np.cos(SLOPE))))
 
 
-def circle(s: Values) -> dict[str, float]:
+def circle(s: facts.Values) -> dict[str, float]:
     """Return the center on a level circle."""
     way, depth = (s.R - s.r) * np.sin(SLOPE), (s.R - s.r) * np.cos(SLOPE)
     phase = rate(s) * s.t
     return {"x": way * np.cos(phase), "y": way * np.sin(phase), "z": s.R - depth}
 
 
-def start(s: Values) -> dict[str, float]:
+def start(s: facts.Values) -> dict[str, float]:
     """Return the ball on its circle, rolling without spin about the normal: w = n × v/r."""
     way = (s.R - s.r) * np.sin(SLOPE)
     speed = rate(s) * way
@@ -127,22 +115,17 @@ SYSTEM = System(
     title="Ball that rolls in a spherical bowl",
     source="E. J. Routh, Advanced Rigid Dynamics, 1905, art. 222; Neimark & Fufaev, Dynamics of "
     "Nonholonomic Systems, 1972, ch. III",
-    parameters=(
-        Parameter("m", 0.3, "kg", "mass of the ball"),
-        Parameter("r", 0.1, "m", "radius of the ball"),
-        Parameter("R", 0.6, "m", "radius of the bowl"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, r, R, g),
     build=build,
     start={"x": 0.3, "z": 0.2},
     start_velocity={"y": 0.6, "roll_wz": 12.0},
     duration=8.0,
     tags=("spatial", "rolling", "nonholonomic", "contact", "quaternion"),
     facts=(
-        Acceleration("7 w'/5 = (n·w) n' + n x g/r, v = r w x n", accelerations),
-        KineticEnergy("T = m v^2/2 + m r^2 w^2/5", kinetic),
-        Conserved("the energy, n·w, and 7 w_z - 5 (n·w) n_z", integrals),
-        Solution(
+        facts.Acceleration("7 w'/5 = (n·w) n' + n x g/r, v = r w x n", accelerations),
+        facts.KineticEnergy("T = m v^2/2 + m r^2 w^2/5", kinetic),
+        facts.Conserved("the energy, n·w, and 7 w_z - 5 (n·w) n_z", integrals),
+        facts.Solution(
             "level circles at sqrt(5 g/(7 (R - r) cos(slope)))", start, circle, until=lambda s: 1.5
         ),
     ),

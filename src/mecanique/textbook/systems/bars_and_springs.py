@@ -11,65 +11,34 @@ l)), exactly, for |q| < 4 l. The joint at F is closed by the parallelogram itsel
 
 from numpy import sqrt
 
-from mecanique.model import (
-    Body,
-    Coordinates,
-    Loop,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    Spring,
-    bar,
-    coordinate,
-    particle,
-)
-from mecanique.textbook.facts import (
-    Conserved,
-    Frequencies,
-    KineticEnergy,
-    MassMatrix,
-    Number,
-    Steady,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much")
+k = mq.Parameter("k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much")
+l = mq.Parameter("l", 0.5, "m", "a quarter of the bars' length")
+a = mq.Parameter("a", 2.0, "m", "free length of the springs")
 
 
-def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the assembly as a tree whose bars follow q together."""
-    from sympy import asin
-
-    turn = asin(coordinate("q") / (4 * l))
-    return Mechanism(
+    turn = mq.asin(mq.coordinate("q") / (4 * l))
+    return mq.Mechanism(
         name="bars_and_springs",
         bodies=(
-            Body("ground"),
-            Body("ABC", bar(4 * l, (1, 0, 0)), particle(m, (3 * l, 0, 0))),
-            Body("DEF", bar(4 * l, (1, 0, 0)), particle(2 * m, (2 * l, 0, 0))),
-            Body("CF", bar(l, (0, 0, -1))),
+            mq.Body("ground"),
+            mq.Body("ABC", mq.bar(4 * l, (1, 0, 0)), mq.particle(m, (3 * l, 0, 0))),
+            mq.Body("DEF", mq.bar(4 * l, (1, 0, 0)), mq.particle(2 * m, (2 * l, 0, 0))),
+            mq.Body("CF", mq.bar(l, (0, 0, -1))),
         ),
         joints=(
-            Revolute(
-                "A",
-                "ground",
-                "ABC",
-                axis=(0, 1, 0),
-                origin=Placement((0, 0, l)),
-                coordinate="alpha",
-            ),
-            Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
-            Revolute(
-                "C",
-                "ABC",
-                "CF",
-                axis=(0, 1, 0),
-                origin=Placement((4 * l, 0, 0)),
-                coordinate="gamma",
-            ),
+            hinge("A", "ground", "ABC", "alpha", at=(0, 0, l), axis=(0, 1, 0)),
+            mq.Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
+            hinge("C", "ABC", "CF", "gamma", at=(4 * l, 0, 0), axis=(0, 1, 0)),
         ),
         forces=(
-            Spring(
+            mq.Spring(
                 "spring_B",
                 "ground",
                 (2 * l, 0, l + a),
@@ -78,7 +47,7 @@ def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:
                 stiffness=k,
                 free_length=a,
             ),
-            Spring(
+            mq.Spring(
                 "spring_F",
                 "ground",
                 (4 * l, 0, -a),
@@ -88,19 +57,19 @@ def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:
                 free_length=a,
             ),
         ),
-        elements=(Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
-        coordinates=Coordinates(("q",), {"alpha": turn, "delta": turn, "gamma": -turn}),
+        elements=(mq.Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
+        coordinates=mq.Coordinates(("q",), {"alpha": turn, "delta": turn, "gamma": -turn}),
         parameters=(m, k, l, a),
         gravity=(0, 0, 0),
     )
 
 
-def mass(s: Values) -> Number:
+def mass(s: facts.Values) -> facts.Number:
     """Return M: both particles on bars that turn at q' / sqrt(16 l² - q²)."""
     return 17 * s.m * s.l**2 / (16 * s.l**2 - s.q**2)
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V, with the springs' lengths exact."""
     drop, run = s.q / 2, 2 * s.l - sqrt(4 * s.l**2 - s.q**2 / 4)
     upper = sqrt(run**2 + (s.a + drop) ** 2) - s.a
@@ -112,31 +81,24 @@ SYSTEM = System(
     title="Two massless bars coupled as a parallelogram, on two springs",
     source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, "
     "without the restriction to small motion",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much"),
-        Parameter(
-            "k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much"
-        ),
-        Parameter("l", 0.5, "m", "a quarter of the bars' length"),
-        Parameter("a", 2.0, "m", "free length of the springs"),
-    ),
+    parameters=(m, k, l, a),
     build=build,
     start={"q": 0.8},
     duration=6.0,
     tags=("chapter", "planar", "spring", "massless", "structure"),
     facts=(
-        MassMatrix("M = 17 m l² / (16 l² - q²)", lambda s: [[mass(s)]]),
-        KineticEnergy(
+        facts.MassMatrix("M = 17 m l² / (16 l² - q²)", lambda s: [[mass(s)]]),
+        facts.KineticEnergy(
             "T = M q'² / 2, which is 17 m q'² / 32 while the bars are horizontal",
             lambda s: mass(s) * s["q'"] ** 2 / 2,
         ),
-        Frequencies(
+        facts.Frequencies(
             "linearized, (17/4) m q'' + 9 k q = 0", lambda s: [sqrt(36 * s.k / (17 * s.m))]
         ),
-        Conserved(
+        facts.Conserved(
             "the energy M q'² / 2 + k (e_B² + 2 e_F²) / 2 with the springs' exact elongations",
             energy,
         ),
-        Steady("q = 0 is an equilibrium", {}),
+        facts.Steady("q = 0 is an equilibrium", {}),
     ),
 )

@@ -14,52 +14,33 @@ letters.
 
 from numpy import cos, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    Loop,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    Spring,
-    bar,
-    particle,
-)
-from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much")
+k = mq.Parameter("k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much")
+l = mq.Parameter("l", 0.5, "m", "a quarter of the bars' length")
+a = mq.Parameter("a", 0.8, "m", "free length of the springs")
 
 
-def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the assembly with a loop at F."""
-    return Mechanism(
+    return mq.Mechanism(
         name="bars_and_springs_loop",
         bodies=(
-            Body("ground"),
-            Body("ABC", bar(4 * l, (1, 0, 0)), particle(m, (3 * l, 0, 0))),
-            Body("DEF", bar(4 * l, (1, 0, 0)), particle(2 * m, (2 * l, 0, 0))),
-            Body("CF", bar(l, (0, 0, -1))),
+            mq.Body("ground"),
+            mq.Body("ABC", mq.bar(4 * l, (1, 0, 0)), mq.particle(m, (3 * l, 0, 0))),
+            mq.Body("DEF", mq.bar(4 * l, (1, 0, 0)), mq.particle(2 * m, (2 * l, 0, 0))),
+            mq.Body("CF", mq.bar(l, (0, 0, -1))),
         ),
         joints=(
-            Revolute(
-                "A",
-                "ground",
-                "ABC",
-                axis=(0, 1, 0),
-                origin=Placement((0, 0, l)),
-                coordinate="alpha",
-            ),
-            Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
-            Revolute(
-                "C",
-                "ABC",
-                "CF",
-                axis=(0, 1, 0),
-                origin=Placement((4 * l, 0, 0)),
-                coordinate="gamma",
-            ),
+            hinge("A", "ground", "ABC", "alpha", at=(0, 0, l), axis=(0, 1, 0)),
+            mq.Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
+            hinge("C", "ABC", "CF", "gamma", at=(4 * l, 0, 0), axis=(0, 1, 0)),
         ),
         forces=(
-            Spring(
+            mq.Spring(
                 "spring_B",
                 "ground",
                 (2 * l, 0, l + a),
@@ -68,7 +49,7 @@ def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:
                 stiffness=k,
                 free_length=a,
             ),
-            Spring(
+            mq.Spring(
                 "spring_F",
                 "ground",
                 (4 * l, 0, -a),
@@ -78,13 +59,13 @@ def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:
                 free_length=a,
             ),
         ),
-        loops=(Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
+        loops=(mq.Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
         parameters=(m, k, l, a),
         gravity=(0, 0, 0),
     )
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V."""
     drop, run = 2 * s.l * sin(s.alpha), 2 * s.l * (1 - cos(s.alpha))
     upper = sqrt(run**2 + (s.a + drop) ** 2) - s.a
@@ -93,7 +74,7 @@ def energy(s: Values) -> Number:
     return kinetic(s) + s.k * upper**2 / 2 + s.k * lower**2
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return T."""
     return s.m * s.l**2 * (9 * s["alpha'"] ** 2 + 8 * s["delta'"] ** 2) / 2
 
@@ -102,21 +83,14 @@ SYSTEM = System(
     title="Two massless bars on springs, closed by a massless link",
     source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, eqs. Ex.1.2.a-Ex.1.2.j; "
     "large motion exact",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much"),
-        Parameter(
-            "k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much"
-        ),
-        Parameter("l", 0.5, "m", "a quarter of the bars' length"),
-        Parameter("a", 0.8, "m", "free length of the springs"),
-    ),
+    parameters=(m, k, l, a),
     build=build,
     start={"alpha": 0.4, "delta": 0.4, "gamma": -0.4},
     duration=6.0,
     tags=("chapter", "planar", "spring", "massless", "loop", "nonlinear", "structure"),
     facts=(
-        KineticEnergy("T = m l² (9 alpha'² + 8 delta'²) / 2", kinetic),
-        Conserved(
+        facts.KineticEnergy("T = m l² (9 alpha'² + 8 delta'²) / 2", kinetic),
+        facts.Conserved(
             "the energy T + k (upper - a)² / 2 + k (lower - a)², with the springs' exact lengths",
             energy,
         ),

@@ -9,9 +9,9 @@ cube; the sixth hinge is the loop, one of whose five equations is redundant.
 
 from numpy import array, cos, cross, sin
 
-from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, rod
-from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
 
 EDGES = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1))
 """Directions of the rods on the cube, the ground's first."""
@@ -20,31 +20,32 @@ AXES = ((0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0))
 """Axes of the hinges at the ends of the rods; the last one closes the chain."""
 
 
-def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:
+m = mq.Parameter("m", 1.0, "kg", "mass of each rod")
+l = mq.Parameter("l", 1.0, "m", "length of each rod")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
+
+
+def build() -> mq.Mechanism:
     """Return the linkage."""
     places = [(l * x, l * y, l * z) for x, y, z in EDGES]
     names = ["ground", *(f"rod{k}" for k in range(1, 6))]
-    return Mechanism(
+    return mq.Mechanism(
         name="bricard_linkage",
-        bodies=(Body("ground"), *(Body(names[k], rod(m, l, EDGES[k])) for k in range(1, 6))),
+        bodies=(
+            mq.Body("ground"),
+            *(mq.Body(names[k], mq.rod(m, l, EDGES[k])) for k in range(1, 6)),
+        ),
         joints=tuple(
-            Revolute(
-                f"hinge{k}",
-                names[k - 1],
-                names[k],
-                axis=AXES[k - 1],
-                origin=Placement(places[k - 1]),
-                coordinate=f"q{k}",
-            )
+            hinge(f"hinge{k}", names[k - 1], names[k], f"q{k}", at=places[k - 1], axis=AXES[k - 1])
             for k in range(1, 6)
         ),
-        loops=(Loop.hinge("hinge6", "ground", (0, 0, 0), "rod5", places[5], AXES[5]),),
+        loops=(mq.Loop.hinge("hinge6", "ground", (0, 0, 0), "rod5", places[5], AXES[5]),),
         parameters=(m, l, g),
         gravity=(0, 0, -g),
     )
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return T of five rods, each m v²/2 + m l² |ω × e|²/24 with its direction e."""
     turn, spin, speed, total = array([[1, 0, 0], [0, 1, 0], [0, 0, 1]]), array([0, 0, 0]), 0.0, 0.0
     for k in range(1, 6):
@@ -59,7 +60,7 @@ def kinetic(s: Values) -> Number:
     return total
 
 
-def height(s: Values) -> Number:
+def height(s: facts.Values) -> facts.Number:
     """Return the sum of the heights of the rods' centers."""
     turn, place, total = array([[1, 0, 0], [0, 1, 0], [0, 0, 1]]), 0.0, 0.0
     for k in range(1, 6):
@@ -70,7 +71,7 @@ def height(s: Values) -> Number:
     return total
 
 
-def _turn(axis: tuple[int, int, int], angle: Number) -> Number:
+def _turn(axis: tuple[int, int, int], angle: facts.Number) -> facts.Number:
     """Rotation about an axis of the frame."""
     x, y, z = axis
     c, d = cos(angle), sin(angle)
@@ -83,7 +84,7 @@ def _turn(axis: tuple[int, int, int], angle: Number) -> Number:
     )
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V."""
     return kinetic(s) + s.m * s.g * height(s)
 
@@ -92,21 +93,17 @@ SYSTEM = System(
     title="Six hinges on the edges of a cube, one freedom by geometry",
     source="R. Bricard, J. Math. Pures Appl. 3 (1897) 113; Chen, You & Tarnai, "
     "Int. J. Solids Struct. 42 (2005) 2287",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of each rod"),
-        Parameter("l", 1.0, "m", "length of each rod"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, l, g),
     build=build,
     tags=("linkage", "spatial", "loop", "overconstrained", "benchmark"),
     facts=(
-        KineticEnergy("T = Σ m v²/2 + m l² |ω × e|²/24", kinetic),
-        Conserved("the energy", energy),
-        Conserved(
+        facts.KineticEnergy("T = Σ m v²/2 + m l² |ω × e|²/24", kinetic),
+        facts.Conserved("the energy", energy),
+        facts.Conserved(
             "the loop: sin q1 sin q2 = sin q1 + sin q2",
             lambda s: sin(s.q1) * sin(s.q2) - sin(s.q1) - sin(s.q2),
         ),
-        Conserved(
+        facts.Conserved(
             "the loop is symmetric: q1 + q3, q1 - q5, q2 - q4",
             lambda s: array([s.q1 + s.q3, s.q1 - s.q5, s.q2 - s.q4]),
         ),

@@ -8,40 +8,34 @@ from the downward vertical, positive towards +x.
 
 from numpy import cos, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    Force,
-    Input,
-    JointDamper,
-    Mechanism,
-    Parameter,
-    Prismatic,
-    Revolute,
-    bar,
-    box,
-    particle,
-)
-from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, MassMatrix, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+M = mq.Parameter("M", 2.0, "kg", "mass of the cart")
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
+l = mq.Parameter("l", 1.0, "m", "length of the rod")
+c = mq.Parameter("c", 0.1, "N·s/m", "damping of the cart")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(M: Parameter, m: Parameter, l: Parameter, c: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the cart and its pendulum."""
-    F = Input("F", 0.0, "N", "force on the cart")
-    return Mechanism(
+    F = mq.Input("F", 0.0, "N", "force on the cart")
+    return mq.Mechanism(
         name="cart_pole",
         bodies=(
-            Body("ground"),
-            Body("cart", box(M, (0.4, 0.2, 0.2))),
-            Body("pole", bar(l), particle(m, (0, 0, -l))),
+            mq.Body("ground"),
+            mq.Body("cart", mq.box(M, (0.4, 0.2, 0.2))),
+            mq.Body("pole", mq.bar(l), mq.particle(m, (0, 0, -l))),
         ),
         joints=(
-            Prismatic("slide", "ground", "cart", axis=(1, 0, 0), coordinate="x"),
-            Revolute("pin", "cart", "pole", axis=(0, -1, 0), coordinate="q"),
+            mq.Prismatic("slide", "ground", "cart", axis=(1, 0, 0), coordinate="x"),
+            hinge("pin", "cart", "pole", "q"),
         ),
         forces=(
-            JointDamper("damping", "slide", c),
-            Force("push", "cart", (0, 0, 0), force=(F, 0, 0)),
+            mq.JointDamper("damping", "slide", c),
+            mq.Force("push", "cart", (0, 0, 0), force=(F, 0, 0)),
         ),
         parameters=(M, m, l, c, g),
         inputs=(F,),
@@ -49,7 +43,7 @@ def build(M: Parameter, m: Parameter, l: Parameter, c: Parameter, g: Parameter) 
     )
 
 
-def acceleration(s: Values) -> tuple[float, float]:
+def acceleration(s: facts.Values) -> tuple[float, float]:
     """Return x'' and q'' (Tedrake, eqs. of the cart-pole, without input and with damping c)."""
     push = s.m * sin(s.q) * (s.l * s["q'"] ** 2 + s.g * cos(s.q)) - s.c * s["x'"]
     x = push / (s.M + s.m * sin(s.q) ** 2)
@@ -59,31 +53,25 @@ def acceleration(s: Values) -> tuple[float, float]:
 SYSTEM = System(
     title="Pendulum hanging from a cart that is pushed and damped",
     source="Tedrake, Underactuated Robotics, sect. 3.2; Goldstein, Classical Mechanics, ch. 1",
-    parameters=(
-        Parameter("M", 2.0, "kg", "mass of the cart"),
-        Parameter("m", 1.0, "kg", "mass of the particle"),
-        Parameter("l", 1.0, "m", "length of the rod"),
-        Parameter("c", 0.1, "N·s/m", "damping of the cart"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(M, m, l, c, g),
     build=build,
     start={"q": 2.0},
     tags=("pendulum", "planar", "control"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "(M + m sin²(q)) x'' = m sin(q) (l q'² + g cos(q)) - c x' "
             "and l q'' = -x'' cos(q) - g sin(q)",
             acceleration,
         ),
-        MassMatrix(
+        facts.MassMatrix(
             "M = [[M + m, m l cos(q)], [m l cos(q), m l²]]",
             lambda s: [[s.M + s.m, s.m * s.l * cos(s.q)], [s.m * s.l * cos(s.q), s.m * s.l**2]],
         ),
-        Frequencies(
+        facts.Frequencies(
             "ω = 0 and sqrt((1 + m/M) g / l), hanging",
             lambda s: [0, sqrt((1 + s.m / s.M) * s.g / s.l)],
         ),
-        Conserved(
+        facts.Conserved(
             "(M + m) x' + m l q' cos(q) + c x, the momentum plus the impulse of the damper",
             lambda s: (s.M + s.m) * s["x'"] + s.m * s.l * s["q'"] * cos(s.q) + s.c * s.x,
         ),

@@ -11,54 +11,45 @@ bars against the standing bar before them; n loops of two equations leave one of
 import numpy as np
 from numpy import cos, pi, sin, sqrt
 
-from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, rod
-from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Period, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m = mq.Parameter("m", 1.0, "kg", "mass of each bar")
+l = mq.Parameter("l", 1.0, "m", "length of each bar")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, l: Parameter, g: Parameter, n: int) -> Mechanism:
+def build(n: int) -> mq.Mechanism:
     """Return the chain of n windows."""
     windows = range(1, n + 1)
-    return Mechanism(
+    return mq.Mechanism(
         name="chained_four_bars",
         bodies=(
-            Body("ground"),
-            *(Body(f"post{i}", rod(m, l, (1, 0, 0))) for i in range(n + 1)),
-            *(Body(f"beam{i}", rod(m, l, (1, 0, 0))) for i in windows),
+            mq.Body("ground"),
+            *(mq.Body(f"post{i}", mq.rod(m, l, (1, 0, 0))) for i in range(n + 1)),
+            *(mq.Body(f"beam{i}", mq.rod(m, l, (1, 0, 0))) for i in windows),
         ),
         joints=(
             *(
-                Revolute(
-                    f"foot{i}",
-                    "ground",
-                    f"post{i}",
-                    axis=(0, -1, 0),
-                    origin=Placement((i * l, 0, 0)),
-                    coordinate=f"theta{i}",
-                )
+                hinge(f"foot{i}", "ground", f"post{i}", f"theta{i}", at=(i * l, 0, 0))
                 for i in range(n + 1)
             ),
             *(
-                Revolute(
-                    f"corner{i}",
-                    f"post{i - 1}",
-                    f"beam{i}",
-                    axis=(0, -1, 0),
-                    origin=Placement((l, 0, 0)),
-                    coordinate=f"phi{i}",
-                )
+                hinge(f"corner{i}", f"post{i - 1}", f"beam{i}", f"phi{i}", at=(l, 0, 0))
                 for i in windows
             ),
         ),
         loops=tuple(
-            Loop.pin(f"closing{i}", f"beam{i}", (l, 0, 0), f"post{i}", (l, 0, 0)) for i in windows
+            mq.Loop.pin(f"closing{i}", f"beam{i}", (l, 0, 0), f"post{i}", (l, 0, 0))
+            for i in windows
         ),
         parameters=(m, l, g),
         gravity=(0, 0, -g),
     )
 
 
-def angles(s: Values) -> tuple[Number, Number, Number, Number]:
+def angles(s: facts.Values) -> tuple[facts.Number, facts.Number, facts.Number, facts.Number]:
     """Return the angles of posts and beams from the horizontal, and their rates."""
     posts = np.array([s[f"theta{i}"] for i in range(s.n + 1)])
     turning = np.array([s[f"theta{i}'"] for i in range(s.n + 1)])
@@ -67,7 +58,7 @@ def angles(s: Values) -> tuple[Number, Number, Number, Number]:
     return posts, turning, beams, rolling
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return T of all bars."""
     posts, turning, beams, rolling = angles(s)
     before = turning[:-1]
@@ -75,7 +66,7 @@ def kinetic(s: Values) -> Number:
     return s.m * s.l**2 * (np.sum(turning**2) / 3 + np.sum(joined)) / 2
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V."""
     posts, _, beams, _ = angles(s)
     return kinetic(s) + s.m * s.g * s.l * (
@@ -83,13 +74,13 @@ def energy(s: Values) -> Number:
     )
 
 
-def hanging(s: Values) -> dict[str, Number]:
+def hanging(s: facts.Values) -> dict[str, facts.Number]:
     """Return the state in which all posts hang, turned aside by one radian."""
     posts = {f"theta{i}": 1 - pi / 2 for i in range(s.n + 1)}
     return posts | {f"phi{i}": pi / 2 - 1 for i in range(1, s.n + 1)}
 
 
-def period(s: Values) -> Number:
+def period(s: facts.Values) -> facts.Number:
     """Return the period of swinging by one radian, by the complete elliptic integral."""
     from scipy.special import ellipk
 
@@ -101,19 +92,15 @@ SYSTEM = System(
     title="Chain of n four-bar linkages",
     source="González, Dopico, Luaces & Cuadrado, Multibody Syst. Dyn. 16 (2006) 179; "
     "IFToMM library, problem A02",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of each bar"),
-        Parameter("l", 1.0, "m", "length of each bar"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, l, g),
     options={"n": 2},
     build=build,
     start={"theta0": 1.0, "theta1": 1.0, "phi1": -1.0},
     tags=("linkage", "planar", "loop", "chain", "singular", "benchmark"),
     facts=(
-        KineticEnergy("T of 2 n + 1 uniform bars", kinetic),
-        Conserved("the energy", energy),
-        Period(
+        facts.KineticEnergy("T of 2 n + 1 uniform bars", kinetic),
+        facts.Conserved("the energy", energy),
+        facts.Period(
             "hanging, it swings like a pendulum of length l ((n + 1)/3 + n) / ((n + 1)/2 + n)",
             hanging,
             period,

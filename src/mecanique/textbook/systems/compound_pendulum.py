@@ -6,39 +6,43 @@ plane of the swing. It swings under gravity g. The generalized coordinate q is t
 downward vertical, positive towards +x.
 """
 
-from numpy import cos, sin, sqrt
+from numpy import cos, pi, sin, sqrt
 
-from mecanique.model import Body, Mechanism, Parameter, Revolute, disk, rod
-from mecanique.textbook.facts import Acceleration, Frequencies, Number, Period, Reaction, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
 
-QUARTER = 1.5707963267948966
+m1 = mq.Parameter("m1", 0.5, "kg", "mass of the rod")
+m2 = mq.Parameter("m2", 2.0, "kg", "mass of the disk")
+l = mq.Parameter("l", 1.0, "m", "length of the rod")
+r = mq.Parameter("r", 0.15, "m", "radius of the disk")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m1: Parameter, m2: Parameter, l: Parameter, r: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the pendulum."""
-    bob = disk(m2, r).at((0, 0, -l), (QUARTER, 0, 0))
-    return Mechanism(
+    bob = mq.disk(m2, r).at((0, 0, -l), (pi / 2, 0, 0))
+    return mq.Mechanism(
         name="compound_pendulum",
-        bodies=(Body("ground"), Body("pendulum", rod(m1, l), bob)),
-        joints=(Revolute("pin", "ground", "pendulum", axis=(0, -1, 0), coordinate="q"),),
+        bodies=(mq.Body("ground"), mq.Body("pendulum", mq.rod(m1, l), bob)),
+        joints=(hinge("pin", "ground", "pendulum", "q"),),
         parameters=(m1, m2, l, r, g),
         gravity=(0, 0, -g),
     )
 
 
-def moments(s: Values) -> tuple[Number, Number]:
+def moments(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     """Return the static moment and the moment of inertia about the pin."""
     return (s.m1 / 2 + s.m2) * s.l, s.m1 * s.l**2 / 3 + s.m2 * (s.l**2 + s.r**2 / 2)
 
 
-def length(s: Values) -> Number:
+def length(s: facts.Values) -> facts.Number:
     """Return the length of the equivalent simple pendulum (Huygens's center of oscillation)."""
     S, J = moments(s)
     return J / S
 
 
-def reaction(s: Values) -> tuple[Number, Number, Number]:
+def reaction(s: facts.Values) -> tuple[facts.Number, facts.Number, facts.Number]:
     """Return the pin's force: what accelerates the center of mass, and the weight."""
     S, _ = moments(s)
     n, t = s["q'"] ** 2, -s.g / length(s) * sin(s.q)
@@ -49,7 +53,7 @@ def reaction(s: Values) -> tuple[Number, Number, Number]:
     )
 
 
-def period(s: Values) -> Number:
+def period(s: facts.Values) -> facts.Number:
     """Return the period of swings of amplitude 1 rad."""
     from scipy.special import ellipk
 
@@ -60,26 +64,22 @@ SYSTEM = System(
     title="Rod with a disk, pinned: the pendulum of a clock",
     source="Huygens, Horologium oscillatorium, 1673, part IV; Goldstein, Classical Mechanics, "
     "ch. 5",
-    parameters=(
-        Parameter("m1", 0.5, "kg", "mass of the rod"),
-        Parameter("m2", 2.0, "kg", "mass of the disk"),
-        Parameter("l", 1.0, "m", "length of the rod"),
-        Parameter("r", 0.15, "m", "radius of the disk"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m1, m2, l, r, g),
     build=build,
     start={"q": 1.0},
     tags=("pendulum", "planar"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "q'' = -g sin(q) / L, L = (m1 l²/3 + m2 (l² + r²/2)) / ((m1/2 + m2) l)",
             lambda s: [-s.g / length(s) * sin(s.q)],
         ),
-        Frequencies(
+        facts.Frequencies(
             "ω = sqrt(g / L), that of a simple pendulum of length L",
             lambda s: [sqrt(s.g / length(s))],
         ),
-        Period("swings of amplitude A last 4 sqrt(L / g) K(k), k = sin(A/2)", {"q": 1.0}, period),
-        Reaction("the pin bears m a_G and the weight", "pin", reaction),
+        facts.Period(
+            "swings of amplitude A last 4 sqrt(L / g) K(k), k = sin(A/2)", {"q": 1.0}, period
+        ),
+        facts.Reaction("the pin bears m a_G and the weight", "pin", reaction),
     ),
 )

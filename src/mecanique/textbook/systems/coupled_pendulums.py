@@ -9,41 +9,39 @@ the pendulums.
 
 from numpy import cos, sin, sqrt
 
-from mecanique.model import Body, Mechanism, Parameter, Placement, Revolute, Spring, bar, particle
-from mecanique.textbook.facts import Conserved, Frequencies, MassMatrix, Number, Period, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m = mq.Parameter("m", 1.0, "kg", "mass of each particle")
+l = mq.Parameter("l", 1.0, "m", "length of each rod")
+d = mq.Parameter("d", 0.5, "m", "distance of the pins and free length of the spring")
+a = mq.Parameter("a", 0.5, "m", "distance of the spring below the pins")
+k = mq.Parameter("k", 4.0, "N/m", "stiffness of the spring")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter, l: Parameter, d: Parameter, a: Parameter, k: Parameter, g: Parameter
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return both pendulums and the spring."""
-    return Mechanism(
+    return mq.Mechanism(
         name="coupled_pendulums",
         bodies=(
-            Body("ground"),
-            *(Body(f"bob{i}", bar(l), particle(m, (0, 0, -l))) for i in (1, 2)),
+            mq.Body("ground"),
+            *(mq.Body(f"bob{i}", mq.bar(l), mq.particle(m, (0, 0, -l))) for i in (1, 2)),
         ),
         joints=(
-            Revolute("pin1", "ground", "bob1", axis=(0, -1, 0), coordinate="q1"),
-            Revolute(
-                "pin2",
-                "ground",
-                "bob2",
-                axis=(0, -1, 0),
-                origin=Placement((d, 0, 0)),
-                coordinate="q2",
-            ),
+            hinge("pin1", "ground", "bob1", "q1"),
+            hinge("pin2", "ground", "bob2", "q2", at=(d, 0, 0)),
         ),
         forces=(
-            Spring("spring", "bob1", (0, 0, -a), "bob2", (0, 0, -a), stiffness=k, free_length=d),
+            mq.Spring("spring", "bob1", (0, 0, -a), "bob2", (0, 0, -a), stiffness=k, free_length=d),
         ),
         parameters=(m, l, d, a, k, g),
         gravity=(0, 0, -g),
     )
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V with the spring's length exact."""
     T = s.m * s.l**2 * (s["q1'"] ** 2 + s["q2'"] ** 2) / 2
     across = s.d + s.a * (sin(s.q2) - sin(s.q1))
@@ -52,7 +50,7 @@ def energy(s: Values) -> Number:
     return T - s.m * s.g * s.l * (cos(s.q1) + cos(s.q2)) + s.k * stretch**2 / 2
 
 
-def period(s: Values) -> Number:
+def period(s: facts.Values) -> facts.Number:
     """Return the period of swings of amplitude 1 rad side by side, with the spring idle."""
     from scipy.special import ellipk
 
@@ -62,32 +60,25 @@ def period(s: Values) -> Number:
 SYSTEM = System(
     title="Two equal pendulums joined by a weak spring",
     source="French, Vibrations and Waves, ch. 5; Goldstein, Classical Mechanics, ch. 6",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of each particle"),
-        Parameter("l", 1.0, "m", "length of each rod"),
-        Parameter("d", 0.5, "m", "distance of the pins and free length of the spring"),
-        Parameter("a", 0.5, "m", "distance of the spring below the pins"),
-        Parameter("k", 4.0, "N/m", "stiffness of the spring"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, l, d, a, k, g),
     build=build,
     start={"q1": 0.4},
     duration=30.0,
     tags=("pendulum", "planar", "spring", "modes"),
     facts=(
-        MassMatrix(
+        facts.MassMatrix(
             "M = m l² times the unit matrix", lambda s: [[s.m * s.l**2, 0], [0, s.m * s.l**2]]
         ),
-        Frequencies(
+        facts.Frequencies(
             "ω² = g / l side by side, g / l + 2 k a² / (m l²) against each other",
             lambda s: [sqrt(s.g / s.l), sqrt(s.g / s.l + 2 * s.k * s.a**2 / (s.m * s.l**2))],
         ),
-        Period(
+        facts.Period(
             "side by side with amplitude A they swing as one alone, 4 sqrt(l / g) K(k), "
             "k = sin(A/2)",
             {"q1": 1.0, "q2": 1.0},
             period,
         ),
-        Conserved("the energy with the spring's exact elongation", energy),
+        facts.Conserved("the energy with the spring's exact elongation", energy),
     ),
 )

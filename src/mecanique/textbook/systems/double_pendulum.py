@@ -7,57 +7,51 @@ from the downward vertical, positive towards +x; the second joint turns by q2 �
 
 from numpy import cos, sqrt
 
-from mecanique.model import (
-    Body,
-    Coordinates,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    coordinate,
-    rod,
-)
-from mecanique.textbook.facts import Conserved, Frequencies, MassMatrix, Number, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m1 = mq.Parameter("m1", 1.0, "kg", "mass of the upper rod")
+m2 = mq.Parameter("m2", 1.0, "kg", "mass of the lower rod")
+l1 = mq.Parameter("l1", 1.0, "m", "length of the upper rod")
+l2 = mq.Parameter("l2", 1.0, "m", "length of the lower rod")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m1: Parameter, m2: Parameter, l1: Parameter, l2: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the pendulum."""
-    q1, q2 = coordinate("q1"), coordinate("q2")
-    return Mechanism(
+    q1, q2 = mq.coordinate("q1"), mq.coordinate("q2")
+    return mq.Mechanism(
         name="double_pendulum",
-        bodies=(Body("ground"), Body("rod1", rod(m1, l1)), Body("rod2", rod(m2, l2))),
-        joints=(
-            Revolute("pin1", "ground", "rod1", axis=(0, -1, 0), coordinate="q1"),
-            Revolute(
-                "pin2",
-                "rod1",
-                "rod2",
-                axis=(0, -1, 0),
-                origin=Placement((0, 0, -l1)),
-                coordinate="theta2",
-            ),
+        bodies=(
+            mq.Body("ground"),
+            mq.Body("rod1", mq.rod(m1, l1)),
+            mq.Body("rod2", mq.rod(m2, l2)),
         ),
-        coordinates=Coordinates(("q1", "q2"), {"theta2": q2 - q1}),
+        joints=(
+            hinge("pin1", "ground", "rod1", "q1"),
+            hinge("pin2", "rod1", "rod2", "theta2", at=(0, 0, -l1)),
+        ),
+        coordinates=mq.Coordinates(("q1", "q2"), {"theta2": q2 - q1}),
         parameters=(m1, m2, l1, l2, g),
         gravity=(0, 0, -g),
     )
 
 
-def mass_matrix(s: Values) -> list[list[Number]]:
+def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
     """Return M: each rod's inertia about its pin; the upper rod carries the lower one's mass."""
     off = s.m2 * s.l1 * s.l2 / 2 * cos(s.q1 - s.q2)
     return [[(s.m1 / 3 + s.m2) * s.l1**2, off], [off, s.m2 * s.l2**2 / 3]]
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V, with V zero where all masses are at the height of the pin."""
     (a, b), (_, d) = mass_matrix(s)
     T = (a * s["q1'"] ** 2 + 2 * b * s["q1'"] * s["q2'"] + d * s["q2'"] ** 2) / 2
     return T - (s.m1 / 2 + s.m2) * s.g * s.l1 * cos(s.q1) - s.m2 * s.g * s.l2 / 2 * cos(s.q2)
 
 
-def spin(s: Values) -> Number:
+def spin(s: facts.Values) -> facts.Number:
     """Return the angular momentum about the upper pin."""
     (a, b), (_, d) = mass_matrix(s)
     return (a + b) * s["q1'"] + (b + d) * s["q2'"]
@@ -67,29 +61,23 @@ SYSTEM = System(
     title="Two uniform rods, one hanging from the other",
     source="Goldstein, Classical Mechanics, ch. 1, ex. 22 (point masses); Levien & Tan, "
     "Am. J. Phys. 61 (1993) 1038",
-    parameters=(
-        Parameter("m1", 1.0, "kg", "mass of the upper rod"),
-        Parameter("m2", 1.0, "kg", "mass of the lower rod"),
-        Parameter("l1", 1.0, "m", "length of the upper rod"),
-        Parameter("l2", 1.0, "m", "length of the lower rod"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m1, m2, l1, l2, g),
     build=build,
     start={"q1": 2.0, "q2": 1.5},
     tags=("pendulum", "planar", "chaos"),
     facts=(
-        MassMatrix(
+        facts.MassMatrix(
             "M = [[(m1/3 + m2) l1², m2 l1 l2 cos(q1 - q2) / 2], [m2 l1 l2 cos(q1 - q2) / 2, "
             "m2 l2² / 3]]",
             mass_matrix,
         ),
-        Frequencies(
+        facts.Frequencies(
             "equal rods: ω² = 3 (1 ± 2 / sqrt(7)) g / l",
             lambda s: [sqrt(3 * (1 + sign * 2 / sqrt(7)) * s.g / s.l1) for sign in (-1, 1)],
             given={"m1": 1.0, "m2": 1.0, "l1": 1.0, "l2": 1.0},
         ),
-        Conserved("the energy T - (m1/2 + m2) g l1 cos(q1) - m2 g l2 cos(q2) / 2", energy),
-        Conserved(
+        facts.Conserved("the energy T - (m1/2 + m2) g l1 cos(q1) - m2 g l2 cos(q2) / 2", energy),
+        facts.Conserved(
             "without gravity, the angular momentum about the upper pin", spin, given={"g": 0.0}
         ),
     ),

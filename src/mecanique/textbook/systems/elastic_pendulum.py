@@ -9,37 +9,33 @@ other and back.
 
 from numpy import cos, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    Coordinates,
-    JointSpring,
-    Mechanism,
-    Parameter,
-    Prismatic,
-    Revolute,
-    particle,
-)
-from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, Number, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
+k = mq.Parameter("k", 29.43, "N/m", "stiffness of the spring")
+l0 = mq.Parameter("l0", 1.0, "m", "free length of the spring")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, k: Parameter, l0: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the pendulum: the particle slides on a massless guide that turns about the pin."""
-    return Mechanism(
+    return mq.Mechanism(
         name="elastic_pendulum",
-        bodies=(Body("ground"), Body("guide"), Body("bob", particle(m))),
+        bodies=(mq.Body("ground"), mq.Body("guide"), mq.Body("bob", mq.particle(m))),
         joints=(
-            Revolute("pin", "ground", "guide", axis=(0, -1, 0), coordinate="theta"),
-            Prismatic("slide", "guide", "bob", axis=(0, 0, -1), coordinate="r"),
+            hinge("pin", "ground", "guide", "theta"),
+            mq.Prismatic("slide", "guide", "bob", axis=(0, 0, -1), coordinate="r"),
         ),
-        forces=(JointSpring("spring", "slide", k, l0),),
-        coordinates=Coordinates(("r", "theta")),
+        forces=(mq.JointSpring("spring", "slide", k, l0),),
+        coordinates=mq.Coordinates(("r", "theta")),
         parameters=(m, k, l0, g),
         gravity=(0, 0, -g),
     )
 
 
-def acceleration(s: Values) -> tuple[float, float]:
+def acceleration(s: facts.Values) -> tuple[float, float]:
     """Return r'' and theta''."""
     return (
         s.r * s["theta'"] ** 2 + s.g * cos(s.theta) - s.k / s.m * (s.r - s.l0),
@@ -47,7 +43,7 @@ def acceleration(s: Values) -> tuple[float, float]:
     )
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V."""
     T = s.m * (s["r'"] ** 2 + s.r**2 * s["theta'"] ** 2) / 2
     return T + s.k * (s.r - s.l0) ** 2 / 2 - s.m * s.g * s.r * cos(s.theta)
@@ -57,28 +53,23 @@ SYSTEM = System(
     title="Particle on a spring that swings",
     source="Vitt & Gorelik, Zh. Tekh. Fiz. 3 (1933) 294; Lynch, "
     "Int. J. Non-Linear Mech. 37 (2002) 345",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the particle"),
-        Parameter("k", 29.43, "N/m", "stiffness of the spring"),
-        Parameter("l0", 1.0, "m", "free length of the spring"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, k, l0, g),
     build=build,
     start={"r": 1.63, "theta": 0.1},
     duration=40.0,
     tags=("pendulum", "planar", "spring", "chaos"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "r'' = r theta'² + g cos(theta) - k (r - l0) / m, "
             "r theta'' = -g sin(theta) - 2 r' theta'",
             acceleration,
         ),
-        Frequencies(
+        facts.Frequencies(
             "at rest r = l0 + m g / k, and ω = sqrt(k / m), sqrt(g / (l0 + m g / k))",
             lambda s: [sqrt(s.k / s.m), sqrt(s.g / (s.l0 + s.m * s.g / s.k))],
             at=lambda s: {"r": s.l0 + s.m * s.g / s.k},
         ),
-        Conserved(
+        facts.Conserved(
             "the energy m (r'² + r² theta'²) / 2 + k (r - l0)² / 2 - m g r cos(theta)", energy
         ),
     ),

@@ -11,46 +11,36 @@ rate of rotation.
 
 from numpy import cos, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    Box,
-    Coordinates,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    Universal,
-    Visual,
-    bar,
-    massless,
-    particle,
-    time,
-)
-from mecanique.textbook.facts import Conserved, Eigenvalues, MassMatrix, Number, Steady, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
+l = mq.Parameter("l", 2.0, "m", "length of the rod")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
+W = mq.Parameter("W", 0.2, "rad/s", "rate of the platform")
 
 
-def build(m: Parameter, l: Parameter, g: Parameter, W: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the pendulum on its platform."""
-    floor = Visual(Box((l, l, l / 50)), Placement((0, 0, -1.1 * l)), (0.8, 0.8, 0.8, 1.0))
-    return Mechanism(
+    floor = mq.Visual(mq.Box((l, l, l / 50)), mq.Placement((0, 0, -1.1 * l)), (0.8, 0.8, 0.8, 1.0))
+    return mq.Mechanism(
         name="foucault_pendulum",
         bodies=(
-            Body("ground"),
-            Body("platform", massless(floor)),
-            Body("bob", bar(l), particle(m, (0, 0, -l))),
+            mq.Body("ground"),
+            mq.Body("platform", mq.massless(floor)),
+            mq.Body("bob", mq.bar(l), mq.particle(m, (0, 0, -l))),
         ),
         joints=(
-            Revolute("turntable", "ground", "platform", axis=(0, 0, 1), coordinate="turn"),
-            Universal("cardan", "platform", "bob", names=("alpha", "beta")),
+            mq.Revolute("turntable", "ground", "platform", axis=(0, 0, 1), coordinate="turn"),
+            mq.Universal("cardan", "platform", "bob", names=("alpha", "beta")),
         ),
-        coordinates=Coordinates(("alpha", "beta"), {"turn": W * time()}),
+        coordinates=mq.Coordinates(("alpha", "beta"), {"turn": W * mq.time()}),
         parameters=(m, l, g, W),
         gravity=(0, 0, -g),
     )
 
 
-def place(s: Values) -> tuple[Number, Number]:
+def place(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     """Return x + i y of the particle on the platform and its rate, by real and imaginary part."""
     x, y = -s.l * sin(s.beta), s.l * sin(s.alpha) * cos(s.beta)
     x_rate = -s.l * cos(s.beta) * s["beta'"]
@@ -60,13 +50,13 @@ def place(s: Values) -> tuple[Number, Number]:
     return (x, y), (x_rate, y_rate)
 
 
-def spin(s: Values) -> Number:
+def spin(s: facts.Values) -> facts.Number:
     """Return the angular momentum about the vertical in the inertial frame."""
     (x, y), (u, v) = place(s)
     return s.m * (x * (v + s.W * x) - y * (u - s.W * y))
 
 
-def jacobi(s: Values) -> Number:
+def jacobi(s: facts.Values) -> facts.Number:
     """Return Jacobi's integral: energy relative to the platform, with the centrifugal potential."""
     (x, y), _ = place(s)
     T = s.m * s.l**2 * (cos(s.beta) ** 2 * s["alpha'"] ** 2 + s["beta'"] ** 2) / 2
@@ -77,28 +67,23 @@ SYSTEM = System(
     title="Pendulum on a platform that turns steadily",
     source="Foucault, C. R. Acad. Sci. Paris 32 (1851) 135; Landau & Lifshitz, Mechanics, "
     "sect. 39, problem 3",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the particle"),
-        Parameter("l", 2.0, "m", "length of the rod"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-        Parameter("W", 0.2, "rad/s", "rate of the platform"),
-    ),
+    parameters=(m, l, g, W),
     build=build,
     start={"beta": -0.3},
     duration=32.0,
     tags=("pendulum", "spatial", "prescribed motion", "rotating frame"),
     facts=(
-        MassMatrix(
+        facts.MassMatrix(
             "M = m l² diag(cos²(beta), 1)",
             lambda s: [[s.m * (s.l * cos(s.beta)) ** 2, 0], [0, s.m * s.l**2]],
         ),
-        Eigenvalues(
+        facts.Eigenvalues(
             "small swings turn at -W on the platform: λ = ±i (sqrt(g / l) ± W)",
             lambda s: [a * 1j * (sqrt(s.g / s.l) + b * s.W) for a in (1, -1) for b in (1, -1)],
         ),
-        Conserved("the angular momentum about the vertical, in the inertial frame", spin),
-        Conserved("Jacobi's integral T_rel + V - m W² (x² + y²) / 2", jacobi),
-        Steady(
+        facts.Conserved("the angular momentum about the vertical, in the inertial frame", spin),
+        facts.Conserved("Jacobi's integral T_rel + V - m W² (x² + y²) / 2", jacobi),
+        facts.Steady(
             "it circles at angle beta if the platform has W² = g / (l cos(beta))",
             {"beta": 1.0},
             given={"g": 9.81, "l": 2.0, "W": (9.81 / 2.0 / 0.5403023058681398) ** 0.5},

@@ -9,62 +9,48 @@ the crank; the loop at the rocker's end leaves one of them free.
 
 from numpy import cos, pi, sin, sqrt
 
-from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, rod
-from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Period, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+a = mq.Parameter("a", 1.0, "m", "length of the crank")
+b = mq.Parameter("b", 2.2, "m", "length of the coupler")
+c = mq.Parameter("c", 1.7, "m", "length of the rocker")
+d = mq.Parameter("d", 2.0, "m", "distance of the pins on the ground")
+m1 = mq.Parameter("m1", 1.0, "kg", "mass of the crank")
+m2 = mq.Parameter("m2", 2.0, "kg", "mass of the coupler")
+m3 = mq.Parameter("m3", 1.5, "kg", "mass of the rocker")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    a: Parameter,
-    b: Parameter,
-    c: Parameter,
-    d: Parameter,
-    m1: Parameter,
-    m2: Parameter,
-    m3: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the linkage."""
-    return Mechanism(
+    return mq.Mechanism(
         name="four_bar_linkage",
         bodies=(
-            Body("ground"),
-            Body("crank", rod(m1, a, (1, 0, 0))),
-            Body("coupler", rod(m2, b, (1, 0, 0))),
-            Body("rocker", rod(m3, c, (1, 0, 0))),
+            mq.Body("ground"),
+            mq.Body("crank", mq.rod(m1, a, (1, 0, 0))),
+            mq.Body("coupler", mq.rod(m2, b, (1, 0, 0))),
+            mq.Body("rocker", mq.rod(m3, c, (1, 0, 0))),
         ),
         joints=(
-            Revolute("A", "ground", "crank", axis=(0, -1, 0), coordinate="phi"),
-            Revolute(
-                "B",
-                "crank",
-                "coupler",
-                axis=(0, -1, 0),
-                origin=Placement((a, 0, 0)),
-                coordinate="theta",
-            ),
-            Revolute(
-                "D",
-                "ground",
-                "rocker",
-                axis=(0, -1, 0),
-                origin=Placement((d, 0, 0)),
-                coordinate="psi",
-            ),
+            hinge("A", "ground", "crank", "phi"),
+            hinge("B", "crank", "coupler", "theta", at=(a, 0, 0)),
+            hinge("D", "ground", "rocker", "psi", at=(d, 0, 0)),
         ),
-        loops=(Loop.pin("C", "coupler", (b, 0, 0), "rocker", (c, 0, 0)),),
+        loops=(mq.Loop.pin("C", "coupler", (b, 0, 0), "rocker", (c, 0, 0)),),
         parameters=(a, b, c, d, m1, m2, m3, g),
         gravity=(0, 0, -g),
     )
 
 
-def freudenstein(s: Values) -> Number:
+def freudenstein(s: facts.Values) -> facts.Number:
     """Return (d/a) cos psi - (d/c) cos phi + K3 - cos(phi - psi), zero on the closed loop."""
     K3 = (s.a**2 - s.b**2 + s.c**2 + s.d**2) / (2 * s.a * s.c)
     return s.d / s.a * cos(s.psi) - s.d / s.c * cos(s.phi) + K3 - cos(s.phi - s.psi)
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return T of the three bars."""
     turning, whole = s["phi'"] + s["theta'"], s.phi + s.theta
     tip = s.a * s["phi'"]
@@ -72,14 +58,14 @@ def kinetic(s: Values) -> Number:
     return (s.m1 * tip**2 / 3 + s.m2 * coupler + s.m3 * (s.c * s["psi'"]) ** 2 / 3) / 2
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V."""
     height = s.m1 * s.a * sin(s.phi) / 2 + s.m3 * s.c * sin(s.psi) / 2
     height = height + s.m2 * (s.a * sin(s.phi) + s.b * sin(s.phi + s.theta) / 2)
     return kinetic(s) + s.g * height
 
 
-def period(s: Values) -> Number:
+def period(s: facts.Values) -> facts.Number:
     """Return the period of a parallelogram at amplitude 0.8 rad, by the elliptic integral K."""
     from scipy.special import ellipk
 
@@ -91,27 +77,18 @@ SYSTEM = System(
     title="Crank, coupler and rocker",
     source="F. Freudenstein, Trans. ASME 77 (1955) 853; Erdman & Sandor, Mechanism Design, "
     "sect. 8.3",
-    parameters=(
-        Parameter("a", 1.0, "m", "length of the crank"),
-        Parameter("b", 2.2, "m", "length of the coupler"),
-        Parameter("c", 1.7, "m", "length of the rocker"),
-        Parameter("d", 2.0, "m", "distance of the pins on the ground"),
-        Parameter("m1", 1.0, "kg", "mass of the crank"),
-        Parameter("m2", 2.0, "kg", "mass of the coupler"),
-        Parameter("m3", 1.5, "kg", "mass of the rocker"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(a, b, c, d, m1, m2, m3, g),
     build=build,
     start={"phi": 1.1, "theta": -0.76, "psi": 1.25},
     tags=("linkage", "planar", "loop"),
     facts=(
-        Conserved(
+        facts.Conserved(
             "the loop: (d/a) cos psi - (d/c) cos phi + (a²-b²+c²+d²)/(2 a c) = cos(phi - psi)",
             freudenstein,
         ),
-        KineticEnergy("T of three uniform bars", kinetic),
-        Conserved("the energy", energy),
-        Period(
+        facts.KineticEnergy("T of three uniform bars", kinetic),
+        facts.Conserved("the energy", energy),
+        facts.Period(
             "as a parallelogram it swings like a pendulum of length "
             "a (m1/3 + m2 + m3/3) / (m1/2 + m2 + m3/2)",
             {"phi": 0.8 - pi / 2, "theta": pi / 2 - 0.8, "psi": 0.8 - pi / 2},

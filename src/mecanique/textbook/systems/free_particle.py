@@ -5,27 +5,34 @@ degrees of freedom. The generalized coordinates are its rectangular coordinates 
 upwards.
 """
 
-from mecanique.model import Body, Mechanism, Parameter, Prismatic, particle
-from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Solution, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the particle, carried along x, y and z in turn."""
-    return Mechanism(
+    return mq.Mechanism(
         name="free_particle",
-        bodies=(Body("ground"), Body("along_x"), Body("along_y"), Body("particle", particle(m))),
+        bodies=(
+            mq.Body("ground"),
+            mq.Body("along_x"),
+            mq.Body("along_y"),
+            mq.Body("particle", mq.particle(m)),
+        ),
         joints=(
-            Prismatic("x", "ground", "along_x", axis=(1, 0, 0)),
-            Prismatic("y", "along_x", "along_y", axis=(0, 1, 0)),
-            Prismatic("z", "along_y", "particle", axis=(0, 0, 1)),
+            mq.Prismatic("x", "ground", "along_x", axis=(1, 0, 0)),
+            mq.Prismatic("y", "along_x", "along_y", axis=(0, 1, 0)),
+            mq.Prismatic("z", "along_y", "particle", axis=(0, 0, 1)),
         ),
         parameters=(m, g),
         gravity=(0, 0, -g),
     )
 
 
-def flight(s: Values) -> dict[str, float]:
+def flight(s: facts.Values) -> dict[str, float]:
     """Return the parabola of the throw."""
     return {
         "x": 1.0 + 3.0 * s.t,
@@ -38,26 +45,23 @@ def flight(s: Values) -> dict[str, float]:
 SYSTEM = System(
     title="Particle free in space, thrown under gravity",
     source="Fundamentals of Dynamics, ch. 1, sect. 1.2 and eq. 1.1",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the particle"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, g),
     build=build,
     start_velocity={"x": 2.0, "y": 1.0, "z": 9.81},
     duration=2.0,
     tags=("chapter", "particle", "spatial", "free", "linear"),
     facts=(
-        Acceleration("m (x'', y'', z'') = (0, 0, -m g)", lambda s: [0, 0, -s.g]),
-        MassMatrix(
+        facts.Acceleration("m (x'', y'', z'') = (0, 0, -m g)", lambda s: [0, 0, -s.g]),
+        facts.MassMatrix(
             "M = m times the unit matrix", lambda s: [[s.m, 0, 0], [0, s.m, 0], [0, 0, s.m]]
         ),
-        Solution(
+        facts.Solution(
             "r = r0 + v0 t - g t² e_z / 2",
             {"x": 1.0, "x'": 3.0, "y'": 2.0, "z'": 4.0},
             flight,
             until=lambda s: 1.0,
         ),
-        Conserved(
+        facts.Conserved(
             "m x', m y' and the energy m (x'² + y'² + z'²) / 2 + m g z",
             lambda s: [
                 s.m * s["x'"],

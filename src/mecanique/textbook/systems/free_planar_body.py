@@ -6,37 +6,34 @@ coordinates are x and z of the center of mass and the angle theta of the plate, 
 towards z.
 """
 
-from mecanique.model import Body, Mechanism, Parameter, Planar, plate
-from mecanique.textbook.facts import (
-    Acceleration,
-    KineticEnergy,
-    MassMatrix,
-    Number,
-    Solution,
-    Values,
-)
-from mecanique.textbook.system import System
+from math import pi
 
-QUARTER = 1.5707963267948966
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 2.0, "kg", "mass of the plate")
+a = mq.Parameter("a", 0.6, "m", "side along the body's x axis")
+b = mq.Parameter("b", 0.4, "m", "side along the body's z axis")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, a: Parameter, b: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the plate, turned into the x-z plane."""
-    return Mechanism(
+    return mq.Mechanism(
         name="free_planar_body",
-        bodies=(Body("ground"), Body("plate", plate(m, (a, b)).at(rpy=(QUARTER, 0, 0)))),
-        joints=(Planar("plane", "ground", "plate", axis=(0, -1, 0), names=("x", "z", "theta")),),
+        bodies=(mq.Body("ground"), mq.Body("plate", mq.plate(m, (a, b)).at(rpy=(pi / 2, 0, 0)))),
+        joints=(mq.Planar("plane", "ground", "plate", axis=(0, -1, 0), names=("x", "z", "theta")),),
         parameters=(m, a, b, g),
         gravity=(0, 0, -g),
     )
 
 
-def inertia(s: Values) -> Number:
+def inertia(s: facts.Values) -> facts.Number:
     """Return the plate's moment of inertia about its normal through the center."""
     return s.m * (s.a**2 + s.b**2) / 12
 
 
-def flight(s: Values) -> dict[str, float]:
+def flight(s: facts.Values) -> dict[str, float]:
     """Return the throw: a parabola and a steady turn."""
     return {
         "x": 2.0 * s.t,
@@ -49,27 +46,22 @@ def flight(s: Values) -> dict[str, float]:
 SYSTEM = System(
     title="Plate thrown in its own vertical plane",
     source="Fundamentals of Dynamics, ch. 1, Figure 1.2, eqs. 1.13 and 1.32",
-    parameters=(
-        Parameter("m", 2.0, "kg", "mass of the plate"),
-        Parameter("a", 0.6, "m", "side along the body's x axis"),
-        Parameter("b", 0.4, "m", "side along the body's z axis"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, a, b, g),
     build=build,
     start_velocity={"x": 1.5, "z": 9.81, "theta": 6.0},
     duration=2.0,
     tags=("chapter", "planar", "free", "linear"),
     facts=(
-        Acceleration("x'' = 0, z'' = -g, theta'' = 0", lambda s: [0, -s.g, 0]),
-        MassMatrix(
+        facts.Acceleration("x'' = 0, z'' = -g, theta'' = 0", lambda s: [0, -s.g, 0]),
+        facts.MassMatrix(
             "M = diag(m, m, I), I = m (a² + b²) / 12",
             lambda s: [[s.m, 0, 0], [0, s.m, 0], [0, 0, inertia(s)]],
         ),
-        KineticEnergy(
+        facts.KineticEnergy(
             "T = m v² / 2 + I theta'² / 2",
             lambda s: s.m * (s["x'"] ** 2 + s["z'"] ** 2) / 2 + inertia(s) * s["theta'"] ** 2 / 2,
         ),
-        Solution(
+        facts.Solution(
             "a parabola and a steady turn",
             {"theta": 0.5, "x'": 2.0, "z'": 5.0, "theta'": 3.0},
             flight,

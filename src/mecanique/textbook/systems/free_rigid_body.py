@@ -8,64 +8,63 @@ center and of the turning, in the body's own axes.
 
 import numpy as np
 
-from mecanique.model import Body, Floating, Mechanism, Parameter, cylinder
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    KineticEnergy,
-    Number,
-    Solution,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 2.0, "kg", "mass of the cylinder")
+r = mq.Parameter("r", 0.2, "m", "radius of the cylinder")
+l = mq.Parameter("l", 0.8, "m", "length of the cylinder")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, r: Parameter, l: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the cylinder."""
-    return Mechanism(
+    return mq.Mechanism(
         name="free_rigid_body",
-        bodies=(Body("ground"), Body("cylinder", cylinder(m, r, l))),
+        bodies=(mq.Body("ground"), mq.Body("cylinder", mq.cylinder(m, r, l))),
         joints=(
-            Floating("free", "ground", "cylinder", names=("x", "y", "z", "qx", "qy", "qz", "qw")),
+            mq.Floating(
+                "free", "ground", "cylinder", names=("x", "y", "z", "qx", "qy", "qz", "qw")
+            ),
         ),
         parameters=(m, r, l, g),
         gravity=(0, 0, -g),
     )
 
 
-def inertia(s: Values) -> Number:
+def inertia(s: facts.Values) -> facts.Number:
     """Return the principal moments of inertia, shape (3,)."""
     across = s.m * (3 * s.r**2 + s.l**2) / 12
     return np.array([across, across, s.m * s.r**2 / 2])
 
 
-def velocities(s: Values) -> tuple[Number, Number]:
+def velocities(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     """Return the center's velocity and the angular velocity in the body's axes, shape (3,) each."""
     return np.array([s[f"free_v{axis}"] for axis in "xyz"]), np.array(
         [s[f"free_w{axis}"] for axis in "xyz"]
     )
 
 
-def to_world(s: Values, u: Number) -> Number:
+def to_world(s: facts.Values, u: facts.Number) -> facts.Number:
     """Return a vector of body axes in world axes."""
     r = np.array([s.qx, s.qy, s.qz])
     return u + 2 * s.qw * np.cross(r, u) + 2 * np.cross(r, np.cross(r, u))
 
 
-def to_body(s: Values, u: Number) -> Number:
+def to_body(s: facts.Values, u: facts.Number) -> facts.Number:
     """Return a vector of world axes in body axes."""
     r = np.array([s.qx, s.qy, s.qz])
     return u - 2 * s.qw * np.cross(r, u) + 2 * np.cross(r, np.cross(r, u))
 
 
-def acceleration(s: Values) -> Number:
+def acceleration(s: facts.Values) -> facts.Number:
     """Return both accelerations: free fall seen from turning axes, and Euler's equations."""
     v, w = velocities(s)
     fall = to_body(s, np.array([0, 0, -s.g])) - np.cross(w, v)
     return np.concatenate((fall, np.cross(inertia(s) * w, w) / inertia(s)))
 
 
-def constants(s: Values) -> Number:
+def constants(s: facts.Values) -> facts.Number:
     """Return the angular momentum about the center, the horizontal momentum and the energy."""
     v, w = velocities(s)
     T = (s.m * v @ v + w @ (inertia(s) * w)) / 2
@@ -74,7 +73,7 @@ def constants(s: Values) -> Number:
     )
 
 
-def throw(s: Values) -> dict[str, float]:
+def throw(s: facts.Values) -> dict[str, float]:
     """Return the center's parabola, and the angular velocity turning about the body's axis."""
     A, _, C = inertia(s)
     turn = (C - A) / A * 8.0 * s.t
@@ -92,27 +91,26 @@ SYSTEM = System(
     title="Cylinder thrown spinning, free in space",
     source="Fundamentals of Dynamics, ch. 1, sect. 1.2 and eq. 1.31; Landau & Lifshitz, "
     "Mechanics, sect. 33 and 36",
-    parameters=(
-        Parameter("m", 2.0, "kg", "mass of the cylinder"),
-        Parameter("r", 0.2, "m", "radius of the cylinder"),
-        Parameter("l", 0.8, "m", "length of the cylinder"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, r, l, g),
     build=build,
     start_velocity={"free_vx": 1.0, "free_vz": 9.81, "free_wx": 4.0, "free_wz": 6.0},
     duration=2.0,
     tags=("chapter", "spatial", "free", "quaternion"),
     facts=(
-        Acceleration("v' = R^T g - w × v and I w' = (I w) × w in the body's axes", acceleration),
-        KineticEnergy(
+        facts.Acceleration(
+            "v' = R^T g - w × v and I w' = (I w) × w in the body's axes", acceleration
+        ),
+        facts.KineticEnergy(
             "T = m v² / 2 + w·I w / 2",
             lambda s: sum(
                 s.m * v**2 / 2 + i * w**2 / 2
                 for v, w, i in zip(*velocities(s), inertia(s), strict=True)
             ),
         ),
-        Conserved("the angular momentum R I w, the horizontal momentum and the energy", constants),
-        Solution(
+        facts.Conserved(
+            "the angular momentum R I w, the horizontal momentum and the energy", constants
+        ),
+        facts.Solution(
             "the center flies a parabola, and w turns about the body's axis at (C - A) w_z / A",
             {"free_vx": 1.0, "free_vz": 5.0, "free_wx": 2.0, "free_wz": 8.0},
             throw,

@@ -10,61 +10,46 @@ vertical, positive towards the arm's own turning.
 import numpy as np
 from numpy import cos, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    Input,
-    JointForce,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    bar,
-    particle,
-    rod,
-)
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    Frequencies,
-    MassMatrix,
-    Number,
-    Steady,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+M = mq.Parameter("M", 0.3, "kg", "mass of the arm")
+m = mq.Parameter("m", 0.2, "kg", "mass of the particle")
+r = mq.Parameter("r", 0.4, "m", "length of the arm")
+l = mq.Parameter("l", 0.4, "m", "length of the rod")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(M: Parameter, m: Parameter, r: Parameter, l: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the arm and its pendulum."""
-    tau = Input("tau", 0.0, "N·m", "torque on the arm")
-    return Mechanism(
+    tau = mq.Input("tau", 0.0, "N·m", "torque on the arm")
+    return mq.Mechanism(
         name="furuta_pendulum",
         bodies=(
-            Body("ground"),
-            Body("arm", rod(M, r, (1, 0, 0))),
-            Body("bob", bar(l), particle(m, (0, 0, -l))),
+            mq.Body("ground"),
+            mq.Body("arm", mq.rod(M, r, (1, 0, 0))),
+            mq.Body("bob", mq.bar(l), mq.particle(m, (0, 0, -l))),
         ),
         joints=(
-            Revolute("motor", "ground", "arm", axis=(0, 0, 1), coordinate="alpha"),
-            Revolute(
-                "pin", "arm", "bob", axis=(1, 0, 0), origin=Placement((r, 0, 0)), coordinate="theta"
-            ),
+            mq.Revolute("motor", "ground", "arm", axis=(0, 0, 1), coordinate="alpha"),
+            hinge("pin", "arm", "bob", "theta", at=(r, 0, 0), axis=(1, 0, 0)),
         ),
-        forces=(JointForce("drive", "motor", tau),),
+        forces=(mq.JointForce("drive", "motor", tau),),
         parameters=(M, m, r, l, g),
         inputs=(tau,),
         gravity=(0, 0, -g),
     )
 
 
-def mass_matrix(s: Values) -> list[list[Number]]:
+def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
     """Return M."""
     arm = s.M * s.r**2 / 3 + s.m * (s.r**2 + s.l**2 * sin(s.theta) ** 2)
     off = s.m * s.r * s.l * cos(s.theta)
     return [[arm, off], [off, s.m * s.l**2]]
 
 
-def acceleration(s: Values) -> Number:
+def acceleration(s: facts.Values) -> facts.Number:
     """Return alpha'' and theta'' of the arm without torque."""
     a, th = s["alpha'"], s["theta'"]
     cross = s.m * s.l**2 * sin(2 * s.theta)
@@ -75,7 +60,7 @@ def acceleration(s: Values) -> Number:
     return np.linalg.solve(mass_matrix(s), right)
 
 
-def momentum(s: Values) -> Number:
+def momentum(s: facts.Values) -> facts.Number:
     """Return the angular momentum about the vertical axis."""
     (a, b), _ = mass_matrix(s)
     return a * s["alpha'"] + b * s["theta'"]
@@ -85,32 +70,26 @@ SYSTEM = System(
     title="Pendulum at the end of an arm that turns horizontally",
     source="Furuta, Yamakita & Kobayashi, IECON 1991; Cazzolato & Prime, "
     "J. Control Sci. Eng. 2011, 528341",
-    parameters=(
-        Parameter("M", 0.3, "kg", "mass of the arm"),
-        Parameter("m", 0.2, "kg", "mass of the particle"),
-        Parameter("r", 0.4, "m", "length of the arm"),
-        Parameter("l", 0.4, "m", "length of the rod"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(M, m, r, l, g),
     build=build,
     start={"theta": 3.0},
     tags=("pendulum", "spatial", "control"),
     facts=(
-        MassMatrix(
+        facts.MassMatrix(
             "M = [[M r²/3 + m (r² + l² sin²(theta)), m r l cos(theta)], [m r l cos(theta), m l²]]",
             mass_matrix,
         ),
-        Acceleration(
+        facts.Acceleration(
             "M v' = (m r l sin(theta) theta'² - m l² sin(2 theta) alpha' theta', "
             "m l² sin(2 theta) alpha'² / 2 - m g l sin(theta))",
             acceleration,
         ),
-        Conserved("without torque, the angular momentum about the vertical", momentum),
-        Steady(
+        facts.Conserved("without torque, the angular momentum about the vertical", momentum),
+        facts.Steady(
             "it circles with the rod out at theta when alpha'² = g / (l cos(theta))",
             lambda s: {"theta": 0.8, "alpha'": sqrt(s.g / (s.l * cos(0.8)))},
         ),
-        Frequencies(
+        facts.Frequencies(
             "hanging, ω = 0 and sqrt((1 + 3 m / M) g / l)",
             lambda s: [0, sqrt((1 + 3 * s.m / s.M) * s.g / s.l)],
         ),

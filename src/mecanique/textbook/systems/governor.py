@@ -10,78 +10,69 @@ the top; two loops, the links, leave two of these free.
 
 from numpy import cos, pi, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    Loop,
-    Mechanism,
-    Parameter,
-    Prismatic,
-    Revolute,
-    Spring,
-    bar,
-    disk,
-    particle,
-)
-from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Steady, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m = mq.Parameter("m", 1.0, "kg", "mass of each ball")
+M = mq.Parameter("M", 2.0, "kg", "mass of the sleeve")
+J = mq.Parameter("J", 0.2, "kg·m²", "moment of inertia of the spindle")
+l = mq.Parameter("l", 0.5, "m", "length of arms and links")
+k = mq.Parameter("k", 60.0, "N/m", "stiffness of the spring")
+a = mq.Parameter("a", 0.4, "m", "free length of the spring")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    M: Parameter,
-    J: Parameter,
-    l: Parameter,
-    k: Parameter,
-    a: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the governor."""
-    return Mechanism(
+    return mq.Mechanism(
         name="governor",
         bodies=(
-            Body("ground"),
+            mq.Body("ground"),
             # a disk of radius 0.2 m that has the moment of inertia J
-            Body("spindle", disk(50.0 * J, 0.2)),
-            Body("arm1", bar(l), particle(m, (0, 0, -l))),
-            Body("arm2", bar(l), particle(m, (0, 0, -l))),
-            Body("sleeve", particle(M)),
+            mq.Body("spindle", mq.disk(50.0 * J, 0.2)),
+            mq.Body("arm1", mq.bar(l), mq.particle(m, (0, 0, -l))),
+            mq.Body("arm2", mq.bar(l), mq.particle(m, (0, 0, -l))),
+            mq.Body("sleeve", mq.particle(M)),
         ),
         joints=(
-            Revolute("bearing", "ground", "spindle", axis=(0, 0, 1), coordinate="psi"),
-            Revolute("pin1", "spindle", "arm1", axis=(0, -1, 0), coordinate="theta1"),
-            Revolute("pin2", "spindle", "arm2", axis=(0, 1, 0), coordinate="theta2"),
-            Prismatic("guide", "spindle", "sleeve", axis=(0, 0, -1), coordinate="s"),
+            mq.Revolute("bearing", "ground", "spindle", axis=(0, 0, 1), coordinate="psi"),
+            hinge("pin1", "spindle", "arm1", "theta1"),
+            mq.Revolute("pin2", "spindle", "arm2", axis=(0, 1, 0), coordinate="theta2"),
+            mq.Prismatic("guide", "spindle", "sleeve", axis=(0, 0, -1), coordinate="s"),
         ),
         forces=(
-            Spring("spring", "spindle", (0, 0, 0), "sleeve", (0, 0, 0), stiffness=k, free_length=a),
+            mq.Spring(
+                "spring", "spindle", (0, 0, 0), "sleeve", (0, 0, 0), stiffness=k, free_length=a
+            ),
         ),
         loops=(
-            Loop.distance("link1", "arm1", (0, 0, -l), "sleeve", (0, 0, 0), l),
-            Loop.distance("link2", "arm2", (0, 0, -l), "sleeve", (0, 0, 0), l),
+            mq.Loop.distance("link1", "arm1", (0, 0, -l), "sleeve", (0, 0, 0), l),
+            mq.Loop.distance("link2", "arm2", (0, 0, -l), "sleeve", (0, 0, 0), l),
         ),
         parameters=(m, M, J, l, k, a, g),
         gravity=(0, 0, -g),
     )
 
 
-def spread(s: Values) -> Number:
+def spread(s: facts.Values) -> facts.Number:
     """Return the moment of inertia about the spindle."""
     return s.J + s.m * s.l**2 * (sin(s.theta1) ** 2 + sin(s.theta2) ** 2)
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return T."""
     arms = s.m * s.l**2 * (s["theta1'"] ** 2 + s["theta2'"] ** 2)
     return (spread(s) * s["psi'"] ** 2 + arms + s.M * s["s'"] ** 2) / 2
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V."""
     height = -s.m * s.l * (cos(s.theta1) + cos(s.theta2)) - s.M * s.s
     return kinetic(s) + s.g * height + s.k * (sqrt(s.s**2) - s.a) ** 2 / 2
 
 
-def turning(s: Values) -> dict[str, Number]:
+def turning(s: facts.Values) -> dict[str, facts.Number]:
     """Return the steady state with arms at 0.9 rad."""
     drop = 2 * s.l * cos(0.9)
     speed = sqrt(((s.m + s.M) * s.g - s.k * (drop - s.a)) / (s.m * s.l * cos(0.9)))
@@ -92,23 +83,21 @@ SYSTEM = System(
     title="Fly-ball governor with a loaded sleeve and a spring",
     source="C. T. Porter, US patent 1858; Shigley & Uicker, Theory of Machines, governors; "
     "Maxwell, On Governors, 1868",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of each ball"),
-        Parameter("M", 2.0, "kg", "mass of the sleeve"),
-        Parameter("J", 0.2, "kg·m²", "moment of inertia of the spindle"),
-        Parameter("l", 0.5, "m", "length of arms and links"),
-        Parameter("k", 60.0, "N/m", "stiffness of the spring"),
-        Parameter("a", 0.4, "m", "free length of the spring"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, M, J, l, k, a, g),
     build=build,
     start={"theta1": pi / 3, "theta2": pi / 3, "s": 0.5},
     start_velocity={"psi'": 8.0},
     tags=("spatial", "loop", "spring", "massless", "rotor"),
     facts=(
-        KineticEnergy("T = ((J + m l² Σ sin² theta) psi'² + m l² Σ theta'² + M s'²) / 2", kinetic),
-        Conserved("angular momentum (J + m l² Σ sin² theta) psi'", lambda s: spread(s) * s["psi'"]),
-        Conserved("the energy", energy),
-        Steady("turning at psi'² = ((m + M) g - k (2 l cos theta - a)) / (m l cos theta)", turning),
+        facts.KineticEnergy(
+            "T = ((J + m l² Σ sin² theta) psi'² + m l² Σ theta'² + M s'²) / 2", kinetic
+        ),
+        facts.Conserved(
+            "angular momentum (J + m l² Σ sin² theta) psi'", lambda s: spread(s) * s["psi'"]
+        ),
+        facts.Conserved("the energy", energy),
+        facts.Steady(
+            "turning at psi'² = ((m + M) g - k (2 l cos theta - a)) / (m l cos theta)", turning
+        ),
     ),
 )

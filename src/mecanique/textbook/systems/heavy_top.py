@@ -8,40 +8,49 @@ psi about the axis (phi and psi cannot be distinguished while the axis is vertic
 
 from numpy import cos, sin, sqrt
 
-from mecanique.model import Body, Mechanism, Parameter, Revolute, cone
-from mecanique.textbook.facts import Conserved, Eigenvalues, MassMatrix, Number, Steady, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 2.0, "kg", "mass of the cone")
+r = mq.Parameter("r", 0.3, "m", "radius of the base")
+h = mq.Parameter("h", 0.3, "m", "height of the cone")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, r: Parameter, h: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the top, carried by two massless frames."""
-    return Mechanism(
+    return mq.Mechanism(
         name="heavy_top",
-        bodies=(Body("ground"), Body("precessing"), Body("tilted"), Body("top", cone(m, r, h))),
+        bodies=(
+            mq.Body("ground"),
+            mq.Body("precessing"),
+            mq.Body("tilted"),
+            mq.Body("top", mq.cone(m, r, h)),
+        ),
         joints=(
-            Revolute("phi", "ground", "precessing", axis=(0, 0, 1)),
-            Revolute("theta", "precessing", "tilted", axis=(1, 0, 0)),
-            Revolute("psi", "tilted", "top", axis=(0, 0, 1)),
+            mq.Revolute("phi", "ground", "precessing", axis=(0, 0, 1)),
+            mq.Revolute("theta", "precessing", "tilted", axis=(1, 0, 0)),
+            mq.Revolute("psi", "tilted", "top", axis=(0, 0, 1)),
         ),
         parameters=(m, r, h, g),
         gravity=(0, 0, -g),
     )
 
 
-def inertias(s: Values) -> tuple[Number, Number, Number]:
+def inertias(s: facts.Values) -> tuple[facts.Number, facts.Number, facts.Number]:
     """Return the moments of inertia about the apex, A across and C along the axis, and m r_C."""
     A = 3 * s.m * (s.r**2 + 4 * s.h**2) / 20
     return A, 3 * s.m * s.r**2 / 10, 3 * s.m * s.h / 4
 
 
-def momenta(s: Values) -> tuple[Number, Number]:
+def momenta(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     """Return the angular momenta about the vertical and the axis (Goldstein, eqs. 5.52, 5.53)."""
     A, C, _ = inertias(s)
     axial = C * (s["psi'"] + s["phi'"] * cos(s.theta))
     return A * s["phi'"] * sin(s.theta) ** 2 + axial * cos(s.theta), axial
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V."""
     A, C, S = inertias(s)
     T = (
@@ -51,7 +60,7 @@ def energy(s: Values) -> Number:
     return T / 2 + S * s.g * cos(s.theta)
 
 
-def mass_matrix(s: Values) -> list[list[Number]]:
+def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
     """Return M for (phi, theta, psi)."""
     A, C, _ = inertias(s)
     c = cos(s.theta)
@@ -62,7 +71,7 @@ TILT, SPIN = 0.6, 80.0
 """Nutation angle [rad] and axial rate [rad/s] of the steady precessions."""
 
 
-def rate(s: Values, sign: int) -> Number:
+def rate(s: facts.Values, sign: int) -> facts.Number:
     """Return the slow (−1) or fast (+1) rate of steady precession."""
     A, C, S = inertias(s)
     return (C * SPIN + sign * sqrt((C * SPIN) ** 2 - 4 * A * S * s.g * cos(TILT))) / (
@@ -70,12 +79,12 @@ def rate(s: Values, sign: int) -> Number:
     )
 
 
-def precession(s: Values, sign: int) -> dict[str, float]:
+def precession(s: facts.Values, sign: int) -> dict[str, float]:
     """Return the state of steady precession."""
     return {"theta": TILT, "phi'": rate(s, sign), "psi'": SPIN - rate(s, sign) * cos(TILT)}
 
 
-def nutation(s: Values) -> Number:
+def nutation(s: facts.Values) -> facts.Number:
     """Return the frequency of small nutation, from the curvature of the effective potential."""
     A, C, _ = inertias(s)
     u = rate(s, -1)
@@ -86,39 +95,34 @@ SYSTEM = System(
     title="Spinning cone on its apex under gravity",
     source="Goldstein, Classical Mechanics, 3rd ed., sect. 5.7; Landau & Lifshitz, Mechanics, "
     "sect. 35, problem 1",
-    parameters=(
-        Parameter("m", 2.0, "kg", "mass of the cone"),
-        Parameter("r", 0.3, "m", "radius of the base"),
-        Parameter("h", 0.3, "m", "height of the cone"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, r, h, g),
     build=build,
     start={"theta": 0.6},
     start_velocity={"psi": 50.0},
     duration=6.0,
     tags=("top", "spatial"),
     facts=(
-        MassMatrix(
+        facts.MassMatrix(
             "M_phi,phi = A sin²(theta) + C cos²(theta), M_phi,psi = C cos(theta), "
             "M_theta,theta = A, M_psi,psi = C, "
             "A = 3 m (r² + 4 h²) / 20, C = 3 m r² / 10",
             mass_matrix,
         ),
-        Conserved(
+        facts.Conserved(
             "p_phi = A phi' sin²(theta) + p_psi cos(theta) and p_psi = C (psi' + phi' cos(theta))",
             momenta,
         ),
-        Conserved("the energy, with V = 3 m g h cos(theta) / 4", energy),
-        Steady(
+        facts.Conserved("the energy, with V = 3 m g h cos(theta) / 4", energy),
+        facts.Steady(
             "slow precession phi' = (p - sqrt(p² - 3 A m g h cos(theta))) / (2 A cos(theta)), "
             "p = p_psi",
             lambda s: precession(s, -1),
         ),
-        Steady(
+        facts.Steady(
             "fast precession phi' = (p + sqrt(p² - 3 A m g h cos(theta))) / (2 A cos(theta))",
             lambda s: precession(s, 1),
         ),
-        Eigenvalues(
+        facts.Eigenvalues(
             "the slow precession nutates with ω² = phi'² sin²(theta) "
             "+ (p / A - 2 phi' cos(theta))²",
             lambda s: [1j * nutation(s), -1j * nutation(s)],

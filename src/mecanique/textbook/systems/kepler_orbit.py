@@ -8,44 +8,26 @@ positive, and the angle phi of the planet's radius from the x axis in the plane 
 
 from numpy import cos, pi, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    CentralForce,
-    Mechanism,
-    Parameter,
-    Prismatic,
-    Revolute,
-    Sphere,
-    Visual,
-    distance,
-    massless,
-    particle,
-)
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    Eigenvalues,
-    Number,
-    Period,
-    Steady,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the planet")
+mu = mq.Parameter("mu", 10.0, "m³/s²", "gravitational parameter of the sun")
 
 
-def build(m: Parameter, mu: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the planet on a massless radius that turns."""
-    sun = massless(Visual(Sphere(0.1), rgba=(0.9, 0.7, 0.0, 1.0)))
-    return Mechanism(
+    sun = mq.massless(mq.Visual(mq.Sphere(0.1), rgba=(0.9, 0.7, 0.0, 1.0)))
+    return mq.Mechanism(
         name="kepler_orbit",
-        bodies=(Body("ground", sun), Body("radius"), Body("planet", particle(m))),
+        bodies=(mq.Body("ground", sun), mq.Body("radius"), mq.Body("planet", mq.particle(m))),
         joints=(
-            Revolute("phi", "ground", "radius", axis=(0, 0, 1)),
-            Prismatic("r", "radius", "planet", axis=(1, 0, 0)),
+            mq.Revolute("phi", "ground", "radius", axis=(0, 0, 1)),
+            mq.Prismatic("r", "radius", "planet", axis=(1, 0, 0)),
         ),
         forces=(
-            CentralForce(
-                "attraction", "ground", (0, 0, 0), "planet", (0, 0, 0), -m * mu / distance()
+            mq.CentralForce(
+                "attraction", "ground", (0, 0, 0), "planet", (0, 0, 0), -m * mu / mq.distance()
             ),
         ),
         parameters=(m, mu),
@@ -53,24 +35,24 @@ def build(m: Parameter, mu: Parameter) -> Mechanism:
     )
 
 
-def constants(s: Values) -> tuple[Number, Number]:
+def constants(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     """Return angular momentum and energy, per mass."""
     return s.r**2 * s["phi'"], (s["r'"] ** 2 + (s.r * s["phi'"]) ** 2) / 2 - s.mu / s.r
 
 
-def axis(s: Values) -> tuple[Number, Number]:
+def axis(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     """Return the eccentricity vector v × h / mu - r / |r|, which points to the perihelion."""
     h = s.r**2 * s["phi'"]
     along, across = s.r * s["phi'"] * h / s.mu - 1, -s["r'"] * h / s.mu
     return along * cos(s.phi) - across * sin(s.phi), along * sin(s.phi) + across * cos(s.phi)
 
 
-def perihelion(s: Values) -> dict[str, float]:
+def perihelion(s: facts.Values) -> dict[str, float]:
     """Return the perihelion r = 1 of the orbit with eccentricity 0.6."""
     return {"r": 1.0, "phi'": sqrt(1.6 * s.mu)}
 
 
-def circle(s: Values) -> dict[str, float]:
+def circle(s: facts.Values) -> dict[str, float]:
     """Return the circular orbit r = 1.5."""
     return {"r": 1.5, "phi'": sqrt(s.mu / 1.5**3)}
 
@@ -79,37 +61,34 @@ SYSTEM = System(
     title="Planet on its ellipse about a fixed sun",
     source="Newton, Principia, 1687, book I, sect. III; Goldstein, Classical Mechanics, 3rd ed., "
     "sect. 3.7-3.9",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the planet"),
-        Parameter("mu", 10.0, "m³/s²", "gravitational parameter of the sun"),
-    ),
+    parameters=(m, mu),
     build=build,
     start={"r": 1.0},
     start_velocity={"phi": 4.0},
     duration=15.7,
     tags=("planar", "central field", "particle"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "r'' = r phi'² - mu / r², phi'' = -2 r' phi' / r",
             lambda s: [
                 -2 * s["r'"] * s["phi'"] / s.r,
                 s.r * s["phi'"] ** 2 - s.mu / s.r**2,
             ],
         ),
-        Conserved("r² phi' and the energy v² / 2 - mu / r, per mass", constants),
-        Conserved(
+        facts.Conserved("r² phi' and the energy v² / 2 - mu / r, per mass", constants),
+        facts.Conserved(
             "the eccentricity vector v × (r × v) / mu - r / |r|: the ellipse stays where it is",
             axis,
         ),
-        Period(
+        facts.Period(
             "Kepler's third law, T = 2 pi sqrt(a³ / mu), a = 2.5 from the perihelion 1 with "
             "eccentricity 0.6",
             perihelion,
             lambda s: 2 * pi * sqrt(2.5**3 / s.mu),
             advance={"phi": 2 * pi},
         ),
-        Steady("a circle with phi'² = mu / r³", circle),
-        Eigenvalues(
+        facts.Steady("a circle with phi'² = mu / r³", circle),
+        facts.Eigenvalues(
             "near a circle r swings with ω = phi', once per revolution",
             lambda s: [sign * 1j * sqrt(s.mu / 1.5**3) for sign in (1, -1)],
             at=circle,

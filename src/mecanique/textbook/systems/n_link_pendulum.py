@@ -8,79 +8,59 @@ them.
 
 import numpy as np
 
-from mecanique.model import (
-    Body,
-    Coordinates,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    bar,
-    coordinate,
-    particle,
-)
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    Frequencies,
-    MassMatrix,
-    Number,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m = mq.Parameter("m", 1.0, "kg", "mass of each particle")
+l = mq.Parameter("l", 0.5, "m", "length of each rod")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, l: Parameter, g: Parameter, n: int) -> Mechanism:
+def build(n: int) -> mq.Mechanism:
     """Return the pendulum of n links."""
     links = range(1, n + 1)
-    return Mechanism(
+    return mq.Mechanism(
         name="n_link_pendulum",
         bodies=(
-            Body("ground"),
-            *(Body(f"link{i}", bar(l), particle(m, (0, 0, -l))) for i in links),
+            mq.Body("ground"),
+            *(mq.Body(f"link{i}", mq.bar(l), mq.particle(m, (0, 0, -l))) for i in links),
         ),
         joints=(
-            Revolute("pin1", "ground", "link1", axis=(0, -1, 0), coordinate="q1"),
+            hinge("pin1", "ground", "link1", "q1"),
             *(
-                Revolute(
-                    f"pin{i}",
-                    f"link{i - 1}",
-                    f"link{i}",
-                    axis=(0, -1, 0),
-                    origin=Placement((0, 0, -l)),
-                    coordinate=f"theta{i}",
-                )
+                hinge(f"pin{i}", f"link{i - 1}", f"link{i}", f"theta{i}", at=(0, 0, -l))
                 for i in links[1:]
             ),
         ),
-        coordinates=Coordinates(
+        coordinates=mq.Coordinates(
             tuple(f"q{i}" for i in links),
-            {f"theta{i}": coordinate(f"q{i}") - coordinate(f"q{i - 1}") for i in links[1:]},
+            {f"theta{i}": mq.coordinate(f"q{i}") - mq.coordinate(f"q{i - 1}") for i in links[1:]},
         ),
         parameters=(m, l, g),
         gravity=(0, 0, -g),
     )
 
 
-def angles(s: Values) -> tuple[Number, Number]:
+def angles(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     """Return q and q', shape (n,) each."""
     links = range(1, s.n + 1)
     return np.array([s[f"q{i}"] for i in links]), np.array([s[f"q{i}'"] for i in links])
 
 
-def count_carried(s: Values) -> Number:
+def count_carried(s: facts.Values) -> facts.Number:
     """Return how many particles rods i and j both carry, n + 1 - max(i, j), shape (n, n)."""
     i = np.arange(1, s.n + 1)
     return s.n + 1 - np.maximum.outer(i, i)
 
 
-def mass_matrix(s: Values) -> Number:
+def mass_matrix(s: facts.Values) -> facts.Number:
     """Return M, entry by entry m l² (n + 1 - max(i, j)) cos(qi - qj)."""
     q, _ = angles(s)
     return s.m * s.l**2 * count_carried(s) * np.cos(np.subtract.outer(q, q))
 
 
-def acceleration(s: Values) -> Number:
+def acceleration(s: facts.Values) -> facts.Number:
     """Return the accelerations q'', from the equations of motion of all rods.
 
     M q'' + m l² Σ_j (n + 1 - max(i, j)) sin(qi - qj) qj'² + (n + 1 - i) m g l sin(qi) = 0.
@@ -92,13 +72,13 @@ def acceleration(s: Values) -> Number:
     )
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V, with V zero where all particles are at the height of the pin."""
     q, v = angles(s)
     return v @ mass_matrix(s) @ v / 2 - s.m * s.g * s.l * np.diag(count_carried(s)) @ np.cos(q)
 
 
-def frequencies(s: Values) -> Number:
+def frequencies(s: facts.Values) -> facts.Number:
     """Return the roots of Laguerre's polynomial, as frequencies."""
     from scipy.special import roots_laguerre
 
@@ -109,23 +89,21 @@ SYSTEM = System(
     title="Particles hanging one from another by n massless rods",
     source="D. Bernoulli, 1738; Gantmacher & Krein, Oscillation Matrices, ch. III; Goldstein, "
     "ch. 1, ex. 22 (n = 2)",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of each particle"),
-        Parameter("l", 0.5, "m", "length of each rod"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, l, g),
     options={"n": 4},
     build=build,
     start={"q1": 2.0},
     tags=("pendulum", "planar", "chain", "chaos"),
     facts=(
-        MassMatrix("M_ij = m l² (n + 1 - max(i, j)) cos(qi - qj)", mass_matrix),
-        Acceleration(
+        facts.MassMatrix("M_ij = m l² (n + 1 - max(i, j)) cos(qi - qj)", mass_matrix),
+        facts.Acceleration(
             "Σ_j M_ij qj'' + m l² (n + 1 - max(i, j)) sin(qi - qj) qj'² "
             "= -(n + 1 - i) m g l sin(qi)",
             acceleration,
         ),
-        Frequencies("ω² = g x / l for the n roots x of Laguerre's polynomial L_n", frequencies),
-        Conserved("the energy v·M v / 2 - m g l Σ (n + 1 - i) cos(qi)", energy),
+        facts.Frequencies(
+            "ω² = g x / l for the n roots x of Laguerre's polynomial L_n", frequencies
+        ),
+        facts.Conserved("the energy v·M v / 2 - m g l Σ (n + 1 - i) cos(qi)", energy),
     ),
 )

@@ -8,26 +8,29 @@ it reaches every point of the circle.
 
 from numpy import cos, sin
 
-from mecanique.model import Body, Mechanism, Parameter, Revolute, bar, particle
-from mecanique.textbook.facts import Acceleration, KineticEnergy, Period, Reaction, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
+R = mq.Parameter("R", 1.0, "m", "radius of the circle")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, R: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the particle, held by a massless spoke."""
-    return Mechanism(
+    return mq.Mechanism(
         name="particle_on_circle",
         bodies=(
-            Body("ground"),
-            Body("particle", bar(R, (1, 0, 0), radius=0.005), particle(m, (R, 0, 0))),
+            mq.Body("ground"),
+            mq.Body("particle", mq.bar(R, (1, 0, 0), radius=0.005), mq.particle(m, (R, 0, 0))),
         ),
-        joints=(Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
+        joints=(mq.Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
         parameters=(m, R, g),
         gravity=(0, 0, -g),
     )
 
 
-def constraint(s: Values) -> tuple[float, float, float]:
+def constraint(s: facts.Values) -> tuple[float, float, float]:
     """Return the force that keeps the particle on the circle: towards the center and upwards."""
     C = s.m * s.R * s["theta'"] ** 2
     return -C * cos(s.theta), -C * sin(s.theta), s.m * s.g
@@ -36,19 +39,15 @@ def constraint(s: Values) -> tuple[float, float, float]:
 SYSTEM = System(
     title="Particle on a horizontal circle, by its angle",
     source="Fundamentals of Dynamics, ch. 1, Figure 1.1",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the particle"),
-        Parameter("R", 1.0, "m", "radius of the circle"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, R, g),
     build=build,
     start_velocity={"theta": 1.0},
     tags=("chapter", "particle", "planar"),
     facts=(
-        Acceleration("theta'' = 0", lambda s: [0]),
-        KineticEnergy("T = m R² theta'² / 2", lambda s: s.m * s.R**2 * s["theta'"] ** 2 / 2),
-        Reaction("m R theta'² towards the center and m g upwards", "center", constraint),
-        Period(
+        facts.Acceleration("theta'' = 0", lambda s: [0]),
+        facts.KineticEnergy("T = m R² theta'² / 2", lambda s: s.m * s.R**2 * s["theta'"] ** 2 / 2),
+        facts.Reaction("m R theta'² towards the center and m g upwards", "center", constraint),
+        facts.Period(
             "once around in 2 pi / theta'",
             {"theta'": 2.0},
             lambda s: 3.141592653589793,

@@ -9,40 +9,32 @@ beyond needs the angle.
 
 from numpy import arccos, cos, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    Coordinates,
-    Mechanism,
-    Parameter,
-    Revolute,
-    bar,
-    coordinate,
-    particle,
-)
-from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Solution, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
+R = mq.Parameter("R", 1.0, "m", "radius of the circle")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, R: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the particle, held by a massless spoke whose angle follows x."""
-    from sympy import acos
-
-    return Mechanism(
+    return mq.Mechanism(
         name="particle_on_circle_x",
         bodies=(
-            Body("ground"),
-            Body("particle", bar(R, (1, 0, 0), radius=0.005), particle(m, (R, 0, 0))),
+            mq.Body("ground"),
+            mq.Body("particle", mq.bar(R, (1, 0, 0), radius=0.005), mq.particle(m, (R, 0, 0))),
         ),
-        joints=(Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
-        coordinates=Coordinates(
-            ("x",), {"theta": acos(coordinate("x") / R)}, limits={"x": (-R, R)}
+        joints=(mq.Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
+        coordinates=mq.Coordinates(
+            ("x",), {"theta": mq.acos(mq.coordinate("x") / R)}, limits={"x": (-R, R)}
         ),
         parameters=(m, R, g),
         gravity=(0, 0, -g),
     )
 
 
-def around(s: Values) -> dict[str, float]:
+def around(s: facts.Values) -> dict[str, float]:
     """Return the motion that starts at x = 0.8 R with theta' = 1."""
     theta = arccos(0.8) + s.t
     return {"x": s.R * cos(theta), "x'": -s.R * sin(theta)}
@@ -51,23 +43,19 @@ def around(s: Values) -> dict[str, float]:
 SYSTEM = System(
     title="Particle on a horizontal circle, by its abscissa",
     source="Fundamentals of Dynamics, ch. 1, Figure 1.1",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the particle"),
-        Parameter("R", 1.0, "m", "radius of the circle"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, R, g),
     build=build,
     start={"x": 0.8},
     start_velocity={"x": -0.6},
     duration=2.4,
     tags=("chapter", "particle", "planar", "chart"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "x'' = -x x'² / (R² - x²)", lambda s: [-s.x * s["x'"] ** 2 / (s.R**2 - s.x**2)]
         ),
-        MassMatrix("M = m R² / (R² - x²)", lambda s: [[s.m * s.R**2 / (s.R**2 - s.x**2)]]),
-        Conserved("theta' = -x' / sqrt(R² - x²)", lambda s: -s["x'"] / sqrt(s.R**2 - s.x**2)),
-        Solution(
+        facts.MassMatrix("M = m R² / (R² - x²)", lambda s: [[s.m * s.R**2 / (s.R**2 - s.x**2)]]),
+        facts.Conserved("theta' = -x' / sqrt(R² - x²)", lambda s: -s["x'"] / sqrt(s.R**2 - s.x**2)),
+        facts.Solution(
             "x = R cos(theta0 + theta' t), the same motion as by the angle",
             lambda s: {"x": 0.8 * s.R, "x'": -0.6 * s.R},
             around,

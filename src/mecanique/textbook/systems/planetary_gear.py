@@ -11,87 +11,60 @@ turned against the arm by (sun - arm) rs/rp the other way, the ring by (sun - ar
 from numpy import array, cos, pi, sin
 from numpy.linalg import solve
 
-from mecanique.model import (
-    Body,
-    Box,
-    Coordinates,
-    Cylinder,
-    Gear,
-    JointForce,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    Shape,
-    Visual,
-    coordinate,
-)
+from mecanique import model as mq
 from mecanique.model.bodies.visuals import Rgba
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    GuideForce,
-    KineticEnergy,
-    MassMatrix,
-    Number,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
 
-QUARTER = 1.5707963267948966
 ACROSS = (0.0, -1.0, 0.0)
 ORANGE = (0.9, 0.6, 0.0, 1.0)
 BLUE, GREEN, PALE = (0.0, 0.38, 0.63, 1.0), (0.0, 0.52, 0.42, 1.0), (0.72, 0.76, 0.8, 1.0)
 
 
-def build(
-    rs: Parameter,
-    Js: Parameter,
-    Ja: Parameter,
-    Jr: Parameter,
-    m: Parameter,
-    rp: Parameter,
-    Jp: Parameter,
-    alpha: Parameter,
-    D: Parameter,
-    B: Parameter,
-    g: Parameter,
-) -> Mechanism:
+rs = mq.Parameter("rs", 0.1, "m", "pitch radius of the sun")
+Js = mq.Parameter("Js", 0.004, "kg·m²", "moment of inertia of the sun")
+Ja = mq.Parameter("Ja", 0.01, "kg·m²", "moment of inertia of the arm")
+Jr = mq.Parameter("Jr", 0.06, "kg·m²", "moment of inertia of the ring")
+m = mq.Parameter("m", 0.5, "kg", "mass of the planet")
+rp = mq.Parameter("rp", 0.06, "m", "pitch radius of the planet")
+Jp = mq.Parameter("Jp", 0.001, "kg·m²", "moment of inertia of the planet")
+alpha = mq.Parameter("alpha", pi / 9, "rad", "pressure angle")
+D = mq.Parameter("D", 0.05, "N·m", "moment that drives the sun")
+B = mq.Parameter("B", 0.03, "N·m", "moment on the ring")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
+
+
+def build() -> mq.Mechanism:
     """Return the four wheels, the sun driven and the ring braked."""
-    sun, arm = coordinate("sun"), coordinate("arm")
+    sun, arm = mq.coordinate("sun"), mq.coordinate("arm")
     ring = rs + 2 * rp
-    bar = Visual(Box((0.03, 0.02, rs + rp)), Placement((0, -0.06, (rs + rp) / 2)), ORANGE)
-    band = Visual(Cylinder(1.1 * ring, 0.02), Placement((0, 0.03, 0), (QUARTER, 0, 0)), PALE)
-    return Mechanism(
+    bar = mq.Visual(mq.Box((0.03, 0.02, rs + rp)), mq.Placement((0, -0.06, (rs + rp) / 2)), ORANGE)
+    band = mq.Visual(
+        mq.Cylinder(1.1 * ring, 0.02), mq.Placement((0, 0.03, 0), (pi / 2, 0, 0)), PALE
+    )
+    return mq.Mechanism(
         name="planetary_gear",
         bodies=(
-            Body("ground"),
-            Body("sun", wheel(0, rs, Js, BLUE)),
-            Body("arm", Shape(0, (0, 0, 0), (Ja, Ja, Ja, 0, 0, 0), (bar,))),
-            Body("planet", wheel(m, rp, Jp, GREEN)),
-            Body("ring", Shape(0, (0, 0, 0), (Jr / 2, Jr, Jr / 2, 0, 0, 0), (band,))),
+            mq.Body("ground"),
+            mq.Body("sun", wheel(0, rs, Js, BLUE)),
+            mq.Body("arm", mq.Shape(0, (0, 0, 0), (Ja, Ja, Ja, 0, 0, 0), (bar,))),
+            mq.Body("planet", wheel(m, rp, Jp, GREEN)),
+            mq.Body("ring", mq.Shape(0, (0, 0, 0), (Jr / 2, Jr, Jr / 2, 0, 0, 0), (band,))),
         ),
         joints=(
-            Revolute("sun_axle", "ground", "sun", coordinate="sun", axis=ACROSS),
-            Revolute("arm_axle", "ground", "arm", coordinate="arm", axis=ACROSS),
-            Revolute(
-                "planet_pin",
-                "arm",
-                "planet",
-                origin=Placement((0, 0, rs + rp)),
-                coordinate="planet",
-                axis=ACROSS,
-            ),
-            Revolute("ring_axle", "ground", "ring", coordinate="ring", axis=ACROSS),
+            hinge("sun_axle", "ground", "sun", "sun"),
+            hinge("arm_axle", "ground", "arm", "arm"),
+            hinge("planet_pin", "arm", "planet", "planet", at=(0, 0, rs + rp)),
+            hinge("ring_axle", "ground", "ring", "ring"),
         ),
-        forces=(JointForce("drive", "sun_axle", D), JointForce("brake", "ring_axle", B)),
-        coordinates=Coordinates(
+        forces=(mq.JointForce("drive", "sun_axle", D), mq.JointForce("brake", "ring_axle", B)),
+        coordinates=mq.Coordinates(
             ("sun", "arm"),
             {"planet": -(sun - arm) * rs / rp, "ring": arm - (sun - arm) * rs / ring},
         ),
         elements=(
-            Gear("inner", "sun_axle", "planet_pin", rs, other_radius=rp, pressure_angle=alpha),
-            Gear(
+            mq.Gear("inner", "sun_axle", "planet_pin", rs, other_radius=rp, pressure_angle=alpha),
+            mq.Gear(
                 "outer",
                 "ring_axle",
                 "planet_pin",
@@ -106,49 +79,51 @@ def build(
     )
 
 
-def wheel(mass: Parameter | int, r: Parameter, inertia: Parameter, color: Rgba) -> Shape:
+def wheel(
+    mass: mq.Parameter | int, r: mq.Parameter, inertia: mq.Parameter, color: Rgba
+) -> mq.Shape:
     """Return a wheel with a mark."""
-    rim = Visual(Cylinder(r, 0.04), Placement(rpy=(QUARTER, 0, 0)), color)
-    mark = Visual(Box((0.1 * r, 0.06, 1.4 * r)), rgba=ORANGE)
-    return Shape(mass, (0, 0, 0), (inertia / 2, inertia, inertia / 2, 0, 0, 0), (rim, mark))
+    rim = mq.Visual(mq.Cylinder(r, 0.04), mq.Placement(rpy=(pi / 2, 0, 0)), color)
+    mark = mq.Visual(mq.Box((0.1 * r, 0.06, 1.4 * r)), rgba=ORANGE)
+    return mq.Shape(mass, (0, 0, 0), (inertia / 2, inertia, inertia / 2, 0, 0, 0), (rim, mark))
 
 
-def turns(s: Values) -> Number:
+def turns(s: facts.Values) -> facts.Number:
     """Return how sun, arm, planet and ring turn with sun and arm, shape (4, 2)."""
     p, k = s.rs / s.rp, s.rs / (s.rs + 2 * s.rp)
     return array([[1, 0], [0, 1], [-p, 1 + p], [-k, 1 + k]])
 
 
-def mass_matrix(s: Values) -> Number:
+def mass_matrix(s: facts.Values) -> facts.Number:
     """Return the sum of all moments of inertia, each as its wheel turns, shape (2, 2)."""
     moments = array([s.Js, s.Ja + s.m * (s.rs + s.rp) ** 2, s.Jp, s.Jr])
     return turns(s).T @ (moments[:, None] * turns(s))
 
 
-def accelerations(s: Values) -> Number:
+def accelerations(s: facts.Values) -> facts.Number:
     """Return sun'' and arm''."""
     weight = s.m * s.g * (s.rs + s.rp) * sin(s.arm)
     return solve(mass_matrix(s), turns(s).T @ array([s.D, 0, 0, s.B]) + array([0, weight]))
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return the kinetic energy [J]."""
     rates = array([s["sun'"], s["arm'"]])
     return rates @ mass_matrix(s) @ rates / 2
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V, less the work of the drives [J]."""
     work = array([s.D, 0, 0, s.B]) @ turns(s) @ array([s.sun, s.arm])
     return kinetic(s) + s.m * s.g * (s.rs + s.rp) * cos(s.arm) - work
 
 
-def inner(s: Values) -> Number:
+def inner(s: facts.Values) -> facts.Number:
     """Return the force of the sun on the planet, which the sun's balance demands [N]."""
     return (s.D - s.Js * accelerations(s)[0]) / (s.rs * cos(s.alpha))
 
 
-def outer(s: Values) -> Number:
+def outer(s: facts.Values) -> facts.Number:
     """Return the force of the ring on the planet, which the ring's balance demands [N]."""
     ring = (turns(s) @ accelerations(s))[3]
     return (s.B - s.Jr * ring) / ((s.rs + 2 * s.rp) * cos(s.alpha))
@@ -158,35 +133,27 @@ SYSTEM = System(
     title="Planetary gear with two inputs",
     source="R. Willis, Principles of Mechanism, 1841; J. J. Uicker, G. R. Pennock & J. E. Shigley, "
     "Theory of Machines and Mechanisms, 2003, ch. 9",
-    parameters=(
-        Parameter("rs", 0.1, "m", "pitch radius of the sun"),
-        Parameter("Js", 0.004, "kg·m²", "moment of inertia of the sun"),
-        Parameter("Ja", 0.01, "kg·m²", "moment of inertia of the arm"),
-        Parameter("Jr", 0.06, "kg·m²", "moment of inertia of the ring"),
-        Parameter("m", 0.5, "kg", "mass of the planet"),
-        Parameter("rp", 0.06, "m", "pitch radius of the planet"),
-        Parameter("Jp", 0.001, "kg·m²", "moment of inertia of the planet"),
-        Parameter("alpha", pi / 9, "rad", "pressure angle"),
-        Parameter("D", 0.05, "N·m", "moment that drives the sun"),
-        Parameter("B", 0.03, "N·m", "moment on the ring"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(rs, Js, Ja, Jr, m, rp, Jp, alpha, D, B, g),
     build=build,
     start={},
     duration=5.0,
     tags=("planar", "gear", "drive", "linear", "mimic"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "M (sun'', arm'') = D and B as sun and ring turn, and m g (rs + rp) sin(arm) on arm",
             accelerations,
         ),
-        MassMatrix("M = sum of J c c^T, c the turns of a wheel with sun and arm", mass_matrix),
-        KineticEnergy("T = (sun', arm') M (sun', arm')/2", kinetic),
-        GuideForce("the sun pushes the planet with (D - Js sun'')/(rs cos(alpha))", "inner", inner),
-        GuideForce(
+        facts.MassMatrix(
+            "M = sum of J c c^T, c the turns of a wheel with sun and arm", mass_matrix
+        ),
+        facts.KineticEnergy("T = (sun', arm') M (sun', arm')/2", kinetic),
+        facts.GuideForce(
+            "the sun pushes the planet with (D - Js sun'')/(rs cos(alpha))", "inner", inner
+        ),
+        facts.GuideForce(
             "the ring pushes it with (B - Jr ring'')/((rs + 2 rp) cos(alpha))", "outer", outer
         ),
-        Conserved(
+        facts.Conserved(
             "the energy T + m g (rs + rp) cos(arm), less the work D sun + B ring of the drives",
             energy,
         ),

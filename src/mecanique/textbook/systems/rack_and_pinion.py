@@ -9,93 +9,57 @@ wheel and the rack as well.
 
 from numpy import cos, pi, sqrt, tan
 
-from mecanique.model import (
-    Body,
-    Box,
-    Coordinates,
-    JointForce,
-    JointSpring,
-    Mechanism,
-    Parameter,
-    Placement,
-    Prismatic,
-    Rack,
-    Revolute,
-    Visual,
-    box,
-    coordinate,
-    disk,
-    massless,
-)
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    Frequencies,
-    GuideForce,
-    MassMatrix,
-    Number,
-    Period,
-    Reaction,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge, slide
 
-QUARTER = 1.5707963267948966
+m = mq.Parameter("m", 1.2, "kg", "mass of the pinion")
+r = mq.Parameter("r", 0.1, "m", "pitch radius of the pinion")
+M = mq.Parameter("M", 3.0, "kg", "mass of the rack")
+k = mq.Parameter("k", 60.0, "N/m", "stiffness of the spring")
+D = mq.Parameter("D", 1.5, "N·m", "moment that drives the pinion")
+alpha = mq.Parameter("alpha", pi / 9, "rad", "pressure angle")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m: Parameter,
-    r: Parameter,
-    M: Parameter,
-    k: Parameter,
-    D: Parameter,
-    alpha: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the pinion above the rack."""
-    mark = massless(Visual(Box((0.2 * r, 0.06, 1.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
-    return Mechanism(
+    mark = mq.massless(mq.Visual(mq.Box((0.2 * r, 0.06, 1.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
+    return mq.Mechanism(
         name="rack_and_pinion",
         bodies=(
-            Body("ground"),
-            Body("pinion", disk(m, r, 0.05).at(rpy=(QUARTER, 0, 0)), mark),
-            Body("rack", box(M, (8 * r, 0.05, 0.4 * r)).at((0, 0, -0.37 * r))),
+            mq.Body("ground"),
+            mq.Body("pinion", mq.disk(m, r, 0.05).at(rpy=(pi / 2, 0, 0)), mark),
+            mq.Body("rack", mq.box(M, (8 * r, 0.05, 0.4 * r)).at((0, 0, -0.37 * r))),
         ),
         joints=(
-            Revolute("axle", "ground", "pinion", axis=(0, -1, 0), coordinate="turn"),
-            Prismatic(
-                "slide",
-                "ground",
-                "rack",
-                axis=(1, 0, 0),
-                origin=Placement((0, 0, -r)),
-                coordinate="x",
-            ),
+            hinge("axle", "ground", "pinion", "turn"),
+            slide("slide", "ground", "rack", "x", at=(0, 0, -r), axis=(1, 0, 0)),
         ),
-        forces=(JointForce("drive", "axle", D), JointSpring("spring", "slide", k)),
-        coordinates=Coordinates(("x",), {"turn": coordinate("x") / r}),
-        elements=(Rack("teeth", "axle", "slide", r, pressure_angle=alpha),),
+        forces=(mq.JointForce("drive", "axle", D), mq.JointSpring("spring", "slide", k)),
+        coordinates=mq.Coordinates(("x",), {"turn": mq.coordinate("x") / r}),
+        elements=(mq.Rack("teeth", "axle", "slide", r, pressure_angle=alpha),),
         parameters=(m, r, M, k, D, alpha, g),
         gravity=(0, 0, -g),
     )
 
 
-def inertia(s: Values) -> Number:
+def inertia(s: facts.Values) -> facts.Number:
     """Return the mass that the drive has to move [kg]."""
     return s.M + s.m / 2
 
 
-def pull(s: Values) -> Number:
+def pull(s: facts.Values) -> facts.Number:
     """Return the acceleration of the rack [m/s²]."""
     return (s.D / s.r - s.k * s.x) / inertia(s)
 
 
-def push(s: Values) -> Number:
+def push(s: facts.Values) -> facts.Number:
     """Return the force of the teeth along the rack [N]."""
     return s.M * pull(s) + s.k * s.x
 
 
-def rate(s: Values) -> float:
+def rate(s: facts.Values) -> float:
     """Return the natural frequency [rad/s]."""
     return float(sqrt(s.k / inertia(s)))
 
@@ -104,38 +68,30 @@ SYSTEM = System(
     title="Rack and pinion",
     source="line of action and pressure angle as in J. J. Uicker, G. R. Pennock & J. E. Shigley, "
     "Theory of Machines and Mechanisms, 2003, ch. 7",
-    parameters=(
-        Parameter("m", 1.2, "kg", "mass of the pinion"),
-        Parameter("r", 0.1, "m", "pitch radius of the pinion"),
-        Parameter("M", 3.0, "kg", "mass of the rack"),
-        Parameter("k", 60.0, "N/m", "stiffness of the spring"),
-        Parameter("D", 1.5, "N·m", "moment that drives the pinion"),
-        Parameter("alpha", pi / 9, "rad", "pressure angle"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, r, M, k, D, alpha, g),
     build=build,
     start={},
     duration=6.0,
     tags=("planar", "gear", "drive", "spring", "linear", "mimic"),
     facts=(
-        Acceleration("(M + m/2) x'' = D/r - k x", lambda s: [pull(s)]),
-        MassMatrix("M + m/2", lambda s: [[inertia(s)]]),
-        Frequencies("ω = sqrt(k/(M + m/2))", lambda s: [rate(s)]),
-        GuideForce(
+        facts.Acceleration("(M + m/2) x'' = D/r - k x", lambda s: [pull(s)]),
+        facts.MassMatrix("M + m/2", lambda s: [[inertia(s)]]),
+        facts.Frequencies("ω = sqrt(k/(M + m/2))", lambda s: [rate(s)]),
+        facts.GuideForce(
             "the teeth push with (M x'' + k x)/cos(alpha)",
             "teeth",
             lambda s: push(s) / cos(s.alpha),
         ),
-        Reaction(
+        facts.Reaction(
             "the slide carries the rack and what parts them, |M x'' + k x| tan(alpha)",
             "slide",
             lambda s: [0.0, 0.0, s.M * s.g + abs(push(s)) * tan(s.alpha)],
         ),
-        Conserved(
+        facts.Conserved(
             "the energy (M + m/2) x'^2/2 + k x^2/2 - D x/r",
             lambda s: inertia(s) * s["x'"] ** 2 / 2 + s.k * s.x**2 / 2 - s.D * s.x / s.r,
         ),
-        Period(
+        facts.Period(
             "from rest it swings about D/(r k), T = 2 π sqrt((M + m/2)/k)",
             {},
             lambda s: 2 * pi / rate(s),

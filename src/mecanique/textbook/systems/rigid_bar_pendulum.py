@@ -7,30 +7,27 @@ positive towards +x.
 
 from numpy import cos, sin, sqrt
 
-from mecanique.model import Body, Mechanism, Parameter, Revolute, rod
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    KineticEnergy,
-    Period,
-    Reaction,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the rod")
+l = mq.Parameter("l", 1.0, "m", "length of the rod")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the pendulum."""
-    return Mechanism(
+    return mq.Mechanism(
         name="rigid_bar_pendulum",
-        bodies=(Body("ground"), Body("rod", rod(m, l))),
-        joints=(Revolute("pin", "ground", "rod", axis=(0, -1, 0), coordinate="q"),),
+        bodies=(mq.Body("ground"), mq.Body("rod", mq.rod(m, l))),
+        joints=(hinge("pin", "ground", "rod", "q"),),
         parameters=(m, l, g),
         gravity=(0, 0, -g),
     )
 
 
-def reaction(s: Values) -> tuple[float, float, float]:
+def reaction(s: facts.Values) -> tuple[float, float, float]:
     """Return the pin's force on the rod in world axes: R_n and R_t of eqs. 1.23 and 1.24."""
     qdd = -3 * s.g / (2 * s.l) * sin(s.q)
     Rn = s.m * s.g * cos(s.q) + s.m * s.l * s["q'"] ** 2 / 2
@@ -38,7 +35,7 @@ def reaction(s: Values) -> tuple[float, float, float]:
     return Rt * cos(s.q) - Rn * sin(s.q), 0.0, Rt * sin(s.q) + Rn * cos(s.q)
 
 
-def period(s: Values) -> float:
+def period(s: facts.Values) -> float:
     """Return the period at amplitude 2 rad, by the complete elliptic integral K."""
     from scipy.special import ellipk
 
@@ -48,25 +45,23 @@ def period(s: Values) -> float:
 SYSTEM = System(
     title="Homogeneous rod, pinned at one end, under gravity",
     source="Fundamentals of Dynamics, ch. 1, Figure 1.4, eqs. 1.14-1.26",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the rod"),
-        Parameter("l", 1.0, "m", "length of the rod"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, l, g),
     build=build,
     start={"q": 2.0},
     tags=("chapter", "pendulum", "planar"),
     facts=(
-        Acceleration("q'' = -3 g sin(q) / (2 l)", lambda s: [-3 * s.g / (2 * s.l) * sin(s.q)]),
-        KineticEnergy("T = m l² q'² / 6", lambda s: s.m * s.l**2 * s["q'"] ** 2 / 6),
-        Conserved(
+        facts.Acceleration(
+            "q'' = -3 g sin(q) / (2 l)", lambda s: [-3 * s.g / (2 * s.l) * sin(s.q)]
+        ),
+        facts.KineticEnergy("T = m l² q'² / 6", lambda s: s.m * s.l**2 * s["q'"] ** 2 / 6),
+        facts.Conserved(
             "the energy m l² q'² / 6 - m g l cos(q) / 2",
             lambda s: s.m * s.l**2 * s["q'"] ** 2 / 6 - s.m * s.g * s.l * cos(s.q) / 2,
         ),
-        Reaction(
+        facts.Reaction(
             "R_n = m g cos(q) + m l q'² / 2 and R_t = m g sin(q) + m l q'' / 2", "pin", reaction
         ),
-        Period(
+        facts.Period(
             "swings of amplitude A last 4 sqrt(2 l / (3 g)) K(k), k = sin(A/2)", {"q": 2.0}, period
         ),
     ),

@@ -9,59 +9,45 @@ only three velocities are independent. The chart ends where the coin lies flat.
 
 from numpy import cos, pi, sin, tan
 
-from mecanique.model import (
-    Body,
-    Box,
-    Coordinates,
-    Mechanism,
-    Parameter,
-    Rolling,
-    Visual,
-    disk,
-    massless,
-)
-from mecanique.textbook.charts import carriers, hinges, slides
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    KineticEnergy,
-    Number,
-    Solution,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import carriers, hinges, slides
 
-QUARTER = 1.5707963267948966
 LEAN, TURN = 0.3, 1.2
 """Of the steady circle [rad, rad/s]."""
 
 
-def build(m: Parameter, r: Parameter, g: Parameter) -> Mechanism:
+m = mq.Parameter("m", 1.3, "kg", "mass of the coin")
+r = mq.Parameter("r", 0.5, "m", "radius of the coin")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
+
+
+def build() -> mq.Mechanism:
     """Return the coin, led by three slides and three hinges."""
-    floor = Visual(Box((12 * r, 12 * r, 0.02 * r)), rgba=(0.85, 0.85, 0.85, 1.0))
-    mark = massless(Visual(Box((0.2 * r, 0.08 * r, 1.6 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
+    floor = mq.Visual(mq.Box((12 * r, 12 * r, 0.02 * r)), rgba=(0.85, 0.85, 0.85, 1.0))
+    mark = mq.massless(mq.Visual(mq.Box((0.2 * r, 0.08 * r, 1.6 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
     chart = (
         *slides("center"),
         *hinges(
             "center", "fork", "coin", names=("turn", "tilt", "axle"), angles=("yaw", "lean", "spin")
         ),
     )
-    return Mechanism(
+    return mq.Mechanism(
         name="rolling_coin",
         bodies=(
-            Body("ground", massless(floor)),
+            mq.Body("ground", mq.massless(floor)),
             *carriers(chart),
-            Body("coin", disk(m, r, 0.05 * r).at(rpy=(QUARTER, 0, 0)), mark),
+            mq.Body("coin", mq.disk(m, r, 0.05 * r).at(rpy=(pi / 2, 0, 0)), mark),
         ),
         joints=chart,
-        coordinates=Coordinates((), limits={"lean": (-pi / 2, pi / 2)}),
-        contacts=(Rolling("rim", "coin", r),),
+        coordinates=mq.Coordinates((), limits={"lean": (-pi / 2, pi / 2)}),
+        contacts=(mq.Rolling("rim", "coin", r),),
         parameters=(m, r, g),
         gravity=(0, 0, -g),
     )
 
 
-def angular(s: Values) -> tuple[float, float, float]:
+def angular(s: facts.Values) -> tuple[float, float, float]:
     """Return yaw'', lean'' and spin'' by Euler's equations about the contact."""
     w, n, k = s["yaw'"], s["spin'"], s["lean'"]
     sine, cosine = sin(s.lean), cos(s.lean)
@@ -72,7 +58,7 @@ def angular(s: Values) -> tuple[float, float, float]:
     )
 
 
-def accelerations(s: Values) -> list[float]:
+def accelerations(s: facts.Values) -> list[float]:
     """Return all accelerations; those of the center follow from rolling."""
     w, n, k = s["yaw'"], s["spin'"], s["lean'"]
     turn, tilt, roll = angular(s)
@@ -91,7 +77,7 @@ def accelerations(s: Values) -> list[float]:
     ]
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return ½ m v² and that of the turns: m r²/4 about a diameter, m r²/2 about the axis [J]."""
     w, n, k = s["yaw'"], s["spin'"], s["lean'"]
     speed = s["x'"] ** 2 + s["y'"] ** 2 + s["z'"] ** 2
@@ -99,13 +85,13 @@ def kinetic(s: Values) -> Number:
     return s.m * (speed / 2 + s.r**2 * turns / 8)
 
 
-def circle(s: Values) -> float:
+def circle(s: facts.Values) -> float:
     """Return the spin' with which the coin keeps its lean on a circle [rad/s]."""
     push = 4 * s.g * sin(LEAN) / (5 * s.r) + sin(LEAN) * cos(LEAN) * TURN**2
     return float(-5 * push / (6 * cos(LEAN) * TURN))
 
 
-def start(s: Values) -> dict[str, float]:
+def start(s: facts.Values) -> dict[str, float]:
     """Return a state of the steady circle."""
     speed = s.r * (circle(s) + TURN * sin(LEAN))
     return {
@@ -121,24 +107,22 @@ SYSTEM = System(
     title="Coin that rolls on level ground",
     source="P. Appell, Rend. Circ. Mat. Palermo 14 (1900) 1; Neimark & Fufaev, Dynamics of "
     "Nonholonomic Systems, 1972, ch. II",
-    parameters=(
-        Parameter("m", 1.3, "kg", "mass of the coin"),
-        Parameter("r", 0.5, "m", "radius of the coin"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, r, g),
     build=build,
     start={"lean": 0.2, "z": 0.5 * float(cos(0.2))},
     start_velocity={"yaw": 0.5, "spin": -5.0},
     duration=8.0,
     tags=("spatial", "rolling", "nonholonomic", "contact"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "lean'' = 4 g sin(lean)/(5 r) + cos(lean) (yaw'^2 sin(lean) + 6/5 yaw' spin')",
             accelerations,
         ),
-        KineticEnergy("T = m v^2/2 + m r^2 (lean'^2 + yaw'^2 cos(lean)^2 + 2 n^2)/8", kinetic),
-        Conserved("the energy T + m g z", lambda s: kinetic(s) + s.m * s.g * s.z),
-        Solution(
+        facts.KineticEnergy(
+            "T = m v^2/2 + m r^2 (lean'^2 + yaw'^2 cos(lean)^2 + 2 n^2)/8", kinetic
+        ),
+        facts.Conserved("the energy T + m g z", lambda s: kinetic(s) + s.m * s.g * s.z),
+        facts.Solution(
             "a steady circle: 4 g tan(lean)/(5 r) + yaw'^2 sin(lean) + 6/5 yaw' spin' = 0",
             start,
             lambda s: {

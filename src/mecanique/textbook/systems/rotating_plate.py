@@ -8,39 +8,37 @@ positive towards y, zero where the stiffness is relaxed.
 
 from numpy import cos, sin, sqrt
 
-from mecanique.model import Body, JointSpring, Mechanism, Parameter, Revolute, plate
-from mecanique.textbook.facts import (
-    Acceleration,
-    Frequencies,
-    KineticEnergy,
-    Number,
-    Reaction,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 2.0e4, "kg", "mass of the plate")
+a = mq.Parameter("a", 8.0, "m", "side along the plate's x axis")
+b = mq.Parameter("b", 6.0, "m", "side along the plate's y axis")
+k = mq.Parameter("k", 3.0e7, "N·m/rad", "torsional stiffness")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, a: Parameter, b: Parameter, k: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the plate."""
-    return Mechanism(
+    return mq.Mechanism(
         name="rotating_plate",
         bodies=(
-            Body("ground"),
-            Body("plate", plate(m, (a, b), thickness=0.2).at((a / 2, b / 2, 0))),
+            mq.Body("ground"),
+            mq.Body("plate", mq.plate(m, (a, b), thickness=0.2).at((a / 2, b / 2, 0))),
         ),
-        joints=(Revolute("corner", "ground", "plate", axis=(0, 0, 1), coordinate="theta"),),
-        forces=(JointSpring("columns", "corner", k),),
+        joints=(mq.Revolute("corner", "ground", "plate", axis=(0, 0, 1), coordinate="theta"),),
+        forces=(mq.JointSpring("columns", "corner", k),),
         parameters=(m, a, b, k, g),
         gravity=(0, 0, -g),
     )
 
 
-def inertia(s: Values) -> Number:
+def inertia(s: facts.Values) -> facts.Number:
     """Return the moment of inertia about the corner, by the parallel-axis theorem."""
     return s.m * (s.a**2 + s.b**2) / 3
 
 
-def support(s: Values) -> tuple[float, float, float]:
+def support(s: facts.Values) -> tuple[float, float, float]:
     """Return mass times acceleration of the center, and the weight."""
     alpha, w2 = -s.k * s.theta / inertia(s), s["theta'"] ** 2
     x, y = (
@@ -53,24 +51,18 @@ def support(s: Values) -> tuple[float, float, float]:
 SYSTEM = System(
     title="Floor plate turning about a corner on a torsional spring",
     source="Fundamentals of Dynamics, ch. 1, eqs. 1.31-1.33",
-    parameters=(
-        Parameter("m", 2.0e4, "kg", "mass of the plate"),
-        Parameter("a", 8.0, "m", "side along the plate's x axis"),
-        Parameter("b", 6.0, "m", "side along the plate's y axis"),
-        Parameter("k", 3.0e7, "N·m/rad", "torsional stiffness"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, a, b, k, g),
     build=build,
     start={"theta": 0.3},
     duration=5.0,
     tags=("chapter", "planar", "spring", "linear", "structure"),
     facts=(
-        KineticEnergy(
+        facts.KineticEnergy(
             "T = I_o theta'² / 2, I_o = m (a² + b²) / 3",
             lambda s: inertia(s) * s["theta'"] ** 2 / 2,
         ),
-        Acceleration("I_o theta'' + k theta = 0", lambda s: [-s.k * s.theta / inertia(s)]),
-        Frequencies("ω = sqrt(k / I_o)", lambda s: [sqrt(s.k / inertia(s))]),
-        Reaction("the axis bears m a_G and the weight", "corner", support),
+        facts.Acceleration("I_o theta'' + k theta = 0", lambda s: [-s.k * s.theta / inertia(s)]),
+        facts.Frequencies("ω = sqrt(k / I_o)", lambda s: [sqrt(s.k / inertia(s))]),
+        facts.Reaction("the axis bears m a_G and the weight", "corner", support),
     ),
 )

@@ -7,80 +7,58 @@ spindle; gravity g acts on both. The generalized coordinate theta is the angle t
 turned since its lower end was at the height H. All contacts are frictionless.
 """
 
-from mecanique.model import (
-    Body,
-    Coordinates,
-    Helical,
-    JointForce,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    bar,
-    box,
-    coordinate,
-    disk,
-)
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    KineticEnergy,
-    MassMatrix,
-    Number,
-    Reaction,
-    Solution,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
 
 DOWN, UP = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
 
 
-def build(
-    m: Parameter,
-    R: Parameter,
-    M: Parameter,
-    l: Parameter,
-    p: Parameter,
-    H: Parameter,
-    D: Parameter,
-    g: Parameter,
-) -> Mechanism:
+m = mq.Parameter("m", 60.0, "kg", "mass of the flywheel")
+R = mq.Parameter("R", 0.4, "m", "radius of the flywheel")
+M = mq.Parameter("M", 80.0, "kg", "mass of the ram")
+l = mq.Parameter("l", 0.6, "m", "length of the spindle")
+p = mq.Parameter("p", 0.012, "m/rad", "pitch: advance of the spindle per radian")
+H = mq.Parameter("H", 0.5, "m", "height of the spindle's lower end at theta = 0")
+D = mq.Parameter("D", 30.0, "N·m", "moment that drives the spindle")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
+
+
+def build() -> mq.Mechanism:
     """Return the spindle with its flywheel, and the ram."""
-    theta = coordinate("theta")
-    spindle = bar(l, UP, radius=0.03), disk(m, R, thickness=0.05).at((0, 0, l))
-    return Mechanism(
+    theta = mq.coordinate("theta")
+    spindle = mq.bar(l, UP, radius=0.03), mq.disk(m, R, thickness=0.05).at((0, 0, l))
+    return mq.Mechanism(
         name="screw_press",
         bodies=(
-            Body("ground"),
-            Body("spindle", *spindle),
-            Body("ram", box(M, (0.3, 0.3, 0.2)).at((0, 0, -0.1))),
+            mq.Body("ground"),
+            mq.Body("spindle", *spindle),
+            mq.Body("ram", mq.box(M, (0.3, 0.3, 0.2)).at((0, 0, -0.1))),
         ),
         joints=(
-            Helical(
+            mq.Helical(
                 "thread",
                 "ground",
                 "spindle",
                 axis=DOWN,
                 pitch=p,
-                origin=Placement((0, 0, H)),
+                origin=mq.Placement((0, 0, H)),
                 coordinate="theta",
             ),
-            Revolute("bearing", "spindle", "ram", axis=DOWN, coordinate="slip"),
+            mq.Revolute("bearing", "spindle", "ram", axis=DOWN, coordinate="slip"),
         ),
-        forces=(JointForce("drive", "thread", D),),
-        coordinates=Coordinates(("theta",), {"slip": -theta}),
+        forces=(mq.JointForce("drive", "thread", D),),
+        coordinates=mq.Coordinates(("theta",), {"slip": -theta}),
         parameters=(m, R, M, l, p, H, D, g),
         gravity=(0, 0, -g),
     )
 
 
-def inertia(s: Values) -> Number:
+def inertia(s: facts.Values) -> facts.Number:
     """Return the inertia the moment accelerates: the flywheel's, and that of all that descends."""
     return s.m * s.R**2 / 2 + (s.m + s.M) * s.p**2
 
 
-def spin(s: Values) -> Number:
+def spin(s: facts.Values) -> facts.Number:
     """Return the angular acceleration."""
     return (s.D + (s.m + s.M) * s.g * s.p) / inertia(s)
 
@@ -88,47 +66,38 @@ def spin(s: Values) -> Number:
 SYSTEM = System(
     title="Screw press with a flywheel",
     source="pitch and screw after Ball, A Treatise on the Theory of Screws, 1900, ch. I",
-    parameters=(
-        Parameter("m", 60.0, "kg", "mass of the flywheel"),
-        Parameter("R", 0.4, "m", "radius of the flywheel"),
-        Parameter("M", 80.0, "kg", "mass of the ram"),
-        Parameter("l", 0.6, "m", "length of the spindle"),
-        Parameter("p", 0.012, "m/rad", "pitch: advance of the spindle per radian"),
-        Parameter("H", 0.5, "m", "height of the spindle's lower end at theta = 0"),
-        Parameter("D", 30.0, "N·m", "moment that drives the spindle"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, R, M, l, p, H, D, g),
     build=build,
     start={},
     duration=2.0,
     tags=("screw", "drive", "linear", "mimic"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "(m R² / 2 + (m + M) p²) theta'' = D + (m + M) g p",
             lambda s: [spin(s)],
         ),
-        MassMatrix("m R² / 2 + (m + M) p²", lambda s: [[inertia(s)]]),
-        KineticEnergy(
+        facts.MassMatrix("m R² / 2 + (m + M) p²", lambda s: [[inertia(s)]]),
+        facts.KineticEnergy(
             "T = (m R² / 2 + (m + M) p²) theta'² / 2",
             lambda s: inertia(s) * s["theta'"] ** 2 / 2,
         ),
-        Solution(
+        facts.Solution(
             "from rest, theta = theta'' t² / 2",
             {},
             lambda s: {"theta": spin(s) * s.t**2 / 2, "theta'": spin(s) * s.t},
             until=lambda s: 1.5,
         ),
-        Reaction(
+        facts.Reaction(
             "the thread holds spindle and ram up with (m + M) (g - p theta'')",
             "thread",
             lambda s: [0, 0, (s.m + s.M) * (s.g - s.p * spin(s))],
         ),
-        Reaction(
+        facts.Reaction(
             "the spindle holds the ram up with M (g - p theta'')",
             "bearing",
             lambda s: [0, 0, s.M * (s.g - s.p * spin(s))],
         ),
-        Conserved(
+        facts.Conserved(
             "the energy T - (m + M) g p theta, less the work D theta of the drive",
             lambda s: inertia(s) * s["theta'"] ** 2 / 2 - ((s.m + s.M) * s.g * s.p + s.D) * s.theta,
         ),

@@ -7,36 +7,40 @@ towards +x.
 
 from numpy import arcsin, cos, sin, sqrt
 
-from mecanique.model import Body, Mechanism, Parameter, Revolute, bar, particle
-from mecanique.textbook.facts import Acceleration, Period, Reaction, Solution, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
+l = mq.Parameter("l", 1.0, "m", "length of the rod")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the pendulum."""
-    return Mechanism(
+    return mq.Mechanism(
         name="simple_pendulum",
-        bodies=(Body("ground"), Body("bob", bar(l), particle(m, (0, 0, -l)))),
-        joints=(Revolute("pin", "ground", "bob", axis=(0, -1, 0), coordinate="q"),),
+        bodies=(mq.Body("ground"), mq.Body("bob", mq.bar(l), mq.particle(m, (0, 0, -l)))),
+        joints=(hinge("pin", "ground", "bob", "q"),),
         parameters=(m, l, g),
         gravity=(0, 0, -g),
     )
 
 
-def tension(s: Values) -> tuple[float, float, float]:
+def tension(s: facts.Values) -> tuple[float, float, float]:
     """Return the pin's force on the rod: the tension along it, nothing across."""
     S = s.m * s.g * cos(s.q) + s.m * s.l * s["q'"] ** 2
     return -S * sin(s.q), 0.0, S * cos(s.q)
 
 
-def period(s: Values) -> float:
+def period(s: facts.Values) -> float:
     """Return the period at amplitude 2.5 rad, by the complete elliptic integral K."""
     from scipy.special import ellipk
 
     return float(4 * sqrt(s.l / s.g) * ellipk(sin(1.25) ** 2))
 
 
-def swing(s: Values) -> dict[str, float]:
+def swing(s: facts.Values) -> dict[str, float]:
     """Return the motion of amplitude 2.5 rad, lowest at t = 0, by Jacobi's elliptic functions."""
     from scipy.special import ellipj
 
@@ -49,19 +53,17 @@ SYSTEM = System(
     title="Particle on a massless rod, pinned, under gravity",
     source="Landau & Lifshitz, Mechanics, 3rd ed., sect. 11, problem 1; Whittaker, "
     "Analytical Dynamics, sect. 44",
-    parameters=(
-        Parameter("m", 1.0, "kg", "mass of the particle"),
-        Parameter("l", 1.0, "m", "length of the rod"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, l, g),
     build=build,
     start={"q": 2.5},
     tags=("pendulum", "planar"),
     facts=(
-        Acceleration("q'' = -g sin(q) / l", lambda s: [-s.g / s.l * sin(s.q)]),
-        Reaction("the rod pulls with m g cos(q) + m l q'²", "pin", tension),
-        Period("swings of amplitude A last 4 sqrt(l / g) K(k), k = sin(A/2)", {"q": 2.5}, period),
-        Solution(
+        facts.Acceleration("q'' = -g sin(q) / l", lambda s: [-s.g / s.l * sin(s.q)]),
+        facts.Reaction("the rod pulls with m g cos(q) + m l q'²", "pin", tension),
+        facts.Period(
+            "swings of amplitude A last 4 sqrt(l / g) K(k), k = sin(A/2)", {"q": 2.5}, period
+        ),
+        facts.Solution(
             "sin(q/2) = k sn(sqrt(g/l) t, k), from the lowest point",
             lambda s: {"q'": 2 * sin(1.25) * sqrt(s.g / s.l)},
             swing,

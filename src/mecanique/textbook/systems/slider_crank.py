@@ -10,46 +10,39 @@ theta alone carries the motion.
 
 from numpy import cos, sin
 
-from mecanique.model import (
-    Body,
-    Loop,
-    Mechanism,
-    Parameter,
-    Placement,
-    Prismatic,
-    Revolute,
-    bar,
-    box,
-    rod,
-)
-from mecanique.textbook.facts import Acceleration, Conserved, KineticEnergy, Number, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+r = mq.Parameter("r", 0.5, "m", "length of the crank")
+l = mq.Parameter("l", 1.2, "m", "length of the connecting rod")
+m1 = mq.Parameter("m1", 2.0, "kg", "mass of the crank")
+m2 = mq.Parameter("m2", 1.0, "kg", "mass of the slider")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(r: Parameter, l: Parameter, m1: Parameter, m2: Parameter, g: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the mechanism."""
-    return Mechanism(
+    return mq.Mechanism(
         name="slider_crank",
         bodies=(
-            Body("ground"),
-            Body("crank", rod(m1, r, (1, 0, 0))),
-            Body("rod", bar(l, (1, 0, 0))),
-            Body("slider", box(m2, (0.2, 0.1, 0.1))),
+            mq.Body("ground"),
+            mq.Body("crank", mq.rod(m1, r, (1, 0, 0))),
+            mq.Body("rod", mq.bar(l, (1, 0, 0))),
+            mq.Body("slider", mq.box(m2, (0.2, 0.1, 0.1))),
         ),
         joints=(
-            Revolute("O", "ground", "crank", axis=(0, -1, 0), coordinate="theta"),
-            Revolute(
-                "A", "crank", "rod", axis=(0, -1, 0), origin=Placement((r, 0, 0)), coordinate="beta"
-            ),
-            Prismatic("guide", "ground", "slider", axis=(1, 0, 0), coordinate="x"),
+            hinge("O", "ground", "crank", "theta"),
+            hinge("A", "crank", "rod", "beta", at=(r, 0, 0)),
+            mq.Prismatic("guide", "ground", "slider", axis=(1, 0, 0), coordinate="x"),
         ),
-        loops=(Loop.pin("B", "rod", (l, 0, 0), "slider", (0, 0, 0)),),
+        loops=(mq.Loop.pin("B", "rod", (l, 0, 0), "slider", (0, 0, 0)),),
         parameters=(r, l, m1, m2, g),
         gravity=(0, 0, -g),
     )
 
 
-def acceleration(s: Values) -> Number:
+def acceleration(s: facts.Values) -> facts.Number:
     """Return theta'', beta'', x''.
 
     (m1 r²/3 + m2 X²) theta'' + m2 X X' theta'² = -m1 g r cos(theta) / 2 gives theta'';
@@ -66,7 +59,7 @@ def acceleration(s: Values) -> Number:
     return [turn, whole - turn, X * turn + slope * w**2]
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return T."""
     return (s.m1 * s.r**2 * s["theta'"] ** 2 / 3 + s.m2 * s["x'"] ** 2) / 2
 
@@ -75,26 +68,20 @@ SYSTEM = System(
     title="Crank, massless connecting rod and slider",
     source="Eksergian, J. Franklin Inst. 209 (1930) 21; Meriam & Kraige, Dynamics, "
     "sect. 5/6 (kinematics)",
-    parameters=(
-        Parameter("r", 0.5, "m", "length of the crank"),
-        Parameter("l", 1.2, "m", "length of the connecting rod"),
-        Parameter("m1", 2.0, "kg", "mass of the crank"),
-        Parameter("m2", 1.0, "kg", "mass of the slider"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(r, l, m1, m2, g),
     build=build,
     start={"theta": 0.7, "beta": -0.97, "x": 1.54},
     tags=("linkage", "planar", "loop", "massless", "engine"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "Eksergian's equation with x(theta) of the loop, on both branches", acceleration
         ),
-        KineticEnergy("T = m1 r² theta'² / 6 + m2 x'² / 2", kinetic),
-        Conserved(
+        facts.KineticEnergy("T = m1 r² theta'² / 6 + m2 x'² / 2", kinetic),
+        facts.Conserved(
             "the loop: (x - r cos theta)² + r² sin² theta = l²",
             lambda s: s.x**2 - 2 * s.r * s.x * cos(s.theta),
         ),
-        Conserved(
+        facts.Conserved(
             "the energy T + m1 g r sin(theta) / 2",
             lambda s: kinetic(s) + s.m1 * s.g * s.r * sin(s.theta) / 2,
         ),

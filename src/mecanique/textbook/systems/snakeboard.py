@@ -10,96 +10,70 @@ velocity.
 
 from numpy import array, cos, sin
 
-from mecanique.model import (
-    Blade,
-    Body,
-    Box,
-    Coordinates,
-    Mechanism,
-    Parameter,
-    Placement,
-    Planar,
-    Revolute,
-    Shape,
-    Visual,
-    time,
-)
-from mecanique.model import cos as cosine
-from mecanique.model import sin as sine
-from mecanique.textbook.facts import Acceleration, KineticEnergy, Number, Reaction, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
 
 ORANGE = (0.9, 0.6, 0.0, 1.0)
 
 
-def build(
-    m: Parameter,
-    J: Parameter,
-    Ja: Parameter,
-    Jw: Parameter,
-    l: Parameter,
-    A: Parameter,
-    B: Parameter,
-    W: Parameter,
-) -> Mechanism:
+m = mq.Parameter("m", 6.0, "kg", "mass of the board with its rider")
+J = mq.Parameter("J", 0.12, "kg·m²", "moment of inertia of the board with its rider")
+Ja = mq.Parameter("Ja", 0.07, "kg·m²", "moment of inertia of the arms")
+Jw = mq.Parameter("Jw", 0.01, "kg·m²", "moment of inertia of an axle with its wheels")
+l = mq.Parameter("l", 0.2, "m", "distance of the axles from the center")
+A = mq.Parameter("A", 0.8, "rad", "swing of the arms")
+B = mq.Parameter("B", 0.4, "rad", "turn of the axles")
+W = mq.Parameter("W", 3.0, "rad/s", "rate of both")
+
+
+def build() -> mq.Mechanism:
     """Return the board, the arms and both axles, which turn as the rider wants."""
-    deck = Visual(Box((2.3 * l, 0.4 * l, 0.06 * l)), Placement((0, 0, 0.3 * l)))
-    swung = Visual(Box((0.15 * l, 1.6 * l, 0.15 * l)), Placement((0, 0, 1.2 * l)), ORANGE)
-    return Mechanism(
+    deck = mq.Visual(mq.Box((2.3 * l, 0.4 * l, 0.06 * l)), mq.Placement((0, 0, 0.3 * l)))
+    swung = mq.Visual(mq.Box((0.15 * l, 1.6 * l, 0.15 * l)), mq.Placement((0, 0, 1.2 * l)), ORANGE)
+    return mq.Mechanism(
         name="snakeboard",
         bodies=(
-            Body("ground"),
-            Body("board", Shape(m, (0, 0, 0), (J / 2, J / 2, J, 0, 0, 0), (deck,))),
-            Body("arms", Shape(0, (0, 0, 0), (Ja, Ja, Ja, 0, 0, 0), (swung,))),
-            Body("front", axle(Jw, l)),
-            Body("back", axle(Jw, l)),
+            mq.Body("ground"),
+            mq.Body("board", mq.Shape(m, (0, 0, 0), (J / 2, J / 2, J, 0, 0, 0), (deck,))),
+            mq.Body("arms", mq.Shape(0, (0, 0, 0), (Ja, Ja, Ja, 0, 0, 0), (swung,))),
+            mq.Body("front", axle(Jw, l)),
+            mq.Body("back", axle(Jw, l)),
         ),
         joints=(
-            Planar("plane", "ground", "board", names=("x", "y", "theta")),
-            Revolute("waist", "board", "arms", axis=(0, 0, 1), coordinate="psi"),
-            Revolute(
-                "front_pivot",
-                "board",
-                "front",
-                axis=(0, 0, 1),
-                origin=Placement((l, 0, 0)),
-                coordinate="phi",
-            ),
-            Revolute(
-                "back_pivot",
-                "board",
-                "back",
-                axis=(0, 0, 1),
-                origin=Placement((-l, 0, 0)),
-                coordinate="phi_back",
-            ),
+            mq.Planar("plane", "ground", "board", names=("x", "y", "theta")),
+            mq.Revolute("waist", "board", "arms", axis=(0, 0, 1), coordinate="psi"),
+            hinge("front_pivot", "board", "front", "phi", at=(l, 0, 0), axis=(0, 0, 1)),
+            hinge("back_pivot", "board", "back", "phi_back", at=(-l, 0, 0), axis=(0, 0, 1)),
         ),
-        coordinates=Coordinates(
+        coordinates=mq.Coordinates(
             (),
             {
-                "psi": A * sine(W * time()),
-                "phi": B * cosine(W * time()),
-                "phi_back": -B * cosine(W * time()),
+                "psi": A * mq.sin(W * mq.time()),
+                "phi": B * mq.cos(W * mq.time()),
+                "phi_back": -B * mq.cos(W * mq.time()),
             },
         ),
-        contacts=(Blade("front_wheels", "front"), Blade("back_wheels", "back")),
+        contacts=(mq.Blade("front_wheels", "front"), mq.Blade("back_wheels", "back")),
         parameters=(m, J, Ja, Jw, l, A, B, W),
         gravity=(0, 0, 0),
     )
 
 
-def axle(inertia: Parameter, l: Parameter) -> Shape:
+def axle(inertia: mq.Parameter, l: mq.Parameter) -> mq.Shape:
     """Return an axle with its two wheels."""
     wheels = [
-        Visual(Box((0.24 * l, 0.06 * l, 0.24 * l)), Placement((0, side * 0.25 * l, 0.12 * l)))
+        mq.Visual(
+            mq.Box((0.24 * l, 0.06 * l, 0.24 * l)), mq.Placement((0, side * 0.25 * l, 0.12 * l))
+        )
         for side in (1, -1)
     ]
-    shaft = Visual(Box((0.05 * l, 0.5 * l, 0.05 * l)), Placement((0, 0, 0.12 * l)), ORANGE)
+    shaft = mq.Visual(mq.Box((0.05 * l, 0.5 * l, 0.05 * l)), mq.Placement((0, 0, 0.12 * l)), ORANGE)
     half = inertia / 2
-    return Shape(0, (0, 0, 0), (half, half, inertia, 0, 0, 0), (shaft, *wheels))
+    return mq.Shape(0, (0, 0, 0), (half, half, inertia, 0, 0, 0), (shaft, *wheels))
 
 
-def ahead(s: Values) -> tuple[Number, Number]:
+def ahead(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     """Return the speed u of the board along itself and u'."""
     phi, rate = s.B * cos(s.W * s.t), -s.B * s.W * sin(s.W * s.t)
     swing = -s.A * s.W**2 * sin(s.W * s.t)
@@ -111,7 +85,7 @@ def ahead(s: Values) -> tuple[Number, Number]:
     return u, push / (s.m + inertia * sway**2)
 
 
-def accelerations(s: Values) -> list[Number]:
+def accelerations(s: facts.Values) -> list[facts.Number]:
     """Return x'', y'' and theta'' from u' and theta' = tan(phi) u/l."""
     phi, rate = s.B * cos(s.W * s.t), -s.B * s.W * sin(s.W * s.t)
     u, change = ahead(s)
@@ -123,7 +97,7 @@ def accelerations(s: Values) -> list[Number]:
     ]
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return m v²/2 and what turns [J]."""
     arms = s["theta'"] + s.A * s.W * cos(s.W * s.t)
     rate = -s.B * s.W * sin(s.W * s.t)
@@ -132,7 +106,7 @@ def kinetic(s: Values) -> Number:
     return (s.m * speed + s.J * s["theta'"] ** 2 + s.Ja * arms**2 + s.Jw * axles) / 2
 
 
-def front_force(s: Values) -> Number:
+def front_force(s: facts.Values) -> facts.Number:
     """Return the force on the front wheels, half of what bends the path and half of what turns."""
     phi = s.B * cos(s.W * s.t)
     u, _ = ahead(s)
@@ -147,30 +121,21 @@ SYSTEM = System(
     title="Snakeboard driven by its rider's arms",
     source="J. Ostrowski, A. Lewis, R. Murray & J. Burdick, IEEE Int. Conf. Robotics and "
     "Automation, 1994, 2391",
-    parameters=(
-        Parameter("m", 6.0, "kg", "mass of the board with its rider"),
-        Parameter("J", 0.12, "kg·m²", "moment of inertia of the board with its rider"),
-        Parameter("Ja", 0.07, "kg·m²", "moment of inertia of the arms"),
-        Parameter("Jw", 0.01, "kg·m²", "moment of inertia of an axle with its wheels"),
-        Parameter("l", 0.2, "m", "distance of the axles from the center"),
-        Parameter("A", 0.8, "rad", "swing of the arms"),
-        Parameter("B", 0.4, "rad", "turn of the axles"),
-        Parameter("W", 3.0, "rad/s", "rate of both"),
-    ),
+    parameters=(m, J, Ja, Jw, l, A, B, W),
     build=build,
     start={"x": 0.0},
     duration=12.0,
     tags=("planar", "rolling", "nonholonomic", "rheonomic", "locomotion"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "(m + I k^2) u' = -k (I u k' + Ja psi''), theta' = k u, with k = tan(phi)/l and "
             "I = J + Ja + 2 Jw",
             accelerations,
         ),
-        KineticEnergy(
+        facts.KineticEnergy(
             "T = m v^2/2 + J theta'^2/2 + Ja (theta' + psi')^2/2 + Jw (theta'^2 + phi'^2)", kinetic
         ),
-        Reaction(
+        facts.Reaction(
             "the front wheels bear (m u theta' + (I theta'' + Ja psi'')/l)/(2 cos(phi))",
             "front_wheels",
             front_force,

@@ -12,20 +12,9 @@ z here.
 
 from numpy import cos, hypot, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    JointForce,
-    Loop,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    Spring,
-    bar,
-)
-from mecanique.model.bodies.shape import Shape
-from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
 
 MASSES = (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498)
 INERTIAS = (2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5)
@@ -36,7 +25,12 @@ U, UA, UB = 4e-2, 1228e-5, 449e-5
 """The published numbers (kg, kg·m², m); y of the plane is z here."""
 
 
-def build(mom: Parameter, c0: Parameter, l0: Parameter) -> Mechanism:
+mom = mq.Parameter("mom", 0.033, "N·m", "torque of the drive on K1")
+c0 = mq.Parameter("c0", 4530.0, "N/m", "stiffness of the spring")
+l0 = mq.Parameter("l0", 0.07785, "m", "free length of the spring")
+
+
+def build() -> mq.Mechanism:
     """Return the squeezer."""
     centers = ((RA, 0), (-DA, 0), (SB, -SA), (0, EA - E), (TA, TB), (ZF - FA, 0), (-UB, -UA))
     arms = (
@@ -51,62 +45,57 @@ def build(mom: Parameter, c0: Parameter, l0: Parameter) -> Mechanism:
     bodies = []
     for k in range(7):
         piece = _piece(MASSES[k], INERTIAS[k], centers[k])
-        bodies.append(Body(f"K{k + 1}", piece, *(_arm(x, z) for x, z in arms[k])))
+        bodies.append(mq.Body(f"K{k + 1}", piece, *(_arm(x, z) for x, z in arms[k])))
 
-    def hinge(
-        name: str, parent: str, child: str, angle: str, x: float = 0.0, z: float = 0.0
-    ) -> Revolute:
-        return Revolute(
-            name, parent, child, axis=(0, -1, 0), origin=Placement((x, 0, z)), coordinate=angle
-        )
-
-    return Mechanism(
+    return mq.Mechanism(
         name="squeezer",
-        bodies=(Body("ground"), *bodies),
+        bodies=(mq.Body("ground"), *bodies),
         joints=(
             hinge("O", "ground", "K1", "beta"),
-            hinge("K1_K2", "K1", "K2", "theta", RR),
-            hinge("B", "ground", "K3", "gamma", XB, YB),
-            hinge("A5", "ground", "K5", "delta", XA, YA),
-            hinge("K5_K4", "K5", "K4", "phi", ZT),
-            hinge("A7", "ground", "K7", "epsilon", XA, YA),
-            hinge("K7_K6", "K7", "K6", "omega", 0.0, -U),
+            hinge("K1_K2", "K1", "K2", "theta", at=(RR, 0, 0)),
+            hinge("B", "ground", "K3", "gamma", at=(XB, 0, YB)),
+            hinge("A5", "ground", "K5", "delta", at=(XA, 0, YA)),
+            hinge("K5_K4", "K5", "K4", "phi", at=(ZT, 0, 0)),
+            hinge("A7", "ground", "K7", "epsilon", at=(XA, 0, YA)),
+            hinge("K7_K6", "K7", "K6", "omega", at=(0, 0, -U)),
         ),
         forces=(
-            Spring(
+            mq.Spring(
                 "spring", "ground", (XC, 0, YC), "K3", (SD, 0, -SC), stiffness=c0, free_length=l0
             ),
-            JointForce("drive", "O", mom),
+            mq.JointForce("drive", "O", mom),
         ),
         loops=(
-            Loop.pin("P3", "K3", (0, 0, -SS), "K2", (-D, 0, 0)),
-            Loop.pin("P4", "K4", (0, 0, -E), "K2", (-D, 0, 0)),
-            Loop.pin("P6", "K6", (ZF, 0, 0), "K2", (-D, 0, 0)),
+            mq.Loop.pin("P3", "K3", (0, 0, -SS), "K2", (-D, 0, 0)),
+            mq.Loop.pin("P4", "K4", (0, 0, -E), "K2", (-D, 0, 0)),
+            mq.Loop.pin("P6", "K6", (ZF, 0, 0), "K2", (-D, 0, 0)),
         ),
         parameters=(mom, c0, l0),
         gravity=(0, 0, 0),
     )
 
 
-def _piece(mass: float, inertia: float, center: tuple[float, float]) -> Shape:
+def _piece(mass: float, inertia: float, center: tuple[float, float]) -> mq.Shape:
     """Return a flat piece in the x-z plane; only its inertia about y is published and matters."""
-    return Shape(
+    return mq.Shape(
         mass, (center[0], 0.0, center[1]), (inertia / 2, inertia, inertia / 2, 0.0, 0.0, 0.0)
     )
 
 
-def _arm(x: float, z: float) -> Shape:
-    return bar(hypot(x, z), (x, 0, z), radius=0.002)
+def _arm(x: float, z: float) -> mq.Shape:
+    return mq.bar(hypot(x, z), (x, 0, z), radius=0.002)
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return T of the seven bodies, from the published positions of their centers."""
     angle = {
         name: s[name] for name in ("beta", "theta", "gamma", "phi", "delta", "omega", "epsilon")
     }
     rate = {name: s[f"{name}'"] for name in angle}
 
-    def turn(x: float, y: float, a: Number, w: Number) -> tuple[Number, Number]:
+    def turn(
+        x: float, y: float, a: facts.Number, w: facts.Number
+    ) -> tuple[facts.Number, facts.Number]:
         # velocity of the end of an arm that turns
         return -w * (x * sin(a) + y * cos(a)), w * (x * cos(a) - y * sin(a))
 
@@ -135,7 +124,7 @@ def kinetic(s: Values) -> Number:
     return total
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V of the spring - mom beta."""
     x = XB + SC * sin(s.gamma) + SD * cos(s.gamma) - XC
     y = YB + SD * sin(s.gamma) - SC * cos(s.gamma) - YC
@@ -146,11 +135,7 @@ SYSTEM = System(
     title="Seven-body squeezer of Andrews",
     source="Hairer & Wanner, Solving ODEs II, sect. VII.7; test set for IVP solvers (Bari), "
     "problem andrews",
-    parameters=(
-        Parameter("mom", 0.033, "N·m", "torque of the drive on K1"),
-        Parameter("c0", 4530.0, "N/m", "stiffness of the spring"),
-        Parameter("l0", 0.07785, "m", "free length of the spring"),
-    ),
+    parameters=(mom, c0, l0),
     build=build,
     start={
         "beta": -0.0617138900142764496,
@@ -164,7 +149,7 @@ SYSTEM = System(
     duration=0.03,
     tags=("linkage", "planar", "loop", "spring", "driven", "benchmark"),
     facts=(
-        KineticEnergy("T of seven bodies at the published positions", kinetic),
-        Conserved("T + c0 (length - l0)² / 2 - mom beta", energy),
+        facts.KineticEnergy("T of seven bodies at the published positions", kinetic),
+        facts.Conserved("T + c0 (length - l0)² / 2 - mom beta", energy),
     ),
 )

@@ -9,63 +9,45 @@ towards +x. For M = 3 m, and not otherwise, the motion has a second constant bes
 
 from numpy import cos, sin
 
-from mecanique.model import (
-    Body,
-    Coordinates,
-    Cord,
-    Mechanism,
-    Parameter,
-    Placement,
-    Prismatic,
-    Pulley,
-    Revolute,
-    box,
-    coordinate,
-    particle,
-)
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    GuideForce,
-    MassMatrix,
-    Number,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge, slide
 
 HERE = (0.0, 0.0, 0.0)
 
 
-def build(M: Parameter, m: Parameter, d: Parameter, h: Parameter, g: Parameter) -> Mechanism:
+M = mq.Parameter("M", 3.0, "kg", "mass of the counterweight")
+m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
+d = mq.Parameter("d", 0.6, "m", "distance of the pulleys")
+h = mq.Parameter("h", 2.0, "m", "depth of the counterweight below its pulley at r = 0")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
+
+
+def build() -> mq.Mechanism:
     """Return the counterweight and the particle on its turning cord."""
-    return Mechanism(
+    return mq.Mechanism(
         name="swinging_atwood_machine",
         bodies=(
-            Body("ground"),
-            Body("counterweight", box(M, (0.15, 0.15, 0.15))),
-            Body("cord"),
-            Body("bob", particle(m)),
+            mq.Body("ground"),
+            mq.Body("counterweight", mq.box(M, (0.15, 0.15, 0.15))),
+            mq.Body("cord"),
+            mq.Body("bob", mq.particle(m)),
         ),
         joints=(
-            Prismatic(
-                "lift",
-                "ground",
-                "counterweight",
-                axis=(0, 0, 1),
-                origin=Placement((-d, 0, -h)),
-                coordinate="up",
-            ),
-            Revolute("pulley", "ground", "cord", axis=(0, -1, 0), coordinate="theta"),
-            Prismatic("pay_out", "cord", "bob", axis=(0, 0, -1), coordinate="r"),
+            slide("lift", "ground", "counterweight", "up", at=(-d, 0, -h), axis=(0, 0, 1)),
+            hinge("pulley", "ground", "cord", "theta"),
+            mq.Prismatic("pay_out", "cord", "bob", axis=(0, 0, -1), coordinate="r"),
         ),
-        coordinates=Coordinates(("r", "theta"), {"up": coordinate("r")}, limits={"r": (0, h)}),
+        coordinates=mq.Coordinates(
+            ("r", "theta"), {"up": mq.coordinate("r")}, limits={"r": (0, h)}
+        ),
         elements=(
-            Cord(
+            mq.Cord(
                 "rope",
                 ("counterweight", HERE),
                 (
-                    Pulley("ground", center=(-d, 0, 0), grips=False),
-                    Pulley("ground", grips=False),
+                    mq.Pulley("ground", center=(-d, 0, 0), grips=False),
+                    mq.Pulley("ground", grips=False),
                 ),
                 ("bob", HERE),
             ),
@@ -75,7 +57,7 @@ def build(M: Parameter, m: Parameter, d: Parameter, h: Parameter, g: Parameter) 
     )
 
 
-def acceleration(s: Values) -> tuple[Number, Number]:
+def acceleration(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     """Return r'' and theta''."""
     return (
         (s.m * s.r * s["theta'"] ** 2 + s.g * (s.m * cos(s.theta) - s.M)) / (s.M + s.m),
@@ -83,13 +65,13 @@ def acceleration(s: Values) -> tuple[Number, Number]:
     )
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V."""
     T = ((s.M + s.m) * s["r'"] ** 2 + s.m * (s.r * s["theta'"]) ** 2) / 2
     return T + s.g * s.r * (s.M - s.m * cos(s.theta))
 
 
-def second(s: Values) -> Number:
+def second(s: facts.Values) -> facts.Number:
     """Return the second integral of the case M = 3 m, per m r (Tufillaro 1986)."""
     half, w = s.theta / 2, s.r * s["theta'"]
     return (
@@ -102,31 +84,27 @@ SYSTEM = System(
     title="Counterweight and a swinging particle on one cord",
     source="Tufillaro, Abbott & Griffiths, Am. J. Phys. 52 (1984) 895; Tufillaro, "
     "Am. J. Phys. 54 (1986) 142",
-    parameters=(
-        Parameter("M", 3.0, "kg", "mass of the counterweight"),
-        Parameter("m", 1.0, "kg", "mass of the particle"),
-        Parameter("d", 0.6, "m", "distance of the pulleys"),
-        Parameter("h", 2.0, "m", "depth of the counterweight below its pulley at r = 0"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(M, m, d, h, g),
     build=build,
     start={"r": 1.0, "theta": 1.5},
     duration=10.0,
     tags=("pulley", "pendulum", "planar", "chaos", "mimic"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "(M + m) r'' = m r theta'² + g (m cos(theta) - M), "
             "r theta'' = -g sin(theta) - 2 r' theta'",
             acceleration,
         ),
-        MassMatrix("M = diag(M + m, m r²)", lambda s: [[s.M + s.m, 0], [0, s.m * s.r**2]]),
-        GuideForce(
+        facts.MassMatrix("M = diag(M + m, m r²)", lambda s: [[s.M + s.m, 0], [0, s.m * s.r**2]]),
+        facts.GuideForce(
             "the cord pulls with M (g + r'')",
             "rope",
             lambda s: s.M * (s.g + acceleration(s)[0]),
         ),
-        Conserved("the energy ((M + m) r'² + m r² theta'²) / 2 + g r (M - m cos(theta))", energy),
-        Conserved(
+        facts.Conserved(
+            "the energy ((M + m) r'² + m r² theta'²) / 2 + g r (M - m cos(theta))", energy
+        ),
+        facts.Conserved(
             "if M = 3 m, r² theta' (r' cos(theta/2) - r theta' sin(theta/2) / 2) "
             "+ g r² sin(theta/2) cos²(theta/2)",
             second,

@@ -8,40 +8,44 @@ that of the intermediate moment of inertia, it turns over again and again.
 
 import numpy as np
 
-from mecanique.model import Body, Mechanism, Parameter, Spherical, box
-from mecanique.textbook.facts import Acceleration, Conserved, Number, Solution, Steady, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+
+m = mq.Parameter("m", 0.5, "kg", "mass of the box")
+a = mq.Parameter("a", 0.3, "m", "edge along x")
+b = mq.Parameter("b", 0.2, "m", "edge along y")
+c = mq.Parameter("c", 0.04, "m", "edge along z")
 
 
-def build(m: Parameter, a: Parameter, b: Parameter, c: Parameter) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the box."""
-    return Mechanism(
+    return mq.Mechanism(
         name="tennis_racket",
-        bodies=(Body("ground"), Body("box", box(m, (a, b, c)))),
-        joints=(Spherical("center", "ground", "box", names=("qx", "qy", "qz", "qw")),),
+        bodies=(mq.Body("ground"), mq.Body("box", mq.box(m, (a, b, c)))),
+        joints=(mq.Spherical("center", "ground", "box", names=("qx", "qy", "qz", "qw")),),
         parameters=(m, a, b, c),
         gravity=(0, 0, 0),
     )
 
 
-def inertia(s: Values) -> Number:
+def inertia(s: facts.Values) -> facts.Number:
     """Return the principal moments of inertia, shape (3,); they increase from x to z."""
     return s.m / 12 * np.array([s.b**2 + s.c**2, s.a**2 + s.c**2, s.a**2 + s.b**2])
 
 
-def turning(s: Values) -> Number:
+def turning(s: facts.Values) -> facts.Number:
     """Return the angular velocity in the body's axes, shape (3,)."""
     return np.array([s[f"center_w{axis}"] for axis in "xyz"])
 
 
-def constants(s: Values) -> Number:
+def constants(s: facts.Values) -> facts.Number:
     """Return the energy and the angular momentum in world axes."""
     w, r = turning(s), np.array([s.qx, s.qy, s.qz])
     L = inertia(s) * w
     return np.array([w @ L / 2, *(L + 2 * s.qw * np.cross(r, L) + 2 * np.cross(r, np.cross(r, L)))])
 
 
-def euler(s: Values) -> dict[str, float]:
+def euler(s: facts.Values) -> dict[str, float]:
     """Return ω from (1, 0, 2) at t = 0 by Jacobi's functions (Landau & Lifshitz, eq. 37.10)."""
     from scipy.special import ellipj
 
@@ -60,28 +64,23 @@ SYSTEM = System(
     title="Box that spins freely and turns over: the tennis racket",
     source="Landau & Lifshitz, Mechanics, sect. 37; Ashbaugh, Chicone & Cushman, "
     "J. Dyn. Diff. Eq. 3 (1991) 67",
-    parameters=(
-        Parameter("m", 0.5, "kg", "mass of the box"),
-        Parameter("a", 0.3, "m", "edge along x"),
-        Parameter("b", 0.2, "m", "edge along y"),
-        Parameter("c", 0.04, "m", "edge along z"),
-    ),
+    parameters=(m, a, b, c),
     build=build,
     start_velocity={"center_wx": 0.01, "center_wy": 6.0},
     duration=12.0,
     tags=("spatial", "free", "quaternion", "stability"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "I w' = (I w) × w in the body's axes",
             lambda s: np.cross(inertia(s) * turning(s), turning(s)) / inertia(s),
         ),
-        Conserved("the energy w·I w / 2 and the angular momentum R I w", constants),
-        Solution(
+        facts.Conserved("the energy w·I w / 2 and the angular momentum R I w", constants),
+        facts.Solution(
             "w = (w1 cn, w2 sn, w3 dn)(rate t, k), Jacobi's functions",
             {"center_wx": 1.0, "center_wz": 2.0},
             euler,
             until=lambda s: 5.0,
         ),
-        Steady("steady, but unstable, spin about the intermediate axis", {"center_wy": 6.0}),
+        facts.Steady("steady, but unstable, spin about the intermediate axis", {"center_wy": 6.0}),
     ),
 )

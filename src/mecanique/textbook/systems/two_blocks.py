@@ -9,69 +9,50 @@ away from the wall.
 
 import numpy as np
 
-from mecanique.model import (
-    Body,
-    Force,
-    Input,
-    Mechanism,
-    Parameter,
-    Placement,
-    Prismatic,
-    Spring,
-    box,
-    time,
-)
-from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, Solution, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import slide
+
+m1 = mq.Parameter("m1", 2.0, "kg", "mass of block 1")
+m2 = mq.Parameter("m2", 1.0, "kg", "mass of block 2")
+k1 = mq.Parameter("k1", 40.0, "N/m", "stiffness of the spring to the wall")
+k2 = mq.Parameter("k2", 20.0, "N/m", "stiffness of the spring between the blocks")
+a = mq.Parameter("a", 1.0, "m", "free length of each spring")
+F0 = mq.Parameter("F0", 1.0, "N", "amplitude of the force")
+W = mq.Parameter("W", 3.0, "rad/s", "angular frequency of the force")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m1: Parameter,
-    m2: Parameter,
-    k1: Parameter,
-    k2: Parameter,
-    a: Parameter,
-    F0: Parameter,
-    W: Parameter,
-    g: Parameter,
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the blocks."""
-    from sympy import cos
-
     size = (0.3, 0.3, 0.3)
-    return Mechanism(
+    return mq.Mechanism(
         name="two_blocks",
-        bodies=(Body("ground"), Body("block1", box(m1, size)), Body("block2", box(m2, size))),
+        bodies=(
+            mq.Body("ground"),
+            mq.Body("block1", mq.box(m1, size)),
+            mq.Body("block2", mq.box(m2, size)),
+        ),
         joints=(
-            Prismatic(
-                "slide1",
-                "ground",
-                "block1",
-                axis=(1, 0, 0),
-                origin=Placement((a, 0, 0)),
-                coordinate="q1",
-            ),
-            Prismatic(
-                "slide2",
-                "ground",
-                "block2",
-                axis=(1, 0, 0),
-                origin=Placement((2 * a, 0, 0)),
-                coordinate="q2",
-            ),
+            slide("slide1", "ground", "block1", "q1", at=(a, 0, 0), axis=(1, 0, 0)),
+            slide("slide2", "ground", "block2", "q2", at=(2 * a, 0, 0), axis=(1, 0, 0)),
         ),
         forces=(
-            Spring(
+            mq.Spring(
                 "spring1", "ground", (0, 0, 0), "block1", (0, 0, 0), stiffness=k1, free_length=a
             ),
-            Spring(
+            mq.Spring(
                 "spring2", "block1", (0, 0, 0), "block2", (0, 0, 0), stiffness=k2, free_length=a
             ),
-            Force(
+            mq.Force(
                 "load",
                 "block2",
                 (0, 0, 0),
-                force=(F := Input("F", F0 * cos(W * time()), "N", "force on block 2"), 0, 0),
+                force=(
+                    F := mq.Input("F", F0 * mq.cos(W * mq.time()), "N", "force on block 2"),
+                    0,
+                    0,
+                ),
             ),
         ),
         parameters=(m1, m2, k1, k2, a, F0, W, g),
@@ -80,20 +61,20 @@ def build(
     )
 
 
-def frequencies(s: Values) -> tuple[float, float]:
+def frequencies(s: facts.Values) -> tuple[float, float]:
     """Return both roots of ω⁴ m1 m2 - ω² (m1 k2 + m2 (k1 + k2)) + k1 k2 = 0."""
     b = s.m1 * s.k2 + s.m2 * (s.k1 + s.k2)
     root = np.sqrt(b**2 - 4 * s.m1 * s.m2 * s.k1 * s.k2)
     return np.sqrt((b - root) / (2 * s.m1 * s.m2)), np.sqrt((b + root) / (2 * s.m1 * s.m2))
 
 
-def amplitudes(s: Values) -> tuple[float, float]:
+def amplitudes(s: facts.Values) -> tuple[float, float]:
     """Return the amplitudes of the forced motion at the force's frequency, by Cramer's rule."""
     d1, d2 = s.k1 + s.k2 - s.m1 * s.W**2, s.k2 - s.m2 * s.W**2
     return s.k2 * s.F0 / (d1 * d2 - s.k2**2), d1 * s.F0 / (d1 * d2 - s.k2**2)
 
 
-def respond(s: Values) -> dict[str, float]:
+def respond(s: facts.Values) -> dict[str, float]:
     """Return the forced motion."""
     Q1, Q2 = amplitudes(s)
     return {"q1": Q1 * np.cos(s.W * s.t), "q2": Q2 * np.cos(s.W * s.t)}
@@ -102,29 +83,20 @@ def respond(s: Values) -> dict[str, float]:
 SYSTEM = System(
     title="Two blocks on a line, two springs and a force",
     source="Fundamentals of Dynamics, ch. 1, Example 1.1, Figure 1.8",
-    parameters=(
-        Parameter("m1", 2.0, "kg", "mass of block 1"),
-        Parameter("m2", 1.0, "kg", "mass of block 2"),
-        Parameter("k1", 40.0, "N/m", "stiffness of the spring to the wall"),
-        Parameter("k2", 20.0, "N/m", "stiffness of the spring between the blocks"),
-        Parameter("a", 1.0, "m", "free length of each spring"),
-        Parameter("F0", 1.0, "N", "amplitude of the force"),
-        Parameter("W", 3.0, "rad/s", "angular frequency of the force"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m1, m2, k1, k2, a, F0, W, g),
     build=build,
     start={"q1": 0.2, "q2": -0.1},
     tags=("chapter", "planar", "spring", "linear"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "m1 q1'' + (k1 + k2) q1 - k2 q2 = 0 and m2 q2'' - k2 q1 + k2 q2 = F0 cos(W t)",
             lambda s: [
                 (-(s.k1 + s.k2) * s.q1 + s.k2 * s.q2) / s.m1,
                 (s.k2 * s.q1 - s.k2 * s.q2 + s.F0 * np.cos(s.W * s.t)) / s.m2,
             ],
         ),
-        Frequencies("ω⁴ m1 m2 - ω² (m1 k2 + m2 (k1 + k2)) + k1 k2 = 0", frequencies),
-        Solution(
+        facts.Frequencies("ω⁴ m1 m2 - ω² (m1 k2 + m2 (k1 + k2)) + k1 k2 = 0", frequencies),
+        facts.Solution(
             "the forced motion is (Q1, Q2) cos(W t), Q1 = k2 F0 / D, "
             "Q2 = (k1 + k2 - m1 W²) F0 / D, D = det(K - W² M)",
             lambda s: dict(zip(("q1", "q2"), amplitudes(s), strict=True)),
@@ -132,7 +104,7 @@ SYSTEM = System(
             until=lambda s: 3.0,
             given={"W": 5.0},
         ),
-        Conserved(
+        facts.Conserved(
             "without the force, the energy (m1 q1'² + m2 q2'² + k1 q1² + k2 (q2 - q1)²) / 2",
             lambda s: (
                 (

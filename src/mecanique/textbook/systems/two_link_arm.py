@@ -9,49 +9,37 @@ the horizontal x axis, positive upwards, and q2 of the second link from the dire
 import numpy as np
 from numpy import cos, sin
 
-from mecanique.model import (
-    Body,
-    Input,
-    JointDamper,
-    JointForce,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    rod,
-)
-from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Number, Steady, Values
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import hinge
+
+m1 = mq.Parameter("m1", 3.0, "kg", "mass of the first link")
+m2 = mq.Parameter("m2", 2.0, "kg", "mass of the second link")
+l1 = mq.Parameter("l1", 0.5, "m", "length of the first link")
+l2 = mq.Parameter("l2", 0.4, "m", "length of the second link")
+b = mq.Parameter("b", 0.1, "N·m·s/rad", "damping of each bearing")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build(
-    m1: Parameter, m2: Parameter, l1: Parameter, l2: Parameter, b: Parameter, g: Parameter
-) -> Mechanism:
+def build() -> mq.Mechanism:
     """Return the arm."""
-    tau1, tau2 = (Input(f"tau{i}", 0.0, "N·m", f"torque of motor {i}") for i in (1, 2))
-    return Mechanism(
+    tau1, tau2 = (mq.Input(f"tau{i}", 0.0, "N·m", f"torque of motor {i}") for i in (1, 2))
+    return mq.Mechanism(
         name="two_link_arm",
         bodies=(
-            Body("ground"),
-            Body("link1", rod(m1, l1, (1, 0, 0))),
-            Body("link2", rod(m2, l2, (1, 0, 0))),
+            mq.Body("ground"),
+            mq.Body("link1", mq.rod(m1, l1, (1, 0, 0))),
+            mq.Body("link2", mq.rod(m2, l2, (1, 0, 0))),
         ),
         joints=(
-            Revolute("shoulder", "ground", "link1", axis=(0, -1, 0), coordinate="q1"),
-            Revolute(
-                "elbow",
-                "link1",
-                "link2",
-                axis=(0, -1, 0),
-                origin=Placement((l1, 0, 0)),
-                coordinate="q2",
-            ),
+            hinge("shoulder", "ground", "link1", "q1"),
+            hinge("elbow", "link1", "link2", "q2", at=(l1, 0, 0)),
         ),
         forces=(
-            JointForce("motor1", "shoulder", tau1),
-            JointForce("motor2", "elbow", tau2),
-            JointDamper("bearing1", "shoulder", b),
-            JointDamper("bearing2", "elbow", b),
+            mq.JointForce("motor1", "shoulder", tau1),
+            mq.JointForce("motor2", "elbow", tau2),
+            mq.JointDamper("bearing1", "shoulder", b),
+            mq.JointDamper("bearing2", "elbow", b),
         ),
         parameters=(m1, m2, l1, l2, b, g),
         inputs=(tau1, tau2),
@@ -59,13 +47,13 @@ def build(
     )
 
 
-def mass_matrix(s: Values) -> list[list[Number]]:
+def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
     """Return M (Spong, Hutchinson & Vidyasagar, eq. 6.90, for rods)."""
     own, cross = s.m2 * s.l2**2 / 3, s.m2 * s.l1 * s.l2 / 2 * cos(s.q2)
     return [[(s.m1 / 3 + s.m2) * s.l1**2 + own + 2 * cross, own + cross], [own + cross, own]]
 
 
-def acceleration(s: Values) -> Number:
+def acceleration(s: facts.Values) -> facts.Number:
     """Return q'' without torques."""
     u, v = s["q1'"], s["q2'"]
     bend = s.m2 * s.l1 * s.l2 / 2 * sin(s.q2)
@@ -75,7 +63,7 @@ def acceleration(s: Values) -> Number:
     return np.linalg.solve(mass_matrix(s), right)
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V, with V zero where both links are level."""
     (a, b), (_, d) = mass_matrix(s)
     u, v = s["q1'"], s["q2'"]
@@ -87,31 +75,24 @@ SYSTEM = System(
     title="Planar robot arm of two links in a vertical plane",
     source="Spong, Hutchinson & Vidyasagar, Robot Modeling and Control, sect. 6.4; Craig, "
     "Robotics, sect. 6.7",
-    parameters=(
-        Parameter("m1", 3.0, "kg", "mass of the first link"),
-        Parameter("m2", 2.0, "kg", "mass of the second link"),
-        Parameter("l1", 0.5, "m", "length of the first link"),
-        Parameter("l2", 0.4, "m", "length of the second link"),
-        Parameter("b", 0.1, "N·m·s/rad", "damping of each bearing"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m1, m2, l1, l2, b, g),
     build=build,
     start={"q1": 0.5, "q2": 0.5},
     duration=8.0,
     tags=("robot", "planar", "control", "damper"),
     facts=(
-        MassMatrix(
+        facts.MassMatrix(
             "M11 = (m1/3 + m2) l1² + m2 l2²/3 + m2 l1 l2 cos(q2), "
             "M12 = m2 l2²/3 + m2 l1 l2 cos(q2)/2, M22 = m2 l2²/3",
             mass_matrix,
         ),
-        Acceleration(
+        facts.Acceleration(
             "M q'' = (h (2 q1' q2' + q2'²) - G1 - b q1', -h q1'² - G2 - b q2'), "
             "h = m2 l1 l2 sin(q2) / 2, "
             "G2 = m2 g l2 cos(q1 + q2) / 2, G1 = (m1/2 + m2) g l1 cos(q1) + G2",
             acceleration,
         ),
-        Conserved("without damping, the energy", energy, given={"b": 0.0}),
-        Steady("hanging, q1 = -pi/2 and q2 = 0, is an equilibrium", {"q1": -np.pi / 2}),
+        facts.Conserved("without damping, the energy", energy, given={"b": 0.0}),
+        facts.Steady("hanging, q1 = -pi/2 and q2 = 0, is an equilibrium", {"q1": -np.pi / 2}),
     ),
 )

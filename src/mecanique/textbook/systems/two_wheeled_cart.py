@@ -12,106 +12,73 @@ they share that friction is undetermined.
 
 from numpy import cos, pi, sin, sqrt
 
-from mecanique.model import (
-    Body,
-    Box,
-    Coordinates,
-    Cylinder,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    Rolling,
-    Shape,
-    Visual,
-    massless,
-)
-from mecanique.textbook.charts import carriers, hinges, slides
-from mecanique.textbook.facts import (
-    Acceleration,
-    Conserved,
-    Eigenvalues,
-    KineticEnergy,
-    Number,
-    Values,
-)
-from mecanique.textbook.system import System
+from mecanique import model as mq
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import carriers, hinge, hinges, slides
 
-QUARTER = 1.5707963267948966
 ORANGE = (0.9, 0.6, 0.0, 1.0)
 
 
-def build(
-    m: Parameter,
-    h: Parameter,
-    I1: Parameter,
-    I2: Parameter,
-    I3: Parameter,
-    mw: Parameter,
-    r: Parameter,
-    b: Parameter,
-    Jw: Parameter,
-    Kw: Parameter,
-    g: Parameter,
-) -> Mechanism:
+m = mq.Parameter("m", 30.0, "kg", "mass of the load")
+h = mq.Parameter("h", 0.15, "m", "distance of its center of mass below the axle")
+I1 = mq.Parameter("I1", 1.1, "kg·m²", "moment of inertia of the load about the axis ahead")
+I2 = mq.Parameter("I2", 0.8, "kg·m²", "moment of inertia of the load about the axle")
+I3 = mq.Parameter("I3", 1.3, "kg·m²", "moment of inertia of the load about its axis up")
+mw = mq.Parameter("mw", 2.5, "kg", "mass of a wheel")
+r = mq.Parameter("r", 0.3, "m", "radius of the wheels")
+b = mq.Parameter("b", 0.35, "m", "distance of the wheels from the middle")
+Jw = mq.Parameter("Jw", 0.11, "kg·m²", "moment of inertia of a wheel about the axle")
+Kw = mq.Parameter("Kw", 0.06, "kg·m²", "moment of inertia of a wheel about a diameter")
+g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
+
+
+def build() -> mq.Mechanism:
     """Return the cart, the middle of its axle led by three slides."""
-    floor = Visual(Box((6 * r, 6 * r, 0.02)), Placement((0, 0, -0.01)), (0.85, 0.85, 0.85, 1.0))
-    box = Visual(Box((1.2 * r, 1.2 * b, 0.6 * r)), Placement((0, 0, -h)))
-    shaft = Visual(Cylinder(0.06 * r, 2 * b), Placement(rpy=(QUARTER, 0, 0)), ORANGE)
-    rim = Visual(Cylinder(r, 0.1 * r), Placement(rpy=(QUARTER, 0, 0)))
-    spoke = massless(Visual(Box((0.1 * r, 0.14 * r, 1.8 * r)), rgba=ORANGE))
-    wheel = Shape(mw, (0, 0, 0), (Kw, Jw, Kw, 0, 0, 0), (rim,))
+    floor = mq.Visual(
+        mq.Box((6 * r, 6 * r, 0.02)), mq.Placement((0, 0, -0.01)), (0.85, 0.85, 0.85, 1.0)
+    )
+    box = mq.Visual(mq.Box((1.2 * r, 1.2 * b, 0.6 * r)), mq.Placement((0, 0, -h)))
+    shaft = mq.Visual(mq.Cylinder(0.06 * r, 2 * b), mq.Placement(rpy=(pi / 2, 0, 0)), ORANGE)
+    rim = mq.Visual(mq.Cylinder(r, 0.1 * r), mq.Placement(rpy=(pi / 2, 0, 0)))
+    spoke = mq.massless(mq.Visual(mq.Box((0.1 * r, 0.14 * r, 1.8 * r)), rgba=ORANGE))
+    wheel = mq.Shape(mw, (0, 0, 0), (Kw, Jw, Kw, 0, 0, 0), (rim,))
     chart = (*slides("middle"), *hinges("middle", "axle", "load", names=("turn", "side", "swing")))
-    return Mechanism(
+    return mq.Mechanism(
         name="two_wheeled_cart",
         bodies=(
-            Body("ground", massless(floor)),
+            mq.Body("ground", mq.massless(floor)),
             *carriers(chart),
-            Body("load", Shape(m, (0, 0, -h), (I1, I2, I3, 0, 0, 0), (box, shaft))),
-            Body("left_wheel", wheel, spoke),
-            Body("right_wheel", wheel, spoke),
+            mq.Body("load", mq.Shape(m, (0, 0, -h), (I1, I2, I3, 0, 0, 0), (box, shaft))),
+            mq.Body("left_wheel", wheel, spoke),
+            mq.Body("right_wheel", wheel, spoke),
         ),
         joints=(
             *chart,
-            Revolute(
-                "left_hub",
-                "load",
-                "left_wheel",
-                axis=(0, 1, 0),
-                origin=Placement((0, b, 0)),
-                coordinate="left",
-            ),
-            Revolute(
-                "right_hub",
-                "load",
-                "right_wheel",
-                axis=(0, 1, 0),
-                origin=Placement((0, -b, 0)),
-                coordinate="right",
-            ),
+            hinge("left_hub", "load", "left_wheel", "left", at=(0, b, 0), axis=(0, 1, 0)),
+            hinge("right_hub", "load", "right_wheel", "right", at=(0, -b, 0), axis=(0, 1, 0)),
         ),
-        coordinates=Coordinates((), limits={"roll": (-pi / 2, pi / 2)}),
+        coordinates=mq.Coordinates((), limits={"roll": (-pi / 2, pi / 2)}),
         contacts=(
-            Rolling("left_contact", "left_wheel", r),
-            Rolling("right_contact", "right_wheel", r),
+            mq.Rolling("left_contact", "left_wheel", r),
+            mq.Rolling("right_contact", "right_wheel", r),
         ),
         parameters=(m, h, I1, I2, I3, mw, r, b, Jw, Kw, g),
         gravity=(0, 0, -g),
     )
 
 
-def speed(s: Values) -> Number:
+def speed(s: facts.Values) -> facts.Number:
     """Return the speed u ahead [m/s]."""
     return cos(s.yaw) * s["x'"] + sin(s.yaw) * s["y'"]
 
 
-def about_vertical(s: Values) -> Number:
+def about_vertical(s: facts.Values) -> facts.Number:
     """Return the moment of inertia about the vertical through the middle [kg·m²]."""
     load = s.I1 * sin(s.pitch) ** 2 + s.I3 * cos(s.pitch) ** 2 + s.m * (s.h * sin(s.pitch)) ** 2
     return load + 2 * (s.mw * s.b**2 + s.Kw + s.Jw * s.b**2 / s.r**2)
 
 
-def independent(s: Values) -> tuple[Number, Number, Number]:
+def independent(s: facts.Values) -> tuple[facts.Number, facts.Number, facts.Number]:
     """Return u', yaw'' and pitch'' by the balances of what moves ahead, turns and swings."""
     sine, cosine = sin(s.pitch), cos(s.pitch)
     u, w, k = speed(s), s["yaw'"], s["pitch'"]
@@ -125,7 +92,7 @@ def independent(s: Values) -> tuple[Number, Number, Number]:
     return (swinging * ahead + arm * about) / size, turn, (mass * about + arm * ahead) / size
 
 
-def accelerations(s: Values) -> list[Number]:
+def accelerations(s: facts.Values) -> list[facts.Number]:
     """Return all accelerations; those of place and wheels follow from rolling."""
     change, turn, swing = independent(s)
     across = speed(s) * s["yaw'"]
@@ -141,7 +108,7 @@ def accelerations(s: Values) -> list[Number]:
     ]
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return T + V, with the wheels' turns by rolling [J]."""
     u, w, k = speed(s), s["yaw'"], s["pitch'"]
     mass = s.m + 2 * s.mw + 2 * s.Jw / s.r**2
@@ -149,7 +116,7 @@ def energy(s: Values) -> Number:
     return kinetic - s.m * s.h * cos(s.pitch) * (u * k + s.g)
 
 
-def swinging(s: Values) -> list[complex]:
+def swinging(s: facts.Values) -> list[complex]:
     """Return the exponents of the swinging at rest."""
     mass = s.m + 2 * s.mw + 2 * s.Jw / s.r**2
     held = s.I2 + s.m * s.h**2 - (s.m * s.h) ** 2 / mass
@@ -161,36 +128,24 @@ SYSTEM = System(
     title="Cart on two wheels with a load that swings",
     source="Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972, ch. III; equations of what "
     "balances on two wheels",
-    parameters=(
-        Parameter("m", 30.0, "kg", "mass of the load"),
-        Parameter("h", 0.15, "m", "distance of its center of mass below the axle"),
-        Parameter("I1", 1.1, "kg·m²", "moment of inertia of the load about the axis ahead"),
-        Parameter("I2", 0.8, "kg·m²", "moment of inertia of the load about the axle"),
-        Parameter("I3", 1.3, "kg·m²", "moment of inertia of the load about its axis up"),
-        Parameter("mw", 2.5, "kg", "mass of a wheel"),
-        Parameter("r", 0.3, "m", "radius of the wheels"),
-        Parameter("b", 0.35, "m", "distance of the wheels from the middle"),
-        Parameter("Jw", 0.11, "kg·m²", "moment of inertia of a wheel about the axle"),
-        Parameter("Kw", 0.06, "kg·m²", "moment of inertia of a wheel about a diameter"),
-        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
-    ),
+    parameters=(m, h, I1, I2, I3, mw, r, b, Jw, Kw, g),
     build=build,
     start={"z": 0.3, "pitch": 0.8},
     start_velocity={"yaw": 1.0},
     duration=8.0,
     tags=("spatial", "rolling", "nonholonomic", "contact", "vehicle", "redundant"),
     facts=(
-        Acceleration(
+        facts.Acceleration(
             "M u' - m h cos(p) p'' = -m h sin(p) (p'^2 + w^2), (I2 + m h^2) p'' - m h cos(p) u' "
             "= (I1 - I3 + m h^2) sin(p) cos(p) w^2 - m g h sin(p), p = pitch, w = yaw'",
             accelerations,
         ),
-        KineticEnergy(
+        facts.KineticEnergy(
             "T = M u^2/2 + D w^2/2 + (I2 + m h^2) p'^2/2 - m h cos(p) u p'",
             lambda s: energy(s) + s.m * s.g * s.h * cos(s.pitch),
         ),
-        Conserved("the energy T - m g h cos(p)", energy),
-        Eigenvalues(
+        facts.Conserved("the energy T - m g h cos(p)", energy),
+        facts.Eigenvalues(
             "at rest it swings at ω² = m g h/(I2 + m h^2 - m^2 h^2/M), M = m + 2 mw + 2 Jw/r^2",
             swinging,
             at=lambda s: {"z": s.r},

@@ -20,31 +20,11 @@ from typing import TypeAlias
 from numpy import array, block, cos, cross, diag, eye, pi, real, sin, tan, zeros
 from numpy.linalg import eigvals, solve
 
-from mecanique.model import (
-    Body,
-    Box,
-    Coordinates,
-    Cylinder,
-    Mechanism,
-    Parameter,
-    Placement,
-    Revolute,
-    Rolling,
-    Shape,
-    Visual,
-    atan,
-    massless,
-    sqrt,
-)
-from mecanique.model import cos as cosine
-from mecanique.model import sin as sine
-from mecanique.model import tan as tangent
+from mecanique import model as mq
 from mecanique.model.expression import Scalar
-from mecanique.textbook.charts import about, carriers, hinges, slides
-from mecanique.textbook.facts import Conserved, Eigenvalues, KineticEnergy, Number, Solution, Values
-from mecanique.textbook.system import System
+from mecanique.textbook import System, facts
+from mecanique.textbook.joints import about, carriers, hinge, hinges, slides
 
-QUARTER = 1.5707963267948966
 BLUE = (0.0, 0.447, 0.698, 1.0)
 SPEED = 4.6
 """Of the upright ride, between the speeds of weave and capsize [m/s]."""
@@ -52,117 +32,129 @@ SPEED = 4.6
 EX, EY, EZ = eye(3)
 
 PARAMETERS = (
-    Parameter("w", 1.02, "m", "wheelbase"),
-    Parameter("c", 0.08, "m", "trail"),
-    Parameter("tilt", pi / 10, "rad", "angle of the steering axis from the vertical"),
-    Parameter("rR", 0.3, "m", "radius of the rear wheel"),
-    Parameter("mR", 2.0, "kg", "mass of the rear wheel"),
-    Parameter("IRxx", 0.0603, "kg·m²", "moment of inertia of the rear wheel about a diameter"),
-    Parameter("IRyy", 0.12, "kg·m²", "moment of inertia of the rear wheel about its hub"),
-    Parameter("xB", 0.3, "m", "distance of the frame's center of mass ahead of the rear contact"),
-    Parameter("zB", 0.9, "m", "height of the frame's center of mass"),
-    Parameter("mB", 85.0, "kg", "mass of the frame with its rider"),
-    Parameter("IBxx", 9.2, "kg·m²", "entry xx of the frame's tensor of inertia"),
-    Parameter("IByy", 11.0, "kg·m²", "entry yy of the frame's tensor of inertia"),
-    Parameter("IBzz", 2.8, "kg·m²", "entry zz of the frame's tensor of inertia"),
-    Parameter("IBxz", -2.4, "kg·m²", "entry xz of the frame's tensor of inertia"),
-    Parameter("xH", 0.9, "m", "distance of the fork's center of mass ahead of the rear contact"),
-    Parameter("zH", 0.7, "m", "height of the fork's center of mass"),
-    Parameter("mH", 4.0, "kg", "mass of the fork"),
-    Parameter("IHxx", 0.05892, "kg·m²", "entry xx of the fork's tensor of inertia"),
-    Parameter("IHyy", 0.06, "kg·m²", "entry yy of the fork's tensor of inertia"),
-    Parameter("IHzz", 0.00708, "kg·m²", "entry zz of the fork's tensor of inertia"),
-    Parameter("IHxz", 0.00756, "kg·m²", "entry xz of the fork's tensor of inertia"),
-    Parameter("rF", 0.35, "m", "radius of the front wheel"),
-    Parameter("mF", 3.0, "kg", "mass of the front wheel"),
-    Parameter("IFxx", 0.1405, "kg·m²", "moment of inertia of the front wheel about a diameter"),
-    Parameter("IFyy", 0.28, "kg·m²", "moment of inertia of the front wheel about its hub"),
-    Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    mq.Parameter("w", 1.02, "m", "wheelbase"),
+    mq.Parameter("c", 0.08, "m", "trail"),
+    mq.Parameter("tilt", pi / 10, "rad", "angle of the steering axis from the vertical"),
+    mq.Parameter("rR", 0.3, "m", "radius of the rear wheel"),
+    mq.Parameter("mR", 2.0, "kg", "mass of the rear wheel"),
+    mq.Parameter("IRxx", 0.0603, "kg·m²", "moment of inertia of the rear wheel about a diameter"),
+    mq.Parameter("IRyy", 0.12, "kg·m²", "moment of inertia of the rear wheel about its hub"),
+    mq.Parameter(
+        "xB", 0.3, "m", "distance of the frame's center of mass ahead of the rear contact"
+    ),
+    mq.Parameter("zB", 0.9, "m", "height of the frame's center of mass"),
+    mq.Parameter("mB", 85.0, "kg", "mass of the frame with its rider"),
+    mq.Parameter("IBxx", 9.2, "kg·m²", "entry xx of the frame's tensor of inertia"),
+    mq.Parameter("IByy", 11.0, "kg·m²", "entry yy of the frame's tensor of inertia"),
+    mq.Parameter("IBzz", 2.8, "kg·m²", "entry zz of the frame's tensor of inertia"),
+    mq.Parameter("IBxz", -2.4, "kg·m²", "entry xz of the frame's tensor of inertia"),
+    mq.Parameter("xH", 0.9, "m", "distance of the fork's center of mass ahead of the rear contact"),
+    mq.Parameter("zH", 0.7, "m", "height of the fork's center of mass"),
+    mq.Parameter("mH", 4.0, "kg", "mass of the fork"),
+    mq.Parameter("IHxx", 0.05892, "kg·m²", "entry xx of the fork's tensor of inertia"),
+    mq.Parameter("IHyy", 0.06, "kg·m²", "entry yy of the fork's tensor of inertia"),
+    mq.Parameter("IHzz", 0.00708, "kg·m²", "entry zz of the fork's tensor of inertia"),
+    mq.Parameter("IHxz", 0.00756, "kg·m²", "entry xz of the fork's tensor of inertia"),
+    mq.Parameter("rF", 0.35, "m", "radius of the front wheel"),
+    mq.Parameter("mF", 3.0, "kg", "mass of the front wheel"),
+    mq.Parameter("IFxx", 0.1405, "kg·m²", "moment of inertia of the front wheel about a diameter"),
+    mq.Parameter("IFyy", 0.28, "kg·m²", "moment of inertia of the front wheel about its hub"),
+    mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
 )
 
 
-def build(**p: Parameter) -> Mechanism:
+def build(**p: mq.Parameter) -> mq.Mechanism:
     """Return the bicycle, its rear hub led by three slides and turned by three hinges."""
     tilt, rR, rF = p["tilt"], p["rR"], p["rF"]
-    steering = p["w"] + p["c"] - rR * tangent(tilt)  # where the axis meets the hub's height
+    steering = p["w"] + p["c"] - rR * mq.tan(tilt)  # where the axis meets the hub's height
     ahead, above = p["w"] - steering, rF - rR
-    front = ahead * cosine(tilt) + above * sine(tilt), above * cosine(tilt) - ahead * sine(tilt)
+    front = ahead * mq.cos(tilt) + above * mq.sin(tilt), above * mq.cos(tilt) - ahead * mq.sin(tilt)
     frame = piece(p, "B", p["xB"], p["zB"] - rR)
     fork = piece(p, "H", p["xH"] - steering, p["zH"] - rR).at(rpy=(0, tilt, 0))
-    floor = Visual(Box((2.4, 1.0, 0.02)), Placement((0.5, 0, -0.01)), (0.85, 0.85, 0.85, 1.0))
-    torso = Visual(Box((0.3, 0.35, 0.7)), Placement((p["xB"], 0, p["zB"])), (0.3, 0.6, 0.5, 1.0))
-    rider = massless(torso)
+    floor = mq.Visual(
+        mq.Box((2.4, 1.0, 0.02)), mq.Placement((0.5, 0, -0.01)), (0.85, 0.85, 0.85, 1.0)
+    )
+    torso = mq.Visual(
+        mq.Box((0.3, 0.35, 0.7)), mq.Placement((p["xB"], 0, p["zB"])), (0.3, 0.6, 0.5, 1.0)
+    )
+    rider = mq.massless(torso)
     hub, seat = (0, 0), (p["xB"] - 0.1, 0.6)
-    head = steering - 0.45 * sine(tilt), 0.45 * cosine(tilt)
-    bar = Visual(Cylinder(0.02, 0.5), Placement((0.05, 0, 0.75), (QUARTER, 0, 0)), BLUE)
+    head = steering - 0.45 * mq.sin(tilt), 0.45 * mq.cos(tilt)
+    bar = mq.Visual(mq.Cylinder(0.02, 0.5), mq.Placement((0.05, 0, 0.75), (pi / 2, 0, 0)), BLUE)
     chart = (*slides("hub"), *hinges("hub", "lean", "frame"))
-    return Mechanism(
+    return mq.Mechanism(
         name="whipple_bicycle",
         bodies=(
-            Body("ground", massless(floor)),
+            mq.Body("ground", mq.massless(floor)),
             *carriers(chart),
-            Body("frame", frame, tube(hub, seat), tube(seat, head), tube(hub, head), rider),
-            Body("rear_wheel", *wheel(p, "R")),
-            Body("fork", fork, tube(front, (0, 0.4)), tube((0, 0.4), (0.05, 0.75)), massless(bar)),
-            Body("front_wheel", *wheel(p, "F")),
+            mq.Body("frame", frame, tube(hub, seat), tube(seat, head), tube(hub, head), rider),
+            mq.Body("rear_wheel", *wheel(p, "R")),
+            mq.Body(
+                "fork", fork, tube(front, (0, 0.4)), tube((0, 0.4), (0.05, 0.75)), mq.massless(bar)
+            ),
+            mq.Body("front_wheel", *wheel(p, "F")),
         ),
         joints=(
             *chart,
-            Revolute("rear_hub", "frame", "rear_wheel", axis=(0, 1, 0), coordinate="rear_spin"),
-            Revolute(
+            mq.Revolute("rear_hub", "frame", "rear_wheel", axis=(0, 1, 0), coordinate="rear_spin"),
+            mq.Revolute(
                 "headset",
                 "frame",
                 "fork",
                 axis=(0, 0, -1),
-                origin=Placement((steering, 0, 0), (0, -tilt, 0)),
+                origin=mq.Placement((steering, 0, 0), (0, -tilt, 0)),
                 coordinate="steer",
             ),
-            Revolute(
+            hinge(
                 "front_hub",
                 "fork",
                 "front_wheel",
+                "front_spin",
+                at=(front[0], 0, front[1]),
                 axis=(0, 1, 0),
-                origin=Placement((front[0], 0, front[1])),
-                coordinate="front_spin",
             ),
         ),
-        coordinates=Coordinates((), limits={"roll": (-pi / 2, pi / 2)}),
+        coordinates=mq.Coordinates((), limits={"roll": (-pi / 2, pi / 2)}),
         contacts=(
-            Rolling("rear_contact", "rear_wheel", rR),
-            Rolling("front_contact", "front_wheel", rF),
+            mq.Rolling("rear_contact", "rear_wheel", rR),
+            mq.Rolling("front_contact", "front_wheel", rF),
         ),
         parameters=tuple(p.values()),
         gravity=(0, 0, -p["g"]),
     )
 
 
-def piece(p: Mapping[str, Parameter], of: str, x: Scalar, z: Scalar) -> Shape:
+def piece(p: Mapping[str, mq.Parameter], of: str, x: Scalar, z: Scalar) -> mq.Shape:
     """Return the mass of the frame or the fork, its center at x and z of the hub's axes."""
     xx, yy, zz, xz = (p[f"I{of}{entry}"] for entry in ("xx", "yy", "zz", "xz"))
-    return Shape(p[f"m{of}"], (x, 0, z), (xx, yy, zz, 0, xz, 0))
+    return mq.Shape(p[f"m{of}"], (x, 0, z), (xx, yy, zz, 0, xz, 0))
 
 
-def wheel(p: Mapping[str, Parameter], of: str) -> tuple[Shape, ...]:
+def wheel(p: Mapping[str, mq.Parameter], of: str) -> tuple[mq.Shape, ...]:
     """Return a wheel with a spoke, by which its turning is seen."""
     r, across, own = p[f"r{of}"], p[f"I{of}xx"], p[f"I{of}yy"]
-    rim = Visual(Cylinder(r, 0.03), Placement(rpy=(QUARTER, 0, 0)), (0.0, 0.447, 0.698, 0.35))
-    spoke = Visual(Box((0.04, 0.04, 1.9 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
-    return Shape(p[f"m{of}"], (0, 0, 0), (across, own, across, 0, 0, 0), (rim,)), massless(spoke)
+    rim = mq.Visual(
+        mq.Cylinder(r, 0.03), mq.Placement(rpy=(pi / 2, 0, 0)), (0.0, 0.447, 0.698, 0.35)
+    )
+    spoke = mq.Visual(mq.Box((0.04, 0.04, 1.9 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
+    return mq.Shape(p[f"m{of}"], (0, 0, 0), (across, own, across, 0, 0, 0), (rim,)), mq.massless(
+        spoke
+    )
 
 
-def tube(start: tuple[Scalar, Scalar], end: tuple[Scalar, Scalar]) -> Shape:
+def tube(start: tuple[Scalar, Scalar], end: tuple[Scalar, Scalar]) -> mq.Shape:
     """Return the drawing of a tube between two points of the plane of symmetry, x and z."""
     (x0, z0), (x1, z1) = start, end
     x, z = x1 - x0, z1 - z0
-    middle = Placement(((x0 + x1) / 2, 0, (z0 + z1) / 2), (0, atan(x / z), 0))
-    return massless(Visual(Cylinder(0.02, sqrt(x * x + z * z)), middle, BLUE))
+    middle = mq.Placement(((x0 + x1) / 2, 0, (z0 + z1) / 2), (0, mq.atan(x / z), 0))
+    return mq.massless(mq.Visual(mq.Cylinder(0.02, mq.sqrt(x * x + z * z)), middle, BLUE))
 
 
-Part: TypeAlias = "tuple[Number, Number, Number, Number]"
+Part: TypeAlias = "tuple[facts.Number, facts.Number, facts.Number, facts.Number]"
 """Mass, velocity and height of the center of mass, and twice the energy of turning."""
 
 
-def parts(s: Values) -> list[Part]:
+def parts(s: facts.Values) -> list[Part]:
     """Return what moves, in the axes of the frame: rear wheel, frame, fork, front wheel."""
     lean, nod = about(0, s.roll), about(1, s.pitch)
     to_frame = nod.T @ lean.T @ about(2, s.yaw).T
@@ -175,7 +167,14 @@ def parts(s: Values) -> list[Part]:
     head = hub + cross(spin, steering * EX)
     up = to_frame @ EZ
 
-    def part(mass: Number, start: Number, at: Number, w: Number, own: Number, I: Number) -> Part:
+    def part(
+        mass: facts.Number,
+        start: facts.Number,
+        at: facts.Number,
+        w: facts.Number,
+        own: facts.Number,
+        I: facts.Number,
+    ) -> Part:
         arm = at - (steering * EX if start is head else 0)
         return mass, start + cross(w, arm), s.z + up @ at, own @ I @ own
 
@@ -192,23 +191,23 @@ def parts(s: Values) -> list[Part]:
     ]
 
 
-def tensor(s: Values, of: str) -> Number:
+def tensor(s: facts.Values, of: str) -> facts.Number:
     """Return the tensor of inertia of the frame or the fork."""
     xx, yy, zz, xz = (s[f"I{of}{entry}"] for entry in ("xx", "yy", "zz", "xz"))
     return array([[xx, 0, xz], [0, yy, 0], [xz, 0, zz]])
 
 
-def kinetic(s: Values) -> Number:
+def kinetic(s: facts.Values) -> facts.Number:
     """Return the kinetic energy [J]."""
     return real(sum(m * v @ v + turning for m, v, _, turning in parts(s)) / 2)
 
 
-def energy(s: Values) -> Number:
+def energy(s: facts.Values) -> facts.Number:
     """Return the energy, complex where s is [J]."""
     return sum((m * v @ v + turning) / 2 + m * s.g * z for m, v, z, turning in parts(s))
 
 
-def linear(s: Values) -> tuple[Number, Number, Number, Number]:
+def linear(s: facts.Values) -> tuple[facts.Number, facts.Number, facts.Number, facts.Number]:
     """Return M, C1, K0 and K2 of roll and steer (Meijaard et al. 2007, appendix A), z down."""
     zB, zH, IBxz, IHxz = -s.zB, -s.zH, -s.IBxz, -s.IHxz
     sine, cosine = sin(s.tilt), cos(s.tilt)
@@ -244,14 +243,14 @@ def linear(s: Values) -> tuple[Number, Number, Number, Number]:
     return M, C1, K0, K2
 
 
-def exponents(s: Values) -> Number:
+def exponents(s: facts.Values) -> facts.Number:
     """Return the four exponents of the upright ride: weave, capsize and castor."""
     M, C1, K0, K2 = linear(s)
     stiffness, damping = solve(M, s.g * K0 + SPEED**2 * K2), solve(M, SPEED * C1)
     return eigvals(block([[zeros((2, 2)), eye(2)], [-stiffness, -damping]]))
 
 
-def upright(s: Values) -> dict[str, float]:
+def upright(s: facts.Values) -> dict[str, float]:
     """Return the upright ride straight ahead."""
     return {
         "z": s.rR,
@@ -272,15 +271,15 @@ SYSTEM = System(
     duration=5.0,
     tags=("spatial", "rolling", "nonholonomic", "contact", "vehicle"),
     facts=(
-        KineticEnergy("T = sum of m v^2/2 + w I w/2 of wheels, frame and fork", kinetic),
-        Conserved("the energy T + sum of m g z", energy),
-        Eigenvalues(
+        facts.KineticEnergy("T = sum of m v^2/2 + w I w/2 of wheels, frame and fork", kinetic),
+        facts.Conserved("the energy T + sum of m g z", energy),
+        facts.Eigenvalues(
             "upright at v: M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 for roll and steer, with the "
             "formulas of Meijaard et al., appendix A",
             exponents,
             at=upright,
         ),
-        Solution(
+        facts.Solution(
             "upright and straight ahead, x = v t, rear_spin = v t/rR, front_spin = v t/rF",
             upright,
             lambda s: {

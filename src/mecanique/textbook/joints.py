@@ -1,14 +1,53 @@
-"""Slides and hinges that lead a free body from the ground, so that its coordinates have names."""
+"""Joints of the catalogue: in a plane, and those that lead a free body from the ground."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from mecanique.model import Body, Prismatic, Revolute, Spherical
+from mecanique.model import Body, Placement, Prismatic, Revolute, Spherical
+from mecanique.model.expression import Vector
 from mecanique.textbook.facts import Number
 
 Led = tuple[Prismatic | Revolute | Spherical, ...]
 """Joints, each of which leads the parent of the next."""
+
+
+def hinge(
+    name: str,
+    parent: str,
+    child: str,
+    coordinate: str,
+    at: Vector = (0, 0, 0),
+    axis: tuple[float, float, float] = (0, -1, 0),
+) -> Revolute:
+    """Return a hinge; about −y, an angle from the downward vertical grows towards +x.
+
+    Args:
+        name: its name.
+        parent: name of the parent body.
+        child: name of the child body.
+        coordinate: name of its coordinate.
+        at: shape (3,), where it stands in the parent [m].
+        axis: shape (3,), in the parent's frame.
+    """
+    return Revolute(name, parent, child, axis=axis, origin=_at(at), coordinate=coordinate)
+
+
+def slide(
+    name: str,
+    parent: str,
+    child: str,
+    coordinate: str,
+    at: Vector,
+    axis: tuple[float, float, float],
+) -> Prismatic:
+    """Return a slide; its arguments are those of `hinge`."""
+    return Prismatic(name, parent, child, axis=axis, origin=_at(at), coordinate=coordinate)
+
+
+def _at(point: Vector) -> Placement:
+    x, y, z = point
+    return Placement((x, y, z))
 
 
 def slides(center: str) -> Led:
