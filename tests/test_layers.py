@@ -67,8 +67,8 @@ ORDER: dict[str, list[str]] = {
     "formats": ["locate sources", "solids scope", "mjcf mjcf_write sdf sdf_write", "read"],
     "textbook": ["facts", "joints system", "corners systems", "catalogue"],
     "urdf": [
-        "dialect limits markup meshes names robots",
-        "rules",
+        "limits markup meshes names robots",
+        "dialect rules",
         "findings",
         "parse",
         "toml_loops reading",
@@ -76,9 +76,9 @@ ORDER: dict[str, list[str]] = {
         "lint",
     ],
     "urdf.reading": [
-        "fields letters packages",
-        "contacts loops switching velocities xacro",
-        "elements joints potentials",
+        "expressions fields letters packages",
+        "native_tags xacro",
+        "joints",
         "links",
         "extensions",
         "document",

@@ -1,7 +1,8 @@
-"""The elements URDF itself does not define: one table for writer and reader.
+"""The elements of Drake that URDF itself does not define: one table for writer and reader.
 
 Tags of the `drake:` namespace are those of Drake's multibody parser (Drake documentation, "Parsing
-Models for Multibody", section URDF); other programs ignore them.
+Models for Multibody", section URDF); other programs ignore them. Those of mecanique's namespace are
+in `mecanique.urdf.reading.native_tags`.
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, final
+
+from mecanique.urdf.markup import Tag
 
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 """Namespace declared for the prefix `drake:`; Drake itself matches the prefix by its letters."""
@@ -19,62 +22,8 @@ WORLD = "world"
 OWN_NAMESPACE = "urn:mecanique"
 """Namespace declared for the prefix `mecanique:`, where it is used."""
 
-LOOP = "mecanique:loop"
-"""Below robot: a loop of a kind without a tag in Drake, with its name and type."""
-
-ROLLING = "mecanique:rolling"
-"""Below robot: a wheel, disk or ball that rolls on a plane without slip."""
-
-BLADE = "mecanique:blade"
-"""Below robot: a knife edge or skate that does not move sideways."""
-
-CORD = "mecanique:cord"
-"""Below robot: a cord that does not stretch, with its name and the normal of its plane."""
-
-BELT = "mecanique:belt"
-"""Below robot: a closed belt, with its name, its preload and the normal of its plane."""
-
-VELOCITY_CONSTRAINT = "mecanique:velocity_constraint"
-"""Below robot: a linear constraint on the velocities of joints, with its name and rate."""
-
-POTENTIAL = "mecanique:potential"
-"""Below robot: a potential of the coordinate of a joint."""
-
-CENTRAL_FORCE = "mecanique:central_force"
-"""Below robot: a force between points of two links, by a potential of their distance."""
-
-TERM = "mecanique:term"
-"""Below a velocity constraint: a joint, and the coefficient of its velocity."""
-
-FRICTION = "mecanique:friction"
-"""Below robot: dry friction in a joint."""
-
-CAPSTAN = "mecanique:capstan"
-"""A cord over a rough drum between two slides."""
-
-STOP = "mecanique:stop"
-"""Below robot: a stop of a joint, rigid or elastic."""
-
-CONTACT = "mecanique:contact"
-"""Below robot: a contact of a link with a plane or sphere of another that opens and closes."""
-
-SWITCHING = (FRICTION, STOP, CAPSTAN, CONTACT)
-"""The tags of elements that switch."""
-
-GEAR = "mecanique:gear"
-"""Below robot: two wheels in mesh, with the joints that carry them and their pitch radii."""
-
-RACK = "mecanique:rack"
-"""Below robot: a pinion in mesh with a rack, with the joints that carry them."""
-
-CORD_STOPS = ("mecanique:end", "mecanique:pulley")
-"""Below a cord, in order: where it begins, the pulleys it runs over, where it ends."""
-
 SCREW = "mecanique:screw"
 """Below a slide that mimics the hinge behind it: together they are one screw joint, the hinge."""
-
-LOOP_FRAMES = ("mecanique:frame_a", "mecanique:frame_b")
-"""Below a loop: the frame on each of its two links (link, xyz, rpy)."""
 
 UNBOUNDED = 1e9
 """Written where the format demands a limit and there is none; larger limits are read as none."""
@@ -108,6 +57,14 @@ class Extension:
     tag: str
     meaning: str
     children: Mapping[str, Child]  # its children by role, in the order written; all are required
+
+    def write(self, contents: Mapping[str, str]) -> Tag:
+        """Return the element with the names and values of its children by role."""
+        children = (
+            Tag(child.tag, **{child.attribute: contents[role]})
+            for role, child in self.children.items()
+        )
+        return Tag(self.tag, *children)
 
 
 def _link(tag: str, meaning: str) -> Child:
@@ -174,6 +131,9 @@ DISTANCE_CONSTRAINT = Extension(
         "damping": _numbers("drake:distance_constraint_damping", 1, "not negative [N·s/m]"),
     },
 )
+
+IN_DRAKE = ("ball", "distance")
+"""Kinds of loops for which Drake has a tag."""
 
 EXTENSIONS: Mapping[str, Extension] = {
     extension.tag: extension

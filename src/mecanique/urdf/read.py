@@ -11,7 +11,7 @@ import os
 from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 from mecanique.errors import InputError, MechanismError
 from mecanique.model.bodies import Body
@@ -28,8 +28,8 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.document import Source, UrdfDocument, read_document
 from mecanique.urdf.reading.letters import with_armature, with_letters, with_properties
+from mecanique.urdf.reading.native_tags import in_coordinates
 from mecanique.urdf.reading.packages import PackagePath
-from mecanique.urdf.reading.potentials import with_own_letters
 from mecanique.urdf.reading.xacro import Letters
 from mecanique.urdf.toml_loops import with_loops
 
@@ -169,21 +169,19 @@ def mechanism_of(
         joints.insert(0, Floating(name, ground, document.root))
     joints = _with_own_names(joints)
     named = {joint.name: joint for joint in joints}
-    constraints = document.extensions.velocity_constraints
+    parts = {**document.extensions.parts, "forces": _forces(document, damping)}
+    stated: dict[str, Any] = {}
+    for home, things in parts.items():
+        stated[home] = tuple(in_coordinates(thing, named) for thing in things)
     try:
         return Mechanism(
             document.name,
             tuple(bodies),
             tuple(joints),
-            forces=with_own_letters(_forces(document, damping), named),
-            loops=tuple(document.extensions.loops),
-            contacts=tuple(document.extensions.contacts),
-            velocity_constraints=tuple(constraint.of(named) for constraint in constraints),
-            elements=tuple(document.extensions.elements),
-            switching=tuple(document.extensions.switching),
             coordinates=Coordinates((), _map(document, joints)),
             gravity=vector(gravity, "gravity"),
             ground=ground,
+            **stated,
         )
     except MechanismError as error:
         for fault in error.faults:
@@ -249,11 +247,12 @@ def _linear(multiplier: float, name: str, offset: float) -> Scalar:
     return term + offset if offset else term
 
 
-def _forces(document: UrdfDocument, damping: bool) -> tuple[AnyForce, ...]:
-    names = Names(force.name for force in document.extensions.forces)
+def _forces(document: UrdfDocument, damping: bool) -> list[AnyForce]:
+    forces = document.extensions.forces
+    names = Names(force.name for force in forces)
     dampers = [
         JointDamper(names.free(f"{joint.name}_damper"), joint.name, joint.damping)
         for joint in document.joints
         if damping and joint.damping
     ]
-    return (*document.extensions.forces, *dampers)
+    return [*forces, *dampers]

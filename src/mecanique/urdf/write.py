@@ -14,7 +14,8 @@ from mecanique.files import write_whole
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Visual
 from mecanique.model.constraints.friction import Contact
-from mecanique.model.expression import Scalar, plain, symbols_in
+from mecanique.model.constraints.loops import Loop
+from mecanique.model.expression import Scalar, Vector, plain, symbols_in
 from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, loads_in
 from mecanique.model.forces import (
     CentralForce,
@@ -32,23 +33,20 @@ from mecanique.model.placement import Matrix3, Placement, rotate, rpy_rotation
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
+    BALL_CONSTRAINT,
     BUSHING,
+    DISTANCE_CONSTRAINT,
     DRAKE_JOINT,
     DRAKE_NAMESPACE,
+    IN_DRAKE,
     OWN_NAMESPACE,
     SCREW,
     SPRING_DAMPER,
     UNBOUNDED,
     WORLD,
-    Extension,
 )
 from mecanique.urdf.markup import Comment, Node, Tag, number, numbers, text
-from mecanique.urdf.reading.contacts import contact_tag
-from mecanique.urdf.reading.elements import element_nodes
-from mecanique.urdf.reading.loops import has_own_loops, loop_nodes
-from mecanique.urdf.reading.potentials import potential_tag
-from mecanique.urdf.reading.switching import switching_tag
-from mecanique.urdf.reading.velocities import constraint_node
+from mecanique.urdf.reading.native_tags import write_native
 
 _KNOWN_COLORS: dict[Rgba, str] = {
     (0.0, 0.447, 0.698, 1.0): "blue",
@@ -78,7 +76,7 @@ def write_urdf(
     - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`;
     - potentials become `mecanique:potential` and `mecanique:central_force`;
     - other loops become `mecanique:loop`, what rolls `mecanique:rolling`, a blade `mecanique:blade`
-      and a cord `mecanique:cord`, as `mecanique.urdf.reading.elements` describes them; friction,
+      and a cord `mecanique:cord`, as `mecanique.urdf.reading.native_tags` describes them; friction,
       stops and contacts that open become `mecanique:friction`, `mecanique:stop` and
       `mecanique:contact`. Other programs ignore these, so their loops are open and their wheels
       slip.
@@ -110,10 +108,7 @@ def write_urdf(
     """
     links = chains(mechanism, spherical)
     prefixes = {"xmlns:drake": DRAKE_NAMESPACE}
-    has_screws = any(isinstance(joint, Helical) for joint in mechanism.joints)
-    stores = any(isinstance(force, Potential | CentralForce) for force in mechanism.forces)
-    loose = mechanism.rolls or mechanism.switching
-    if has_screws or has_own_loops(mechanism) or loose or stores:
+    if _has_native_tags(mechanism):
         prefixes["xmlns:mecanique"] = OWN_NAMESPACE
     written = text(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **prefixes))
     if path is not None:
@@ -123,6 +118,16 @@ def write_urdf(
         except (OSError, ValueError) as error:
             raise UrdfError(f"cannot be written ({error})", file=str(path)) from None
     return written
+
+
+def _has_native_tags(mechanism: Mechanism) -> bool:
+    """Return whether a mechanism has anything for which neither URDF nor Drake has a tag."""
+    return bool(
+        any(isinstance(joint, Helical) for joint in mechanism.joints)
+        or any(isinstance(force, Potential | CentralForce) for force in mechanism.forces)
+        or any(loop.kind not in IN_DRAKE for loop in mechanism.loops)
+        or (mechanism.elements or mechanism.rolls or mechanism.switching)
+    )
 
 
 def _robot(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]]) -> Iterator[Node]:
@@ -480,20 +485,54 @@ def forces_and_loops(
             case JointSpring():
                 yield from _joint_spring(mechanism, force, anchors)
             case Potential() | CentralForce():
-                yield potential_tag(mechanism, force, anchors)
+                yield from write_native(mechanism, force, anchors)
             case JointDamper() | BodyLoad() | JointForce():
                 pass  # written by `dynamics` and `load_lines`
             case _:
                 yield Comment(f"{force.kind} {force.name}: URDF has no tag for it")
     for loop in mechanism.loops:
-        yield from loop_nodes(mechanism, loop, anchors)
-    for contact in mechanism.contacts:
-        yield contact_tag(mechanism, contact, anchors)
-    for constraint in mechanism.velocity_constraints:
-        yield constraint_node(mechanism, constraint)
-    yield from element_nodes(mechanism, anchors, mimicked=mimicked)
-    for element in mechanism.switching:
-        yield switching_tag(mechanism, element, anchors)
+        yield from _loop(mechanism, loop, anchors)
+    for thing in (*mechanism.contacts, *mechanism.velocity_constraints):
+        yield from write_native(mechanism, thing, anchors)
+    for element in mechanism.elements:
+        if isinstance(element, Loop) and not mimicked:
+            yield from _loop(mechanism, element, anchors)
+        else:
+            yield from write_native(mechanism, element, anchors, redundant=mimicked)
+    for switch in mechanism.switching:
+        yield from write_native(mechanism, switch, anchors)
+
+
+def _loop(mechanism: Mechanism, loop: Loop, anchors: Mapping[str, str]) -> Iterator[Node]:
+    """Yield the element of a loop, Drake's if it has one for the kind."""
+    if loop.kind not in IN_DRAKE:
+        yield from write_native(mechanism, loop, anchors)
+        return
+    where = f"loop {loop.name!r}"
+    ends = (loop.body_a, loop.frame_a.xyz), (loop.body_b, loop.frame_b.xyz)
+    contents = _two_points(mechanism, ends, anchors, where)
+    if loop.kind == "ball":
+        yield Comment(f"ball loop {loop.name}")
+        yield BALL_CONSTRAINT.write(contents)
+        return
+    length = number(mechanism.evaluate(loop.length), where)
+    yield Comment(f"distance loop {loop.name}, length {length} m; Drake keeps it by a stiff spring")
+    stiff = {"distance": length, "stiffness": number(UNBOUNDED, where), "damping": "0"}
+    yield DISTANCE_CONSTRAINT.write({**contents, **stiff})
+
+
+def _two_points(
+    mechanism: Mechanism,
+    ends: Iterable[tuple[str, Vector]],
+    anchors: Mapping[str, str],
+    where: str,
+) -> dict[str, str]:
+    """Return the contents of a tag of Drake's that name two points."""
+    contents = {}
+    for side, (body, point) in zip("ab", ends, strict=True):
+        contents[f"body_{side}"] = anchors.get(body, body)
+        contents[f"point_{side}"] = numbers(mechanism.evaluate_all(point), where)
+    return contents
 
 
 def dynamics(mechanism: Mechanism, joint: str, where: str) -> Iterator[Tag]:
@@ -551,15 +590,9 @@ def _between(
     constants: Mapping[str, float],
 ) -> Tag:
     where = f"force {force.name!r}"
-    point_a, point_b = map(mechanism.evaluate_all, (force.point_a, force.point_b))
-    contents = {
-        "body_a": anchors.get(force.body_a, force.body_a),
-        "point_a": numbers(point_a, where),
-        "body_b": anchors.get(force.body_b, force.body_b),
-        "point_b": numbers(point_b, where),
-        **{role: number(value, where) for role, value in constants.items()},
-    }
-    return _extension(SPRING_DAMPER, contents)
+    ends = ((end.body, end.point) for end in force.ends)
+    values = {role: number(value, where) for role, value in constants.items()}
+    return SPRING_DAMPER.write({**_two_points(mechanism, ends, anchors, where), **values})
 
 
 def _joint_spring(
@@ -611,15 +644,7 @@ def _joint_spring(
         "force_stiffness": numbers(pushing, where),
         "force_damping": "0 0 0",
     }
-    yield _extension(BUSHING, contents)
-
-
-def _extension(extension: Extension, contents: dict[str, str]) -> Tag:
-    children = (
-        Tag(child.tag, **{child.attribute: contents[role]})
-        for role, child in extension.children.items()
-    )
-    return Tag(extension.tag, *children)
+    yield BUSHING.write(contents)
 
 
 def _x_along(axis: tuple[float, float, float]) -> Matrix3:

@@ -46,7 +46,7 @@ def check(document: UrdfDocument, report: Report) -> None:
     )
     report.together(
         "M610",
-        [(element, f"<{element.tag}>") for element in document.extensions.own],
+        [(element, f"<{element.tag}>") for element in document.extensions.native],
         "only mecanique reads it",
     )
     report.together(

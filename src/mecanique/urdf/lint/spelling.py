@@ -6,30 +6,11 @@ import re
 from collections.abc import Collection
 from difflib import get_close_matches
 
-from mecanique.urdf.dialect import (
-    ACTUATOR_GEAR,
-    ACTUATOR_INERTIA,
-    BELT,
-    BLADE,
-    CENTRAL_FORCE,
-    CORD,
-    CORD_STOPS,
-    EXTENSIONS,
-    GEAR,
-    LOOP,
-    LOOP_FRAMES,
-    POTENTIAL,
-    RACK,
-    ROLLING,
-    SCREW,
-    SWITCHING,
-    TERM,
-    VELOCITY_CONSTRAINT,
-)
+from mecanique.urdf.dialect import ACTUATOR_GEAR, ACTUATOR_INERTIA, EXTENSIONS, SCREW
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
 from mecanique.urdf.reading.document import UrdfDocument
-from mecanique.urdf.reading.switching import words_of
+from mecanique.urdf.reading.native_tags import CHILDREN, NATIVE_TAGS
 
 _JOINT = (
     {"name", "type"},
@@ -52,9 +33,7 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
         {
             *("link", "joint", "drake:joint", "material", "frame"),
             *EXTENSIONS,
-            *(LOOP, ROLLING, BLADE, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT),
-            *SWITCHING,
-            *(POTENTIAL, CENTRAL_FORCE),
+            *NATIVE_TAGS,
         },
     ),
     "link": ({"name"}, {"inertial", "visual", "collision"}),
@@ -80,28 +59,9 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     "dynamics": ({"damping", "friction"}, ()),
     "mimic": ({"joint", "multiplier", "offset"}, ()),
     "frame": ({"name", "link", "xyz", "rpy"}, ()),
-    ROLLING: (
-        {
-            *("name", "link", "on", "radius", "crown", "center", "axis", "plane_xyz", "plane_rpy"),
-            *("stretch", "bowl", "friction"),
-        },
-        (),
-    ),
-    **{tag: (words_of(tag), ()) for tag in SWITCHING},
-    BLADE: ({"name", "link", "on", "point", "along", "normal"}, ()),
-    LOOP: ({"name", "type", "redundant", "length"}, set(LOOP_FRAMES)),
-    GEAR: ({"name", "wheel", "other", "radius", "other_radius", "internal", "pressure_angle"}, ()),
-    RACK: ({"name", "wheel", "other", "radius", "point", "pressure_angle"}, ()),
-    VELOCITY_CONSTRAINT: ({"name", "rate"}, {TERM}),
-    TERM: ({"joint", "coefficient"}, ()),
-    POTENTIAL: ({"name", "joint", "potential"}, ()),
-    CENTRAL_FORCE: ({"name", "link_a", "point_a", "link_b", "point_b", "potential"}, ()),
-    BELT: ({"name", "preload", "normal", "axes"}, {CORD_STOPS[1]}),
-    CORD: ({"name", "normal", "axes"}, set(CORD_STOPS)),
-    CORD_STOPS[0]: ({"link", "xyz"}, ()),
-    CORD_STOPS[1]: ({"link", "xyz", "radius", "sense", "grips"}, ()),
     SCREW: ((), ()),
-    **{tag: ({"link", "xyz", "rpy"}, ()) for tag in LOOP_FRAMES},
+    **{tag: ({"name", *kind.attributes}, {*kind.children}) for tag, kind in NATIVE_TAGS.items()},
+    **{tag: ({*kind.attributes}, ()) for tag, kind in CHILDREN.items()},
 }
 """Attributes and children of each element."""
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
-from mecanique.model.constraints.contacts import Contact
-from mecanique.model.constraints.elements import Element as AnyElement
-from mecanique.model.constraints.friction import Switching
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import Damper, JointDamper, JointSpring, Spring
@@ -20,34 +18,18 @@ from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
     BALL_CONSTRAINT,
-    BELT,
-    BLADE,
     BUSHING,
-    CENTRAL_FORCE,
-    CORD,
     DISTANCE_CONSTRAINT,
     EXTENSIONS,
-    GEAR,
-    LOOP,
-    POTENTIAL,
-    RACK,
-    ROLLING,
     SPRING_DAMPER,
-    SWITCHING,
-    VELOCITY_CONSTRAINT,
     Extension,
 )
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
-from mecanique.urdf.reading.contacts import read_contact
-from mecanique.urdf.reading.elements import read_belt, read_cord, read_teeth
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement_of, single
 from mecanique.urdf.reading.joints import MOVING, SINGLE, JointText
-from mecanique.urdf.reading.loops import is_redundant, read_loop
-from mecanique.urdf.reading.potentials import read_potential
-from mecanique.urdf.reading.switching import read_switching
-from mecanique.urdf.reading.velocities import Between, read_velocity_constraint
+from mecanique.urdf.reading.native_tags import NATIVE_TAGS, is_redundant, read_native
 
 _CLOSE = 1e-9
 
@@ -131,12 +113,6 @@ def in_joint(
 
 _NOT_MODELED = ("drake:tendon_constraint", "loop_joint")
 
-_OWN = (
-    *(LOOP, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT, ROLLING, BLADE, *SWITCHING),
-    *(POTENTIAL, CENTRAL_FORCE),
-)
-"""Elements that mecanique alone reads."""
-
 
 @final
 @dataclass
@@ -145,13 +121,13 @@ class Extensions:
 
     forces: list[AnyForce] = field(default_factory=list)  # springs and dampers
     loops: list[Loop] = field(default_factory=list)
-    contacts: list[Contact] = field(default_factory=list)  # what rolls, and blades
-    velocity_constraints: list[Between] = field(default_factory=list)  # in the names of joints
-    elements: list[AnyElement] = field(default_factory=list)
-    switching: list[Switching] = field(default_factory=list)
     used: list[Element] = field(default_factory=list)  # the elements of Drake's that they come from
-    own: list[Element] = field(default_factory=list)  # the elements that mecanique alone reads
+    native: list[Element] = field(default_factory=list)  # the elements that mecanique alone reads
     names: Names = field(default_factory=Names)
+
+    def __post_init__(self) -> None:
+        self.parts: dict[str, list[Any]] = defaultdict(list, forces=self.forces, loops=self.loops)
+        """What they describe, by the field of a mechanism that holds it."""
 
 
 def read_extensions(
@@ -165,9 +141,12 @@ def read_extensions(
         if element.tag in _NOT_MODELED:
             report.add("M604", element, f"<{element.tag}>", f"<{element.tag}> is not modeled")
             continue
-        if element.tag in _OWN:
-            _read_own(element, links, {joint.name for joint in joints}, report, extensions)
-            extensions.own.append(element)
+        if element.tag in NATIVE_TAGS:
+            names_of_joints = {joint.name for joint in joints}
+            thing = read_native(element, links, names_of_joints, extensions.names, report)
+            home = "elements" if is_redundant(element) else NATIVE_TAGS[element.tag].home
+            extensions.parts[home] += [] if thing is None else [thing]
+            extensions.native.append(element)
             continue
         extension = EXTENSIONS.get(element.tag)
         if extension is None:
@@ -204,40 +183,6 @@ def _list_between(joints: Iterable[JointText]) -> dict[frozenset[str], list[Join
             joint = replace(joint, parent=slide.parent, origin=slide.origin)
         between.setdefault(frozenset((joint.parent, joint.child)), []).append(joint)
     return between
-
-
-def _read_own(
-    element: Element,
-    links: Collection[str],
-    joints: Collection[str],
-    report: Report,
-    extensions: Extensions,
-) -> None:
-    """Read an element that mecanique alone knows; faults are reported."""
-    names = extensions.names
-    if element.tag == LOOP:
-        loop = read_loop(element, links, names, report)
-        if loop is not None:
-            (extensions.elements if is_redundant(element) else extensions.loops).append(loop)
-    elif element.tag in (CORD, BELT):
-        read = read_cord if element.tag == CORD else read_belt
-        strand = read(element, links, names, report)
-        extensions.elements += [strand] if strand is not None else []
-    elif element.tag in (GEAR, RACK):
-        teeth = read_teeth(element, joints, names, report)
-        extensions.elements += [teeth] if teeth is not None else []
-    elif element.tag == VELOCITY_CONSTRAINT:
-        constraint = read_velocity_constraint(element, joints, names, report)
-        extensions.velocity_constraints += [constraint] if constraint is not None else []
-    elif element.tag in (POTENTIAL, CENTRAL_FORCE):
-        force = read_potential(element, links, joints, names, report)
-        extensions.forces += [force] if force is not None else []
-    elif element.tag in SWITCHING:
-        switching = read_switching(element, links, joints, names, report)
-        extensions.switching += [switching] if switching is not None else []
-    else:
-        contact = read_contact(element, links, names, report)
-        extensions.contacts += [contact] if contact is not None else []
 
 
 def with_rotors(
