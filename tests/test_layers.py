@@ -104,7 +104,7 @@ ORDER: dict[str, list[str]] = {
         "chart",
         "recursion",
         "forces",
-        "contacts guides",
+        "contacts guides switching",
         "loops",
     ],
     "derivation.numeric": [
@@ -177,7 +177,11 @@ ORDER: dict[str, list[str]] = {
         "languages writing",
     ],
     "generation.writing": ["formulas", "named_results"],
-    "generation.mechanics": ["closed_form constrained", "articulated dynamics", "free_body_forces"],
+    "generation.mechanics": [
+        "closed_form constrained",
+        "articulated dynamics",
+        "free_body_forces switching",
+    ],
     "generation.verdict": ["cases", "verdict"],
     "generation.targets": ["target", "c javascript python", "casadi jax steps", "fmu"],
     "motion": [

@@ -10,7 +10,8 @@ import pytest
 import sympy as sp
 
 import mecanique as mq
-from mecanique.motion.switching.law import OPEN, SLIPS, STICKS, ElementState, Laws, Mode
+from mecanique.derivation.mechanics.switching import OPEN, SLIPS, STICKS, ElementState, Mode
+from mecanique.motion.switching.law import Laws
 from mecanique.motion.switching.rows import SwitchingRows
 
 m, g, mu, mu0 = (

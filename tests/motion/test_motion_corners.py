@@ -11,19 +11,12 @@ import pytest
 from scipy.special import ellipkinc
 
 import mecanique as mq
+from mecanique.derivation.mechanics.switching import ElementRows, ElementState, name_mode
 from mecanique.motion.motion import Motion
-from mecanique.motion.switching.corners import Corners, SwitchingEquations
-from mecanique.motion.switching.law import (
-    BACKWARD,
-    CLOSED,
-    FORWARD,
-    OPEN,
-    STICKS,
-    ElementState,
-)
-from mecanique.motion.switching.rows import ElementRows
+from mecanique.motion.switching.corners import Corners, ModePrograms
 
 G = 9.81
+AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 _FORCES = ("normal", "friction")
 
 
@@ -399,6 +392,41 @@ def test_poissons_restitution_with_friction_of_a_particle(speed: float, after: f
     np.testing.assert_allclose(impact.after[1], 0.8 * math.sqrt(2 * G), rtol=1e-10, atol=0)
 
 
+@pytest.mark.parametrize(("speed", "after"), [(3.0, 3.0 - 0.09 * math.sqrt(2 * G)), (0.1, 0.0)])
+def test_poissons_restitution_with_friction_in_space(speed: float, after: float) -> None:
+    """As in the plane, along the direction in which it comes."""
+    joints = tuple(
+        mq.Prismatic(name, f"carriage {k}", f"carriage {k + 1}", axis=axis)
+        for k, (name, axis) in enumerate(AXES.items())
+    )
+    bodies = [mq.Body(f"carriage {k}", mq.massless()) for k in (1, 2)]
+    floor = mq.Contact(
+        "floor", "carriage 3", on="carriage 0", mu=0.05, restitution=0.8, law="poisson"
+    )
+    free = mq.Mechanism(
+        "particle",
+        (mq.Body("carriage 0"), *bodies, mq.Body("carriage 3", mq.particle(1.0))),
+        joints,
+        ground="carriage 0",
+        switching=(floor,),
+    )
+    start = {"x": 0.6 * speed, "y": -0.8 * speed}
+    impact = mq.simulate(free, q={"z": 1.0}, v=start, duration=0.6).events[0]
+    expected = [0.6 * after, -0.8 * after, 0.8 * math.sqrt(2 * G)]
+    np.testing.assert_allclose(impact.after, expected, rtol=1e-10, atol=1e-14)
+
+
+def test_friction_in_a_linkage_is_asked_of_the_engine_however_often() -> None:
+    """Loops are not on the tape of modes; by the power of friction the energy falls."""
+    linkage = mq.textbook.load("four_bar_linkage")
+    joint = linkage.joints[0].name
+    dry = replace(linkage, switching=(mq.Friction("dry", joint, 0.1, 1.0),))
+    motion = mq.simulate(dry, v={linkage.velocities[0]: 3.0}, duration=1.0)
+    turned = np.abs(motion.q[-1, 0] - motion.q[0, 0])
+    assert motion.losses([1.0])["dry: friction"][0] == pytest.approx(0.1 * turned, rel=1e-8)
+    assert motion.audit().ok
+
+
 def test_an_oblique_impact_with_friction_conserves_momentum_about_the_contact() -> None:
     """A ball with μ small slides through: Δv_x = −μ (1 + e) v_n, r Δω = 5/2 of it (Routh)."""
     r, mu, e = 0.1, 0.05, 0.8
@@ -606,22 +634,18 @@ SYSTEMS = {
 
 def list_states(element: ElementRows) -> list[ElementState]:
     """Return the states an element of a planar mechanism may be in."""
-    states = [ElementState(OPEN)] if element.normal is not None else []
-    if not element.tangents:
-        return [*states, ElementState(CLOSED)]
-    slips = [ElementState(FORWARD, (1.0,)), ElementState(BACKWARD, (-1.0,))]
-    return [*states, ElementState(STICKS), *slips]
+    return [name_mode([element], {element.name: state})[0] for state in element.states]
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_programs_of_modes_give_what_the_engine_s_quantities_do(system: str) -> None:
     corners = Corners(SYSTEMS[system])
-    equations = SwitchingEquations(corners.rows)
+    programs = ModePrograms(corners.rows)
     base, random = corners.rows.base, np.random.default_rng(7)
     choices = [list_states(element) for element in corners.elements]
     written = 0
     for mode in product(*choices):
-        program = equations.write(mode)
+        program = programs.write(mode)
         if program is None:
             continue
         written += 1
@@ -668,7 +692,7 @@ def test_a_program_that_differs_from_the_engine_is_not_used(
     corners = Corners(slider(mq.Friction("dry", "slide", 0.1, G), stiffness=100.0))
     corners.begin(0.0, np.array([0.1, 0.0]))
     y = np.array([0.05, -0.3])
-    program = SwitchingEquations(corners.rows).write(corners.mode(0.0))
+    program = ModePrograms(corners.rows).write(corners.mode(0.0))
     assert program is not None
     assert corners._agrees(program, 0.0, y)
     right = program.rates

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import mecanique as mq
 from mecanique.derivation import switching
+from mecanique.derivation.mechanics.switching import Terms
 from mecanique.verification import modes
 
 m, g, mu, alpha, r = (
@@ -104,7 +105,11 @@ def test_every_mode_agrees_with_the_engine(system: str) -> None:
     assert {row.quantity for row in of_modes} == {"acceleration", "forces of elements"}
     left_out = sum("rigid bodies do not determine" in note for note in verdict.notes)
     assert len(of_modes) == 2 * (len(mq.derive_modes(SYSTEMS[system]).modes) - left_out)
-    struck = [e.name for e in SYSTEMS[system].switching if modes.is_struck(e)]
+    struck = [
+        element.name
+        for element in SYSTEMS[system].switching
+        if "open" in element.states and getattr(element, "stiffness", None) is None
+    ]
     assert {row.sources[0] for row in verdict.rows if row not in of_modes} == {
         f"impact of {name}" for name in struck
     }
@@ -132,14 +137,15 @@ def test_slip_along_two_directions_is_compared_in_numbers() -> None:
 def test_a_row_of_contact_that_is_wrong_is_seen_in_modes_and_impacts(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    right = modes._ask_jets
+    right: Callable[[modes._Bench], Terms] = vars(modes._Bench)["ours"].func
 
-    def tilt(*given: object) -> object:
-        terms = right(*given)  # type: ignore[arg-type]
-        forces = [replace(f, jacobian=f.jacobian * 1.001) if f.presses else f for f in terms.forces]
-        return terms._replace(forces=tuple(forces))
+    def tilt(bench: modes._Bench) -> Terms:
+        terms = right(bench)
+        (cloth,) = bench.elements
+        terms.jacobian[:, cloth.normal] *= 1.001
+        return terms
 
-    monkeypatch.setattr(modes, "_ask_jets", tilt)
+    monkeypatch.setattr(modes._Bench, "ours", property(tilt))
     verdict = mq.verify(table(), samples=5)
     assert {row.sources[0] for row in verdict.rows if not row.agrees} == {
         "3 modes",
@@ -150,17 +156,15 @@ def test_a_row_of_contact_that_is_wrong_is_seen_in_modes_and_impacts(
 def test_an_impact_that_changes_momentum_about_the_contact_is_seen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    right = modes._ask_jets
+    right: Callable[[modes._Bench], Terms] = vars(modes._Bench)["ours"].func
 
-    def shift(*given: object) -> object:
-        terms = right(*given)  # type: ignore[arg-type]
-        forces = list(terms.forces)
-        spin = np.zeros_like(forces[1].jacobian)
-        spin[:, 5] = 0.01
-        forces[1] = replace(forces[1], jacobian=forces[1].jacobian + spin)
-        return terms._replace(forces=tuple(forces))
+    def shift(bench: modes._Bench) -> Terms:
+        terms = right(bench)
+        (cloth,) = bench.elements
+        terms.jacobian[:, cloth.tangents[0], 5] += 0.01
+        return terms
 
-    monkeypatch.setattr(modes, "_ask_jets", shift)
+    monkeypatch.setattr(modes._Bench, "ours", property(shift))
     verdict = mq.verify(table(), samples=5)
     wrong = {row.quantity for row in verdict.rows if not row.agrees}
     assert "momentum about contacts" in wrong

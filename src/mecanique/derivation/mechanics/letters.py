@@ -14,7 +14,7 @@ from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.program.sweeps import push_forward
 from mecanique.program.tape import Tape, Value
-from mecanique.program.traced import Traced, trace, value_of, values_of
+from mecanique.program.traced import trace, value_of, values_of
 
 
 class DrivenPath(NamedTuple):
@@ -91,12 +91,18 @@ class Letters:
         )
         """Symbols of the parameters and signals that are inputs, in order."""
 
+    def differentiate(self, scalar: Any, letter: Any) -> Any:
+        """Return the derivative of a scalar by an input."""
+        (slope,) = push_forward(self.tape, values_of([scalar]), {letter.place: 1.0})
+        return trace(self.tape, slope)
+
     def slopes(self, scalar: Any) -> list[Any]:
-        """Return the derivatives of a scalar's rate by each velocity, one whose rate is plain."""
-        places = dict(zip(self.mechanism.coordinates, self.q, strict=True))
-        by = [{places[name.removesuffix("'")].place: 1.0} for name in self.mechanism.velocities]
-        columns = [push_forward(self.tape, values_of([scalar]), direction) for direction in by]
-        return [trace(self.tape, value) for (value,) in columns]
+        """Return the derivatives of a scalar's rate by each velocity; zero by those of turns."""
+        plain = {f"{name}'": q for name, q in zip(self.mechanism.coordinates, self.q, strict=True)}
+        return [
+            self.differentiate(scalar, plain[name]) if name in plain else 0.0
+            for name in self.mechanism.velocities
+        ]
 
     @cached_property
     def rates(self) -> list[Any]:
@@ -136,7 +142,6 @@ class Letters:
     def driven_paths(self) -> dict[str, DrivenPath]:
         """Return the path of each coordinate that the coordinate map drives, by name."""
         mechanism, paths = self.mechanism, dict[str, DrivenPath]()
-        velocities = [f"{name}'" for name in mechanism.coordinates]
         for name, scalar in mechanism.coordinates.driven.items():
             for symbol in self.signals:
                 if symbol in symbols_in(scalar):
@@ -147,12 +152,7 @@ class Letters:
             r = self.arithmetic(scalar, self.values)
             (rate,) = self.along([r])
             (second,) = self.along([rate])
-            slopes: list[Any] = [0.0] * mechanism.nv
-            for q, velocity in zip(self.q, velocities, strict=True):
-                if velocity in mechanism.velocities and isinstance(r, Traced):
-                    (slope,) = push_forward(self.tape, [r.place], {q.place: 1.0})
-                    slopes[mechanism.velocities.index(velocity)] = trace(self.tape, slope)
-            paths[name] = DrivenPath(r, rate, second, slopes)
+            paths[name] = DrivenPath(r, rate, second, self.slopes(r))
         return paths
 
     def along(self, scalars: Sequence[Any], known: Mapping[int, Value] | None = None) -> list[Any]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from math import inf
 from typing import Any, ClassVar, NoReturn, TypeVar, final
@@ -17,9 +18,19 @@ from typing import Any, ClassVar, NoReturn, TypeVar, final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.derivation.mechanics.contacts import velocity_rows
+from mecanique.derivation.mechanics.switching import (
+    CLOSED,
+    OPEN,
+    SLIPS,
+    STICKS,
+    ElementState,
+    Mode,
+    Terms,
+    accelerate,
+    list_margins,
+)
 from mecanique.errors import DerivationError, InputError, IntegrationError
-from mecanique.generation.mechanics.dynamics import Tree
+from mecanique.generation.mechanics.switching import SwitchingEquations
 from mecanique.model.constraints.friction import Contact
 from mecanique.model.forces import Force, JointForce, Torque
 from mecanique.model.joint_base import Single
@@ -29,20 +40,8 @@ from mecanique.model.parameters import Input
 from mecanique.motion.compile.python import list_values, scalar
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence
-from mecanique.motion.switching.law import (
-    CLOSED,
-    OPEN,
-    SLIPS,
-    STICKS,
-    ElementState,
-    Laws,
-    Mode,
-    ModeSolution,
-    UndecidedError,
-    hold,
-    list_margins,
-)
-from mecanique.motion.switching.rows import SwitchingRows, Terms, as_scalars
+from mecanique.motion.switching.law import Laws, ModeSolution, UndecidedError
+from mecanique.motion.switching.rows import SwitchingRows
 from mecanique.motion.tolerances import (
     CLOSED_GAP,
     DEAD,
@@ -56,7 +55,6 @@ from mecanique.motion.tolerances import (
     STILL,
     TINY,
 )
-from mecanique.program.solving import factorize
 from mecanique.program.traced import values_of
 
 MOST_OPERATIONS = 20_000
@@ -67,14 +65,19 @@ MOST_OPERATIONS = 20_000
 class ModeProgram:
     """The rates and margins of one mode, as functions of time and state."""
 
-    def __init__(self, equations: SwitchingEquations, mode: Mode) -> None:
-        rows, letters = equations.rows, equations.rows.letters
-        acceleration, forces = equations.solve(mode)
-        margins = list_margins(equations.terms, rows.elements, mode, forces, equations.length)
+    def __init__(self, rows: SwitchingRows, equations: SwitchingEquations, mode: Mode) -> None:
+        terms, elements, letters = equations.terms, equations.elements, rows.letters
+        acceleration, forces = equations.solve(mode, accelerate(terms, elements))
+
+        def length(*parts: Any) -> Any:
+            if len(parts) == 1:
+                return letters.call("Abs", parts[0])
+            return letters.call("sqrt", sum(part * part for part in parts))
+
+        margins = list_margins(terms, elements, mode, forces, length)
         self._elements = len(margins)
         rates = values_of([*letters.rates, *acceleration])
-        load = equations.terms.load
-        watched = values_of([*np.ravel(margins), *load])
+        watched = values_of([*np.ravel(margins), *terms.load])
         program = rows.program(rates)
         self.length = len(letters.tape.find_needed([*rates, *watched]))
         self.rates = scalar(program)
@@ -88,78 +91,27 @@ class ModeProgram:
 
 
 @final
-class SwitchingEquations:
-    """The equations of a mechanism with elements that switch, on a tape."""
+class ModePrograms:
+    """Writes the modes of a mechanism's elements as programs."""
 
     def __init__(self, rows: SwitchingRows) -> None:
-        self.rows = rows
-        tree = Tree(rows.letters)
-        mass = tree.mass_matrix()
-        self._factors = factorize(rows.letters.tape, mass)
-        bias, forces = tree.bias(), tree.forces()
-        contacts = {row.name: row for row in velocity_rows(rows.letters, tree.recursion)}
-        touching = [contacts[name] for name in rows.names]
-        joints = rows.on_tape()
-        slopes = as_scalars([row.slopes for row in touching]).reshape(-1, rows.base.nv)
+        self._rows = rows
 
-        def join(of_contacts: list[Any], of_joints: Array) -> Array:
-            return np.concatenate([as_scalars(of_contacts), of_joints])
-
-        self.terms = Terms(
-            mass=as_scalars([list(row) for row in mass]),
-            load=as_scalars([Q - h for Q, h in zip(forces, bias, strict=True)]),
-            jacobian=np.concatenate([slopes, joints.jacobian]),
-            gamma=join([row.rate for row in touching], joints.gamma),
-            gaps=join([row.gap for row in touching], joints.gaps),
-            rates=join([row.slip for row in touching], joints.rates),
-            drift=joints.drift,  # of joints alone
-            kinetic=joints.kinetic,
-            static=joints.static,
-        )
+    @cached_property
+    def _equations(self) -> SwitchingEquations:
+        rows = self._rows
+        return SwitchingEquations(rows.mechanism, rows.letters, rows.idle.__contains__)
 
     def write(self, mode: Mode) -> ModeProgram | None:
         """Return a mode as a program; None if it is not to be written as one."""
         slips_in_space = any(state.name == SLIPS for state in mode)
-        if self.rows.permanent or slips_in_space:
+        if self._rows.permanent or slips_in_space:
             return None
         try:
-            program = ModeProgram(self, mode)
+            program = ModeProgram(self._rows, self._equations, mode)
         except (ArithmeticError, DerivationError):
             return None
         return program if program.length <= MOST_OPERATIONS else None
-
-    def solve(self, mode: Mode) -> tuple[list[Any], Array]:
-        """Return the accelerations in a mode, and the force along each row."""
-        terms, factors = self.terms, self._factors
-        held = hold(terms, self.rows.elements, mode, ())
-        if len(held.rows) > 1 and (held.friction != np.eye(len(terms.gaps))[held.rows]).any():
-            raise DerivationError("friction of what is pressed makes the system unsymmetric")
-        J = terms.jacobian[held.rows]
-        free = as_scalars(factors.solve(terms.load + terms.jacobian.T @ held.known))
-        if not held.rows:
-            return list(free), held.known
-        columns = [factors.solve(list(column)) for column in held.forces.T]
-        yielding = as_scalars(columns).T
-        right = -1.0 * terms.gamma[held.rows] - J @ free
-        system = J @ yielding
-        if len(held.rows) == 1:
-            forces = as_scalars([right[0] / system[0, 0]])
-        else:
-            forces = as_scalars(factorize(self.rows.letters.tape, system).solve(list(right)))
-        a = list(free + yielding @ forces)
-        for i, row in enumerate(J):
-            # a coordinate that sticks does not creep, not even by rounding
-            entries = [k for k, slope in enumerate(row) if slope != 0]
-            if len(entries) == 1:
-                a[entries[0]] = -1.0 * terms.gamma[held.rows[i]] / row[entries[0]]
-        return a, held.known + held.friction.T @ forces
-
-    def length(self, *parts: Any) -> Any:
-        """Return the length of a vector, by its parts."""
-        letters = self.rows.letters
-        if len(parts) == 1:
-            return letters.call("Abs", parts[0])
-        return letters.call("sqrt", sum(part * part for part in parts))
 
 
 _Answer = TypeVar("_Answer")
@@ -218,7 +170,7 @@ class Corners:
         self._asked: dict[Mode, int] = {}
         # from when to when the program of the last mode asked for holds; hashing a mode takes time
         self._present_program: tuple[float, float, ModeProgram | None] = (inf, -inf, None)
-        self._equations: SwitchingEquations | None = None
+        self._writer = ModePrograms(self.rows)
         self._last: tuple[bytes, float, Array] | None = None
         self._at_once = 0
         self._ended: frozenset[Mode] = frozenset()
@@ -266,9 +218,7 @@ class Corners:
         self._asked[mode] = self._asked.get(mode, 0) + 1
         if self._asked[mode] <= OFTEN:
             return None
-        if self._equations is None:
-            self._equations = SwitchingEquations(self.rows)
-        program = self._equations.write(mode)
+        program = self._writer.write(mode)
         if program is not None and not self._agrees(program, t, y):
             program = None
         self._programs[mode] = program
@@ -430,8 +380,7 @@ class Corners:
             if state.name == OPEN:
                 touching[k] = True
             elif self.elements[k].stiffness is None:
-                ending = {STICKS, CLOSED, "slips +", "slips -", "slips"}
-                forbidden = frozenset((k, name) for name in ending)
+                forbidden = frozenset((k, name) for name in self.elements[k].states[1:])
             else:
                 touching[k] = False
         elif not shared and state.name == STICKS:

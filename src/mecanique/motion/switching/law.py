@@ -1,30 +1,44 @@
-"""Modes of elements that switch: the law in each, which of them follow, and impacts.
+"""Which modes of elements that switch follow in a state, and impacts.
 
-In a mode M a = load + Σ w λ with J a + γ = 0 in the rows it holds: w is Jᵀ of the row, and of the
-normal of a contact that slips J_nᵀ − μ Σ d J_tᵀ, d being the direction of slip. A mode follows if
-what it presupposes is so: normal forces press, what sticks needs no more than static friction, what
-opens parts, and what begins to slip does so against its friction (Pfeiffer & Glocker, Multibody
-Dynamics with Unilateral Contacts, 1996, ch. 4–6). All modes are tried, so that solutions are
-counted: Coulomb's law with rigid bodies may have none, or several (Painlevé, 1895).
+A mode follows if what it presupposes is so: normal forces press, what sticks needs no more than
+static friction, what opens parts, and what begins to slip does so against its friction (Pfeiffer &
+Glocker, Multibody Dynamics with Unilateral Contacts, 1996, ch. 4–6). All modes are tried, so that
+solutions are counted: Coulomb's law with rigid bodies may have none, or several (Painlevé, 1895).
+The velocities after an impact follow from its impulses by the same conditions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import hypot, prod
-from typing import Any, NamedTuple, final
+from typing import final
 
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.derivation.mechanics.switching import (
+    BACKWARD,
+    CLOSED,
+    FORWARD,
+    OPEN,
+    SLIPS,
+    STICKS,
+    Drive,
+    ElementRows,
+    ElementState,
+    Mode,
+    Terms,
+    accelerate,
+    friction_limit,
+    hold,
+    list_margins,
+    solve_held,
+    strike,
+)
 from mecanique.errors import InputError
-from mecanique.motion.switching.rows import ElementRows, Terms
 from mecanique.motion.tolerances import REDUNDANT, SAME_ANSWER, SLACK, TINY
-
-OPEN, CLOSED, STICKS = "open", "closed", "sticks"
-FORWARD, BACKWARD, SLIPS = "slips +", "slips -", "slips"
 
 MOST_MODES = 4096
 """So many modes at most are tried at once."""
@@ -40,6 +54,9 @@ _DIRECTIONS = {
     2: np.column_stack([np.cos(_TURN), np.sin(_TURN)]),
 }
 """Directions along which friction is bounded, by the number of tangents."""
+
+_UNDIRECTED = (CLOSED, STICKS, SLIPS)
+"""States without a direction of slip, or one that is sought."""
 
 MOST_IMPACTS = 10_000
 """Impacts that may follow each other in turn at one instant."""
@@ -57,166 +74,61 @@ class UndecidedError(InputError):
 
 
 @final
-@dataclass(frozen=True)
-class ElementState:
-    """The state of one element."""
-
-    name: str  # one of those above
-    direction: tuple[float, ...] = ()  # of slip along its tangents, of unit length
-
-
-Mode = tuple[ElementState, ...]
-
-
-@final
 @dataclass(frozen=True, eq=False)
 class ModeSolution:
-    """Accelerations and forces in a mode, or velocities and impulses after an impact."""
+    """Accelerations and forces in a mode, or changes of velocities and impulses at an impact."""
 
     mode: Mode
     a: Array  # shape (nv,)
     forces: Array  # shape (m,), the force along each row
-    redundant: bool  # whether the forces of the rows held are not determined
-    null: Array = field(default_factory=lambda: np.zeros((0, 0)))  # of the held rows' forces
-    held: tuple[int, ...] = ()
+    # how the forces of redundant rows can be shared, along all rows: shape (m, shares)
+    spread: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
-
-class HeldRows(NamedTuple):
-    """The rows that a mode holds, the directions of their forces, and the force it knows."""
-
-    rows: list[int]
-    forces: Array  # shape (nv, rows)
-    friction: Array  # shape (rows, m), what a unit of each row's force is along all rows
-    known: Array  # shape (m,), forces along rows that are known
-
-
-def hold(
-    terms: Terms, elements: Sequence[ElementRows], mode: Mode, permanent: Sequence[int]
-) -> HeldRows:
-    """Return what a mode holds."""
-    rows = list(permanent)
-    m, scalars = len(terms.jacobian), terms.gaps.dtype
-    known = np.zeros(m, scalars)
-    sliding: dict[int, list[tuple[int, float]]] = {}  # shares of the row that presses
-    for k, (element, state) in enumerate(zip(elements, mode, strict=True)):
-        normal = element.normal
-        if state.name == OPEN:
-            continue
-        if normal is not None and element.stiffness is not None:
-            known[normal] = -element.stiffness * terms.gaps[normal]
-        elif normal is not None:
-            rows.append(normal)
-        if state.name == STICKS:
-            rows += element.tangents
-        elif state.direction:
-            pairs = zip(element.tangents, state.direction, strict=True)
-            shares = [(row, -terms.kinetic[k] * part) for row, part in pairs]
-            if element.pressing is None:
-                for row, share in shares:
-                    known[row] = share
-            else:
-                sliding.setdefault(element.pressing, []).extend(shares)
-    for pressing in sliding.keys() - rows:  # of an elastic stop, or of nothing that touches
-        for row, share in sliding[pressing]:
-            known[row] = share * known[pressing]
-    friction = np.zeros((len(rows), m), scalars)
-    for i, row in enumerate(rows):
-        friction[i, row] = 1.0
-        for tangent, share in sliding.get(row, ()):
-            friction[i, tangent] = share
-    return HeldRows(rows, terms.jacobian.T @ friction.T, friction, known)
+    @property
+    def redundant(self) -> bool:
+        """Whether the forces of the rows held are not determined."""
+        return bool(self.spread.shape[1])
 
 
 def solve(
     terms: Terms,
     elements: Sequence[ElementRows],
     mode: Mode,
-    permanent: Sequence[int],
-    targets: Array | None = None,
+    drive: Drive,
+    permanent: Sequence[int] = (),
 ) -> ModeSolution | None:
-    """Return accelerations and forces in a mode; None if its equations have no solution.
+    """Return accelerations and forces in a mode; None if its equations have no solution."""
+    held = hold(terms, elements, mode, drive, permanent)
+    null: Array = np.zeros((len(held.rows), 0))
 
-    With `targets`, rates (m,) that the rows are to have, it returns the change of velocities and
-    the impulses instead.
-    """
-    held = hold(terms, elements, mode, permanent)
-    rows, J = held.rows, terms.jacobian
-    known = held.known if targets is None else np.zeros(len(J))
-    load = terms.load + J.T @ known if targets is None else np.zeros(len(terms.load))
-    if not rows:
-        return ModeSolution(mode, np.linalg.solve(terms.mass, load), known, redundant=False)
-    response = np.linalg.solve(terms.mass, np.column_stack([load, held.forces]))
-    free, yielding = response[:, 0], response[:, 1:]
-    wanted = -terms.gamma[rows] if targets is None else targets[rows] - terms.rates[rows]
-    right = wanted - J[rows] @ free
-    system = J[rows] @ yielding
-    null = np.zeros((len(rows), 0))
-    if len(rows) == 1:
-        size = np.abs(J[rows[0]]) @ np.abs(yielding[:, 0])
-        if abs(system[0, 0]) <= REDUNDANT * size:
-            return None
-        forces = right / system[0, 0]
-    else:
+    def by_mass(columns: Array) -> Array:
+        return np.asarray(np.linalg.solve(terms.mass, columns))
+
+    def by_rows(J: Array, yielding: Array, free: Array, wanted: Array) -> Array | None:
+        nonlocal null
+        system, right = J @ yielding, wanted - free
+        if len(J) == 1:
+            size = np.abs(J[0]) @ np.abs(yielding[:, 0])
+            known = abs(system[0, 0]) > REDUNDANT * size
+            return right / system[0, 0] if known else None
         # rows in the metric of kinetic energy, so that singular values are comparable
-        inverse = np.linalg.solve(terms.mass, J[rows].T)
-        scale = np.sqrt(np.einsum("ij,ji->i", J[rows], inverse))
+        scale = np.sqrt(np.einsum("ij,ji->i", J, by_mass(J.T)))
         scale[scale == 0] = 1.0
         left, sizes, right_vectors = np.linalg.svd(system / np.outer(scale, scale))
         rank = int((sizes > REDUNDANT * max(sizes[0], TINY)).sum())
         part = left[:, :rank].T @ (right / scale) / sizes[:rank]
-        forces = right_vectors[:rank].T @ part / scale
-        if rank < len(rows):
+        forces: Array = right_vectors[:rank].T @ part / scale
+        if rank < len(J):
             null = right_vectors[rank:].T / scale[:, None]
             missed = np.abs(system @ forces - right).max()
-            if missed > SLACK * (np.abs(wanted).max() + np.abs(J[rows] @ free).max()):
+            if missed > SLACK * (np.abs(wanted).max() + np.abs(free).max()):
                 return None
-    a = free + yielding @ forces
-    for i, row in enumerate(rows):
-        # a coordinate that sticks does not creep, not even by rounding
-        entries = np.flatnonzero(J[row])
-        if len(entries) == 1:
-            column = entries[0]
-            a[column] = wanted[i] / J[row, column]
-    total = known + held.friction.T @ forces
-    return ModeSolution(mode, a, total, null.shape[1] > 0, null, tuple(rows))
+        return forces
 
-
-def list_margins(
-    terms: Terms,
-    elements: Sequence[ElementRows],
-    mode: Mode,
-    forces: Array | None,
-    length: Callable[..., Any],
-) -> list[tuple[Any, Any]]:
-    """Return what each element has left in its state, see `Laws.margins`.
-
-    It holds for numbers and for scalars on a tape; `length` gives that of a force by its parts.
-    """
-    margins: list[tuple[Any, Any]] = []
-    for k, (element, state) in enumerate(zip(elements, mode, strict=True)):
-        normal = element.normal
-        if normal is not None and (state.name == OPEN or element.stiffness is not None):
-            gap = terms.gaps[normal]
-            margins.append((gap if state.name == OPEN else -gap, 1.0))
-            continue
-        press: Any = 1.0
-        if normal is not None and forces is not None:
-            press = forces[normal] + element.holds
-        friction: Any = 1.0
-        if state.name == STICKS and forces is not None:
-            pulls = [forces[row] for row in element.tangents]
-            friction = friction_limit(element, terms.static[k], forces) - length(*pulls)
-        elif state.direction:
-            # the slip along the direction in which it began
-            pairs = zip(element.tangents, state.direction, strict=True)
-            friction = sum(terms.rates[row] * part for row, part in pairs)
-        margins.append((press, friction))
-    return margins
-
-
-def friction_limit(element: ElementRows, coefficient: Any, forces: Array) -> Any:
-    """Return the most friction of an element, by its coefficient and the forces along rows."""
-    return coefficient if element.pressing is None else coefficient * forces[element.pressing]
+    solved = solve_held(terms, held, drive, by_mass, by_rows)
+    if solved is None:
+        return None
+    return ModeSolution(mode, *solved, held.friction.T @ null)
 
 
 @final
@@ -229,7 +141,8 @@ class Laws:
 
     def solve(self, terms: Terms, mode: Mode) -> ModeSolution | None:
         """Return accelerations and forces in a mode, with the direction of slip of the state."""
-        return solve(terms, self.elements, self.along_slip(terms, mode), self.permanent)
+        drive, mode = accelerate(terms, self.elements), self.along_slip(terms, mode)
+        return solve(terms, self.elements, mode, drive, self.permanent)
 
     def along_slip(self, terms: Terms, mode: Mode) -> Mode:
         """Return the mode with the directions of slip in space that the state has."""
@@ -246,34 +159,22 @@ class Laws:
         return tuple(states)
 
     def margins(self, terms: Terms, mode: Mode) -> Array:
-        """Return what each element has left in its state, shape (elements, 2): gap, friction.
+        """Return what each element has left in its state, shape (elements, 2), `list_margins`.
 
-        The first is the gap while it is open and the normal force while it is closed, the second
-        the reserve of static friction or the speed of slip; 1 where there is none.
+        Elements that bear redundant forces together have one margin, that of the best share: what
+        sticks does so while a share exists.
         """
         solution = self.solve(terms, mode)
-        if solution is not None and solution.redundant:
-            return self._shared_margins(terms, solution, np.ones((len(self.elements), 2)))
         forces = None if solution is None else solution.forces
-        return np.array(list_margins(terms, self.elements, mode, forces, hypot))
-
-    def _shared_margins(self, terms: Terms, solution: ModeSolution, margins: Array) -> Array:
-        """Return the margins where forces can be shared: what sticks does so while a share exists.
-
-        Elements that bear redundant forces together have one margin, that of the best share.
-        """
-        spare = self._find_spare(terms, solution)
-        for k, (element, state) in enumerate(zip(self.elements, solution.mode, strict=True)):
-            if element.normal is not None and (state.name == OPEN or element.stiffness is not None):
-                gap = terms.gaps[element.normal]
-                margins[k, 0] = gap if state.name == OPEN else -gap
-            elif state.name == STICKS:
-                margins[k, 1] = spare
-            elif element.normal is not None:
-                margins[k, 0] = spare
-            if state.direction:
-                slip = terms.rates[list(element.tangents)]
-                margins[k, 1] = float(slip @ np.array(state.direction))
+        mode = mode if solution is None else solution.mode
+        margins = np.array(list_margins(terms, self.elements, mode, forces, hypot))
+        if solution is not None and solution.redundant:
+            spare = self._find_spare(terms, solution, accelerate(terms, self.elements))
+            for k, (element, state) in enumerate(zip(self.elements, mode, strict=True)):
+                if state.name == STICKS:
+                    margins[k] = 1.0, spare
+                elif element.struck and state.name != OPEN:
+                    margins[k, 0] = spare
         return margins
 
     # which mode follows -------------------------------------------------------------------------
@@ -295,19 +196,37 @@ class Laws:
             forbidden: elements and states that end here.
             ended: modes that end as a whole, as their elements share their forces.
         """
-        choices = []
+        choices, near, beginning = [], set[int](), set[int]()
         for k, element in enumerate(self.elements):
             states = self._candidates(terms, element, touching[k], still)
             choices.append([s for s in states if (k, s.name) not in forbidden])
-        self._refuse_many(choices)
-        solutions: list[ModeSolution] = []
-        for mode in product(*choices):
-            if mode in ended:
-                continue
-            for solution in self._in_space(terms, mode):
-                if self._follows(terms, solution, touching, still):
-                    solutions.append(solution)
+            if touching[k] and element.struck and terms.rates[element.normal] <= still:
+                near.add(k)
+            if np.linalg.norm(terms.rates[list(element.tangents)]) <= still:
+                beginning.add(k)
+        drive = accelerate(terms, self.elements)
+        solutions = self._solve_all(terms, choices, drive, near, beginning, 0.0, ended)
         return _distinct(_prefer_sticking(self, terms, solutions), terms)
+
+    def _solve_all(
+        self,
+        terms: Terms,
+        choices: Sequence[Sequence[ElementState]],
+        drive: Drive,
+        near: Collection[int],
+        beginning: Collection[int],
+        still: float,
+        ended: Collection[Mode] = (),
+    ) -> list[ModeSolution]:
+        """Return the solutions of all modes whose conditions are met."""
+        self._refuse_many(choices)
+        return [
+            solution
+            for mode in product(*choices)
+            if mode not in ended
+            for solution in self._in_space(terms, mode, drive)
+            if self._is_sound(terms, solution, drive, near, beginning, still)
+        ]
 
     def _candidates(
         self, terms: Terms, element: ElementRows, touches: bool, still: float
@@ -344,13 +263,11 @@ class Laws:
                 "counted one by one; expected fewer elements that switch at once"
             )
 
-    def _in_space(
-        self, terms: Terms, mode: Mode, targets: Array | None = None
-    ) -> Iterator[ModeSolution]:
+    def _in_space(self, terms: Terms, mode: Mode, drive: Drive) -> Iterator[ModeSolution]:
         """Yield the solutions of a mode, for each direction in which a contact begins to slip."""
         unknown = [k for k, s in enumerate(mode) if s.name == SLIPS and not s.direction]
         if not unknown:
-            solution = solve(terms, self.elements, mode, self.permanent, targets)
+            solution = solve(terms, self.elements, mode, drive, self.permanent)
             if solution is not None:
                 yield solution
             return
@@ -366,13 +283,13 @@ class Laws:
         def at(angle: float) -> ModeSolution | None:
             state = ElementState(SLIPS, (float(np.cos(angle)), float(np.sin(angle))))
             changed = (*mode[:k], state, *mode[k + 1 :])
-            return solve(terms, self.elements, changed, self.permanent, targets)
+            return solve(terms, self.elements, changed, drive, self.permanent)
 
         def across(angle: float) -> float:
             solution = at(angle)
             if solution is None:
                 return float("nan")
-            x, y = self._begins(terms, solution, tangents, targets)
+            x, y = (terms.jacobian @ solution.a - drive.wanted)[tangents]
             return float(np.cos(angle) * y - np.sin(angle) * x)
 
         from scipy.optimize import brentq
@@ -385,70 +302,56 @@ class Laws:
                 if solution is not None:
                     yield solution
 
-    @staticmethod
-    def _begins(
-        terms: Terms, solution: ModeSolution, rows: list[int], targets: Array | None
-    ) -> Array:
-        """The rate at which slip grows, or after an impact the slip, along rows."""
-        change = terms.jacobian[rows] @ solution.a
-        added: Array = change + (terms.gamma[rows] if targets is None else terms.rates[rows])
-        return added
-
-    def _follows(
-        self, terms: Terms, solution: ModeSolution, touching: Sequence[bool], still: float
-    ) -> bool:
-        """Return whether what a mode presupposes is so."""
-        J, a = terms.jacobian, solution.a
-        forces = solution.forces
-        growth = J @ a + terms.gamma
-        # sizes of what is added up in each row: differences below a part of them are rounding
-        free = np.linalg.solve(terms.mass, terms.load)
-        size = np.abs(J) @ (np.abs(a) + np.abs(free)) + np.abs(terms.gamma)
-        pull = float(np.abs(forces).max(initial=0.0)) + _typical_force(terms)
-        if solution.redundant:
-            return self._feasible(terms, solution, touching, still, pull)
-        for k, (element, state) in enumerate(zip(self.elements, solution.mode, strict=True)):
-            normal = element.normal
-            if element.stiffness is not None:
-                continue
-            if normal is not None and state.name == OPEN:
-                near = touching[k] and terms.rates[normal] <= still
-                if near and growth[normal] < -SLACK * size[normal]:
-                    return False
-                continue
-            if normal is not None and forces[normal] < -element.holds - SLACK * pull:
-                return False
-            tangents = list(element.tangents)
-            if state.name == STICKS:
-                bound = friction_limit(element, terms.static[k], forces)
-                if np.linalg.norm(forces[tangents]) > bound + SLACK * pull:
-                    return False
-            elif state.direction and np.linalg.norm(terms.rates[tangents]) <= still:
-                grows = float(growth[tangents] @ np.array(state.direction))
-                if grows < -SLACK * float(size[tangents].max()):
-                    return False
-        return True
-
-    def _feasible(
+    def _is_sound(
         self,
         terms: Terms,
         solution: ModeSolution,
-        touching: Sequence[bool],
+        drive: Drive,
+        near: Collection[int],
+        beginning: Collection[int],
         still: float,
-        pull: float,
     ) -> bool:
-        """Return whether redundant forces can be shared so that all conditions are met."""
-        growth = terms.jacobian @ solution.a + terms.gamma
-        for k, (element, state) in enumerate(zip(self.elements, solution.mode, strict=True)):
-            normal = element.normal
-            if state.name != OPEN or normal is None or not touching[k]:
-                continue
-            near = terms.rates[normal] <= still
-            if near and growth[normal] < -SLACK * (1 + np.abs(growth).max()):
-                return False
-        return self._find_spare(terms, solution) >= -SLACK * pull
+        """Return whether what a mode presupposes is so.
 
-    def _find_spare(self, terms: Terms, solution: ModeSolution) -> float:
+        Args:
+            terms: those of the state.
+            solution: of the mode.
+            drive: what it was solved for.
+            near: elements whose gap must not become smaller if they are open.
+            beginning: elements whose slip, if any, begins here.
+            still: speeds up to this are none.
+        """
+        J, a, forces = terms.jacobian, solution.a, solution.forces
+        gained = J @ a - drive.wanted
+        # sizes of what is added up in each row: differences below a part of them are rounding
+        free = np.linalg.solve(terms.mass, drive.load)
+        size = np.abs(J) @ (np.abs(a) + np.abs(free)) + np.abs(drive.wanted) + still
+        pull = float(np.abs(forces).max(initial=0.0)) + _typical_force(terms, drive)
+        if solution.redundant and self._find_spare(terms, solution, drive) < -SLACK * pull:
+            return False
+        for k, (element, state) in enumerate(zip(self.elements, solution.mode, strict=True)):
+            normal, tangents = element.normal, list(element.tangents)
+            if element.stiffness is not None:
+                continue
+            if normal is not None and state.name == OPEN:
+                if k in near and gained[normal] < -SLACK * size[normal]:
+                    return False
+                continue
+            if state.direction and k in beginning:
+                grows = float(gained[tangents] @ np.array(state.direction))
+                if grows < -SLACK * float(size[tangents].max()):
+                    return False
+            if solution.redundant:
+                continue  # its forces are among those that are shared
+            if normal is not None and forces[normal] < -drive.holds[k] - SLACK * pull:
+                return False
+            if state.name == STICKS:
+                bound = friction_limit(element, drive.sticking[k], forces)
+                if np.linalg.norm(forces[tangents]) > bound + SLACK * pull:
+                    return False
+        return True
+
+    def _find_spare(self, terms: Terms, solution: ModeSolution, drive: Drive) -> float:
         """Return the least reserve of normal forces and static friction under the best share.
 
         The share of redundant forces that leaves most is found by a linear program; in space the
@@ -456,8 +359,7 @@ class Laws:
         """
         from scipy.optimize import linprog
 
-        held = hold(terms, self.elements, solution.mode, self.permanent)
-        spread = held.friction.T @ solution.null  # along all rows, by shares of the null space
+        spread = solution.spread
         rows, bounds = list[Array](), list[float]()
         for k, (element, state) in enumerate(zip(self.elements, solution.mode, strict=True)):
             normal = element.normal
@@ -465,10 +367,10 @@ class Laws:
                 continue
             if normal is not None:
                 rows.append(-spread[normal])
-                bounds.append(float(solution.forces[normal]) + element.holds)
+                bounds.append(float(solution.forces[normal]) + drive.holds[k])
             if state.name != STICKS:
                 continue
-            limit, tangents, pressing = terms.static[k], list(element.tangents), element.pressing
+            limit, tangents, pressing = drive.sticking[k], list(element.tangents), element.pressing
             by_normal = 0.0 if pressing is None else limit * spread[pressing]
             most = float(friction_limit(element, limit, solution.forces))
             for direction in _DIRECTIONS[len(tangents)]:
@@ -498,11 +400,8 @@ class Laws:
         Raises:
             UndecidedError: if no velocities follow, or several.
         """
-        contacts = [
-            k
-            for k, element in enumerate(self.elements)
-            if touching[k] and element.normal is not None and element.stiffness is None
-        ]
+        struck = zip(self.elements, touching, strict=True)
+        contacts = [k for k, (element, near) in enumerate(struck) if near and element.struck]
         if any(getattr(self.elements[k].element, "in_turn", False) for k in contacts):
             return self._in_turn(terms, contacts, still)
         return self._together(terms, contacts, still)
@@ -528,33 +427,32 @@ class Laws:
 
     def _together(self, terms: Terms, contacts: list[int], still: float) -> Array:
         laws = {getattr(self.elements[k].element, "law", "newton") for k in contacts}
-        if laws == {"poisson"}:
-            return self._by_poisson(terms, contacts, still)
-        if "poisson" in laws:
+        if len(laws) > 1:
             raise InputError(
                 "contacts that impact together have Newton's and Poisson's laws of restitution; "
                 "expected one of them"
             )
-        targets = np.zeros(len(terms.jacobian))
-        for k in contacts:
-            approach = min(terms.rates[self._normal(k)], 0.0)
-            targets[self._normal(k)] = -self.elements[k].restitution * approach
-        return self._impulses(terms, contacts, targets, still).a
+        normals = {k: self._normal(k) for k in contacts}
+        if laws == {"poisson"}:
+            return self._by_poisson(terms, normals, still)
+        targets = {
+            row: -self.elements[k].restitution * min(terms.rates[row], 0.0)
+            for k, row in normals.items()
+        }
+        return self._strike(terms, contacts, strike(terms, targets, self.elements), still).a
 
-    def _by_poisson(self, terms: Terms, contacts: list[int], still: float) -> Array:
+    def _by_poisson(self, terms: Terms, normals: dict[int, int], still: float) -> Array:
         """Compression until no contact approaches, then e times its normal impulses."""
-        targets = np.zeros(len(terms.jacobian))
-        pressed = self._impulses(terms, contacts, targets, still)
+        pressed = self._strike(terms, normals, strike(terms, {}, self.elements), still)
         after = terms._replace(rates=terms.rates + terms.jacobian @ pressed.a)
         given = {
-            k: self.elements[k].restitution * float(pressed.forces[self._normal(k)])
-            for k in contacts
+            row: self.elements[k].restitution * pressed.forces[row] for k, row in normals.items()
         }
-        change = pressed.a + self._expand(after, given, still)
+        drive = strike(after, {}, self.elements, given)
+        change: Array = pressed.a + self._strike(after, normals, drive, still).a
         size = np.abs(terms.jacobian) @ np.abs(change) + np.abs(terms.rates) + still
         rates = terms.rates + terms.jacobian @ change
-        for k in contacts:
-            normal = self._normal(k)
+        for k, normal in normals.items():
             # friction in expansion may press a contact together again, which this law leaves open
             if rates[normal] < -SLACK * size[normal]:
                 raise UndecidedError(
@@ -564,79 +462,21 @@ class Laws:
                 )
         return change
 
-    def _expand(self, terms: Terms, given: dict[int, float], still: float) -> Array:
-        """Return the change of velocities by given normal impulses, with their friction."""
-        choices = [self._impact_states(k, closed_only=True) for k in given]
-        J = terms.jacobian
-        changes: list[Array] = []
-        for states in product(*choices):
-            normal, rows, shares = np.zeros(len(J)), list(self.permanent), np.zeros(len(J))
-            for (k, impulse), state in zip(given.items(), states, strict=True):
-                normal[self._normal(k)] = impulse
-                tangents = list(self.elements[k].tangents)
-                if state.name == STICKS:
-                    rows += tangents
-                elif state.direction:
-                    shares[tangents] = -terms.kinetic[k] * impulse * np.array(state.direction)
-            free = np.linalg.solve(terms.mass, J.T @ (normal + shares))
-            system = J[rows] @ np.linalg.solve(terms.mass, J[rows].T)
-            impulses = np.linalg.lstsq(system, -(terms.rates + J @ free)[rows], rcond=REDUNDANT)[0]
-            change = free + np.linalg.solve(terms.mass, J[rows].T @ impulses)
-            forces = normal + shares
-            forces[rows] += impulses
-            size = np.abs(J) @ np.abs(change) + np.abs(terms.rates) + still
-            sound = True
-            for (k, impulse), state in zip(given.items(), states, strict=True):
-                tangents = list(self.elements[k].tangents)
-                slip = (terms.rates + J @ change)[tangents]
-                if state.name == STICKS:
-                    bound = terms.kinetic[k] * impulse * (1 + SLACK) + TINY
-                    sound &= bool(np.linalg.norm(forces[tangents]) <= bound)
-                elif state.direction:
-                    least = -SLACK * size[tangents].max()
-                    sound &= bool(slip @ np.array(state.direction) >= least)
-            if sound:
-                changes.append(change)
-        distinct: list[Array] = []
-        for change in changes:
-            speed = np.abs(change).max() + np.abs(terms.rates).max() + still
-            if all(np.abs(change - old).max() > SAME_ANSWER * speed for old in distinct):
-                distinct.append(change)
-        if len(distinct) != 1:
-            message = _say_count(len(distinct), "velocities", "after this impact")
-            raise UndecidedError(message, len(distinct))
-        return distinct[0]
-
-    def _impact_states(self, k: int, *, closed_only: bool = False) -> list[ElementState]:
-        element = self.elements[k]
-        states = [] if closed_only else [ElementState(OPEN)]
-        if not element.tangents:
-            return [*states, ElementState(CLOSED)]
-        states.append(ElementState(STICKS))
-        if len(element.tangents) == 1:
-            return [*states, ElementState(FORWARD, (1.0,)), ElementState(BACKWARD, (-1.0,))]
-        if closed_only:
-            raise InputError(
-                f"contact {self.elements[k].name!r}: Poisson's law with friction is treated in the "
-                "plane alone; use Newton's, or no friction"
-            )
-        return [*states, ElementState(SLIPS)]
-
-    def _impulses(
-        self, terms: Terms, contacts: list[int], targets: Array, still: float
+    def _strike(
+        self, terms: Terms, contacts: Collection[int], drive: Drive, still: float
     ) -> ModeSolution:
-        """Return the change of velocities and the impulses for which rates reach their targets."""
+        """Return the only change of velocities that meets all conditions, with the impulses."""
         choices: list[list[ElementState]] = []
-        for k in range(len(self.elements)):
+        for k, element in enumerate(self.elements):
             # what only rubs has no impulse, nor has what does not touch
-            states = self._impact_states(k) if k in contacts else [ElementState(OPEN)]
+            states = [ElementState(OPEN)]
+            if k in contacts:
+                closed = [ElementState(name) for name in element.states[1:] if name in _UNDIRECTED]
+                states = closed if element.normal in drive.given else states + closed
+                if len(element.tangents) == 1:
+                    states += [ElementState(FORWARD, (1.0,)), ElementState(BACKWARD, (-1.0,))]
             choices.append(states)
-        self._refuse_many(choices)
-        solutions: list[ModeSolution] = []
-        for mode in product(*choices):
-            for solution in self._in_space(terms, mode, targets):
-                if self._restores(terms, solution, contacts, targets, still):
-                    solutions.append(solution)
+        solutions = self._solve_all(terms, choices, drive, contacts, contacts, still)
         solutions = _distinct(solutions, terms, still)
         if len(solutions) != 1:
             names = ", ".join(self.elements[k].name for k in contacts)
@@ -644,41 +484,12 @@ class Laws:
             raise UndecidedError(message, len(solutions))
         return solutions[0]
 
-    def _restores(
-        self,
-        terms: Terms,
-        solution: ModeSolution,
-        contacts: list[int],
-        targets: Array,
-        still: float,
-    ) -> bool:
-        after = terms.rates + terms.jacobian @ solution.a
-        size = np.abs(terms.jacobian) @ np.abs(solution.a) + np.abs(terms.rates) + still
-        impulses = solution.forces
-        most = float(np.abs(impulses).max(initial=0.0))
-        for k in contacts:
-            state, normal = solution.mode[k], self._normal(k)
-            if after[normal] < targets[normal] - SLACK * size[normal]:
-                return False
-            if impulses[normal] < -SLACK * most:
-                return False
-            tangents = list(self.elements[k].tangents)
-            if state.name == STICKS:
-                bound = terms.kinetic[k] * impulses[normal] + SLACK * most
-                if np.linalg.norm(impulses[tangents]) > bound:
-                    return False
-            elif state.direction:
-                slip = float(after[tangents] @ np.array(state.direction))
-                if slip < -SLACK * float(size[tangents].max()):
-                    return False
-        return True
 
-
-def _typical_force(terms: Terms) -> float:
-    """A size of the forces in a state along rows, for rounding."""
+def _typical_force(terms: Terms, drive: Drive) -> float:
+    """A size of the forces along rows, for rounding."""
     lengths = np.abs(terms.jacobian).max(axis=1, initial=0.0)
     longest = float(lengths.max(initial=0.0))
-    return float(np.abs(terms.load).max(initial=0.0)) / longest if longest else 0.0
+    return float(np.abs(drive.load).max(initial=0.0)) / longest if longest else 0.0
 
 
 def _distinct(

@@ -1,0 +1,364 @@
+"""Elements that switch: the rows they have, and what holds in a mode, on scalars of any kind.
+
+In a mode M a = load + Σ w λ with J a = wanted in the rows it holds: w is Jᵀ of the row, and of the
+normal of a contact that slips J_nᵀ − μ Σ d J_tᵀ, d being the direction of slip. Of accelerations
+wanted is −γ; of an impact a is the change of velocities, λ are impulses, and wanted is −(1 + e)
+times the rate of a gap. Scalars are numbers, values on a tape, or arrays over states, whose axis
+comes first: `terms.gaps.T[row]` is the gap of a row in any of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, TypeAlias, final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.errors import InputError
+from mecanique.model.constraint_base import JointRow
+from mecanique.model.constraints.friction import Contact, Switching
+from mecanique.model.expression import Scalar, coordinate, symbols_in
+from mecanique.model.joint_base import Single
+from mecanique.model.mechanism import Mechanism
+
+Scalars: TypeAlias = npt.NDArray[Any]
+"""Numbers, or values on a tape as an array of objects."""
+
+OPEN, CLOSED, STICKS = "open", "closed", "sticks"
+FORWARD, BACKWARD, SLIPS = "slips +", "slips -", "slips"
+
+
+@final
+@dataclass(frozen=True)
+class ElementState:
+    """The state of one element."""
+
+    name: str  # one of those above
+    direction: tuple[Any, ...] = ()  # of slip along its tangents, of unit length
+
+
+Mode: TypeAlias = "tuple[ElementState, ...]"
+
+
+class Terms(NamedTuple):
+    """M a = load + Jᵀ λ with J a + γ = 0 in one state, and what the elements have there."""
+
+    mass: Scalars  # shape (…, nv, nv)
+    load: Scalars  # shape (…, nv), forces − bias
+    jacobian: Scalars  # shape (…, m, nv)
+    gamma: Scalars  # shape (…, m)
+    gaps: Scalars  # shape (…, m), zero in rows of velocities alone
+    rates: Scalars  # shape (…, m), J v + drift
+    drift: Scalars  # shape (…, m)
+    kinetic: Scalars  # shape (…, elements), μ, or the kinetic force where the load is stated
+    static: Scalars  # shape (…, elements), the same of static friction
+
+
+@final
+@dataclass(frozen=True)
+class ElementRows:
+    """Which rows an element has, and what its laws are."""
+
+    element: Switching
+    normal: int | None  # its row of the gap; None if it only rubs
+    tangents: tuple[int, ...]  # its rows along which it rubs
+    pressing: int | None = None  # the row whose force its friction goes by
+    restitution: Any = 0.0
+    stiffness: Any = None  # of an elastic stop
+    holds: Any = 0.0  # the pull that a latch keeps
+
+    @property
+    def name(self) -> str:
+        """Name of the element."""
+        return self.element.name
+
+    @property
+    def rows(self) -> tuple[int, ...]:
+        """Its rows, the one that presses first."""
+        return self.tangents if self.normal is None else (self.normal, *self.tangents)
+
+    @property
+    def struck(self) -> bool:
+        """Whether it has impacts."""
+        return self.normal is not None and self.stiffness is None
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """The states it may be in."""
+        first = () if self.normal is None else (OPEN,)
+        if not self.tangents:
+            return (*first, CLOSED)
+        return (*first, STICKS, *((FORWARD, BACKWARD) if len(self.tangents) == 1 else (SLIPS,)))
+
+
+def close_contacts(mechanism: Mechanism) -> Mechanism:
+    """Return the mechanism without its elements, in which every contact is closed and sticks."""
+    closed = tuple(e.closed for e in mechanism.switching if isinstance(e, Contact))
+    return replace(mechanism, switching=(), contacts=(*mechanism.contacts, *closed))
+
+
+def list_elements(
+    mechanism: Mechanism,
+    names: Sequence[str],
+    evaluate: Callable[[Scalar], Any],
+    idle: Collection[int] = (),
+) -> tuple[ElementRows, ...]:
+    """Return the elements with their rows: those of contacts by name, then those in joints.
+
+    Rows that no motion changes are idle: there is no slip along them.
+    """
+    elements: list[ElementRows] = []
+    first = len(names)
+    for element in mechanism.switching:
+        if isinstance(element, Contact):
+            normal: int | None = names.index(f"{element.name}: normal")
+            tangents = [names.index(f"{element.name}: {row}") for row in ("x", "y")]
+            tangents = [k for k in tangents if element.rubs and k not in idle]
+        else:
+            rows = list(enumerate(element.joint_rows, first))
+            first += len(rows)
+            normal = next((k for k, row in rows if row.offset is not None), None)
+            tangents = [k for k, row in rows if row.offset is None]
+        stated = {
+            name: evaluate(value)
+            for name in ("restitution", "stiffness", "holds")
+            if (value := getattr(element, name, None)) is not None
+        }
+        elements.append(ElementRows(element, normal, tuple(tangents), **stated))
+    normals = {rows.name: rows.normal for rows in elements}
+    return tuple(
+        rows if (by := rows.element.pressed_by) is None else replace(rows, pressing=normals[by])
+        for rows in elements
+    )
+
+
+def as_scalars(scalars: Iterable[Any]) -> Scalars:
+    """Return scalars on a tape as an array of objects."""
+    return np.array(list(scalars), dtype=object)
+
+
+def place_of(mechanism: Mechanism, row: JointRow) -> Scalar:
+    """Return the gap of a row of joints, or the way that it rubs, in the coordinates."""
+    whole: Any = row.offset or 0.0
+    for name, weight in row.weights:
+        joint = mechanism.joint(name)
+        assert isinstance(joint, Single), "validated"
+        way = coordinate(joint.coordinate)
+        place: Any = mechanism.coordinates.driven.get(joint.coordinate, way)
+        for symbol in symbols_in(place):
+            if symbol in mechanism.coordinates and f"{symbol}'" not in mechanism.velocities:
+                raise InputError(
+                    f"joint {name!r} follows {symbol!r}, part of a quaternion, which elements "
+                    "that switch do not treat; put them into another joint"
+                )
+        whole = whole + weight * place
+    return whole
+
+
+def joint_terms(mechanism: Mechanism, letters: Letters) -> Terms:
+    """Return the terms of the elements in joints on a tape, without mass and load."""
+    rows = [row for element in mechanism.switching for row in element.joint_rows]
+    places = [letters.number(place_of(mechanism, row), letters.values) for row in rows]
+    speeds = [letters.number(row.speed, letters.values) for row in rows]
+    rates = [way - speed for way, speed in zip(letters.along(places), speeds, strict=True)]
+    by_time = [letters.differentiate(place, letters.t) for place in places]
+    coefficients = as_scalars(
+        letters.number(scalar, letters.values)
+        for element in mechanism.switching
+        for scalar in element.coefficients
+    )
+    kinetic, static = coefficients.reshape(-1, 2).T
+    return Terms(
+        mass=as_scalars([]),
+        load=as_scalars([]),
+        jacobian=as_scalars(map(letters.slopes, places)).reshape(-1, mechanism.nv),
+        gamma=as_scalars(letters.along(rates)),
+        gaps=as_scalars(
+            0.0 if row.offset is None else place for row, place in zip(rows, places, strict=True)
+        ),
+        rates=as_scalars(rates),
+        drift=as_scalars(by_t - speed for by_t, speed in zip(by_time, speeds, strict=True)),
+        kinetic=kinetic,
+        static=static,
+    )
+
+
+def name_mode(
+    elements: Sequence[ElementRows], states: Mapping[str, str], along: tuple[Any, ...] = ()
+) -> Mode:
+    """Return a mode by the name of each element's state, open if it has none.
+
+    What slips in space does so along a direction, in parts along its tangents.
+    """
+    directions = {FORWARD: (1.0,), BACKWARD: (-1.0,), SLIPS: along}
+    named = [states.get(rows.name, OPEN) for rows in elements]
+    return tuple(ElementState(name, directions.get(name, ())) for name in named)
+
+
+class Drive(NamedTuple):
+    """What a mode is solved for: accelerations under loads, or changes of velocities."""
+
+    load: Scalars  # shape (…, nv); zero of an impact
+    wanted: Scalars  # shape (…, m), what J a is in a row that is held
+    given: Mapping[int, Any]  # normal forces that are known, by row
+    sticking: Scalars  # shape (…, elements), the friction that sticks at most, as in `Terms`
+    holds: Sequence[Any]  # what each element pulls at most
+
+
+def accelerate(terms: Terms, elements: Sequence[ElementRows]) -> Drive:
+    """Return what the accelerations of a state follow from; elastic stops press by their gaps."""
+    elastic = {
+        rows.normal: -1.0 * rows.stiffness * terms.gaps.T[rows.normal]
+        for rows in elements
+        if rows.normal is not None and rows.stiffness is not None
+    }
+    holds = [rows.holds for rows in elements]
+    return Drive(terms.load, -1.0 * terms.gamma, elastic, terms.static, holds)
+
+
+def bounce(terms: Terms, element: ElementRows) -> dict[int, Any]:
+    """Return the rate of an element's gap after an impact by Newton's law, by its row."""
+    assert element.normal is not None, "it is struck"
+    return {element.normal: -1.0 * element.restitution * terms.rates.T[element.normal]}
+
+
+def strike(
+    terms: Terms,
+    targets: Mapping[int, Any],
+    elements: Sequence[ElementRows],
+    given: Mapping[int, Any] | None = None,
+) -> Drive:
+    """Return what an impact follows from: the rates of rows after it, zero where none is named."""
+    wanted = -1.0 * terms.rates
+    for row, target in targets.items():
+        wanted.T[row] = wanted.T[row] + target
+    no_load = np.zeros(terms.load.shape, terms.load.dtype)
+    return Drive(no_load, wanted, given or {}, terms.kinetic, [0.0] * len(elements))
+
+
+class HeldRows(NamedTuple):
+    """The rows that a mode holds, the directions of their forces, and the force it knows."""
+
+    rows: list[int]
+    forces: Scalars  # shape (…, nv, rows)
+    friction: Scalars  # shape (…, rows, m), what a unit of each row's force is along all rows
+    known: Scalars  # shape (…, m), forces along rows that are known
+
+
+def hold(
+    terms: Terms,
+    elements: Sequence[ElementRows],
+    mode: Mode,
+    drive: Drive,
+    permanent: Sequence[int] = (),
+) -> HeldRows:
+    """Return what a mode holds."""
+    rows, sliding = list(permanent), dict[int, list[tuple[int, Any]]]()
+    known = np.zeros(terms.gaps.shape, terms.gaps.dtype)
+    for k, (element, state) in enumerate(zip(elements, mode, strict=True)):
+        if state.name == OPEN:
+            continue
+        normal = element.normal
+        if normal is not None and normal in drive.given:
+            known.T[normal] = drive.given[normal]
+        elif normal is not None:
+            rows.append(normal)
+        if state.name == STICKS:
+            rows += element.tangents
+        elif state.direction:
+            pairs = zip(element.tangents, state.direction, strict=True)
+            shares = [(row, -1.0 * terms.kinetic.T[k] * part) for row, part in pairs]
+            if element.pressing is None:
+                for row, share in shares:
+                    known.T[row] = share
+            else:
+                sliding.setdefault(element.pressing, []).extend(shares)
+    for pressing in sliding.keys() - rows:  # what presses is known, or nothing touches
+        for row, share in sliding[pressing]:
+            known.T[row] = share * known.T[pressing]
+    friction = np.repeat(np.zeros_like(known)[..., None, :], len(rows), axis=-2)
+    for i, row in enumerate(rows):
+        friction[..., i, row] = 1.0
+        for tangent, share in sliding.get(row, ()):
+            friction[..., i, tangent] = share
+    forces = (friction @ terms.jacobian).swapaxes(-1, -2)
+    return HeldRows(rows, forces, friction, known)
+
+
+def solve_held(
+    terms: Terms,
+    held: HeldRows,
+    drive: Drive,
+    by_mass: Callable[[Scalars], Scalars],
+    by_rows: Callable[[Scalars, Scalars, Scalars, Scalars], Scalars | None],
+) -> tuple[Scalars, Scalars] | None:
+    """Return accelerations and the force along each row in one state; None if there are none.
+
+    Args:
+        terms: of the state.
+        held: what the mode holds.
+        drive: what it is solved for.
+        by_mass: gives M⁻¹ of columns, shape (nv, k).
+        by_rows: gives the forces of the rows held by their J, by M⁻¹ of the directions of the
+            forces, by J a without them and by what that should be.
+    """
+    J = terms.jacobian[held.rows]
+    load = drive.load + terms.jacobian.T @ held.known
+    response = by_mass(np.column_stack([load, held.forces]))
+    free, yielding = response[:, 0], response[:, 1:]
+    if not held.rows:
+        return free, held.known
+    wanted = drive.wanted[held.rows]
+    forces = by_rows(J, yielding, J @ free, wanted)
+    if forces is None:
+        return None
+    a = free + yielding @ forces
+    for row, target in zip(J, wanted, strict=True):
+        # a coordinate that sticks does not creep, not even by rounding
+        entries = [k for k, slope in enumerate(row) if slope != 0]
+        if len(entries) == 1:
+            a[entries[0]] = target / row[entries[0]]
+    return a, held.known + held.friction.T @ forces
+
+
+def list_margins(
+    terms: Terms,
+    elements: Sequence[ElementRows],
+    mode: Mode,
+    forces: Scalars | None,
+    length: Callable[..., Any],
+) -> list[tuple[Any, Any]]:
+    """Return what each element has left in its state: its gap or what presses, its friction.
+
+    The first is the gap while it is open and the normal force while it is closed, the second the
+    reserve of static friction or the speed of slip; 1 where there is none. `length` gives that of
+    a force by its parts.
+    """
+    margins: list[tuple[Any, Any]] = []
+    for k, (element, state) in enumerate(zip(elements, mode, strict=True)):
+        normal = element.normal
+        if normal is not None and (state.name == OPEN or element.stiffness is not None):
+            gap = terms.gaps[normal]
+            margins.append((gap if state.name == OPEN else -1.0 * gap, 1.0))
+            continue
+        press: Any = 1.0
+        if normal is not None and forces is not None:
+            press = forces[normal] + element.holds
+        friction: Any = 1.0
+        if state.name == STICKS and forces is not None:
+            pulls = [forces[row] for row in element.tangents]
+            friction = friction_limit(element, terms.static[k], forces) - length(*pulls)
+        elif state.direction:
+            # the slip along the direction in which it began
+            pairs = zip(element.tangents, state.direction, strict=True)
+            friction = sum(terms.rates[row] * part for row, part in pairs)
+        margins.append((press, friction))
+    return margins
+
+
+def friction_limit(element: ElementRows, coefficient: Any, forces: Scalars) -> Any:
+    """Return the most friction of an element, by its coefficient and the forces along rows."""
+    return coefficient if element.pressing is None else coefficient * forces[element.pressing]

@@ -1,0 +1,90 @@
+"""The equations of a mechanism with elements that switch, on a tape: every mode and impact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.mechanics.contacts import velocity_rows
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.switching import (
+    Drive,
+    Mode,
+    Scalars,
+    Terms,
+    as_scalars,
+    hold,
+    joint_terms,
+    list_elements,
+    solve_held,
+)
+from mecanique.errors import DerivationError
+from mecanique.generation.mechanics.dynamics import Tree
+from mecanique.model.mechanism import Mechanism
+from mecanique.program.solving import factorize
+
+
+@final
+class SwitchingEquations:
+    """The terms of all modes on the tape of the letters, and what solves them.
+
+    Args:
+        mechanism: a tree with elements that switch.
+        letters: those of its tree with every contact closed.
+        idle: names of the rows of contacts along which nothing slips.
+    """
+
+    def __init__(self, mechanism: Mechanism, letters: Letters, idle: Callable[[str], bool]) -> None:
+        self.letters = letters
+        self.tree = tree = Tree(letters)
+        contacts = velocity_rows(letters, tree.recursion)
+        names = [row.name for row in contacts]
+        mass = tree.mass_matrix()
+        self._factors = factorize(letters.tape, mass)
+        bias, forces = tree.bias(), tree.forces()
+        joints = joint_terms(mechanism, letters)
+
+        def join(of_contacts: list[Any], of_joints: Scalars) -> Scalars:
+            return np.concatenate([as_scalars(of_contacts), of_joints])
+
+        slopes = as_scalars([row.slopes for row in contacts]).reshape(-1, letters.mechanism.nv)
+        self.terms = Terms(
+            mass=as_scalars([list(row) for row in mass]),
+            load=as_scalars([Q - h for Q, h in zip(forces, bias, strict=True)]),
+            jacobian=np.concatenate([slopes, joints.jacobian]),
+            gamma=join([row.rate for row in contacts], joints.gamma),
+            gaps=join([row.gap for row in contacts], joints.gaps),
+            rates=join([row.slip for row in contacts], joints.rates),
+            drift=joints.drift,  # of joints alone
+            kinetic=joints.kinetic,
+            static=joints.static,
+        )
+        self.elements = list_elements(
+            mechanism,
+            names,
+            lambda scalar: letters.number(scalar, letters.values),
+            [k for k, name in enumerate(names) if idle(name)],
+        )
+
+    def solve(self, mode: Mode, drive: Drive) -> tuple[Scalars, Scalars]:
+        """Return the accelerations or changes of velocities, and the force along each row."""
+        held = hold(self.terms, self.elements, mode, drive)
+        rows, tape, factors = held.rows, self.letters.tape, self._factors
+        if len(rows) > 1 and (held.friction != np.eye(len(self.terms.gaps))[rows]).any():
+            raise DerivationError("friction of what is pressed makes the system unsymmetric")
+
+        def by_mass(columns: Scalars) -> Scalars:
+            solved: Scalars = as_scalars(factors.solve(list(column)) for column in columns.T).T
+            return solved
+
+        def by_rows(J: Scalars, yielding: Scalars, free: Scalars, wanted: Scalars) -> Scalars:
+            system, right = J @ yielding, wanted - free
+            if len(rows) == 1:
+                return as_scalars([right[0] / system[0, 0]])
+            return as_scalars(factorize(tape, list(system)).solve(list(right)))
+
+        solved = solve_held(self.terms, held, drive, by_mass, by_rows)
+        assert solved is not None, "forces on a tape are always solved for"
+        return solved
