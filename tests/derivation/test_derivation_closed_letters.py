@@ -15,8 +15,7 @@ from mecanique.derivation.methods import agreement
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Ring, Series
 from mecanique.derivation.symbolic.derivation import Left, Result, along_displacement
 from mecanique.derivation.symbolic.multipliers import independent_displacements
 from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, rod

@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 from mecanique.derivation.scalars.evaluation import Evaluation, evaluate
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.polynomials import REACH, exact, exponent, exponents, power
-from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.errors import DerivationError, UnknownNameError
 
 RING = Ring()

@@ -30,8 +30,7 @@ from mecanique.derivation.printing.letters import SplitName
 from mecanique.derivation.printing.writers import Equation, Expression, Latex, MathML, Text
 from mecanique.derivation.scalars.elementary import sqrt as named_sqrt
 from mecanique.derivation.scalars.evaluation import evaluate
-from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Left, Result
 from mecanique.errors import DerivationError
 
@@ -115,7 +114,7 @@ def numbers(ring: Ring, seed: int = 0) -> dict[str, Any]:
 
 def assert_reads_back(elements: list[Series], printed: tuple[Equation, ...]) -> None:
     for element, equation in zip(elements, printed, strict=True):
-        at = numbers(element.ring)  # type: ignore[arg-type]  # series of these tests belong to rings
+        at = numbers(element.ring)
         left, right = str(equation).split(" = ")
         residual = evaluate_text(left, at) - evaluate_text(right, at)
         expected = evaluate(element, at) / evaluate(equation.divisor, at)
@@ -398,7 +397,7 @@ def test_printed_text_reads_back_as_the_equation(system: Callable[[], list[Serie
     assert_reads_back(elements, equations(elements, monic=True))
     assert_reads_back(elements, equations(elements, monic=False))
     for element in elements:
-        at = numbers(element.ring)  # type: ignore[arg-type]  # series of these tests belong to rings
+        at = numbers(element.ring)
         np.testing.assert_allclose(
             evaluate_text(str(expression(element)), at), evaluate(element, at), rtol=1e-10, atol=0
         )
@@ -626,7 +625,7 @@ def test_deriving_does_not_import_sympy() -> None:
     code = (
         "import sys, mecanique.derivation.printing.equations\n"
         "from mecanique.derivation.scalars.functions import function\n"
-        "from mecanique.derivation.scalars.ring import Ring\n"
+        "from mecanique.derivation.scalars.series import Ring\n"
         "r = Ring(); q = r.coordinate('q'); L = r.velocity('q')**2 + function('cos')(q)\n"
         "print(r.euler(L)[0].value, 'sympy' in sys.modules)"
     )

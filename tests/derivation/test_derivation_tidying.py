@@ -12,7 +12,7 @@ import pytest
 from mecanique.derivation.scalars.cancel import divide_exactly, tidy, without_common_divisor
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.functions import function, function_without_arcs
-from mecanique.derivation.scalars.ring import Ring
+from mecanique.derivation.scalars.series import Ring
 
 
 def test_terms_over_a_root_come_together() -> None:

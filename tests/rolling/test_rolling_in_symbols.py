@@ -10,7 +10,7 @@ from mecanique import Mechanism, Reference, derive
 from mecanique.derivation.methods import agreement
 from mecanique.derivation.scalars.elementary import cos, over_length, root_of_square, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.scalars.ring import Ring
+from mecanique.derivation.scalars.series import Ring
 from mecanique.verification.states import random_states
 
 METHODS = ("lagrange", "newton_euler", "virtual_work")

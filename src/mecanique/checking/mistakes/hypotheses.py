@@ -18,8 +18,7 @@ from mecanique.derivation import derive
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.polynomials import exponents
-from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.errors import MecaniqueError
 from mecanique.model.bodies import Body

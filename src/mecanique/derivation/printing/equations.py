@@ -39,7 +39,7 @@ from mecanique.derivation.printing.trigforms import (
 from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.polynomials import Parts, exponent, exponents, power
-from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
+from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
 from mecanique.errors import DerivationError
 from mecanique.wording import OF_SHAPES
 
@@ -114,7 +114,7 @@ def _find_kinds(series: Series) -> set[Kind]:
     return {generator.kind for generator in series.generators()}
 
 
-def _rank(ring: Basis, key: int) -> tuple[object, ...]:
+def _rank(ring: Ring, key: int) -> tuple[object, ...]:
     """Return a sort key: accelerations, then velocities, then lengths, then the rest."""
     # Higher powers of motions come first, but lower powers of lengths
     powers = dict(exponents(key))
@@ -127,7 +127,7 @@ def _rank(ring: Basis, key: int) -> tuple[object, ...]:
     return (*motion, lengths or math.inf, *(tuple(degrees[kind]) for kind in _RANKED))
 
 
-def accelerates(ring: Basis, key: int) -> bool:
+def accelerates(ring: Ring, key: int) -> bool:
     """Return whether a monomial contains an acceleration."""
     return any(ring.generators[i].kind is Kind.ACCELERATION for i, _ in exponents(key))
 
@@ -198,7 +198,7 @@ def _free_lengths(pull: Series) -> Iterator[int]:
             yield index
 
 
-def _letter(ring: Basis, index: int) -> Series:
+def _letter(ring: Ring, index: int) -> Series:
     return Series(ring, {0: {power(index): 1}}, 1, 1)
 
 
@@ -370,7 +370,7 @@ def _cost(candidate: tuple[bool, list[Form], Series]) -> int:
     return sum(map(cost, forms)) - (_GAIN if products else 0)
 
 
-def _split_group(ring: Basis, key: int, form: Form) -> list[_Part]:
+def _split_group(ring: Ring, key: int, form: Form) -> list[_Part]:
     """Return a group's terms: one, or each by itself where the group multiplies no motion."""
     if key:
         return [_Part(key, factor_out(form), letters(ring, key))]
@@ -397,7 +397,7 @@ def _is_given(whole: Sum) -> bool:
     return all(isinstance(b, Letter) and (b.place[0] < SUMS or b.name == "t") for b in inner)
 
 
-def _to_series(ring: Basis, whole: Sum) -> Series:
+def _to_series(ring: Ring, whole: Sum) -> Series:
     """Convert a sum of letters into a series."""
     terms = []
     for term in whole.terms:
@@ -409,7 +409,7 @@ def _to_series(ring: Basis, whole: Sum) -> Series:
     return ring.sum(terms)
 
 
-def _find_divisor(ring: Basis, groups: list[Group], forms: list[Form], divide: bool) -> Series:
+def _find_divisor(ring: Ring, groups: list[Group], forms: list[Form], divide: bool) -> Series:
     """Return the divisor of an equation: a number times a monomial of parameters."""
     first = forms[0]
     if divide and first.keys() == {()} and first[()].is_unit and accelerates(ring, groups[0][0][1]):

@@ -34,7 +34,7 @@ from mecanique.derivation.printing.trigforms import (
     shortest,
 )
 from mecanique.derivation.scalars.polynomials import Polynomial, exponents, power
-from mecanique.derivation.scalars.series import Atom, Basis, Kind, Series, canonical
+from mecanique.derivation.scalars.series import Atom, Kind, Ring, Series, canonical
 
 _LARGEST = 40  # polynomials with more terms are not factored
 _WILD = 10_000  # coefficients that are larger multiples of their common measure stay decimals
@@ -57,7 +57,7 @@ def to_formula(series: Series) -> Product:
     return factor_out(shortest(series, products=True))
 
 
-def letters(ring: Basis, monomial: int) -> Product:
+def letters(ring: Ring, monomial: int) -> Product:
     """Return a monomial as a formula; atoms without a name are written out."""
     key = ("letters", monomial)
     if key not in ring.written:
@@ -248,7 +248,7 @@ def _collect_by_inertia(polynomial: Series) -> Product | None:
     return multiply(add(parts))
 
 
-def _is_inertial(ring: Basis, index: int) -> bool:
+def _is_inertial(ring: Ring, index: int) -> bool:
     """Whether a generator is a parameter other than a length, rate or acceleration."""
     generator = ring.generators[index]
     return generator.kind is Kind.PARAMETER and ring.places.get(generator.name, 0) == 0
@@ -273,7 +273,7 @@ def _factor(rows: _Rows) -> tuple[Fraction, tuple[tuple[_Rows, int], ...]]:
     return Fraction(int(content.p), int(content.q)), tuple(found)
 
 
-def _gather(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Product]:
+def _gather(ring: Ring, rows: list[tuple[dict[int, int], Fraction]]) -> list[Product]:
     """Collect the terms of a sum by shared squares: a² b + a² c = a² (b + c)."""
     shared: dict[tuple[int, int], int] = {}
     for degrees, _ in rows:
@@ -296,11 +296,11 @@ def _gather(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Pr
     return [drawn, *_gather(ring, outside)]
 
 
-def _term(ring: Basis, c: Fraction, degrees: dict[int, int]) -> Product:
+def _term(ring: Ring, c: Fraction, degrees: dict[int, int]) -> Product:
     return multiply(number(c), *(_power(ring, i, e) for i, e in degrees.items()))
 
 
-def _power(ring: Basis, index: int, e: int) -> Product:
+def _power(ring: Ring, index: int, e: int) -> Product:
     """Return a power of a generator: a letter, or the definition of an atom without a name."""
     atom = ring.atoms.get(index)
     if atom is None or atom.named:
@@ -322,22 +322,22 @@ def to_power(inner: Product, e: Fraction) -> Product:
     return Product(1, ((add([inner]), e),))
 
 
-def _call(atom: Atom[Series]) -> Call:
+def _call(atom: Atom) -> Call:
     return Call(atom.function, add([to_formula(atom.argument)]))
 
 
-def _letter(ring: Basis, index: int) -> Letter:
+def _letter(ring: Ring, index: int) -> Letter:
     generator = ring.generators[index]
     place = _PLACES.get(generator.kind, ring.places.get(generator.name, 0))
     return Letter(generator.name, (place, index), generator.kind is Kind.INPUT)
 
 
-def _write_circular(ring: Basis, trig: Trig) -> Product:
+def _write_circular(ring: Ring, trig: Trig) -> Product:
     """Return a product of powers of sines and cosines, with sin(−x) as −sin x."""
     return multiply(*(_write_function(ring, factor) for factor in trig))
 
 
-def _write_function(ring: Basis, factor: tuple[int, int, int]) -> Product:
+def _write_function(ring: Ring, factor: tuple[int, int, int]) -> Product:
     if factor not in ring.written:
         angle, sine, e = factor
         multiples, sign = dict(exponents(angle)), 1
@@ -350,7 +350,7 @@ def _write_function(ring: Basis, factor: tuple[int, int, int]) -> Product:
     return cast("Product", ring.written[factor])
 
 
-def _write_argument(ring: Basis, multiples: dict[int, int]) -> Sum:
+def _write_argument(ring: Ring, multiples: dict[int, int]) -> Sum:
     terms = []
     for j, k in multiples.items():
         ((_, monomial, c),) = ring.angles[j].argument.terms()

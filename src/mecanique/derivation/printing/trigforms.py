@@ -16,7 +16,7 @@ from itertools import product as cartesian
 from typing import TypeAlias
 
 from mecanique.derivation.scalars.polynomials import exponents, largest_exponent, power
-from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
+from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
 
 Trig: TypeAlias = "tuple[tuple[int, int, int], ...]"
 """A product of sines and cosines, each as (packed angle, 1 for sin or 0 for cos, power)."""
@@ -58,7 +58,7 @@ def content(forms: Iterable[Form]) -> Series:
     return monomial_series(polynomials[0].ring, packed) * common_measure(polynomials)
 
 
-def monomial_series(ring: Basis, packed: int) -> Series:
+def monomial_series(ring: Ring, packed: int) -> Series:
     """Return a packed monomial as a series."""
     return Series(ring, {0: {packed: 1}}, 1, largest_exponent([packed]))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.polynomials import exponent, exponents, power
-from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
+from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
 from mecanique.errors import DerivationError
 
 
@@ -81,7 +81,7 @@ def _count_twelfths(series: Series, monomial: int, c: Fraction) -> int | None:
     return None
 
 
-def _exact_cosine(ring: Basis, twelfths: int) -> Series:
+def _exact_cosine(ring: Ring, twelfths: int) -> Series:
     """Return cos(n π/12) for n = 1 … 5."""
     two, three = (sqrt(ring.number(k)) for k in (2, 3))
     table: dict[int, Series] = {
@@ -146,7 +146,7 @@ def _find_square_content(series: Series) -> tuple[Fraction, int]:
     return content, packed
 
 
-def _take_root(ring: Basis, number: Fraction) -> Series:
+def _take_root(ring: Ring, number: Fraction) -> Series:
     """Return √(n/d) = √(n d)/d, with one atom per prime."""
     n, outside, root = number.numerator * number.denominator, 1, ring.number(1)
     prime = 2

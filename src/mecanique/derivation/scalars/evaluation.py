@@ -12,7 +12,7 @@ from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.functions import function_without_arcs
 from mecanique.derivation.scalars.polynomials import exponents, power
-from mecanique.derivation.scalars.series import Basis, Kind, Series
+from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.errors import UnknownNameError
 
 _CONSTANTS = {"pi": math.pi, "E": math.e}
@@ -35,7 +35,7 @@ def relative_rest(parts: Sequence[Any]) -> float:
 class Evaluation:
     """Evaluates many series of a ring for one set of values; each function is computed once."""
 
-    def __init__(self, ring: Basis, values: Mapping[str, Any]) -> None:
+    def __init__(self, ring: Ring, values: Mapping[str, Any]) -> None:
         self._ring = ring
         self._given = values
         self._generators: dict[int, Any] = {}

@@ -94,12 +94,12 @@ def _sine_cosine(angle: Series) -> tuple[Series, Series]:
     return sine, cosine
 
 
-def _of_atan(atom: Atom[Series]) -> tuple[Series, Series]:
+def _of_atan(atom: Atom) -> tuple[Series, Series]:
     across = sqrt(1 + atom.argument * atom.argument) ** -1
     return atom.argument * across, across
 
 
-_OF_ARC: dict[str, Callable[[Atom[Series]], tuple[Series, Series]]] = {
+_OF_ARC: dict[str, Callable[[Atom], tuple[Series, Series]]] = {
     "asin": lambda atom: (atom.argument, sqrt(1 - atom.argument * atom.argument)),
     "acos": lambda atom: (sqrt(1 - atom.argument * atom.argument), atom.argument),
     "atan": _of_atan,

@@ -20,8 +20,7 @@ from mecanique.derivation.printing.writers import (
 )
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.evaluation import evaluate
-from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Ring, Series
 from mecanique.derivation.symbolic.symbols import Algebra
 
 

@@ -9,8 +9,7 @@ from typing import final
 
 from mecanique.derivation.laws import Elastic, Law, laws_of
 from mecanique.derivation.scalars.cancel import integrate, tidy
-from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Assumption
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.symbols import Algebra

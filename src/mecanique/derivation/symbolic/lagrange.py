@@ -23,8 +23,7 @@ from mecanique.derivation.printing.equations import (
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.polynomials import exponents
-from mecanique.derivation.scalars.ring import Euler
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Euler, Kind, Series
 from mecanique.derivation.symbolic.constraints import contact_ties, loop_ties, touches
 from mecanique.derivation.symbolic.derivation import (
     Derivation,

@@ -23,7 +23,7 @@ from typing import TypeAlias, final
 from mecanique.derivation.numeric.constraints.redundancy import find_redundancy
 from mecanique.derivation.printing.trigforms import common_monomial, common_number, monomial_series
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Basis, Kind, Series
+from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage, Tie
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.errors import DerivationError
@@ -285,14 +285,14 @@ class Allowed:
     # rows met before it are 0 along u
     pulls: list[tuple[int, Column]]
 
-    def reach(self, ring: Basis, rows: Sequence[Column], values: Sequence[Series]) -> Column:
+    def reach(self, ring: Ring, rows: Sequence[Column], values: Sequence[Series]) -> Column:
         """Return a displacement p with A p = values."""
         p = [ring.number(0)] * len(rows[0])
         for row, u in self.pulls:
             p = _subtract(p, _dot(ring, rows[row], p) - values[row], u)
         return p
 
-    def weigh(self, ring: Basis, rows: Sequence[Column], forces: Column) -> list[Series]:
+    def weigh(self, ring: Ring, rows: Sequence[Column], forces: Column) -> list[Series]:
         """Return the multipliers λ with Aᵀ λ = forces, which do no work along S."""
         multipliers = [ring.number(0)] * len(rows)
         for k, (row, u) in reversed([*enumerate(self.pulls)]):
@@ -304,7 +304,7 @@ class Allowed:
 
 
 def sweep(
-    ring: Basis, rows: Sequence[Column], count: int, ranks: Sequence[int] = ()
+    ring: Ring, rows: Sequence[Column], count: int, ranks: Sequence[int] = ()
 ) -> tuple[Allowed, list[int]]:
     """Meet rows one after another as long as no divisor may vanish; also return the rows left."""
     # Of the displacements that could meet a row, the one with the least rank gives way
@@ -333,7 +333,7 @@ def sweep(
 
 
 def independent_displacements(
-    ring: Basis, rows: Sequence[Column], count: int, *, cramer: bool = False
+    ring: Ring, rows: Sequence[Column], count: int, *, cramer: bool = False
 ) -> list[Column]:
     """Return a basis S of the displacements with A δq = 0, each with a part for every velocity."""
     allowed, left = sweep(ring, rows, count)
@@ -346,7 +346,7 @@ def independent_displacements(
 
 
 def _solve_by_cramer(
-    ring: Basis, basis: list[Column], rows: Sequence[Sequence[Series]]
+    ring: Ring, basis: list[Column], rows: Sequence[Sequence[Series]]
 ) -> list[Column]:
     """Return displacements that satisfy rows without constant entries, by Cramer's rule."""
     entries = [[*map(partial(_dot, ring, row), basis)] for row in rows]
@@ -377,7 +377,7 @@ def _solve_by_cramer(
     return found
 
 
-def determinant(ring: Basis, rows: Sequence[Sequence[Series]]) -> Series:
+def determinant(ring: Ring, rows: Sequence[Sequence[Series]]) -> Series:
     """Expand a determinant by its first row, skipping what is zero."""
     if not rows:
         return ring.number(1)
@@ -406,7 +406,7 @@ def _make_positive(column: Column) -> Column:
 
 
 def _satisfy(
-    ring: Basis, basis: list[Column], entries: list[Series], met: list[int]
+    ring: Ring, basis: list[Column], entries: list[Series], met: list[int]
 ) -> tuple[list[Column], Column, int] | None:
     """Return displacements that satisfy a row with these entries; None if a divisor may vanish."""
     # Also return the displacement along which the row is 1, and which of the basis gives way
@@ -436,7 +436,7 @@ def _satisfy(
     return None
 
 
-def _dot(ring: Basis, row: Sequence[Series], column: Column) -> Series:
+def _dot(ring: Ring, row: Sequence[Series], column: Column) -> Series:
     return tidy(ring.sum([a * b for a, b in zip(row, column, strict=True) if a and b]))
 
 

@@ -30,7 +30,7 @@ from mecanique.derivation.scalars.cancel import (
 from mecanique.derivation.scalars.evaluation import Substitution
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.polynomials import exponents
-from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
+from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
     Left,
@@ -346,7 +346,7 @@ def _turn(name: str, x: Quotient, y: Quotient) -> Sequence[Equation]:
     return ()
 
 
-def _identity(ring: Basis, size: int) -> list[Column]:
+def _identity(ring: Ring, size: int) -> list[Column]:
     rows = [[ring.number(0)] * size for _ in range(size)]
     for k, row in enumerate(rows):
         row[k] = ring.number(1)
@@ -414,7 +414,7 @@ def _list_shares(series: Series, rate: Series) -> Iterator[Series]:
                 yield canonical(ring, {0: {share[0]: 1}}, 1, series.reach) * share[1]
 
 
-def _is_finite(ring: Basis, monomial: int) -> bool:
+def _is_finite(ring: Ring, monomial: int) -> bool:
     """Return whether a monomial is divided by parameters alone."""
     given = (Kind.PARAMETER, Kind.CONSTANT)
     return all(e > 0 or ring.generators[i].kind in given for i, e in exponents(monomial))

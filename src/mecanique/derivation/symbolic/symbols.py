@@ -10,8 +10,7 @@ from mecanique.derivation.numeric.newton_euler import refuse_misfits
 from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.evaluation import evaluate as value_of
 from mecanique.derivation.scalars.functions import function_without_arcs
-from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import FOLLOWER, Series
+from mecanique.derivation.scalars.series import FOLLOWER, Ring, Series
 from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import (
     Arithmetic,

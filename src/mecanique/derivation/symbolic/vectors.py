@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Basis, Series
+from mecanique.derivation.scalars.series import Ring, Series
 from mecanique.derivation.tree.poses import combination
 
 
@@ -71,12 +71,12 @@ class Wrench:
         return Wrench(self.force.tidy(), self.moment.tidy())
 
 
-def zero(ring: Basis) -> Vector:
+def zero(ring: Ring) -> Vector:
     """Return the vector 0."""
     return Vector(*[ring.number(0)] * 3)
 
 
-def lift(ring: Basis, components: Sequence[Any]) -> Vector:
+def lift(ring: Ring, components: Sequence[Any]) -> Vector:
     """Make a vector from three components, some of which may be plain numbers."""
     return Vector(*(c if isinstance(c, Series) else ring.number(c) for c in components))
 

@@ -11,7 +11,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.vectors import Rows
 from mecanique.derivation.scalars.polynomials import exponents
-from mecanique.derivation.scalars.series import FOLLOWER, Basis, Kind, Series
+from mecanique.derivation.scalars.series import FOLLOWER, Kind, Ring, Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.tolerances import ROUNDING
 from mecanique.errors import DerivationError
@@ -25,7 +25,7 @@ _CONSTANTS = {"pi": 3.141592653589793, "E": 2.718281828459045}
 class Lowering:
     """Writes series of a ring on a tape."""
 
-    def __init__(self, ring: Basis, tape: Tape, values: Mapping[str, Value]) -> None:
+    def __init__(self, ring: Ring, tape: Tape, values: Mapping[str, Value]) -> None:
         self._ring = ring
         self._tape = tape
         self._values = values
