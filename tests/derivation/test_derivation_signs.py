@@ -55,7 +55,7 @@ def test_moments_are_taken_about_the_center_of_mass_of_a_body_that_moves_freely(
     m, length, q, a, x, z = (ring[n] for n in ("m2", "l2", "q2", "q2''", "R_pin2_x", "R_pin2_z"))
     assert not cut.fixed
     assert by_hand.balances.turning(cut)[1] == -m * length**2 * a / 12
-    assert by_hand.balances.moment(cut)[1] == length * (z * sin(q) + x * cos(q)) / 2
+    assert by_hand.balances.acting(cut).moment[1] == length * (z * sin(q) + x * cos(q)) / 2
 
 
 def test_inertia_forces_of_a_rod_act_at_two_thirds_and_leave_no_couple() -> None:

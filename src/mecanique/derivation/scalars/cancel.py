@@ -102,28 +102,27 @@ def divide_exactly(series: Series, divisor: Series) -> Series | None:
     return quotient * divisor.denominator / content
 
 
-def divide_by_wave(series: Series, index: int, parity: int) -> Series | None:
-    """Return series / cos φ, for parity 1 / sin φ, of angle number `index`; None if it is left."""
-    # With sines and cosines of sums, the term P cos(k φ + ψ) of the largest k is 2 P cos((k − 1) φ
-    # + ψ) cos φ less a term of smaller k, and so on; likewise for sines
-    ring, angle = series.ring, power(index)
-    wave = Series(ring, {2 * angle + parity: {0: 1}}, 1, 1)
+def divide_by_wave(series: Series, key: int) -> Series | None:
+    """Return series / cos A, or / sin A, by the key of that function; None with a remainder."""
+    # With sines and cosines of sums, the term P cos(k φ + ψ) of the largest k, where A contains φ,
+    # is 2 P cos(k φ + ψ − A) cos A less a term of smaller k, and so on; likewise for sines
+    ring, angle, wave = series.ring, key >> 1, Series(series.ring, {key: {0: 1}}, 1, 1)
+    index, step = exponents(angle)[0]
     quotient, rest, seen = ring.number(0), series, set[int]()
     while rest:
-        key = max(rest.parts, key=lambda trig: abs(exponent(trig >> 1, index)))
-        turns = exponent(key >> 1, index)
-        packed = (key >> 1) - (angle if turns > 0 else -angle)
+        top = max(rest.parts, key=lambda trig: abs(exponent(trig >> 1, index)))
+        turns = exponent(top >> 1, index)
+        packed = (top >> 1) - (angle if turns * step > 0 else -angle)
         # cos(-x) = cos x, sin(-x) = -sin x, whose sign the coefficient below takes along
-        trig = 2 * abs(packed) + ((key ^ parity) & 1)
-        if not turns or trig == 1 or key in seen:
+        trig = 2 * abs(packed) + ((top ^ key) & 1)
+        if not turns or trig == 1 or top in seen:
             return None
-        seen.add(key)
-        unit = Series(ring, {trig: {0: 1}}, 1, series.reach)
-        product = unit * wave
-        if key not in product.parts:
+        seen.add(top)
+        product = Series(ring, {trig: {0: 1}}, 1, series.reach) * wave
+        if top not in product.parts:
             return None
-        size = Fraction(product.parts[key][0], product.denominator)
-        term = canonical(ring, {trig: rest.parts[key]}, rest.denominator, rest.reach) / size
+        size = Fraction(product.parts[top][0], product.denominator)
+        term = canonical(ring, {trig: rest.parts[top]}, rest.denominator, rest.reach) / size
         quotient, rest = quotient + term, rest - term * wave
     return quotient
 

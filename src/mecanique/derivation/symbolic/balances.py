@@ -23,16 +23,16 @@ from mecanique.derivation.symbolic.cutting import (
 )
 from mecanique.derivation.symbolic.derivation import Left, Result
 from mecanique.derivation.symbolic.kinematics import Kinematics
-from mecanique.derivation.symbolic.multipliers import determinant
+from mecanique.derivation.symbolic.multipliers import cramer, determinant
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import (
     Vector,
     Wrench,
     along,
     component,
-    cross,
     dot,
     lift,
+    resultant,
     total,
     zero,
 )
@@ -72,14 +72,9 @@ def demands(
     for cut in cuts.bodies:
         behind.setdefault(cut.joint.parent, []).append(cut.body)
     for cut in reversed(cuts.bodies):
-        own = part(cut)
-        forces, moments = [own.force], [own.moment]
-        for child in behind.get(cut.body, ()):
-            carried = cuts.carried_wrench(found[child], child, cut.body)
-            arm = cuts.between_seats(cut.body, child)
-            forces.append(carried.force)
-            moments += [carried.moment, cross(arm, carried.force)]
-        sums = {"force": total(forces), "moment": total(moments)}
+        carried = [cuts.hand_down(found[c], c, cut.body) for c in behind.get(cut.body, ())]
+        whole = resultant([part(cut), *carried])
+        sums = {"force": whole.force, "moment": whole.moment}
         for rate in () if free is None else free[cut.body]:
             size = dot(rate.axis, sums[rate.kind]) + rate.rotor
             sums[rate.kind] = sums[rate.kind] - rate.axis * size
@@ -161,75 +156,54 @@ class Guiding:
         """The meaning of each unknown, by its name."""
         self.symbols = [ring.unknown(name, Kind.REACTION) for name in self.names]
         ground = replace(cuts.kinematics.ground, wave=self._wave)
-        self._units = unit_forces(mechanism, ground) if mechanism.elements else []
-        self.pressing: dict[int, Series] = {}
+        units = unit_forces(mechanism, ground) if mechanism.elements else []
+        self._parting: dict[int, Series] = {}
         """The separating force |F| sin α of meshing wheels, by index of F."""
-        for index, name in enumerate(self.names):
-            mine = [unit for unit in self._units if unit.pressed and unit.index == index]
-            if any(any(unit.force) for unit in mine):
-                stem = name.partition("_")[2]
-                self.pressing[index] = ring.unknown(f"N_{stem}", Kind.REACTION)
-                self.meanings[f"N_{stem}"] = f"separating force, |{name}| sin(pressure angle) [N]"
+        for index in sorted({unit.index for unit in units if unit.pressed and any(unit.force)}):
+            _, _, stem = self.names[index].partition("_")
+            self._parting[index] = ring.unknown(f"N_{stem}", Kind.REACTION)
+            of = f"|{self.names[index]}| sin(pressure angle)"
+            self.meanings[f"N_{stem}"] = f"separating force, {of} [N]"
+        self._actions: dict[tuple[int, bool], dict[str, list[Wrench]]] = {}
+        """The wrenches on each body of each force and, with True, of its separating force."""
+        for unit in units:
+            if not unit.pressed or unit.index in self._parting:
+                on = self._actions.setdefault((unit.index, unit.pressed), {})
+                if cuts.kinematics.place[unit.body] >= 0:
+                    on.setdefault(unit.body, []).append(self._refer(unit))
 
-    def on(self, cut: Cut, sizes: Sequence[Series] | None = None) -> Wrench:
+    def on(self, cut: Cut) -> Wrench:
         """Return the elements' wrench on a body, about the origin of its frame."""
-        pressing = self.pressing if sizes is None else {}
-        sizes = self.symbols if sizes is None else sizes
-        nothing = zero(self._algebra.ring)
-        wrenches = [Wrench(nothing, nothing)]
-        for unit in self._units:
-            size = pressing.get(unit.index) if unit.pressed else sizes[unit.index]
-            if unit.body == cut.body and size:
-                wrench = self._wrench(cut, unit)
-                wrenches.append(Wrench(wrench.force * size, wrench.moment * size))
-        return Wrench(
-            total([wrench.force for wrench in wrenches]),
-            total([wrench.moment for wrench in wrenches]),
-        ).tidy()
-
-    def _balance_on(self, cut: Cut, sizes: Sequence[Series]) -> Wrench:
-        return -self.on(cut, sizes)
+        return self._sum(cut, {force: self._size(force) for force in self._actions})
 
     def acting_on(self, cut: Cut) -> list[str]:
         """Return the names of the forces that act on a body."""
-        found: dict[str, None] = {}
-        for unit in self._units:
-            if unit.body == cut.body and not unit.pressed:
-                found[self.names[unit.index]] = None
-            elif unit.body == cut.body and unit.index in self.pressing:
-                found[str(self.pressing[unit.index])] = None
-        return list(found)
+        return [str(self._size(force)) for force, on in self._actions.items() if cut.body in on]
 
-    def balance_units(self) -> list[dict[str, Wrench]]:
-        """Return the wrenches of the joints that balance each unit force, by name of the child."""
-        ring = self._algebra.ring
-        found = []
-        for k in range(len(self.names)):
-            unit = [ring.number(int(i == k)) for i in range(len(self.names))]
-            found.append(demands(self._cuts, partial(self._balance_on, sizes=unit)))
+    def balance(self) -> list[tuple[Series, dict[str, Wrench]]]:
+        """Return each force, separating ones last, with the joints' wrenches that balance its unit.
+
+        The wrenches are by name of the child.
+        """
+        one, found = self._algebra.ring.number(-1), []
+        for force in sorted(self._actions, key=lambda force: force[::-1]):
+            resist = partial(self._sum, sizes={force: one})
+            found.append((self._size(force), demands(self._cuts, resist)))
         return found
 
-    def balance_pressing(self) -> list[tuple[Series, dict[str, Wrench]]]:
-        """Return each separating force with the joints' wrenches that balance one unit of it."""
-        ring = self._algebra.ring
-
-        def apart(cut: Cut, index: int) -> Wrench:
-            nothing = zero(ring)
-            parts = [
-                self._wrench(cut, unit)
-                for unit in self._units
-                if unit.pressed and unit.index == index and unit.body == cut.body
-            ]
-            whole = Wrench(
-                total([nothing, *(part.force for part in parts)]),
-                total([nothing, *(part.moment for part in parts)]),
-            )
-            return -whole
-
-        return [
-            (size, demands(self._cuts, partial(apart, index=index)))
-            for index, size in self.pressing.items()
+    def _sum(self, cut: Cut, sizes: Mapping[tuple[int, bool], Series]) -> Wrench:
+        """Return the wrench on a body under forces of some sizes."""
+        nothing = zero(self._algebra.ring)
+        acting = [
+            wrench * size
+            for force, size in sizes.items()
+            for wrench in self._actions[force].get(cut.body, ())
         ]
+        return resultant([Wrench(nothing, nothing), *acting]).tidy()
+
+    def _size(self, force: tuple[int, bool]) -> Series:
+        index, presses = force
+        return self._parting[index] if presses else self.symbols[index]
 
     def solve(
         self,
@@ -259,21 +233,15 @@ class Guiding:
                 break
         else:
             return None
-        forces = []
-        for k in range(count):
-            swapped = [[*row[:k], known, *row[k + 1 :]] for row, known in chosen]
-            forces.append(tidy(determinant(ring, swapped) / divisor))
-        return forces
+        above = cramer(ring, [row for row, _ in chosen], [known for _, known in chosen])
+        return [tidy(numerator / divisor) for numerator in above]
 
-    def _wrench(self, cut: Cut, unit: UnitForce) -> Wrench:
-        """Refer a unit force to the origin of a body's frame, in the axes of its carrier."""
-        kinematics, ring = self._cuts.kinematics, self._algebra.ring
+    def _refer(self, unit: UnitForce) -> Wrench:
+        """Refer a unit force to the origin of its body's frame, in the axes of its carrier."""
+        ring = self._algebra.ring
         point, force, moment = (lift(ring, part) for part in (unit.point, unit.force, unit.moment))
-        seat = kinematics.point(cut.body, (0.0, 0.0, 0.0))
-        about = total([moment, cross(point - seat, force)])
-        here = kinematics.carrier(cut.body)
-        parts = (kinematics.between(part, -1, here) for part in (force, about))
-        return Wrench(*parts).tidy()
+        wrench, arm = self._cuts.refer(unit.body, point, Wrench(force, moment))
+        return wrench.about(arm).tidy()
 
     def _wave(self, angle: Scalar) -> tuple[Series, Series]:
         """Return cosine and sine of a pressure angle, with 1 for the sine that N contains."""
@@ -402,29 +370,18 @@ class FreeBodies:
 
     def _find_guide_forces(self) -> None:
         """Solve for the forces of elements, and remove their actions from the joints' wrenches."""
-        carried, guiding = self.guiding.balance_units(), self.guiding
+        names, balanced = self.guiding.names, self.guiding.balance()
+        sizes = [size for size, _ in balanced]
+        carried = [under for _, under in balanced]
         free = [rate for cut in self.cuts.bodies for rate in self._free(cut)]
-        solved = guiding.solve(free, self.demands, carried)
-        sizes = guiding.symbols if solved is None else solved
+        solved = self.guiding.solve(free, self.demands, carried[: len(names)])
         if solved is not None:
-            pairs = zip(guiding.names, solved, strict=True)
+            pairs = zip(names, solved, strict=True)
             self.guide_forces = [Result(Left(name), size) for name, size in pairs]
-        pressing = guiding.balance_pressing()
+            sizes[: len(names)] = solved
         for cut in self.cuts.bodies:
-            whole = self.demands[cut.body]
-            for size, under in zip(sizes, carried, strict=True):
-                part = under[cut.body]
-                whole = Wrench(
-                    total([whole.force, part.force * size]),
-                    total([whole.moment, part.moment * size]),
-                )
-            for size, under in pressing:
-                part = under[cut.body]
-                whole = Wrench(
-                    total([whole.force, part.force * size]),
-                    total([whole.moment, part.moment * size]),
-                )
-            self.demands[cut.body] = whole.tidy()
+            parts = [under[cut.body] * size for size, under in zip(sizes, carried, strict=True)]
+            self.demands[cut.body] = resultant([self.demands[cut.body], *parts]).tidy()
 
     def is_guided(self, cut: Cut) -> bool:
         """Return whether a guide that no element describes acts across a body's joint."""
@@ -445,22 +402,27 @@ class FreeBodies:
             guided |= {g.name for g in algebra.lift(algebra.values[name]).generators()}
         return [rate for rate in here if rate.name not in guided]
 
-    def resultant(self, cut: Cut) -> Vector:
-        """Return the resultant force on a body with named reactions, in its carrier's axes."""
-        back = [wrench.force for _, wrench in self._collect_behind(cut)]
-        held = self.guiding.on(cut).force
-        return total([cut.weight, cut.loads().force, held, self.symbols[cut.body].force, *back])
+    def acting(self, cut: Cut) -> Wrench:
+        """Return all that acts on a body, about the fixed point, or else the center of mass."""
+        # With named reactions, in the axes of the body's carrier
+        joints = [
+            -self.cuts.hand_down(self.symbols[child.body], child.body, cut.body)
+            for child in self.cuts.bodies
+            if child.joint.parent == cut.body
+        ]
+        own = (cut.fall(), cut.loads(), self.guiding.on(cut), self.symbols[cut.body])
+        return resultant([*own, *joints]).about(_lead_back(cut))
 
     def forces_along(self, cut: Cut) -> Vector:
         """Return the resultant force along the axes in which the body's equations are written."""
         # The reaction in the body's own joint is not projected: that would expand n·n = 1
-        rest = self.resultant(cut) - self.symbols[cut.body].force
+        rest = self.acting(cut).force - self.symbols[cut.body].force
         known = total([rest, self._rotors(cut, "force")])
         return along(cut.axes.rows, known) + self._own[cut.body].force
 
     def moments_along(self, cut: Cut) -> Vector:
         """Return the resultant moment about the axes in which the body's equations are written."""
-        rest = self.moment(cut) - self.symbols[cut.body].moment
+        rest = self.acting(cut).moment - self.symbols[cut.body].moment
         known = total([rest, self._rotors(cut, "moment")])
         return along(cut.axes.turns, known) + self._own[cut.body].moment
 
@@ -474,29 +436,11 @@ class FreeBodies:
 
     def angular_momentum(self, cut: Cut) -> Vector:
         """Return the angular momentum about the fixed point, or else the center of mass."""
-        return total([cut.angular_momentum, cross(_lead_back(cut), cut.momentum)])
+        return Wrench(cut.momentum, cut.angular_momentum).about(_lead_back(cut)).moment
 
     def turning(self, cut: Cut) -> Vector:
         """Return the rate of angular momentum about the fixed point, or else the center of mass."""
-        return total([cut.turning, cross(_lead_back(cut), cut.push)])
-
-    def moment(self, cut: Cut) -> Vector:
-        """Return the resultant moment about the fixed point, or else the center of mass."""
-        moments = [cut.weight_moment, cut.loads().moment, self.symbols[cut.body].moment]
-        moments.append(self.guiding.on(cut).moment)
-        moments.append(cross(_lead_back(cut), self.resultant(cut)))
-        for place, wrench in self._collect_behind(cut):
-            moments += [wrench.moment, cross(place, wrench.force)]
-        return total(moments)
-
-    def _collect_behind(self, cut: Cut) -> list[tuple[Vector, Wrench]]:
-        """Return the position of each joint that a body carries, and its wrench on the body."""
-        pairs = []
-        for child in self.cuts.bodies:
-            if child.joint.parent == cut.body:
-                back = -self.cuts.carried_wrench(self.symbols[child.body], child.body, cut.body)
-                pairs.append((self.cuts.between_seats(cut.body, child.body), back))
-        return pairs
+        return Wrench(cut.push, cut.turning).about(_lead_back(cut)).moment
 
     def sum_guides(self) -> list[Result]:
         """Return the sums of reactions along guided joints, zero for each virtual displacement."""
@@ -513,7 +457,7 @@ class FreeBodies:
 
 def needs(cut: Cut) -> Wrench:
     """Return the wrench that a body needs for its motion: rates of momentum less weight."""
-    return Wrench(cut.push - cut.weight, cut.turning - cut.weight_moment).tidy()
+    return (Wrench(cut.push, cut.turning) - cut.fall()).tidy()
 
 
 def _need(cut: Cut) -> Wrench:

@@ -18,45 +18,58 @@ from mecanique.derivation.scalars.elementary import over_length, root_of_square
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Assumption, Tie
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
-from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, dot, lift, total, zero
-from mecanique.derivation.tree.poses import Matrix, origin, product, transpose
+from mecanique.derivation.symbolic.vectors import (
+    Vector,
+    Wrench,
+    cross,
+    dot,
+    lift,
+    resultant,
+    total,
+    zero,
+)
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.contacts import Contact, Rolling
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.placement import Placement
 
 
 @final
 @dataclass(frozen=True)
-class Touch:
-    """A contact with its place and its equations, in the world's axes."""
+class Bond:
+    """A contact or a loop cut open, in the world's axes."""
 
-    contact: Contact
-    place: Vector  # point of contact [m]
-    directions: tuple[Vector, ...]
-    ties: tuple[Tie, ...]  # equation of each row
+    name: str  # how its force is called among those on a body
+    # where its force acts on the body that rolls or has the blade, or on body b of a loop [m], and
+    # its opposite on the other
+    ends: tuple[tuple[str, Vector], tuple[str, Vector]]
+    ties: tuple[Tie, ...]  # its equations
+    units: tuple[Wrench, ...]  # force and couple on the first body for λ = 1 of each equation
     assumptions: tuple[Assumption, ...] = ()  # the assumptions of these equations
 
     @property
-    def force(self) -> Vector:
-        """The force on the body that rolls or has the blade, in terms of its multipliers [N]."""
-        pairs = zip(self.directions, self.ties, strict=True)
-        return total([direction * tie.multiplier for direction, tie in pairs])
+    def wrench(self) -> Wrench:
+        """The force and the couple on the first body, in terms of its multipliers."""
+        nothing = zero(self.ends[0][1].x.ring)
+        pairs = zip(self.units, self.ties, strict=True)
+        acting = [unit * tie.multiplier for unit, tie in pairs]
+        return resultant([Wrench(nothing, nothing), *acting])
 
 
-def contact_ties(kinematics: Kinematics, met: Sequence[Touch]) -> tuple[Tie, ...]:
-    """Return the equations of all contacts, then of all velocity constraints."""
-    found = [tie for touch in met for tie in touch.ties if not tie.demand.vanishes()]
+def bonds_of(kinematics: Kinematics) -> tuple[Bond, ...]:
+    """Return all contacts, then all loops of a mechanism."""
+    mechanism = kinematics.algebra.mechanism
+    contacts = [_write_contact(kinematics, contact) for contact in mechanism.contacts]
+    return (*contacts, *(_cut_open(kinematics, loop) for loop in mechanism.loops))
+
+
+def ties_of(kinematics: Kinematics, bonds: Sequence[Bond]) -> tuple[Tie, ...]:
+    """Return the equations of all loops, then of contacts, then of velocity constraints."""
+    met = sorted((tie for bond in bonds for tie in bond.ties), key=lambda tie: tie.of_contact)
+    found = [tie for tie in met if not tie.demand.vanishes()]
     return (*found, *_velocity_constraints(kinematics))
 
 
-def touches(kinematics: Kinematics) -> tuple[Touch, ...]:
-    """Return all contacts of a mechanism."""
-    contacts = kinematics.algebra.mechanism.contacts
-    return tuple(_write_contact(kinematics, contact) for contact in contacts)
-
-
-def _write_contact(kinematics: Kinematics, contact: Contact) -> Touch:
+def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
     if isinstance(contact, Rolling) and (contact.curved or contact.stretched):
         what = "a ball in a bowl or on a dome" if contact.curved else "an ellipsoid"
         raise DerivationError(
@@ -94,7 +107,13 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Touch:
             meaning = f"force of {contact.on} on {contact.body} across the blade {contact.name} [N]"
         name = f"{contact.name}_{row}"
         ties.append(_tie(kinematics, name, demand, meaning, of_velocities=row != "normal"))
-    return Touch(contact, place, tuple(directions), tuple(ties), tuple(assumptions))
+    return Bond(
+        name=contact.name,
+        ends=((contact.body, place), (contact.on, place)),
+        ties=tuple(ties),
+        units=tuple(Wrench(direction, zero(ring)) for direction in directions),
+        assumptions=tuple(assumptions),
+    )
 
 
 def _velocity_constraints(kinematics: Kinematics) -> Iterator[Tie]:
@@ -143,38 +162,13 @@ _TURNS: dict[str, dict[str, tuple[tuple[int, int, int], ...]]] = {
 
 @final
 @dataclass(frozen=True)
-class Closing:
-    """A loop cut open, in the world's axes."""
-
-    loop: Loop
-    on_a: Vector  # point of action of its force on body a [m]
-    on_b: Vector  # point of action of its force on body b [m]
-    ties: tuple[Tie, ...]  # its equations, except those that hold identically
-    directions: tuple[Vector, ...]  # force on body b for λ = 1 of each equation; zero for a moment
-    turns: tuple[Vector, ...]  # moment on body b for λ = 1 of each equation; zero for a force
-
-    @property
-    def wrench(self) -> Wrench:
-        """The force and the couple on body b, in terms of its multipliers."""
-        ring = self.on_b.x.ring
-        sizes = [tie.multiplier for tie in self.ties]
-        parts = []
-        for vectors in (self.directions, self.turns):
-            products = [vector * size for vector, size in zip(vectors, sizes, strict=True)]
-            parts.append(total([zero(ring), *products]))
-        return Wrench(*parts)
-
-
-@final
-@dataclass(frozen=True)
 class _Row:
     """One equation of a loop: its name, Φ, the meaning of λ, and its unit force and moment."""
 
     name: str
     demand: Series
     meaning: str
-    direction: Vector
-    turn: Vector
+    unit: Wrench
 
     @property
     def shifts(self) -> bool:
@@ -182,44 +176,28 @@ class _Row:
         return not self.name.startswith("r")
 
 
-def loop_ties(kinematics: Kinematics) -> tuple[Tie, ...]:
-    """Return the equations of all loops of a mechanism, except those that hold identically."""
-    return tuple(tie for closing in closings(kinematics) for tie in closing.ties)
-
-
-def closings(kinematics: Kinematics) -> tuple[Closing, ...]:
-    """Return all loops of a mechanism, cut open."""
-    return tuple(_cut_open(kinematics, loop) for loop in kinematics.algebra.mechanism.loops)
-
-
-def _cut_open(kinematics: Kinematics, loop: Loop) -> Closing:
+def _cut_open(kinematics: Kinematics, loop: Loop) -> Bond:
     ring = kinematics.algebra.ring
-    A = _frame(kinematics, loop.body_a, loop.frame_a)
-    B = _frame(kinematics, loop.body_b, loop.frame_b)
-    *a, on_a = (lift(ring, column) for column in transpose(A))
-    *b, on_b = (lift(ring, column) for column in transpose(B))
+    ends = (loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)
+    (A, start), (B, end) = (kinematics.ground.frame(*frame) for frame in ends)
+    a, b = ([lift(ring, axis) for axis in axes] for axes in (A, B))
+    on_a, on_b = lift(ring, start), lift(ring, end)
     within = _plane(a[2]) if loop.kind in ("pin", "plate") else None
     own = loop.kind in ("pin", "plate") and within is None
-    rows = [*_along(kinematics, loop, a, on_b - on_a, within), *_about(loop, a, b)]
-    ties, directions, turns = [], list[Vector](), list[Vector]()
-    one = ring.number(1)
-    for row in rows:
+    ties, units, one = list[Tie](), list[Wrench](), ring.number(1)
+    for row in (*_along(kinematics, loop, a, on_b - on_a, within), *_about(loop, a, b)):
         demand = without_rounding(tidy(row.demand), [*on_a, *on_b] if row.shifts else [one])
-        if demand.vanishes():
-            continue
-        name = f"{loop.name}_{row.name}"
-        multiplier = ring.unknown(f"lambda_{name}", Kind.REACTION)
-        ties.append(Tie(name, demand, multiplier, row.meaning))
-        directions.append(row.direction)
-        turns.append(row.turn)
+        if not demand.vanishes():
+            name = f"{loop.name}_{row.name}"
+            multiplier = ring.unknown(f"lambda_{name}", Kind.REACTION)
+            ties.append(Tie(name, demand, multiplier, row.meaning))
+            units.append(row.unit)
     # axes that turn with body a carry the force's point of action along
-    return Closing(
-        loop=loop,
-        on_a=on_b if own else on_a,
-        on_b=on_b,
+    return Bond(
+        name=f"the loop {loop.name}",
+        ends=((loop.body_b, on_b), (loop.body_a, on_b if own else on_a)),
         ties=tuple(ties),
-        directions=tuple(directions),
-        turns=tuple(turns),
+        units=tuple(units),
     )
 
 
@@ -232,7 +210,9 @@ def _along(
     if loop.kind == "distance":
         length = algebra.series(loop.length)
         demand = (dot(p, p) - length * length) / 2
-        yield _Row("l", demand, f"push of the rod {loop.name} over its length [N/m]", p, nothing)
+        yield _Row(
+            "l", demand, f"push of the rod {loop.name} over its length [N/m]", Wrench(p, nothing)
+        )
         return
     world = [lift(ring, axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
     flat = loop.kind in ("pin", "plate")
@@ -240,7 +220,7 @@ def _along(
     axes, whose = (a, f"the frame in {loop.body_a}") if own else (world, "the world")
     for k in (0, 1) if own else [k for k in range(3) if k != within]:
         meaning = f"force {_on(loop)}, {'xyz'[k]} component in the axes of {whose} [N]"
-        yield _Row("xyz"[k], dot(axes[k], p), meaning, axes[k], nothing)
+        yield _Row("xyz"[k], dot(axes[k], p), meaning, Wrench(axes[k], nothing))
 
 
 def _about(loop: Loop, a: Sequence[Vector], b: Sequence[Vector]) -> Iterator[_Row]:
@@ -252,16 +232,11 @@ def _about(loop: Loop, a: Sequence[Vector], b: Sequence[Vector]) -> Iterator[_Ro
         turn = total([cross(b[k], a[i]) * sign for sign, i, k in terms])
         meaning = f"moment {_on(loop)}, about {row[1]} of its frame in {loop.body_a} [N m]"
         mean = Vector(*(part / len(terms) for part in turn))
-        yield _Row(row, whole / len(terms), meaning, nothing, mean)
+        yield _Row(row, whole / len(terms), meaning, Wrench(nothing, mean))
 
 
 def _on(loop: Loop) -> str:
     return f"of {loop.body_a} on {loop.body_b} in the loop {loop.name}"
-
-
-def _frame(kinematics: Kinematics, body: str, frame: Placement) -> Matrix:
-    algebra = kinematics.algebra
-    return product(kinematics.pose(body), origin(frame, algebra.values, algebra.arithmetic))
 
 
 def _plane(normal: Vector) -> int | None:

@@ -11,17 +11,19 @@ import numpy as np
 
 from mecanique.derivation.laws import laws_of
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.constraints import (
-    Closing,
-    Touch,
-    closings,
-    contact_ties,
-    touches,
-)
+from mecanique.derivation.symbolic.constraints import bonds_of, ties_of
 from mecanique.derivation.symbolic.derivation import Assumption, Tie
 from mecanique.derivation.symbolic.forces import Span, Travel
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
-from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, lift, total, zero
+from mecanique.derivation.symbolic.vectors import (
+    Vector,
+    Wrench,
+    cross,
+    lift,
+    resultant,
+    total,
+    zero,
+)
 from mecanique.derivation.tolerances import ALIGNED
 from mecanique.derivation.tree.poses import (
     Arithmetic,
@@ -32,8 +34,7 @@ from mecanique.derivation.tree.poses import (
     stack,
     transpose,
 )
-from mecanique.model.expression import Scalar
-from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad, WrenchOnBody
+from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
 from mecanique.model.guides.guide import Guide
 from mecanique.model.joints import Joint, Revolute
 from mecanique.model.mechanism import Mechanism
@@ -217,9 +218,12 @@ class Cut:
     def loads(self) -> Wrench:
         """Return the resultant of the applied forces, about the origin of the body's frame."""
         nothing = zero(self.mass.ring)
-        forces = [action.force for action in self.applied]
-        moments = [action.moment + cross(action.arm, action.force) for action in self.applied]
-        return Wrench(total([nothing, *forces]), total([nothing, *moments])).tidy()
+        acting = [Wrench(action.force, action.moment).about(action.arm) for action in self.applied]
+        return resultant([Wrench(nothing, nothing), *acting]).tidy()
+
+    def fall(self) -> Wrench:
+        """Return the weight, about the origin of the body's frame."""
+        return Wrench(self.weight, self.weight_moment)
 
 
 @final
@@ -233,17 +237,13 @@ class Cuts:
         self.lengths: dict[str, Series] = {}
         self._applied: dict[str, list[Applied]] = {}
         for force in self.algebra.mechanism.forces:
-            for body, action in self._apply(force):
-                self._applied.setdefault(body, []).append(action)
-        self.touches = touches(kinematics)
-        for touch in self.touches:
-            self.assumptions += touch.assumptions
-            for body, action in self._apply_contact(touch):
-                self._applied.setdefault(body, []).append(action)
-        self.closings = closings(kinematics)
-        for closing in self.closings:
-            for body, action in self._apply_loop(closing):
-                self._applied.setdefault(body, []).append(action)
+            for body, place, wrench in self._act(force):
+                self._apply(force.name, body, place, wrench)
+        self.bonds = bonds_of(kinematics)
+        for bond in self.bonds:
+            self.assumptions += bond.assumptions
+            for (body, place), wrench in zip(bond.ends, (bond.wrench, -bond.wrench), strict=True):
+                self._apply(bond.name, body, place, wrench, ties=True)
         normal = normal_of(kinematics)
         self.planar = normal is not None and any(link.kind == "turn" for link in kinematics.tree)
         self.bodies = tuple(
@@ -251,36 +251,32 @@ class Cuts:
             for joint in self.algebra.mechanism.tree
         )
 
-    def _apply_contact(self, touch: Touch) -> Iterator[tuple[str, Applied]]:
-        """Yield the unknown force of a contact on one body, and its opposite on the other."""
-        contact, wrench = touch.contact, Wrench(touch.force, zero(self.algebra.ring))
-        for body, sign in ((contact.body, 1), (contact.on, -1)):
-            if self.kinematics.place[body] >= 0:
-                yield body, self._tie(contact.name, body, touch.place, wrench, sign)
-
-    def _apply_loop(self, closing: Closing) -> Iterator[tuple[str, Applied]]:
-        """Yield the unknown force of a loop on one body, and its opposite on the other."""
-        loop, wrench = closing.loop, closing.wrench
-        ends = (loop.body_b, closing.on_b, 1), (loop.body_a, closing.on_a, -1)
-        for body, place, sign in ends:
-            if self.kinematics.place[body] >= 0:
-                yield body, self._tie(f"the loop {loop.name}", body, place, wrench, sign)
-
-    def _tie(self, name: str, body: str, place: Vector, wrench: Wrench, sign: int) -> Applied:
-        """Apply an unknown force at a place in the world, and a couple, to a body."""
+    def refer(self, body: str, place: Vector, wrench: Wrench) -> tuple[Wrench, Vector]:
+        """Return a wrench at a place in the world in the axes of a body's carrier, with its arm."""
         kinematics = self.kinematics
         carrier = kinematics.carrier(body)
-        reach = place - kinematics.point(body, ORIGIN)
-        given = (wrench.force * sign, wrench.moment * sign, reach)
+        given = (wrench.force, wrench.moment, place - kinematics.point(body, ORIGIN))
         F, M, arm = (kinematics.between(x, -1, carrier).tidy() for x in given)
-        v, w = kinematics.velocity(body), kinematics.spin(body)
-        return Applied(name, F, M, arm, v + cross(w, arm), ties=True)
+        return Wrench(F, M), arm
+
+    def _apply(
+        self, name: str, body: str, place: Vector, wrench: Wrench, *, ties: bool = False
+    ) -> None:
+        """Apply a force at a place in the world, and a couple, to a body that can move."""
+        if self.kinematics.place[body] < 0:
+            return
+        (here, arm), v, w = (
+            self.refer(body, place, wrench),
+            self.kinematics.velocity(body),
+            self.kinematics.spin(body),
+        )
+        applied = Applied(name, here.force, here.moment, arm, v + cross(w, arm), ties)
+        self._applied.setdefault(body, []).append(applied)
 
     @cached_property
     def ties(self) -> tuple[Tie, ...]:
         """The equations of loops, then of contacts and velocity constraints."""
-        loops = [tie for closing in self.closings for tie in closing.ties]
-        return (*loops, *contact_ties(self.kinematics, self.touches))
+        return ties_of(self.kinematics, self.bonds)
 
     def between_seats(self, parent: str, child: str) -> Vector:
         """Return the vector from a parent's origin to a child's, in the parent's carrier's axes."""
@@ -298,9 +294,10 @@ class Cuts:
         kinematics = self.kinematics
         return kinematics.between(vector, kinematics.carrier(start), kinematics.carrier(end))
 
-    def carried_wrench(self, wrench: Wrench, start: str, end: str) -> Wrench:
-        """Transform a force and a moment to the axes of another body's carrier."""
-        return Wrench(self.carry(wrench.force, start, end), self.carry(wrench.moment, start, end))
+    def hand_down(self, wrench: Wrench, child: str, parent: str) -> Wrench:
+        """Return a wrench on a child as one about its parent's origin, in the axes of that."""
+        parts = (self.carry(part, child, parent) for part in (wrench.force, wrench.moment))
+        return Wrench(*parts).about(self.between_seats(parent, child))
 
     def _cut(self, joint: Joint, axes: Axes) -> Cut:
         kinematics, algebra, body = self.kinematics, self.algebra, joint.child
@@ -346,73 +343,54 @@ class Cuts:
             outer.append([self.algebra.lift(combination(KJ, rate[:3])) for rate in Kd])
         return Vector(*(outer[i][k] - outer[k][i] for i, k in ((1, 2), (2, 0), (0, 1))))
 
-    def _apply(self, force: AnyForce) -> Iterator[tuple[str, Applied]]:
-        """Yield the action of a force on each body that can move."""
+    def _act(self, force: AnyForce) -> Iterator[tuple[str, Vector, Wrench]]:
+        """Yield each body that a force acts on, the place in the world, and the wrench there."""
+        nothing = zero(self.algebra.ring)
         match force:
             case LineLoad():
-                yield from self._apply_line(force)
+                pull = Wrench(self._find_pull(force), nothing)
+                for end, acting in zip(force.ends, (pull, -pull), strict=True):
+                    yield end.body, self.kinematics.point(end.body, end.point), acting
             case JointLoad():
-                yield from self._apply_joint(force)
+                joint = self.algebra.mechanism.joint(force.joint)
+                origin = self.kinematics.point(joint.child, ORIGIN)
+                push = self._find_push(force, joint)
+                yield joint.child, origin, push
+                yield joint.parent, origin, -push
             case BodyLoad():
                 wrench = force.wrench
-                if self.kinematics.place[wrench.body] >= 0:
-                    parts = (
-                        self._components(wrench, given) for given in (wrench.force, wrench.torque)
-                    )
-                    yield wrench.body, self._apply_at(force.name, wrench.body, wrench.point, *parts)
+                parts = [
+                    nothing if given is None else self._in_world(given, wrench.axes)
+                    for given in (wrench.force, wrench.torque)
+                ]
+                place = self.kinematics.point(wrench.body, wrench.point)
+                yield wrench.body, place, Wrench(*parts)
 
-    def _components(self, wrench: WrenchOnBody, given: Sequence[Scalar] | None) -> Vector:
-        if given is None:
-            return zero(self.algebra.ring)
-        return self.kinematics.vector(given, wrench.axes, wrench.body)
+    def _in_world(self, given: Sequence[Any], axes: str) -> Vector:
+        """Return a vector, given in the axes of a body or the "world", in the world's."""
+        return self.kinematics.vector(given, axes, self.algebra.mechanism.ground)
 
-    def _apply_at(
-        self, name: str, body: str, point: Sequence[Scalar], force: Vector, moment: Vector
-    ) -> Applied:
-        kinematics, algebra = self.kinematics, self.algebra
-        here = [algebra.arithmetic(component, algebra.values) for component in point]
-        turn = kinematics.turn(kinematics.place[body])
-        arm = lift(algebra.ring, [combination(row, here) for row in turn]).tidy()
-        return Applied(name, force, moment, arm, kinematics.velocity(body, point))
-
-    def _apply_line(self, force: LineLoad) -> Iterator[tuple[str, Applied]]:
-        """Yield a force on both its ends, along the line between them."""
-        kinematics, algebra = self.kinematics, self.algebra
-        span = Span(kinematics, force)
-        laws = laws_of(force, algebra.series)
-        pull = total([law.pull(span) for law in laws])
+    def _find_pull(self, force: LineLoad) -> Vector:
+        """Return a force on the first of its ends, along the line between them."""
+        span = Span(self.kinematics, force)
+        pull = total([law.pull(span) for law in laws_of(force, self.algebra.series)])
         if span.length is not None:
             self.lengths[force.name] = span.length
         # other forces contain only the square of the length, so its sign does not matter
         if span.assumption is not None and force.conservative:
             self.assumptions.append(span.assumption)
-        for end, sign in zip(force.ends, (1, -1), strict=True):
-            body = end.body
-            if kinematics.place[body] >= 0:
-                F = kinematics.between(pull * sign, -1, kinematics.carrier(body)).tidy()
-                yield body, self._apply_at(force.name, body, end.point, F, zero(algebra.ring))
+        return pull
 
-    def _apply_joint(self, force: JointLoad) -> Iterator[tuple[str, Applied]]:
-        """Yield a joint's force on child and parent, along or about its axis."""
-        kinematics, algebra = self.kinematics, self.algebra
-        joint = algebra.mechanism.joint(force.joint)
-        place = kinematics.place[joint.child]
-        link = kinematics.tree[place]
+    def _find_push(self, force: JointLoad, joint: Joint) -> Wrench:
+        """Return a joint's force on its child, along or about its axis."""
+        algebra, nothing = self.algebra, zero(self.algebra.ring)
+        link = self.kinematics.tree[self.kinematics.place[joint.child]]
         travel = Travel.in_joint(algebra, force.joint)
         pulls = [law.pull(travel) for law in laws_of(force, algebra.series)]
-        size = -algebra.ring.sum(pulls)
-        axis = [algebra.arithmetic(component, {}) for component in link.axis]
-        e = lift(algebra.ring, [combination(row, axis) for row in kinematics.turn(place)])
-        F, nothing = (e * size).tidy(), zero(algebra.ring)
-        wrench = Wrench(F, nothing) if link.kind == "slide" else Wrench(nothing, F)
-        child, parent = joint.child, joint.parent
-        yield child, self._apply_at(force.name, child, ORIGIN, wrench.force, wrench.moment)
-        if kinematics.place[parent] >= 0:
-            back = -self.carried_wrench(wrench, child, parent)
-            arm = self.between_seats(parent, child)
-            # velocity of the parent's point at the joint's present position
-            v, w = kinematics.velocity(parent), kinematics.spin(parent)
-            yield parent, Applied(force.name, back.force, back.moment, arm, v + cross(w, arm))
+        along_axis = self._in_world(link.axis, joint.child) * -algebra.ring.sum(pulls)
+        if link.kind == "slide":
+            return Wrench(along_axis, nothing)
+        return Wrench(nothing, along_axis)
 
 
 def state_momentum_balance(cut: Cut, moving: bool) -> str:

@@ -24,7 +24,7 @@ from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.series import Euler, Kind, Series
-from mecanique.derivation.symbolic.constraints import contact_ties, loop_ties, touches
+from mecanique.derivation.symbolic.constraints import bonds_of, ties_of
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
     Left,
@@ -313,11 +313,11 @@ class Lagrange:
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
         self.algebra = algebra = algebra or Algebra(mechanism)
         self.kinematics = Kinematics(algebra)
-        self._touches = touches(self.kinematics)
-        rolling = contact_ties(self.kinematics, self._touches)
-        self.ties = (*loop_ties(self.kinematics), *rolling)
-        for tie in rolling:
-            _ = tie.second  # raises unless Φ'' has a closed form, too
+        self._bonds = bonds_of(self.kinematics)
+        self.ties = ties_of(self.kinematics, self._bonds)
+        for tie in self.ties:
+            if tie.of_contact:
+                _ = tie.second  # raises unless Φ'' has a closed form, too
         works = [work for force in mechanism.forces for work in works_of(self.kinematics, force)]
         self.works = [find_potential(algebra, work) for work in works]
         self.kinetic = [*self._bodies(), *self._rotors()]
@@ -388,7 +388,7 @@ class Lagrange:
             ),
             assumptions=(
                 *(a for work in self.works for a in work.assumptions),
-                *(a for touch in self._touches for a in touch.assumptions),
+                *(a for bond in self._bonds for a in bond.assumptions),
             ),
             lengths=length_names(
                 ring, [(work.name, work.length) for work in self.works if work.length is not None]

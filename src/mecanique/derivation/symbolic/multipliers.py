@@ -369,9 +369,8 @@ def _solve_by_cramer(
         if free in held:
             continue
         column = [minor * x for x in basis[free]]
-        for place, k in enumerate(held):
-            swapped = (*held[:place], free, *held[place + 1 :])
-            share = determinant(ring, _select(entries, swapped))
+        shares = cramer(ring, _select(entries, held), [row[free] for row in entries])
+        for k, share in zip(held, shares, strict=True):
             column = [a - share * b for a, b in zip(column, basis[k], strict=True)]
         found.append(_make_positive(divide_common([tidy(entry) for entry in column])))
     return found
@@ -388,6 +387,15 @@ def determinant(ring: Ring, rows: Sequence[Sequence[Series]]) -> Series:
             rest = [i for i in range(len(first)) if i != k]
             terms.append(entry * determinant(ring, _select(others, rest)) * (-1) ** k)
     return tidy(ring.sum(terms))
+
+
+def cramer(ring: Ring, rows: Sequence[Sequence[Series]], sides: Sequence[Series]) -> list[Series]:
+    """Return each unknown of a linear system times its determinant, by Cramer's rule."""
+    found = []
+    for k in range(len(rows)):
+        pairs = zip(rows, sides, strict=True)
+        found.append(determinant(ring, [[*row[:k], side, *row[k + 1 :]] for row, side in pairs]))
+    return found
 
 
 def _select(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[list[Series]]:

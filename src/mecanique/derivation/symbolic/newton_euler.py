@@ -75,11 +75,11 @@ class NewtonEuler:
         loads = [
             load.linear(names)[1] for load in project(self.cuts, rates, self._loads, rotors=False)
         ]
-        named = (*ties, *(tie for touch in self.cuts.touches for tie in touch.ties))
+        named = (*ties, *(tie for bond in self.cuts.bonds for tie in bond.ties))
         multipliers = {f"lambda_{tie.name}": tie.meaning for tie in named}
         Q = tuple(by_velocity(load, algebra.velocities) for load in loads)
         rest = [a - b for a, b in zip(h, Q, strict=True)]
-        loops = [tie for closing in self.cuts.closings for tie in closing.ties]
+        loops = [tie for tie in ties if not tie.of_contact]
         return Derivation(
             algebra=algebra,
             M=M,
@@ -194,13 +194,13 @@ class NewtonEuler:
             )
 
     def _close(self) -> str:
-        if self.cuts.closings:
+        if self.algebra.mechanism.loops:
             return (
                 "Substituted into the balances along and about the free directions of the joints, "
                 "the reactions leave one equation for each velocity. The forces λ of the loops "
                 "remain as unknowns; the loops add as many equations, Φ = 0."
             )
-        if self.cuts.touches:
+        if self.algebra.mechanism.contacts:
             return (
                 "Substituted into the balances along and about the free directions of the joints, "
                 "the reactions leave one equation for each velocity. The forces λ of the contacts "

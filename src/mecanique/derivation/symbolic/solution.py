@@ -29,7 +29,7 @@ from mecanique.derivation.scalars.cancel import (
 )
 from mecanique.derivation.scalars.evaluation import Substitution
 from mecanique.derivation.scalars.functions import function
-from mecanique.derivation.scalars.polynomials import exponents
+from mecanique.derivation.scalars.polynomials import exponents, power
 from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
@@ -40,6 +40,7 @@ from mecanique.derivation.symbolic.derivation import (
 )
 from mecanique.derivation.symbolic.multipliers import (
     Column,
+    cramer,
     determinant,
     divide_common,
     is_constant,
@@ -445,10 +446,8 @@ def _solve_blocks(M: Sequence[Sequence[Series]], loads: Sequence[Series]) -> lis
         below = determinant(M[0][0].ring, part)
         if below.vanishes() or len(below) > _LONGEST or max(map(len, sides)) > _LONGEST:
             return None
-        for place, k in enumerate(rows):
-            swapped = zip(sides, part, strict=True)
-            columns = [[*row[:place], side, *row[place + 1 :]] for side, row in swapped]
-            found[k] = _reduce(determinant(below.ring, columns), below)
+        for k, above in zip(rows, cramer(below.ring, part, sides), strict=True):
+            found[k] = _reduce(above, below)
     return [found[k] for k in range(len(M))]
 
 
@@ -492,9 +491,9 @@ def _divide_waves(above: Series, below: Series) -> list[Series]:
     """Cancel the sines and cosines of single angles that divide both."""
     packed = [trig >> 1 for trig in below.parts]
     for index in sorted({index for K in packed for index, _ in exponents(K)}):
-        for parity in (0, 1):
-            while (less := divide_by_wave(below, index, parity)) is not None:
-                rest = divide_by_wave(above, index, parity)
+        for wave in (2 * power(index), 2 * power(index) + 1):
+            while (less := divide_by_wave(below, wave)) is not None:
+                rest = divide_by_wave(above, wave)
                 if rest is None:
                     break
                 above, below = rest, less

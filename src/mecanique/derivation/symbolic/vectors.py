@@ -66,6 +66,13 @@ class Wrench:
     def __neg__(self) -> Wrench:
         return Wrench(-self.force, -self.moment)
 
+    def __mul__(self, factor: Series | int) -> Wrench:
+        return Wrench(self.force * factor, self.moment * factor)
+
+    def about(self, arm: Vector) -> Wrench:
+        """Return it with the moment about the start of an arm at whose end it acts."""
+        return Wrench(self.force, total([self.moment, cross(arm, self.force)]))
+
     def tidy(self) -> Wrench:
         """Cancel common factors in every component."""
         return Wrench(self.force.tidy(), self.moment.tidy())
@@ -84,6 +91,11 @@ def lift(ring: Ring, components: Sequence[Any]) -> Vector:
 def total(vectors: Iterable[Vector]) -> Vector:
     """Return the sum of at least one vector, in one pass."""
     return Vector(*(terms[0].ring.sum(terms) for terms in zip(*vectors, strict=True)))
+
+
+def resultant(wrenches: Sequence[Wrench]) -> Wrench:
+    """Return the sum of at least one wrench, all with moments about the same point."""
+    return Wrench(total(w.force for w in wrenches), total(w.moment for w in wrenches))
 
 
 def dot(a: Vector, b: Vector) -> Series:

@@ -365,8 +365,7 @@ class VirtualWork:
         slopes = [list(map(tidy, tie.slopes(ring))) for tie in ties]
         S = self._independent(slopes) if ties else []
         known = not algebra.mechanism.velocity_constraints
-        met = [tie for one in self.cuts.touches for tie in one.ties]
-        met += [tie for one in self.cuts.closings for tie in one.ties]
+        met = [tie for bond in self.cuts.bonds for tie in bond.ties]
         self._unknowns |= {f"lambda_{tie.name}": tie.meaning for tie in (*met, *ties)}
         return Derivation(
             algebra=algebra,

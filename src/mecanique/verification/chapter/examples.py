@@ -127,8 +127,8 @@ def _newton_euler(blocks: _Blocks) -> Iterator[ChapterRow]:
         "Ex. 1.1 a",
         "-k1 q1 + k2 (q2 - q1) = m1 q1'', -k2 (q2 - q1) + F = m2 q2''",
         "both blocks cut free, along x",
-        bodies.balances.resultant(first)[0] - blocks.force1,
-        bodies.balances.resultant(second)[0] - blocks.force2,
+        bodies.balances.acting(first).force[0] - blocks.force1,
+        bodies.balances.acting(second).force[0] - blocks.force2,
         first.push[0] - m1 * a1,
         second.push[0] - m2 * a2,
     )

@@ -176,7 +176,7 @@ def _plate() -> Iterator[ChapterRow]:
         M_o + k * theta,
     )
     # with the reactions that follow from the motion, forces and inertia forces are in equilibrium
-    balances = zip(bodies.balances.resultant(cut), cut.push, strict=True)
+    balances = zip(bodies.balances.acting(cut).force, cut.push, strict=True)
     yield identity(
         "1.22",
         "for a body in a plane: F - m a_C = 0, M_o - I_o omega' = 0",

@@ -67,7 +67,7 @@ def _balances(rod: _Rod) -> Iterator[ChapterRow]:
         *(a_n + l / 2 * v**2, a_t - l / 2 * a),
     )
     p_n, p_t, *_ = along(axes, cut.push)
-    F_n, F_t, *_ = along(axes, bodies.resultant(cut))
+    F_n, F_t, *_ = along(axes, bodies.acting(cut).force)
     yield identity(
         "1.14",
         "m a_C = (m g cos q - R_n) n + (R_t - m g sin q) t",
@@ -76,7 +76,7 @@ def _balances(rod: _Rod) -> Iterator[ChapterRow]:
         *(F_n - (m * g * cos(q) - Rn), F_t - (Rt - m * g * sin(q))),
     )
     H_rate = along(turns, bodies.turning(cut))[2]
-    M_o = along(turns, bodies.moment(cut))[2]
+    M_o = along(turns, bodies.acting(cut).moment)[2]
     yield _angular_momentum(H_rate - m * l**2 / 3 * a)
     yield identity("1.16", "dH_o/dt = (m l²/3) q''", _BY, H_rate - m * l**2 / 3 * a)
     yield identity(
@@ -225,7 +225,7 @@ def _unit_vectors() -> ChapterRow:
 def _unknowns() -> Iterator[ChapterRow]:
     bodies = NewtonEuler(load("rigid_bar_pendulum"))
     (cut,) = bodies.cuts.bodies
-    components = along(cut.axes.rows, bodies.balances.resultant(cut))
+    components = along(cut.axes.rows, bodies.balances.acting(cut).force)
     sides = (components[0], components[1])
     yield decision(
         "after 1.14",
