@@ -44,6 +44,7 @@ ORDER: dict[str, list[str]] = {
         "expression",
         "units",
         "coordinates parameters placement quaternions values",
+        "statements",
         "constraint_base force_base joint_base",
         "bodies constraints forces joints",
         "mechanism",

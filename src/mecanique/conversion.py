@@ -22,7 +22,6 @@ from mecanique.model.forces import JointDamper, Spring
 from mecanique.model.joint_base import Elementary, Limits, Single
 from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement, pose_of
 from mecanique.model.random_positions import draw_positions
 from mecanique.reference import Reference
 from mecanique.urdf.dialect import UNBOUNDED
@@ -234,8 +233,7 @@ def _gaps(mechanism: Mechanism, engine: Reference, q: Array) -> Array:
     for loop in sorted(mechanism.loops, key=lambda loop: loop.name):
         ends = []
         for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)):
-            xyz, rpy = (mechanism.evaluate_all(part) for part in (frame.xyz, frame.rpy))
-            place = pose_of(Placement(tuple(xyz), tuple(rpy)))  # type: ignore[arg-type]
+            place = mechanism.matrix(frame)
             ends.append(np.array([engine.pose(body, state) @ place for state in q]))
         gap = np.linalg.inv(ends[0]) @ ends[1]
         # about what turns freely the frames of the result may be turned

@@ -122,7 +122,7 @@ ELEMENTS: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"elements": [mq.Cord("c", ("ground", (0, 0, 0)), (mq.Pulley("rod", K),), ("rod", BOB))]},
-        "element 'c': a radius of it: k is in N/m, expected m",
+        "element 'c': its radius: k is in N/m, expected m",
     ),
     (
         {"elements": [mq.Rack("rack", "hinge", "slide", L, pressure_angle=G)]},

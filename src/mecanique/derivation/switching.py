@@ -485,7 +485,7 @@ def _say_conditions(
         load, limit = _find_load(element), element.coefficients[1]
         load = solution.get(load, load)
         if isinstance(element, Friction):
-            limit = element.holding
+            limit = element.mu_static
             load = load if element.pressed_by else element.load
         if load == 0:
             yield f"sticks if {say(solution[tangent])} = 0"

@@ -17,7 +17,6 @@ from mecanique.model.forces import Damper, Force, JointDamper, JointSpring, Spri
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Fixed, Floating, Joint, Planar
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement, pose_of
 from mecanique.urdf.dialect import UNBOUNDED
 from mecanique.urdf.write import axial_steps, law_of_follower
 from mecanique.wording import say_count
@@ -103,7 +102,7 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
                 yield f"{force.kind} {force.name}: {form} states no such force"
         elif form == "URDF" and isinstance(force, Spring) and _has_no_length(mechanism, force):
             yield f"spring {force.name}: its free length is zero, and Drake's tag wants more"
-    poses = home_poses(mechanism)
+    poses = mechanism.home_poses
     for loop in mechanism.loops:
         if scope.loops is not None and loop.kind not in scope.loops:
             yield f"loop {loop.name}: {form} has none of the kind {loop.kind!r}"
@@ -202,28 +201,11 @@ def joint_damping(mechanism: Mechanism, joint: str) -> float:
     return float(sum(mechanism.evaluate(damper.damping) for damper in dampers))
 
 
-def home_poses(mechanism: Mechanism) -> dict[str, Array]:
-    """Return the poses of all bodies where all coordinates are zero, shape (4, 4)."""
-    poses = {mechanism.ground: np.eye(4)}
-    left = list(mechanism.joints)
-    while left:
-        ready = [joint for joint in left if joint.parent in poses]
-        for joint in ready:
-            poses[joint.child] = poses[joint.parent] @ _numeric_pose(mechanism, joint.origin)
-        left = [joint for joint in left if joint.child not in poses]
-    return poses
-
-
 def is_closed(mechanism: Mechanism, loop: Loop, poses: Mapping[str, Array]) -> bool:
     """Whether a ball, hinge or weld is closed in these poses of the bodies."""
     a, b = (
-        poses[body] @ _numeric_pose(mechanism, frame)
+        poses[body] @ mechanism.matrix(frame)
         for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b))
     )
     first = {"ball": 3, "hinge": 2, "weld": 0}[loop.kind]
     return bool(np.abs(a[:3, first:] - b[:3, first:]).max() <= _CLOSED)
-
-
-def _numeric_pose(mechanism: Mechanism, place: Placement) -> Array:
-    (x, y, z), (roll, pitch, yaw) = map(mechanism.evaluate_all, (place.xyz, place.rpy))
-    return pose_of(Placement((x, y, z), (roll, pitch, yaw)))

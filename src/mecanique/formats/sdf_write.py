@@ -8,7 +8,6 @@ from typing import final
 
 from mecanique.formats.scope import (
     SCOPES,
-    home_poses,
     is_closed,
     is_empty,
     joint_damping,
@@ -73,7 +72,7 @@ class _Writer:
             yield _joint(f"{ground}_weld", "fixed", ends, _pose((0, 0, 0), (0, 0, 0)))
         for joint in mechanism.joints:
             yield from self._carry(joint)
-        poses = home_poses(mechanism)
+        poses = mechanism.home_poses
         kinds = {"weld": "fixed", "ball": "ball", "hinge": "revolute"}
         for loop in mechanism.loops:
             if loop.kind in kinds and is_closed(mechanism, loop, poses):

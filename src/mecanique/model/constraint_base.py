@@ -9,107 +9,23 @@ the other side of the wall, in `mecanique.reference`.
 
 from __future__ import annotations
 
-import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, final
 
-import numpy as np
-
-from mecanique.model.expression import Scalar, Vector, evaluate, plain
+from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement
-
-
-@final
-@dataclass(frozen=True)
-class Rule:
-    """Numbers that must be finite, and a gap between them that must not close.
-
-    Args:
-        where: what they belong to.
-        words: the fault if they are not so, with a {} for each number.
-        numbers: what the words show.
-        gap: what must be at least 0; None if it is enough that the numbers are finite.
-        strict: whether the gap must be above 0.
-        endless: whether the gap may be infinite.
-        follows: whether it means something only if the rule before it is kept.
-    """
-
-    where: str
-    words: str
-    numbers: tuple[Scalar, ...] = ()
-    gap: Scalar | None = None
-    strict: bool = False
-    endless: bool = False
-    follows: bool = False
-
-    @property
-    def scalars(self) -> tuple[Scalar, ...]:
-        """The numbers, and the gap if there is one."""
-        return self.numbers if self.gap is None else (*self.numbers, self.gap)
-
-    def fault(self, values: Mapping[str, float]) -> str | None:
-        """Return what is wrong with the values of the parameters, or None."""
-        numbers = [_number(scalar, values) for scalar in self.numbers]
-        words = self.where + self.words.format(*(f"{number:g}" for number in numbers))
-        if self.gap is None:
-            return None if all(map(math.isfinite, numbers)) else words
-        gap = _number(self.gap, values)
-        enough = gap > 0 if self.strict else gap >= 0
-        return None if enough and (self.endless or gap < math.inf) else words
-
-
-def _number(scalar: Scalar, values: Mapping[str, float]) -> float:
-    try:
-        with np.errstate(all="ignore"):
-            return float(evaluate(scalar, dict(values)))
-    except (ArithmeticError, TypeError):
-        return math.nan
-
-
-class Quantity(NamedTuple):
-    """Scalars that an element or a contact states: their name in words, and their SI unit."""
-
-    words: str
-    scalars: tuple[Scalar, ...]
-    unit: str
-
-
-def unit(symbol: str) -> Mapping[str, str]:
-    """Return the metadata of a field that states scalars with a unit; frames have "m"."""
-    return {"unit": symbol}
+from mecanique.model.statements import MechanismPart, NumberRule, Stated
 
 
 @dataclass(frozen=True)
-class _Speaking(ABC):
-    """What elements and contacts have in common."""
-
-    name: str
-
-    @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """What it states with a unit, field by field."""
-        stated: list[Quantity] = []
-        for item in fields(self):
-            value, words = getattr(self, item.name), f"its {item.name.replace('_', ' ')}"
-            if "unit" not in item.metadata or value is None:
-                continue
-            if isinstance(value, Placement):
-                words = words.removesuffix(" a").removesuffix(" b")
-                stated.append(Quantity(words, value.xyz, "m"))
-                stated.append(Quantity(f"{words}, its angles", value.rpy, "rad"))
-            else:
-                scalars = value if isinstance(value, tuple) else (value,)
-                stated.append(Quantity(words, tuple(scalars), item.metadata["unit"]))
-        return tuple(stated)
-
-
-@dataclass(frozen=True)
-class ContactBase(_Speaking):
+class ContactBase(MechanismPart):
     """What every contact says of itself."""
 
     body: str
+
+    noun = "contact"
 
     forces_of: ClassVar[Mapping[str, str]]
     """Its force of each row and the way it acts, in words, with {} for the bodies and its name."""
@@ -128,10 +44,6 @@ class ContactBase(_Speaking):
     def breaks(self) -> tuple[str, ...]:
         """Names of the events at which it ceases to hold."""
         return ()
-
-    def rules(self) -> Iterator[Rule]:
-        """Yield what its numbers keep to."""
-        yield from ()
 
 
 class PressingContact(ContactBase):
@@ -167,22 +79,24 @@ class PressingContact(ContactBase):
         slip = () if self.friction is None else (f"{self.name} would slip",)
         return (f"{self.name} would pull", *slip)
 
-    def rules(self) -> Iterator[Rule]:
+    def rules(self) -> Iterator[NumberRule]:
         """Yield what its numbers keep to."""
-        where, radius, crown = f"contact {self.name!r}", self.radius, self.crown
+        yield from self.fit()
+        yield from super().rules()
+
+    def fit(self) -> Iterator[NumberRule]:
+        """Yield what its sizes keep to among themselves."""
+        where, radius, crown = self.title, self.radius, self.crown
         # a ball of radius 0 is a point
         bound = "at least" if self.axis is None else "above"
         words = f": expected a radius {bound} 0, got {{}}"
-        yield Rule(where, words, (radius,), radius, strict=self.axis is not None)
+        yield NumberRule(where, words, (radius,), radius, strict=self.axis is not None)
         words = ": expected a crown radius from 0, a sharp edge, to the radius {1}, a ball, got {0}"
         for gap in (crown, plain(radius) - plain(crown)):
-            yield Rule(where, words, (crown, radius), gap, follows=True)
+            yield NumberRule(where, words, (crown, radius), gap, follows=True)
         if self.friction is not None:
             words = ": expected a coefficient of friction of at least 0, got {}"
-            yield Rule(where, words, (self.friction,), self.friction, endless=True)
-        for factor in self.stretch:
-            words = ": expected a stretch above 0, got {}"
-            yield Rule(where, words, (factor,), factor, strict=True)
+            yield NumberRule(where, words, (self.friction,), self.friction, endless=True)
         if self.curved:
             words = (
                 ": expected a bowl's radius above the ball's {1}, or minus that of a dome, got {0}"
@@ -190,7 +104,7 @@ class PressingContact(ContactBase):
             bowl = plain(self.bowl)
             # above 0 for a dome, below 0, and for a bowl wider than the ball
             outside = bowl * (bowl - plain(radius))
-            yield Rule(where, words, (bowl, radius), outside, strict=True, endless=True)
+            yield NumberRule(where, words, (bowl, radius), outside, strict=True, endless=True)
 
 
 class EdgeContact(ContactBase):
@@ -205,8 +119,10 @@ class EdgeContact(ContactBase):
 
 
 @dataclass(frozen=True)
-class GuidingElement(_Speaking):
+class GuidingElement(MechanismPart):
     """What every element that guides says of itself."""
+
+    noun = "element"
 
     @property
     def tensions(self) -> tuple[str, ...]:
@@ -233,7 +149,7 @@ class JointRow:
 
 
 @dataclass(frozen=True)
-class SwitchingElement(_Speaking):
+class SwitchingElement(MechanismPart):
     """What every element that switches between states says of itself."""
 
     @property
@@ -256,19 +172,38 @@ class SwitchingElement(_Speaking):
         """Names of the bodies it refers to by itself; of an element in a joint, none."""
         return ()
 
-    @property
-    def varying(self) -> tuple[Scalar, ...]:
-        """Scalars that may depend on the state and time."""
-        return ()
 
-    @property
-    @abstractmethod
-    def constants(self) -> tuple[Scalar, ...]:
-        """Scalars in the parameters alone."""
+class Rubbing(SwitchingElement):
+    """An element that rubs; its static coefficient is the kinetic one if none is given."""
 
-    def rules(self) -> Iterator[Rule]:
+    mu: Scalar
+    mu_static: Scalar
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.mu_static is None:
+            object.__setattr__(self, "mu_static", self.mu)
+
+    def rules(self) -> Iterator[NumberRule]:
         """Yield what its numbers keep to."""
-        yield from ()
+        words = ": expected a coefficient of friction of at least 0, got {}"
+        yield NumberRule(self.title, words, (self.mu,), self.mu)
+        words = ": expected a static coefficient of at least the kinetic {}, got {}"
+        more = plain(self.mu_static) - plain(self.mu)
+        yield NumberRule(self.title, words, (self.mu, self.mu_static), more, follows=True)
+        yield from super().rules()
+
+
+class Striking(SwitchingElement):
+    """An element that closes with an impact."""
+
+    restitution: Scalar
+
+    def rules(self) -> Iterator[NumberRule]:
+        """Yield what its numbers keep to."""
+        e = plain(self.restitution)
+        yield NumberRule(self.title, ": expected a restitution in 0…1, got {}", (e,), e * (1.0 - e))
+        yield from super().rules()
 
 
 class Stop(NamedTuple):
@@ -314,10 +249,10 @@ class Strung(GuidingElement):
         return self.forces
 
     @property
-    def quantities(self) -> tuple[Quantity, ...]:
+    def stated(self) -> tuple[Stated, ...]:
         """What its fields state, and its points and radii."""
-        stated = list(super().quantities)
+        stated = list(super().stated)
         for stop in self.stops:
-            stated.append(Quantity("a point of it", tuple(stop.center), "m"))
-            stated.append(Quantity("a radius of it", (stop.radius,), "m"))
+            stated.append(Stated("point", tuple(stop.center), ("m",)))
+            stated.append(Stated("radius", (stop.radius,), ("m",)))
         return tuple(stated)

@@ -1,18 +1,18 @@
 """What forces have in common, and the three ways in which they act.
 
 A force acts along the line between two points (`LineLoad`), in a joint (`JointLoad`) or on one body
-(`BodyLoad`). Each field that states scalars says by its metadata what it is and in which unit.
+(`BodyLoad`).
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from abc import abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, TypeAlias, final
 
-from mecanique.model.expression import Scalar, plain, symbols_in
-from mecanique.model.placement import vector as as_vector
+from mecanique.model.expression import Scalar, symbols_in
+from mecanique.model.statements import POINT, MechanismPart
 
 Point: TypeAlias = "tuple[Scalar, Scalar, Scalar]"
 
@@ -20,65 +20,15 @@ ForceKind: TypeAlias = Literal["spring", "damper", "load"]
 """What a force is called and drawn as."""
 
 
-@final
 @dataclass(frozen=True)
-class Stated:
-    """What one field of a force states.
-
-    Args:
-        name: of the field in words, e.g. "free length".
-        scalars: one, or three components.
-        varies: whether it may depend on the state, time and inputs, not on parameters alone.
-        positive: whether it must not be negative.
-        length: whether it is a length or a point [m].
-        stores: whether it is a potential: of the distance, or the joint's coordinate.
-        units: its unit; of a force in a joint, on a slide and about an axis.
-    """
-
-    name: str
-    scalars: tuple[Scalar, ...]
-    varies: bool
-    positive: bool
-    length: bool
-    stores: bool
-    units: tuple[str, ...]
-
-
-def state(
-    *units: str,
-    vector: bool = False,
-    varies: bool = False,
-    positive: bool = False,
-    length: bool = False,
-    stores: bool = False,
-) -> Mapping[str, Any]:
-    """Return the metadata of a field that states scalars; `Stated` explains them."""
-    return {
-        "units": units,
-        "vector": vector,
-        "varies": varies,
-        "positive": positive,
-        "length": length,
-        "stores": stores,
-    }
-
-
-POINT = state("m", vector=True, length=True)
-"""Metadata of a point of a body."""
-
-LENGTH = state("m", positive=True, length=True)
-"""Metadata of a length."""
-
-
-@dataclass(frozen=True)
-class _Force(ABC):
+class _Force(MechanismPart):
     """What all forces have.
 
     Args:
         name: its name.
     """
 
-    name: str
+    noun = "force"
 
     kind: ClassVar[ForceKind]
     """What it is called and drawn as."""
@@ -89,42 +39,15 @@ class _Force(ABC):
     letter: ClassVar[str]
     """The field whose symbol stands for it in a figure; the name of what has none."""
 
-    def __post_init__(self) -> None:
-        for item in fields(self):
-            if item.metadata:
-                given = getattr(self, item.name)
-                is_vector = item.metadata["vector"]
-                value = (
-                    as_vector(given, f"{item.name} of {self.name!r}") if is_vector else plain(given)
-                )
-                object.__setattr__(self, item.name, value)
-
     @property
     @abstractmethod
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies it refers to by itself; of a force in a joint, none."""
 
     @property
-    def stated(self) -> tuple[Stated, ...]:
-        """Its points, constants and expressions, field by field."""
-        return tuple(
-            Stated(
-                name=item.name.replace("_", " "),
-                scalars=_as_tuple(getattr(self, item.name)),
-                varies=item.metadata["varies"],
-                positive=item.metadata["positive"],
-                length=item.metadata["length"],
-                stores=item.metadata["stores"],
-                units=item.metadata["units"],
-            )
-            for item in fields(self)
-            if item.metadata
-        )
-
-    @property
     def symbols(self) -> frozenset[str]:
         """Names of everything it depends on."""
-        return frozenset().union(*(symbols_in(s) for load in self.stated for s in load.scalars))
+        return frozenset().union(*map(symbols_in, self.scalars))
 
     @property
     def coefficient(self) -> Any:
@@ -252,7 +175,3 @@ def loads_in(
         for force in forces
         if isinstance(force, JointLoad) and force.joint == joint and kind in (None, force.kind)
     )
-
-
-def _as_tuple(given: Any) -> tuple[Scalar, ...]:
-    return given if isinstance(given, tuple) else (given,)

@@ -15,16 +15,8 @@ from dataclasses import dataclass, field
 from typing import final
 
 from mecanique.model.expression import Scalar
-from mecanique.model.force_base import (
-    LENGTH,
-    POINT,
-    BodyLoad,
-    JointLoad,
-    LineLoad,
-    Point,
-    WrenchOnBody,
-    state,
-)
+from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, Point, WrenchOnBody
+from mecanique.model.statements import LENGTH, POINT, state
 
 
 @final
@@ -53,7 +45,7 @@ class Spring(LineLoad):
     conservative = True
     letter = "stiffness"
 
-    stiffness: Scalar = field(metadata=state("N/m", positive=True))
+    stiffness: Scalar = field(metadata=state("N/m", sign="of at least"))
     free_length: Scalar = field(default=0.0, metadata=LENGTH)
 
 
@@ -81,7 +73,7 @@ class Damper(LineLoad):
     kind = "damper"
     letter = "damping"
 
-    damping: Scalar = field(metadata=state("N·s/m", positive=True))
+    damping: Scalar = field(metadata=state("N·s/m", sign="of at least"))
 
 
 @final
@@ -138,7 +130,7 @@ class JointSpring(JointLoad):
     conservative = True
     letter = "stiffness"
 
-    stiffness: Scalar = field(metadata=state("N/m", "N·m/rad", positive=True))
+    stiffness: Scalar = field(metadata=state("N/m", "N·m/rad", sign="of at least"))
     reference: Scalar = field(default=0.0, metadata=state("m", "rad"))
 
 
@@ -187,7 +179,7 @@ class JointDamper(JointLoad):
     kind = "damper"
     letter = "damping"
 
-    damping: Scalar = field(metadata=state("N·s/m", "N·m·s/rad", positive=True))
+    damping: Scalar = field(metadata=state("N·s/m", "N·m·s/rad", sign="of at least"))
 
 
 @final

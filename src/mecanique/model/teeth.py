@@ -206,7 +206,7 @@ def teeth_of(mechanism: Mechanism) -> tuple[Toothed, ...]:
     meshes = [mesh for mesh in mechanism.elements if isinstance(mesh, (Gear, Rack))]
     if not meshes:
         return ()
-    poses = _poses(mechanism)
+    poses = mechanism.home_poses
     placed: dict[tuple[str, bool], Toothed] = {}
     waiting = [mesh for mesh in meshes if _has_axes(mechanism, mesh)]
     counts = _count(mechanism, waiting)
@@ -319,14 +319,6 @@ def _count(mechanism: Mechanism, meshes: list[Gear | Rack]) -> dict[int, tuple[i
     for key, (a, b) in radii.items():
         pairs[key] = round(fewest * a / least), round(fewest * b / least)
     return pairs
-
-
-def _poses(mechanism: Mechanism) -> dict[str, Array]:
-    """Where the bodies are while all joint coordinates are zero, by name."""
-    poses: dict[str, Array] = {mechanism.ground: np.eye(4)}
-    for joint in mechanism.tree:
-        poses[joint.child] = poses[joint.parent] @ mechanism.matrix(joint.origin)
-    return poses
 
 
 def _has_axes(mechanism: Mechanism, mesh: Gear | Rack) -> bool:

@@ -6,7 +6,8 @@ import numpy as np
 
 from mecanique.model import Body, Placement, Prismatic, Revolute, Spherical
 from mecanique.model.expression import Vector
-from mecanique.textbook.facts import Number
+from mecanique.model.quaternions import conjugate, turn
+from mecanique.textbook.facts import Number, Values
 
 Led = tuple[Prismatic | Revolute | Spherical, ...]
 """Joints, each of which leads the parent of the next."""
@@ -79,10 +80,10 @@ def hinges(
         names: of the hinges.
         angles: names of their coordinates.
     """
-    turn, side, nod = names
+    first, side, nod = names
     yaw, roll, pitch = angles
     return (
-        Revolute(turn, center, "heading", axis=(0, 0, 1), coordinate=yaw),
+        Revolute(first, center, "heading", axis=(0, 0, 1), coordinate=yaw),
         Revolute(side, "heading", leaning, axis=(1, 0, 0), coordinate=roll),
         Revolute(nod, leaning, body, axis=(0, 1, 0), coordinate=pitch),
     )
@@ -101,8 +102,18 @@ def about(axis: int, angle: Number) -> Number:
         angle: [rad], complex where a fact is differentiated by a complex step.
     """
     i, k = (axis + 1) % 3, (axis + 2) % 3
-    turn = np.zeros((3, 3), dtype=complex)
-    turn[axis, axis] = 1
-    turn[[i, k], [i, k]] = np.cos(angle)
-    turn[k, i], turn[i, k] = np.sin(angle), -np.sin(angle)
-    return turn
+    turned = np.zeros((3, 3), dtype=complex)
+    turned[axis, axis] = 1
+    turned[[i, k], [i, k]] = np.cos(angle)
+    turned[k, i], turned[i, k] = np.sin(angle), -np.sin(angle)
+    return turned
+
+
+def to_world(s: Values, u: Number) -> Number:
+    """Return a vector of the axes of the body that qx, qy, qz and qw turn, in world axes."""
+    return turn(np.array([s.qx, s.qy, s.qz, s.qw]), u)
+
+
+def to_body(s: Values, u: Number) -> Number:
+    """Return a vector of world axes in the axes of that body."""
+    return turn(conjugate(np.array([s.qx, s.qy, s.qz, s.qw])), u)

@@ -14,9 +14,10 @@ from types import MappingProxyType
 from typing import TypeAlias, final
 
 from mecanique.errors import InputError
-from mecanique.model.constraint_base import EdgeContact, PressingContact, unit
-from mecanique.model.expression import Scalar, Vector, plain
-from mecanique.model.placement import Placement, vector
+from mecanique.model.constraint_base import EdgeContact, PressingContact
+from mecanique.model.expression import Scalar, Vector
+from mecanique.model.placement import Placement
+from mecanique.model.statements import FRAME, POINT, state
 
 Direction: TypeAlias = "tuple[float, float, float]"
 """A direction in a body's frame, of unit length."""
@@ -59,15 +60,15 @@ class Rolling(PressingContact):
 
     name: str
     body: str
-    radius: Scalar = field(metadata=unit("m"))
-    center: Vector = field(default=(0.0, 0.0, 0.0), metadata=unit("m"))
+    radius: Scalar = field(metadata=state("m"))
+    center: Vector = field(default=(0.0, 0.0, 0.0), metadata=POINT)
     axis: Vector | None = (0.0, 1.0, 0.0)
-    crown: Scalar = field(default=0.0, metadata=unit("m"))
+    crown: Scalar = field(default=0.0, metadata=state("m"))
     on: str = "ground"
-    plane: Placement = field(default=Placement(), metadata=unit("m"))
-    stretch: Vector = (1.0, 1.0, 1.0)
-    bowl: Scalar = 0.0
-    friction: Scalar | None = None
+    plane: Placement = field(default=Placement(), metadata=FRAME)
+    stretch: Vector = field(default=(1.0, 1.0, 1.0), metadata=state("1", vector=True, sign="above"))
+    bowl: Scalar = field(default=0.0, metadata=state("m"))
+    friction: Scalar | None = field(default=None, metadata=state("1"))
 
     forces_of = MappingProxyType(
         {
@@ -78,15 +79,11 @@ class Rolling(PressingContact):
     )
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         where = f"rolling {self.name!r}"
-        object.__setattr__(self, "radius", plain(self.radius))
-        object.__setattr__(self, "center", vector(self.center, f"center of {where}"))
-        object.__setattr__(self, "crown", self.radius if self.axis is None else plain(self.crown))
-        object.__setattr__(self, "stretch", vector(self.stretch, f"stretch of {where}"))
-        object.__setattr__(self, "bowl", plain(self.bowl))
-        if self.friction is not None:
-            object.__setattr__(self, "friction", plain(self.friction))
-        if self.axis is not None:
+        if self.axis is None:
+            object.__setattr__(self, "crown", self.radius)
+        else:
             object.__setattr__(self, "axis", _unit(self.axis, f"the axis of {where}"))
         if (self.axis is not None or self.curved) and self.stretched:
             raise InputError(f"{where}: expected a stretch of a ball on a plane only")
@@ -107,14 +104,6 @@ class Rolling(PressingContact):
     def rows(self) -> tuple[str, ...]:
         """The motions it prevents: along the normal, and along the plane's x and y."""
         return ("normal", "x", "y")
-
-    @property
-    def scalars(self) -> tuple[Scalar, ...]:
-        """All expressions in it."""
-        sizes = [self.radius, self.crown, self.bowl]
-        sizes += [] if self.friction is None else [self.friction]
-        vectors = (self.center, self.plane.xyz, self.plane.rpy, self.stretch)
-        return (*sizes, *(scalar for vector in vectors for scalar in vector))
 
 
 @final
@@ -144,7 +133,7 @@ class Blade(EdgeContact):
 
     name: str
     body: str
-    point: Vector = field(default=(0.0, 0.0, 0.0), metadata=unit("m"))
+    point: Vector = field(default=(0.0, 0.0, 0.0), metadata=POINT)
     along: Vector = (1.0, 0.0, 0.0)
     normal: Vector = (0.0, 0.0, 1.0)
     on: str = "ground"
@@ -152,8 +141,8 @@ class Blade(EdgeContact):
     forces_of = MappingProxyType({"side": "force {}, across the edge [N]"})
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         where = f"blade {self.name!r}"
-        object.__setattr__(self, "point", vector(self.point, f"point of {where}"))
         for name in ("along", "normal"):
             unit = _unit(getattr(self, name), f"{name!r} of {where}")
             object.__setattr__(self, name, unit)
@@ -168,11 +157,6 @@ class Blade(EdgeContact):
     def rows(self) -> tuple[str, ...]:
         """The motion it prevents."""
         return ("side",)
-
-    @property
-    def scalars(self) -> tuple[Scalar, ...]:
-        """All expressions in it."""
-        return tuple(self.point)
 
 
 Contact: TypeAlias = Rolling | Blade

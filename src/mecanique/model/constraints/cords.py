@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from typing import final
 
 from mecanique.errors import InputError
-from mecanique.model.constraint_base import Stop, Strung, unit
+from mecanique.model.constraint_base import Stop, Strung
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import vector
+from mecanique.model.statements import state
 
 
 @final
@@ -110,11 +111,6 @@ class Cord(Strung):
         touched = [stop.body for stop in self.stops]
         return tuple(dict.fromkeys(touched + ([self.axes] if self.axes != "world" else [])))
 
-    @property
-    def scalars(self) -> tuple[Scalar, ...]:
-        """All expressions in it."""
-        return tuple(scalar for stop in self.stops for scalar in (*stop.center, stop.radius))
-
 
 @final
 @dataclass(frozen=True)
@@ -147,14 +143,13 @@ class Belt(Strung):
 
     name: str
     over: tuple[Pulley, ...]
-    preload: Scalar | None = field(default=None, metadata=unit("N"))
+    preload: Scalar | None = field(default=None, metadata=state("N"))
     normal: tuple[float, float, float] = (0.0, -1.0, 0.0)
     axes: str = "world"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "over", tuple(self.over))
-        if self.preload is not None:
-            object.__setattr__(self, "preload", plain(self.preload))
+        super().__post_init__()
         if len(self.over) < 2 or not all(wheel.grips for wheel in self.over):
             raise InputError(
                 f"belt {self.name!r}: expected two pulleys or more that it turns without slip, got "
@@ -183,15 +178,6 @@ class Belt(Strung):
         """The bodies it touches, and the one in whose axes its normal is."""
         touched = [wheel.body for wheel in self.over]
         return tuple(dict.fromkeys(touched + ([self.axes] if self.axes != "world" else [])))
-
-    @property
-    def scalars(self) -> tuple[Scalar, ...]:
-        """All expressions in it."""
-        preload = [] if self.preload is None else [self.preload]
-        return (
-            *preload,
-            *(scalar for stop in self.stops for scalar in (*stop.center, stop.radius)),
-        )
 
 
 def _unit(normal: tuple[float, float, float], where: str) -> tuple[float, float, float]:

@@ -8,27 +8,25 @@ complementarity problem (Pfeiffer & Glocker, Multibody Dynamics with Unilateral 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias, final
 
 from mecanique.errors import InputError
-from mecanique.model.constraint_base import JointRow, Quantity, Rule, SwitchingElement, unit
+from mecanique.model.constraint_base import JointRow, Rubbing, Striking
 from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.expression import Scalar, Vector, plain
-from mecanique.model.placement import Placement, vector
+from mecanique.model.expression import Scalar, Vector
+from mecanique.model.placement import Placement
+from mecanique.model.statements import FRAME, POINT, NumberRule, Stated, state
 
 Restitution: TypeAlias = Literal["newton", "poisson"]
 """Whose law an impact obeys: Newton's of velocities or Poisson's of impulses."""
 
 LAWS: tuple[Restitution, ...] = ("newton", "poisson")
 
-SPEED, FORCE, PLACE, STIFFNESS = "m/s|rad/s", "N|N·m", "m|rad", "N/m|N·m/rad"
-"""Units on a slide and about an axis."""
-
 
 @final
 @dataclass(frozen=True)
-class Friction(SwitchingElement):
+class Friction(Rubbing):
     """Dry friction in a joint with one coordinate (Coulomb): it sticks, or slips one way or other.
 
     While it slips, the force on the child is μ times the load, against the rate of the joint's
@@ -58,29 +56,25 @@ class Friction(SwitchingElement):
     """
 
     joint: str = ""
-    mu: Scalar = 0.0
-    load: Scalar | str = field(default=0.0)
-    mu_static: Scalar | None = None
-    speed: Scalar = field(default=0.0, metadata=unit(SPEED))
+    mu: Scalar = field(default=0.0, metadata=state("1", varies=True))
+    load: Scalar | str = field(
+        default=0.0, metadata=state("N", "N·m", named=True, varies=True, sign="of at least")
+    )
+    mu_static: Scalar = field(default=None, metadata=state("1", varies=True))
+    speed: Scalar = field(default=0.0, metadata=state("m/s", "rad/s"))
 
+    noun = "friction"
     states = ("sticks", "slips +", "slips -")
 
-    def __post_init__(self) -> None:
-        stated = ("mu", "speed") if isinstance(self.load, str) else ("mu", "load", "speed")
-        for name in stated:
-            object.__setattr__(self, name, plain(getattr(self, name)))
-        static = self.mu if self.mu_static is None else plain(self.mu_static)
-        object.__setattr__(self, "mu_static", static)
-
     @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """What it states with a unit: of its coefficients, that of the joint's force."""
-        ratio = "1|m" if self.pressed_by else "1"
-        stated = [Quantity("its mu", (self.mu,), ratio)]
-        stated.append(Quantity("its mu static", (self.holding,), ratio))
-        if not isinstance(self.load, str):
-            stated.append(Quantity("its load", (self.load,), FORCE))
-        return (*stated, *super().quantities)
+    def stated(self) -> tuple[Stated, ...]:
+        """What its fields state; about an axis, coefficients of a normal force are levers [m]."""
+        stated = super().stated
+        if self.pressed_by is None:
+            return stated
+        return tuple(
+            replace(its, units=("1", "m")) if its.units == ("1",) else its for its in stated
+        )
 
     @property
     def pressed_by(self) -> str | None:
@@ -96,35 +90,12 @@ class Friction(SwitchingElement):
     def coefficients(self) -> tuple[Scalar, Scalar]:
         """The friction at its load, or at one newton of what presses."""
         load = 1.0 if isinstance(self.load, str) else self.load
-        return (self.mu * load, self.holding * load)
-
-    @property
-    def varying(self) -> tuple[Scalar, ...]:
-        """Its coefficients and its load."""
-        load = () if isinstance(self.load, str) else (self.load,)
-        return (self.mu, self.holding, *load)
-
-    @property
-    def constants(self) -> tuple[Scalar, ...]:
-        """The speed of what it rubs on."""
-        return (self.speed,)
-
-    @property
-    def holding(self) -> Scalar:
-        """The coefficient of static friction."""
-        return self.mu if self.mu_static is None else self.mu_static
-
-    def rules(self) -> Iterator[Rule]:
-        """Yield what its numbers keep to."""
-        yield from friction_rules(f"friction {self.name!r}", self.mu, self.holding)
-        words = ": expected a load of at least 0, got {}"
-        if not isinstance(self.load, str):
-            yield Rule(f"friction {self.name!r}", words, (self.load,), self.load)
+        return (self.mu * load, self.mu_static * load)
 
 
 @final
 @dataclass(frozen=True)
-class Stop(SwitchingElement):
+class Stop(Striking):
     """A stop of a joint with one coordinate, rigid with restitution or elastic.
 
     Args:
@@ -144,49 +115,38 @@ class Stop(SwitchingElement):
     """
 
     joint: str = ""
-    at: Scalar = field(default=0.0, metadata=unit(PLACE))
+    at: Scalar = field(default=0.0, metadata=state("m", "rad"))
     side: int = 1
-    restitution: Scalar = 0.0
-    stiffness: Scalar | None = field(default=None, metadata=unit(STIFFNESS))
+    restitution: Scalar = field(default=0.0, metadata=state("1"))
+    stiffness: Scalar | None = field(default=None, metadata=state("N/m", "N·m/rad", sign="above"))
     in_turn: bool = False
-    holds: Scalar = field(default=0.0, metadata=unit(FORCE))
+    holds: Scalar = field(default=0.0, metadata=state("N", "N·m"))
 
+    noun = "stop"
     states = ("open", "closed")
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.side not in (1, -1):
             raise InputError(f"stop {self.name!r}: expected side 1 or -1, got {self.side!r}")
         if self.stiffness is not None and self.holds != 0:
             raise InputError(f"stop {self.name!r}: expected a stiffness or what it holds, got both")
-        for name in ("at", "restitution", "holds"):
-            object.__setattr__(self, name, plain(getattr(self, name)))
-        if self.stiffness is not None:
-            object.__setattr__(self, "stiffness", plain(self.stiffness))
-
-    @property
-    def constants(self) -> tuple[Scalar, ...]:
-        """All its scalars."""
-        stiffness = () if self.stiffness is None else (self.stiffness,)
-        return (self.at, self.restitution, self.holds, *stiffness)
 
     @property
     def joint_rows(self) -> tuple[JointRow, ...]:
         """What is left to the stop."""
         return (JointRow("N", ((self.joint, -self.side),), self.side * self.at),)
 
-    def rules(self) -> Iterator[Rule]:
+    def rules(self) -> Iterator[NumberRule]:
         """Yield what its numbers keep to."""
-        yield from restitution_rules(f"stop {self.name!r}", self.restitution)
         words = ": expected a pull that it holds of at least 0, got {}"
-        yield Rule(f"stop {self.name!r}", words, (self.holds,), self.holds)
-        if self.stiffness is not None:
-            words = ": expected a stiffness above 0, got {}"
-            yield Rule(f"stop {self.name!r}", words, (self.stiffness,), self.stiffness, strict=True)
+        yield NumberRule(self.title, words, (self.holds,), self.holds)
+        yield from super().rules()
 
 
 @final
 @dataclass(frozen=True)
-class Capstan(SwitchingElement):
+class Capstan(Rubbing, Striking):
     """A cord over a rough drum between two slides: slack, or taut and sticking or slipping.
 
     Where it slips, its tensions are as 1 to e^(μ φ) (Euler, 1769). Their mean is its normal force N
@@ -210,31 +170,15 @@ class Capstan(SwitchingElement):
 
     joint: str = ""
     other: str = ""
-    length: Scalar = field(default=0.0, metadata=unit("m"))
-    wrap: Scalar = field(default=0.0, metadata=unit("rad"))
-    mu: Scalar = field(default=0.0, metadata=unit("1"))
-    mu_static: Scalar | None = field(default=None, metadata=unit("1"))
-    speed: Scalar = field(default=0.0, metadata=unit("m/s"))
-    restitution: Scalar = 0.0
+    length: Scalar = field(default=0.0, metadata=state("m", sign="above"))
+    wrap: Scalar = field(default=0.0, metadata=state("rad", sign="above"))
+    mu: Scalar = field(default=0.0, metadata=state("1"))
+    mu_static: Scalar = field(default=None, metadata=state("1"))
+    speed: Scalar = field(default=0.0, metadata=state("m/s"))
+    restitution: Scalar = field(default=0.0, metadata=state("1"))
 
+    noun = "capstan"
     states = ("open", "sticks", "slips +", "slips -")
-
-    def __post_init__(self) -> None:
-        static = self.mu if self.mu_static is None else self.mu_static
-        object.__setattr__(self, "mu_static", static)
-        for name in ("length", "wrap", "mu", "mu_static", "speed", "restitution"):
-            object.__setattr__(self, name, plain(getattr(self, name)))
-
-    @property
-    def holding(self) -> Scalar:
-        """The coefficient of static friction."""
-        return self.mu if self.mu_static is None else self.mu_static
-
-    @property
-    def constants(self) -> tuple[Scalar, ...]:
-        """All its scalars."""
-        sizes = (self.length, self.wrap, self.speed, self.restitution)
-        return (*sizes, self.mu, self.holding)
 
     @property
     def joint_rows(self) -> tuple[JointRow, ...]:
@@ -249,25 +193,17 @@ class Capstan(SwitchingElement):
         from sympy import tanh
 
         # (e^u − 1)/(e^u + 1), in one function that sympy's polynomials take as a letter
-        return 2 * tanh(self.mu * self.wrap / 2), 2 * tanh(self.holding * self.wrap / 2)
+        return 2 * tanh(self.mu * self.wrap / 2), 2 * tanh(self.mu_static * self.wrap / 2)
 
     @property
     def pressed_by(self) -> str:
         """Itself."""
         return self.name
 
-    def rules(self) -> Iterator[Rule]:
-        """Yield what its numbers keep to."""
-        where = f"capstan {self.name!r}"
-        yield from friction_rules(where, self.mu, self.holding)
-        yield from restitution_rules(where, self.restitution)
-        for words, size in (("a length", self.length), ("a wrap", self.wrap)):
-            yield Rule(where, f": expected {words} above 0, got {{}}", (size,), size, strict=True)
-
 
 @final
 @dataclass(frozen=True)
-class Contact(SwitchingElement):
+class Contact(Rubbing, Striking):
     """A contact that opens and closes, of a point, a ball or a wheel with a plane or a sphere.
 
     The body stays on the side of the plane's normal. A bowl around a point, of radius 0 for the
@@ -297,27 +233,26 @@ class Contact(SwitchingElement):
     """
 
     body: str = ""
-    center: Vector = field(default=(0.0, 0.0, 0.0), metadata=unit("m"))
-    radius: Scalar = field(default=0.0, metadata=unit("m"))
+    center: Vector = field(default=(0.0, 0.0, 0.0), metadata=POINT)
+    radius: Scalar = field(default=0.0, metadata=state("m"))
     axis: Vector | None = None
     on: str = "ground"
-    plane: Placement = field(default=Placement(), metadata=unit("m"))
-    bowl: Scalar = field(default=0.0, metadata=unit("m"))
-    mu: Scalar = field(default=0.0, metadata=unit("1"))
-    mu_static: Scalar | None = field(default=None, metadata=unit("1"))
-    restitution: Scalar = 0.0
+    plane: Placement = field(default=Placement(), metadata=FRAME)
+    bowl: Scalar = field(default=0.0, metadata=state("m"))
+    mu: Scalar = field(default=0.0, metadata=state("1"))
+    mu_static: Scalar = field(default=None, metadata=state("1"))
+    restitution: Scalar = field(default=0.0, metadata=state("1"))
     law: Restitution = "newton"
     in_turn: bool = False
 
+    noun = "contact"
+
     def __post_init__(self) -> None:
-        where = f"contact {self.name!r}"
+        super().__post_init__()
         if self.law not in LAWS:
-            raise InputError(f"{where}: expected a law 'newton' or 'poisson', got {self.law!r}")
-        for name in ("radius", "bowl", "mu", "restitution"):
-            object.__setattr__(self, name, plain(getattr(self, name)))
-        object.__setattr__(self, "center", vector(self.center, f"center of {where}"))
-        static = self.mu if self.mu_static is None else plain(self.mu_static)
-        object.__setattr__(self, "mu_static", static)
+            raise InputError(
+                f"{self.title}: expected a law 'newton' or 'poisson', got {self.law!r}"
+            )
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -327,12 +262,7 @@ class Contact(SwitchingElement):
     @property
     def rubs(self) -> bool:
         """Whether it has friction."""
-        return not (isinstance(self.mu, float) and self.mu == 0 and self.holding == 0)
-
-    @property
-    def holding(self) -> Scalar:
-        """The coefficient of static friction."""
-        return self.mu if self.mu_static is None else self.mu_static
+        return not (isinstance(self.mu, float) and self.mu == 0 and self.mu_static == 0)
 
     @property
     def closed(self) -> Rolling:
@@ -349,14 +279,9 @@ class Contact(SwitchingElement):
         )
 
     @property
-    def constants(self) -> tuple[Scalar, ...]:
-        """All its scalars."""
-        return (*self.closed.scalars, self.mu, self.holding, self.restitution)
-
-    @property
     def coefficients(self) -> tuple[Scalar, Scalar]:
         """Those of kinetic and static friction."""
-        return (self.mu, self.holding)
+        return (self.mu, self.mu_static)
 
     @property
     def pressed_by(self) -> str:
@@ -368,28 +293,11 @@ class Contact(SwitchingElement):
         """The two bodies that touch."""
         return (self.body, self.on)
 
-    def rules(self) -> Iterator[Rule]:
+    def rules(self) -> Iterator[NumberRule]:
         """Yield what its numbers keep to."""
-        where = f"contact {self.name!r}"
-        yield from self.closed.rules()
-        yield from friction_rules(where, self.mu, self.holding)
-        yield from restitution_rules(where, self.restitution)
+        yield from self.closed.fit()
+        yield from super().rules()
 
 
 Switching: TypeAlias = Friction | Stop | Capstan | Contact
 """An element that switches."""
-
-
-def friction_rules(where: str, mu: Scalar, holding: Scalar) -> Iterator[Rule]:
-    """Yield what coefficients of friction keep to."""
-    words = ": expected a coefficient of friction of at least 0, got {}"
-    yield Rule(where, words, (mu,), mu)
-    words = ": expected a static coefficient of at least the kinetic {}, got {}"
-    yield Rule(where, words, (mu, holding), plain(holding) - plain(mu), follows=True)
-
-
-def restitution_rules(where: str, restitution: Scalar) -> Iterator[Rule]:
-    """Yield what a coefficient of restitution keeps to."""
-    words = ": expected a restitution in 0…1, got {}"
-    e = plain(restitution)
-    yield Rule(where, words, (e,), e * (1.0 - e))

@@ -7,9 +7,9 @@ from math import pi, radians
 from typing import final
 
 from mecanique.errors import InputError
-from mecanique.model.constraint_base import GuidingElement, unit
-from mecanique.model.expression import Scalar, Vector, plain
-from mecanique.model.placement import vector
+from mecanique.model.constraint_base import GuidingElement
+from mecanique.model.expression import Scalar, Vector
+from mecanique.model.statements import POINT, state
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,11 @@ class Meshing(GuidingElement):
     name: str
     wheel: str
     other: str
-    radius: Scalar = field(metadata=unit("m"))
-    pressure_angle: Scalar = field(default=radians(20), kw_only=True, metadata=unit("rad"))
+    radius: Scalar = field(metadata=state("m"))
+    pressure_angle: Scalar = field(default=radians(20), kw_only=True, metadata=state("rad"))
 
     def __post_init__(self) -> None:
-        for name in ("radius", "pressure_angle"):
-            object.__setattr__(self, name, plain(getattr(self, name)))
+        super().__post_init__()
         angle = self.pressure_angle
         if isinstance(angle, float) and not 0 <= angle < pi / 2:
             raise InputError(
@@ -87,22 +86,13 @@ class Gear(Meshing):
         {'inner': 0.226, 'outer': 0.122}
     """
 
-    other_radius: Scalar = field(kw_only=True, metadata=unit("m"))
+    other_radius: Scalar = field(kw_only=True, metadata=state("m"))
     internal: bool = field(default=False, kw_only=True)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "other_radius", plain(self.other_radius))
 
     @property
     def distance(self) -> Scalar:
         """Of the axes [m]."""
         return self.radius + (-1 if self.internal else 1) * self.other_radius
-
-    @property
-    def scalars(self) -> tuple[Scalar, ...]:
-        """All expressions in it."""
-        return self.radius, self.other_radius, self.pressure_angle
 
 
 @final
@@ -129,13 +119,4 @@ class Rack(Meshing):
         13.302
     """
 
-    point: Vector = field(default=(0.0, 0.0, 0.0), kw_only=True, metadata=unit("m"))
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "point", vector(self.point, f"point of rack {self.name!r}"))
-
-    @property
-    def scalars(self) -> tuple[Scalar, ...]:
-        """All expressions in it."""
-        return self.radius, self.pressure_angle, *self.point
+    point: Vector = field(default=(0.0, 0.0, 0.0), kw_only=True, metadata=POINT)

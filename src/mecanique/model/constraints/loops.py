@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, final
 
 from mecanique.errors import InputError
-from mecanique.model.constraint_base import GuidingElement, unit
-from mecanique.model.expression import Scalar, Vector, plain
+from mecanique.model.constraint_base import GuidingElement
+from mecanique.model.expression import Scalar, Vector
 from mecanique.model.placement import Placement, vector
+from mecanique.model.statements import FRAME, NumberRule, state
 
 Kind: TypeAlias = Literal["ball", "hinge", "weld", "distance", "pin", "plate"]
 
@@ -57,17 +59,19 @@ class Loop(GuidingElement):
     name: str
     kind: Kind
     body_a: str
-    frame_a: Placement = field(metadata=unit("m"))
+    frame_a: Placement = field(metadata=FRAME)
     body_b: str
-    frame_b: Placement = field(metadata=unit("m"))
-    length: Scalar = field(default=0.0, metadata=unit("m"))
+    frame_b: Placement = field(metadata=FRAME)
+    length: Scalar = field(default=0.0, metadata=state("m"))
+
+    noun = "loop"
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.kind not in CLOSED:
             raise InputError(
                 f"loop {self.name!r}: expected a kind among {', '.join(CLOSED)}, got {self.kind!r}"
             )
-        object.__setattr__(self, "length", plain(self.length))
 
     @property
     def forces(self) -> tuple[str, ...]:
@@ -80,15 +84,16 @@ class Loop(GuidingElement):
         return self.body_a, self.body_b
 
     @property
-    def scalars(self) -> tuple[Scalar, ...]:
-        """All expressions in it."""
-        frames = (self.frame_a, self.frame_b)
-        return (*(s for frame in frames for s in (*frame.xyz, *frame.rpy)), self.length)
-
-    @property
     def rows(self) -> int:
         """Number of scalar constraint equations."""
         return len(CLOSED[self.kind])
+
+    def rules(self) -> Iterator[NumberRule]:
+        """Yield what its numbers keep to."""
+        if self.kind == "distance":
+            words = ": expected a length above 0, got {}"
+            yield NumberRule(self.title, words, (self.length,), self.length, strict=True)
+        yield from super().rules()
 
     @classmethod
     def ball(cls, name: str, body_a: str, point_a: Vector, body_b: str, point_b: Vector) -> Loop:
@@ -101,14 +106,7 @@ class Loop(GuidingElement):
             body_b: name of the other body.
             point_b: shape (3,), in the frame of body b [m].
         """
-        return cls(
-            name=name,
-            kind="ball",
-            body_a=body_a,
-            frame_a=_frame(point_a),
-            body_b=body_b,
-            frame_b=_frame(point_b),
-        )
+        return cls(name, "ball", body_a, _frame(point_a), body_b, _frame(point_b))
 
     @classmethod
     def hinge(
@@ -132,15 +130,8 @@ class Loop(GuidingElement):
             axis_a: shape (3,), numbers, in the frame of body a.
             axis_b: shape (3,), numbers, in the frame of body b; as axis a by default.
         """
-        second_axis = axis_a if axis_b is None else axis_b
-        return cls(
-            name=name,
-            kind="hinge",
-            body_a=body_a,
-            frame_a=_frame(point_a, axis_a),
-            body_b=body_b,
-            frame_b=_frame(point_b, second_axis),
-        )
+        frames = _frame(point_a, axis_a), _frame(point_b, axis_a if axis_b is None else axis_b)
+        return cls(name, "hinge", body_a, frames[0], body_b, frames[1])
 
     @classmethod
     def weld(
@@ -155,9 +146,7 @@ class Loop(GuidingElement):
             body_b: name of the other body.
             frame_b: in body b.
         """
-        return cls(
-            name=name, kind="weld", body_a=body_a, frame_a=frame_a, body_b=body_b, frame_b=frame_b
-        )
+        return cls(name, "weld", body_a, frame_a, body_b, frame_b)
 
     @classmethod
     def distance(
@@ -173,15 +162,7 @@ class Loop(GuidingElement):
             point_b: shape (3,), in the frame of body b [m].
             length: the distance, greater than zero [m].
         """
-        return cls(
-            name=name,
-            kind="distance",
-            body_a=body_a,
-            frame_a=_frame(point_a),
-            body_b=body_b,
-            frame_b=_frame(point_b),
-            length=length,
-        )
+        return cls(name, "distance", body_a, _frame(point_a), body_b, _frame(point_b), length)
 
     @classmethod
     def pin(
@@ -203,14 +184,7 @@ class Loop(GuidingElement):
             point_b: shape (3,), in the frame of body b [m].
             normal: shape (3,), numbers, of the plane, in the frame of body a.
         """
-        return cls(
-            name=name,
-            kind="pin",
-            body_a=body_a,
-            frame_a=_frame(point_a, normal),
-            body_b=body_b,
-            frame_b=_frame(point_b, normal),
-        )
+        return cls(name, "pin", body_a, _frame(point_a, normal), body_b, _frame(point_b, normal))
 
     @classmethod
     def plate(
@@ -232,14 +206,7 @@ class Loop(GuidingElement):
             point_b: shape (3,), in the frame of body b [m].
             normal: shape (3,), numbers, of the plane, in the frame of body a.
         """
-        return cls(
-            name=name,
-            kind="plate",
-            body_a=body_a,
-            frame_a=_frame(point_a, normal),
-            body_b=body_b,
-            frame_b=_frame(point_b, normal),
-        )
+        return cls(name, "plate", body_a, _frame(point_a, normal), body_b, _frame(point_b, normal))
 
 
 def explain_lock(name: str) -> str:

@@ -22,7 +22,8 @@ from mecanique.model.force_base import AnyForce
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism.origin import Origin
 from mecanique.model.parameters import Input, Parameter
-from mecanique.model.placement import Placement
+from mecanique.model.placement import Placement, pose_of
+from mecanique.model.statements import MechanismPart
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,11 @@ class Description:
             elif coordinate not in inside:
                 names.append(f"{coordinate}'")
         return tuple(names)
+
+    @property
+    def parts(self) -> tuple[MechanismPart, ...]:
+        """What acts or constrains and says by itself what it states."""
+        return (*self.contacts, *self.loops, *self.elements, *self.switching, *self.forces)
 
     @property
     def nq(self) -> int:
@@ -149,10 +155,16 @@ class Description:
 
     def matrix(self, placement: Placement) -> np.ndarray:
         """Return a placement as a homogeneous matrix of numbers, shape (4, 4)."""
-        pose = np.eye(4)
-        pose[:3, :3] = [self.evaluate_all(row) for row in placement.rotation]
-        pose[:3, 3] = self.evaluate_all(placement.xyz)
-        return pose
+        (x, y, z), rpy = map(self.evaluate_all, (placement.xyz, placement.rpy))
+        return pose_of(Placement((x, y, z), (rpy[0], rpy[1], rpy[2])))
+
+    @cached_property
+    def home_poses(self) -> dict[str, np.ndarray]:
+        """Pose of each body where all joint coordinates are zero, shape (4, 4), by name."""
+        poses = {self.ground: np.eye(4)}
+        for joint in self.tree:
+            poses[joint.child] = poses[joint.parent] @ self.matrix(joint.origin)
+        return poses
 
 
 def bodies_with_mass(mechanism: Description) -> list[Body]:

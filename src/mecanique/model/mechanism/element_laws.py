@@ -185,23 +185,18 @@ class _Still:
         self.joints = {joint.name: joint for joint in m.joints}
         self.carried: dict[str, tuple[Joint, ...]] = {m.ground: ()}
         """The joints from the ground to each body."""
-        self._poses: dict[str, np.ndarray] = {m.ground: np.eye(4)}
-        self._frames: dict[str, np.ndarray] = {}
         self.sliding = {j.coordinate for j in m.joints if isinstance(j, Prismatic)}
         for joint in m.tree:
-            if joint.parent in self._poses:
-                pose = self._poses[joint.parent] @ m.matrix(joint.origin)
-                self._poses[joint.child] = self._frames[joint.name] = pose
-                self.carried[joint.child] = (*self.carried[joint.parent], joint)
+            self.carried[joint.child] = (*self.carried[joint.parent], joint)
 
     def axis(self, joint: Single) -> np.ndarray:
         """Return the axis of a joint."""
-        direction: np.ndarray = self._frames[joint.name][:3, :3] @ np.array(joint.axis)
+        direction: np.ndarray = self.m.home_poses[joint.child][:3, :3] @ np.array(joint.axis)
         return direction
 
     def place(self, body: str, point: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
         """Return a point of a body."""
-        pose = self._poses[body]
+        pose = self.m.home_poses[body]
         position: np.ndarray = pose[:3, 3] + pose[:3, :3] @ np.array(self.m.evaluate_all(point))
         return position
 
@@ -246,7 +241,7 @@ class _Still:
                 shares[joint.coordinate] = float(e @ self.axis(joint))
             elif isinstance(joint, Revolute):
                 along = float(self.axis(joint) @ normal)
-                off = self.place(stop.body, stop.center) - self._frames[joint.name][:3, 3]
+                off = self.place(stop.body, stop.center) - self.m.home_poses[joint.child][:3, 3]
                 if abs(abs(along) - 1) > _NEAR or abs(np.cross(off, normal)).max() > _NEAR:
                     return None
                 shares[joint.coordinate] = stop.radius * stop.sense * round(along)

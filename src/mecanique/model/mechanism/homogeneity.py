@@ -10,7 +10,6 @@ from typing import final
 from mecanique.model.bodies.shape import Shape
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere
 from mecanique.model.expression import DISTANCE, Scalar, symbols_in
-from mecanique.model.force_base import JointLoad
 from mecanique.model.forces import CentralForce
 from mecanique.model.joint_base import UNITS, Single
 from mecanique.model.mechanism.description import Description
@@ -130,21 +129,12 @@ def _places(m: Description, dimensions: Dimensions) -> Iterator[_Place]:
             unit = "kg·m²" if joint.turns else "kg"
             yield _Place(f"{where}: its armature", (joint.armature,), unit)
     yield from _of_coordinates(m, dimensions)
-    yield from _of_forces(m)
-    kinds = (("loop", m.loops), ("contact", m.contacts), ("element", m.elements))
-    for kind, constraints in kinds:
-        for constraint in constraints:
-            where = f"{kind} {constraint.name!r}"
-            yield from (
-                _Place(f"{where}: {q.words}", q.scalars, q.unit) for q in constraint.quantities
-            )
-    turning = {joint.name for joint in m.joints if isinstance(joint, Single) and joint.turns}
-    for element in m.switching:
-        turns = getattr(element, "joint", "") in turning
-        for stated in element.quantities:
-            symbols = stated.unit.split("|")
-            unit = symbols[-1] if turns else symbols[0]
-            yield _Place(f"{element.name!r}: {stated.words}", stated.scalars, unit)
+    turns = {joint.name for joint in m.joints if isinstance(joint, Single) and joint.turns}
+    for part in m.parts:
+        about = getattr(part, "joint", "") in turns
+        for stated in part.stated:
+            unit = stated.units[-1 if about else 0]
+            yield _Place(f"{part.title}: its {stated.name}", stated.scalars, unit)
 
 
 def _of_shape(where: str, shape: Shape) -> Iterator[_Place]:
@@ -184,15 +174,6 @@ def _of_coordinates(m: Description, dimensions: Dimensions) -> Iterator[_Place]:
     for signal in m.inputs:
         if signal.unit and not callable(signal.signal):
             yield _Place(f"input {signal.symbol!r}", (signal.signal,), signal.unit)
-
-
-def _of_forces(m: Description) -> Iterator[_Place]:
-    turns = {joint.name: isinstance(joint, Single) and joint.turns for joint in m.joints}
-    for force in m.forces:
-        about = isinstance(force, JointLoad) and turns[force.joint]
-        for stated in force.stated:
-            unit = stated.units[-1 if about else 0]
-            yield _Place(f"force {force.name!r}: its {stated.name}", stated.scalars, unit)
 
 
 def _sums(m: Description, dimensions: Dimensions) -> Iterator[str]:

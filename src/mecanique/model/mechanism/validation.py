@@ -236,25 +236,14 @@ def _symbols(m: Description) -> Iterator[str]:
     for signal in m.inputs:
         for name in sorted(signal.symbols - constants - {"t"}):
             yield f"input {signal.symbol!r} depends on {name!r}, which is no parameter"
+    for part in m.parts:
+        for varies, known in ((False, constants), (True, everything)):
+            its = [s for s in part.stated if s.varies == varies and not s.stores]
+            yield from _unknown(part.title, [x for s in its for x in s.scalars], known)
     for force in m.forces:
         for stated in force.stated:
             if stated.stores:
                 yield from _potential(m, force, stated.scalars[0], constants, everything)
-                continue
-            known = everything if stated.varies else constants
-            yield from _unknown(f"force {force.name!r}", stated.scalars, known)
-    for loop in m.loops:
-        frames = (loop.frame_a, loop.frame_b)
-        scalars = (scalar for frame in frames for scalar in (*frame.xyz, *frame.rpy))
-        yield from _unknown(f"loop {loop.name!r}", (*scalars, loop.length), constants)
-    for contact in m.contacts:
-        yield from _unknown(f"contact {contact.name!r}", contact.scalars, constants)
-    for element in m.elements:
-        yield from _unknown(f"element {element.name!r}", element.scalars, constants)
-    for switch in m.switching:
-        where = f"switching element {switch.name!r}"
-        yield from _unknown(where, switch.constants, constants)
-        yield from _unknown(where, switch.varying, everything)
     yield from _unknown("gravity", m.gravity, constants)
 
 

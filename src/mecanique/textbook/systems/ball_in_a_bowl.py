@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
-from mecanique.textbook.joints import carriers, slides
+from mecanique.textbook.joints import carriers, slides, to_body, to_world
 
 SLOPE = 0.5
 """Of the bowl where the ball goes round on a level circle [rad]."""
@@ -47,15 +47,9 @@ def build() -> mq.Mechanism:
     )
 
 
-def rotate(s: facts.Values, u: facts.Number, way: int) -> facts.Number:
-    """Return a vector of the ball's axes in world axes, or the other way."""
-    vector = np.array([s.qx, s.qy, s.qz])
-    return u + 2 * way * s.qw * np.cross(vector, u) + 2 * np.cross(vector, np.cross(vector, u))
-
-
 def spin(s: facts.Values) -> facts.Number:
     """Return the angular velocity in world axes."""
-    return rotate(s, np.array([s[f"roll_w{axis}"] for axis in "xyz"]), 1)
+    return to_world(s, np.array([s[f"roll_w{axis}"] for axis in "xyz"]))
 
 
 def normal(s: facts.Values) -> facts.Number:
@@ -69,7 +63,7 @@ def accelerations(s: facts.Values) -> facts.Number:
     change = np.array([-s["x'"], -s["y'"], -s["z'"]]) / (s.R - s.r)
     turn = 5 / 7 * (n @ w * change + np.cross(n, [0, 0, -s.g]) / s.r)
     place = s.r * (np.cross(turn, n) + np.cross(w, change))
-    return np.concatenate([place, rotate(s, turn, -1)])
+    return np.concatenate([place, to_body(s, turn)])
 
 
 def kinetic(s: facts.Values) -> facts.Number:

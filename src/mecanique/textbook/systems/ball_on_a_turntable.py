@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
-from mecanique.textbook.joints import carriers, slides
+from mecanique.textbook.joints import carriers, slides, to_body, to_world
 
 START, SPEED = (0.3, 0.1), (0.2, -0.1)
 """Place and velocity of the center at the start of a circle [m, m/s]."""
@@ -53,18 +53,6 @@ def spin(s: facts.Values) -> facts.Number:
     return np.array([s[f"roll_w{axis}"] for axis in "xyz"])
 
 
-def to_ball(s: facts.Values, u: facts.Number) -> facts.Number:
-    """Return a vector of world axes in the axes of the ball."""
-    vector = np.array([s.qx, s.qy, s.qz])
-    return u - 2 * s.qw * np.cross(vector, u) + 2 * np.cross(vector, np.cross(vector, u))
-
-
-def to_world(s: facts.Values, u: facts.Number) -> facts.Number:
-    """Return a vector of the ball's axes in world axes."""
-    vector = np.array([s.qx, s.qy, s.qz])
-    return u + 2 * s.qw * np.cross(vector, u) + 2 * np.cross(vector, np.cross(vector, u))
-
-
 def forward(s: facts.Values) -> facts.Number:
     """Return the acceleration of the center: (2/7) W z × v, shape (3,) [m/s²]."""
     return 2 * s.W / 7 * np.array([-s["y'"], s["x'"], 0.0])
@@ -74,7 +62,7 @@ def accelerations(s: facts.Values) -> list[float]:
     """Return all accelerations; friction m a turns the ball, too."""
     along, across, _ = a = forward(s)
     turn = 5 / (2 * s.r) * np.array([across, -along, 0.0])
-    return [*a, *to_ball(s, turn)]
+    return [*a, *to_body(s, turn)]
 
 
 def kinetic(s: facts.Values) -> facts.Number:

@@ -10,6 +10,7 @@ import numpy as np
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
+from mecanique.textbook.joints import to_body, to_world
 
 m = mq.Parameter("m", 2.0, "kg", "mass of the cylinder")
 r = mq.Parameter("r", 0.2, "m", "radius of the cylinder")
@@ -43,18 +44,6 @@ def velocities(s: facts.Values) -> tuple[facts.Number, facts.Number]:
     return np.array([s[f"free_v{axis}"] for axis in "xyz"]), np.array(
         [s[f"free_w{axis}"] for axis in "xyz"]
     )
-
-
-def to_world(s: facts.Values, u: facts.Number) -> facts.Number:
-    """Return a vector of body axes in world axes."""
-    r = np.array([s.qx, s.qy, s.qz])
-    return u + 2 * s.qw * np.cross(r, u) + 2 * np.cross(r, np.cross(r, u))
-
-
-def to_body(s: facts.Values, u: facts.Number) -> facts.Number:
-    """Return a vector of world axes in body axes."""
-    r = np.array([s.qx, s.qy, s.qz])
-    return u - 2 * s.qw * np.cross(r, u) + 2 * np.cross(r, np.cross(r, u))
 
 
 def acceleration(s: facts.Values) -> facts.Number:

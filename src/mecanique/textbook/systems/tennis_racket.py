@@ -10,6 +10,7 @@ import numpy as np
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
+from mecanique.textbook.joints import to_world
 
 m = mq.Parameter("m", 0.5, "kg", "mass of the box")
 a = mq.Parameter("a", 0.3, "m", "edge along x")
@@ -40,9 +41,9 @@ def turning(s: facts.Values) -> facts.Number:
 
 def constants(s: facts.Values) -> facts.Number:
     """Return the energy and the angular momentum in world axes."""
-    w, r = turning(s), np.array([s.qx, s.qy, s.qz])
+    w = turning(s)
     L = inertia(s) * w
-    return np.array([w @ L / 2, *(L + 2 * s.qw * np.cross(r, L) + 2 * np.cross(r, np.cross(r, L)))])
+    return np.array([w @ L / 2, *to_world(s, L)])
 
 
 def euler(s: facts.Values) -> dict[str, float]:

@@ -132,7 +132,7 @@ class Bound:
 @final
 @dataclass(frozen=True)
 class Condition:
-    """What numbers that depend on the parameters must be, see `mechanism.rules.Rule`."""
+    """What numbers that depend on the parameters must be, see `model.statements.NumberRule`."""
 
     kind: Literal["finite", "gap", "inertia"]
     where: str
