@@ -225,3 +225,11 @@ def test_letters_of_a_urdf_have_units() -> None:
     text = mq.write_urdf(mq.textbook.load("double_pendulum"))
     mechanism = mq.read_urdf(text, parameters=["masses", "lengths", "inertias"])
     assert {parameter.unit for parameter in mechanism.parameters} == {"kg", "m", "kg·m²"}
+
+
+def test_the_former_name_of_what_is_stated_warns() -> None:
+    cord = mq.Cord("c", ("ground", (0, 0, 0)), (), ("rod", (0, 0, 0)))
+    with pytest.warns(DeprecationWarning, match="quantities are called stated"):
+        assert cord.quantities == cord.stated
+    with pytest.raises(AttributeError, match="'Cord' object has no attribute 'quantity'"):
+        assert cord.quantity

@@ -172,6 +172,16 @@ class SwitchingElement(MechanismPart):
         """Names of the bodies it refers to by itself; of an element in a joint, none."""
         return ()
 
+    @property
+    def varying(self) -> tuple[Scalar, ...]:
+        """Scalars that may depend on the state and time."""
+        return tuple(x for stated in self.stated if stated.varies for x in stated.scalars)
+
+    @property
+    def constants(self) -> tuple[Scalar, ...]:
+        """Scalars in the parameters alone."""
+        return tuple(x for stated in self.stated if not stated.varies for x in stated.scalars)
+
 
 class Rubbing(SwitchingElement):
     """An element that rubs; its static coefficient is the kinetic one if none is given."""
@@ -183,6 +193,11 @@ class Rubbing(SwitchingElement):
         super().__post_init__()
         if self.mu_static is None:
             object.__setattr__(self, "mu_static", self.mu)
+
+    @property
+    def holding(self) -> Scalar:
+        """The coefficient of static friction."""
+        return self.mu_static
 
     def rules(self) -> Iterator[NumberRule]:
         """Yield what its numbers keep to."""

@@ -7,6 +7,7 @@ they have a sign. Whatever checks letters, units or numbers asks all parts alike
 from __future__ import annotations
 
 import math
+import warnings
 from abc import ABC
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
@@ -138,6 +139,12 @@ class MechanismPart(ABC):
                 object.__setattr__(self, item.name, place)
             elif not (item.metadata["named"] and isinstance(given, str)):
                 object.__setattr__(self, item.name, plain(given))
+
+    def __getattr__(self, name: str) -> Any:
+        if name != "quantities":
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        warnings.warn("quantities are called stated", DeprecationWarning, stacklevel=2)
+        return self.stated
 
     @property
     def title(self) -> str:
