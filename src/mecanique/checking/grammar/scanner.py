@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import accumulate
-from typing import final
+from typing import TypeAlias, final
 
 from mecanique.checking.budget import spend
 from mecanique.checking.grammar import tree
@@ -16,71 +16,36 @@ from mecanique.checking.grammar.letters import SPELLINGS, KnownLetters
 from mecanique.checking.grammar.tree import FUNCTIONS
 from mecanique.errors import FormulaError
 
-_SIGNS = {
-    "−": "-",
-    "–": "-",
-    "·": "*",
-    "×": "*",
-    "⋅": "*",
-    "∙": "*",
-    "∗": "*",
-    "÷": "/",
-    "∕": "/",
-    "⁄": "/",
-    "′": "'",
-    "’": "'",
-    "‘": "'",
-    "ʹ": "'",
-    "´": "'",
-    "ʺ": "''",
-    "˝": "''",
-    "“": "''",
-    "„": "''",
-    "‑": "-",
-    "‐": "-",
-    "—": "-",
-    "－": "-",
-    "＋": "+",
-    "＝": "=",
-    "（": "(",
-    "）": ")",
-    "•": "*",
-    "ꞏ": "*",
-    "µ": "mu",
-    "𝑑": "d",
-    "″": "''",
-    "”": "''",
-    '"': "''",
-    "‴": "'''",
-    "√": " sqrt ",
-    "ℓ": "l",
-    "ⅆ": "d",
-    "ϑ": "theta",
-    "ϕ": "phi",
-    "ε": "epsilon",
-    "∂": "∂",
-    "º": "°",
-    "⋯": " ",
-    "⇒": "\n",
-    "⟹": "\n",
-    "⇔": "\n",
-    "→": "\n",
-    "∴": "\n",
-    "½": "(1/2)",
-    "⅓": "(1/3)",
-    "⅔": "(2/3)",
-    "¼": "(1/4)",
-    "¾": "(3/4)",
-    "\u2061": " ",
-    "\u2062": " ",
-    "\u2063": " ",
-    "\u00a0": " ",
-    "\u2009": " ",
-    "\u200b": " ",
-    "\ufeff": " ",
-    "≡": "=",
-    "≔": "=",
+_SPELLED = {
+    "-": "−–‑‐—－",
+    "+": "＋",
+    "*": "·×⋅∙∗•ꞏ",
+    "/": "÷∕⁄",
+    "=": "＝≡≔",
+    "(": "（",
+    ")": "）",
+    "'": "′’‘ʹ´",
+    "''": 'ʺ˝“„″”"',
+    "'''": "‴",
+    "\n": "⇒⟹⇔→∴\r\x0b\x0c\u2028\u2029\x85",
+    " ": "⋯\u2061\u2062\u2063\u00a0\u2009\u200b\ufeff",
+    " sqrt ": "√",
+    "d": "𝑑ⅆ",
+    "l": "ℓ",
+    "mu": "µ",
+    "theta": "ϑ",
+    "phi": "ϕ",
+    "epsilon": "ε",
+    "°": "º",
+    "(1/2)": "½",
+    "(1/3)": "⅓",
+    "(2/3)": "⅔",
+    "(1/4)": "¼",
+    "(3/4)": "¾",
 }
+"""What signs stand for, those of line ends and of spaces among them."""
+
+_SIGNS = {sign: spelling for spelling, signs in _SPELLED.items() for sign in signs}
 _RAISED = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True))
 _LOWERED = dict(zip("₀₁₂₃₄₅₆₇₈₉", "0123456789", strict=True))
 _DOTS = {"\u0307": "'", "\u0308": "''", "\u20db": "'''"}
@@ -89,113 +54,6 @@ _NUMBERED = re.compile(r"^[^\S\n]*\(?(\d{1,2})\)[^\S\n]+(?=\S)", re.MULTILINE)
 _FONTS = r"math(?:rm|it|bf|sf|bb|cal|ord)|text(?:rm|bf|it)?|operatorname\*?|boldsymbol|bm|vec"
 _BOX = re.compile(rf"\\(?:boxed|fbox|ensuremath|{_FONTS})\s*\{{")
 _FONT = re.compile(rf"\\(?:{_FONTS})\s*\{{\s*(?P<word>(?:[A-Za-z0-9]|\\?_)+)\s*\}}")
-
-
-def normalize(text: str) -> tuple[str, list[int]]:
-    """Return a text with unified signs, and the original position of each sign."""
-    signs: list[str] = []
-    places: list[int] = []
-
-    def put(some: str, place: int) -> None:
-        signs.extend(some)
-        places.extend([place] * len(some))
-
-    raised = False
-    for place, original in enumerate(text):
-        if original in _RAISED:
-            put(("" if raised else "^") + _RAISED[original], place)
-            raised = True
-            continue
-        raised = False
-        if original in _LOWERED:
-            # the dots of a letter, three at most, come after its subscript
-            dots = len(signs)
-            while dots and len(signs) - dots < 3 and signs[dots - 1] == "'":
-                dots -= 1
-            signs.insert(dots, _LOWERED[original])
-            places.insert(dots, place)
-        elif original in _SIGNS:
-            put(_SIGNS[original], place)
-        elif original in "\r\x0b\x0c\u2028\u2029\x85":
-            put("\n", place)
-        else:
-            for sign in unicodedata.normalize("NFD", original):
-                if not (sign == "\u0308" and _is_umlaut(text, place)):
-                    put(_DOTS.get(sign, sign), place)
-    plain, places = _drop_spaces("".join(signs), places)
-    plain, places = _drop_fonts(_drop_numbers(plain), places)
-    return _open_boxes(plain), places
-
-
-_UMLAUT = re.compile(r"(?:[^\W\d_]\u0308?){4,}")
-
-
-def _is_umlaut(text: str, place: int) -> bool:
-    """Whether dots belong to a word such as Lösung, not to a letter such as q̈."""
-    for word in _UMLAUT.finditer(text, max(0, place - MOST_IN_WORD), place + MOST_IN_WORD):
-        # a word may be letters of a formula, of which the last has dots
-        if word.start() <= place < word.end() - 1:
-            base = unicodedata.normalize("NFC", word[0])
-            return any(sign in "äöüÄÖÜ" for sign in base)
-    return False
-
-
-def _drop_spaces(plain: str, places: list[int]) -> tuple[str, list[int]]:
-    """Keep one sign of each run of spaces, a line end if there is one."""
-    # patterns with several optional spaces would try every way to share a run among them
-    kept: list[str] = []
-    where: list[int] = []
-    for sign, place in zip(plain, places, strict=True):
-        if not (sign.isspace() and kept and kept[-1].isspace()):
-            kept.append(sign)
-            where.append(place)
-        elif sign == "\n":
-            kept[-1] = sign
-    return "".join(kept), where
-
-
-def _drop_numbers(plain: str) -> str:
-    """Replace line numbers by spaces, if they count from 1 on."""
-    numbers = list(_NUMBERED.finditer(plain))
-    lines = sum(1 for line in plain.split("\n") if line.strip())
-    if [int(number[1]) for number in numbers] != list(range(1, lines + 1)):
-        return plain
-    for number in numbers:
-        plain = plain[: number.start()] + " " * len(number[0]) + plain[number.end() :]
-    return plain
-
-
-def _open_boxes(plain: str) -> str:
-    """Replace the braces of LaTeX's boxes by spaces."""
-    signs = list(plain)
-    boxes = {box.end() - 1 for box in _BOX.finditer(plain)}
-    for box in _BOX.finditer(plain):
-        signs[box.start() : box.end()] = " " * len(box[0])
-    opened: list[int] = []
-    for at, sign in enumerate(plain):
-        if sign == "{":
-            opened.append(at)
-        elif sign == "}" and opened and opened.pop() in boxes:
-            signs[at] = " "
-    return "".join(signs)
-
-
-def _drop_fonts(plain: str, places: list[int]) -> tuple[str, list[int]]:
-    """Remove LaTeX's font commands, keeping the words in them."""
-    kept: list[int] = []
-    end = 0
-    for font in _FONT.finditer(plain):
-        first, last = font.span("word")
-        # the backslash of the command becomes a space, as letters may touch it
-        kept += [*range(end, font.start()), -1]
-        kept += [k for k in range(first, last) if plain[k] != "\\"]
-        end = font.end()
-    kept += range(end, len(plain))
-    if end == 0:
-        return plain, places
-    signs = [plain[k] if k >= 0 else " " for k in kept]
-    where = [places[max(k, 0)] for k in kept]
-    return "".join(signs), where
 
 
 _REWRITES = (
@@ -214,28 +72,136 @@ _PARTIAL_BY = re.compile(
 )
 
 
-def rewrite(plain: str, places: list[int]) -> tuple[str, list[int]]:
-    """Return a text with spellings of other programs in ours, and the position of each sign."""
-    if re.fullmatch(r"\s*\{.*==.*\}\s*", plain, re.DOTALL):
-        plain = plain.replace("{", " ", 1)
-        plain = " ".join(plain.rsplit("}", 1))
-    rewrites: tuple[tuple[re.Pattern[str], str], ...] = _REWRITES
-    by = [match[1] for match in _PARTIAL_BY.finditer(plain)]
-    if "t" in by:
-        # of a function of time alone, ∂/∂t is d/dt
-        rewrites = (*rewrites, (_PARTIAL, "d "))
-    for pattern, spelling in rewrites:
-        signs: list[str] = []
-        where: list[int] = []
-        end = 0
-        for match in pattern.finditer(plain):
-            some = match.expand(spelling)
-            signs.append(plain[end : match.start()] + some)
-            where += places[end : match.start()] + [places[match.start()]] * len(some)
-            end = match.end()
-        if end:
-            plain, places = "".join([*signs, plain[end:]]), where + places[end:]
-    return plain, places
+@final
+class PlacedText:
+    """A text whose signs know their positions in the one that was written."""
+
+    def __init__(self, plain: str, places: list[int]) -> None:
+        self.plain = plain
+        self.places = places
+
+    @classmethod
+    def of(cls, text: str) -> PlacedText:
+        """Return a text with unified signs and spaces, without line numbers, fonts and boxes."""
+        placed = cls(*_unify(text))
+        placed.drop_spaces()
+        placed.splice(_find_numbers(placed.plain))
+        placed.splice(_find_fonts(placed.plain))
+        placed.splice(_find_boxes(placed.plain))
+        placed.drop_spaces()
+        return placed
+
+    def splice(self, edits: Iterable[_Edit]) -> None:
+        """Put other signs, which stand where the first one stood, for those in some spans."""
+        kept, where, at = list[str](), list[int](), 0
+        for start, end, spelling in edits:
+            kept += [self.plain[at:start], spelling]
+            where += self.places[at:start]
+            where += self.places[start : start + 1] * len(spelling)
+            at = end
+        self.plain = "".join([*kept, self.plain[at:]])
+        self.places = where + self.places[at:]
+
+    def blank(self, start: int, end: int, spelling: str = "") -> None:
+        """Put spaces, after what is spelled, in place of a span; all other signs stay in place."""
+        blank = spelling.ljust(end - start)
+        self.plain = self.plain[:start] + blank + self.plain[end:]
+
+    def drop_spaces(self) -> None:
+        """Keep one sign of each run of spaces, a line end if there is one."""
+        # patterns with several optional spaces would try every way to share a run among them
+        runs = re.finditer(r"\s\s+", self.plain)
+        self.splice((*run.span(), "\n" if "\n" in run[0] else run[0][0]) for run in runs)
+
+    def rewrite(self) -> None:
+        """Put our spellings for those of other programs."""
+        if re.fullmatch(r"\s*\{.*==.*\}\s*", self.plain, re.DOTALL):
+            for brace in (self.plain.index("{"), self.plain.rindex("}")):
+                self.blank(brace, brace + 1)
+        rewrites: tuple[tuple[re.Pattern[str], str], ...] = _REWRITES
+        if "t" in [match[1] for match in _PARTIAL_BY.finditer(self.plain)]:
+            # of a function of time alone, ∂/∂t is d/dt
+            rewrites = (*rewrites, (_PARTIAL, "d "))
+        for pattern, spelling in rewrites:
+            self.splice((*m.span(), m.expand(spelling)) for m in pattern.finditer(self.plain))
+
+
+_Edit: TypeAlias = tuple[int, int, str]
+"""The first sign of a span, the one after it, and what is put in its place."""
+
+
+def _unify(text: str) -> tuple[str, list[int]]:
+    """Return a text with unified signs, and the original position of each sign."""
+    signs: list[str] = []
+    places: list[int] = []
+    raised = False
+    for place, original in enumerate(text):
+        some = _SIGNS.get(original, "")
+        if original in _RAISED:
+            some = ("" if raised else "^") + _RAISED[original]
+        elif original in _LOWERED:
+            # the dots of a letter, three at most, come after its subscript
+            dots = len(signs)
+            while dots and len(signs) - dots < 3 and signs[dots - 1] == "'":
+                dots -= 1
+            signs.insert(dots, _LOWERED[original])
+            places.insert(dots, place)
+        elif not some:
+            some = "".join(
+                _DOTS.get(sign, sign)
+                for sign in unicodedata.normalize("NFD", original)
+                if not (sign == "\u0308" and _is_umlaut(text, place))
+            )
+        raised = original in _RAISED
+        signs += some
+        places += [place] * len(some)
+    return "".join(signs), places
+
+
+_UMLAUT = re.compile(r"(?:[^\W\d_]\u0308?){4,}")
+
+
+def _is_umlaut(text: str, place: int) -> bool:
+    """Whether dots belong to a word such as Lösung, not to a letter such as q̈."""
+    for word in _UMLAUT.finditer(text, max(0, place - MOST_IN_WORD), place + MOST_IN_WORD):
+        # a word may be letters of a formula, of which the last has dots
+        if word.start() <= place < word.end() - 1:
+            base = unicodedata.normalize("NFC", word[0])
+            return any(sign in "äöüÄÖÜ" for sign in base)
+    return False
+
+
+def _find_numbers(plain: str) -> list[_Edit]:
+    """Return the line numbers, if they count from 1 on."""
+    numbers = list(_NUMBERED.finditer(plain))
+    lines = sum(1 for line in plain.split("\n") if line.strip())
+    if [int(number[1]) for number in numbers] != list(range(1, lines + 1)):
+        return []
+    return [(*number.span(), " ") for number in numbers]
+
+
+def _find_fonts(plain: str) -> Iterator[_Edit]:
+    """Yield what LaTeX's font commands write around words, and the backslashes in these."""
+    for font in _FONT.finditer(plain):
+        # a space, as letters may touch the backslash of the command
+        yield font.start(), font.start("word"), " "
+        for at in range(*font.span("word")):
+            if plain[at] == "\\":
+                yield at, at + 1, ""
+        yield font.end("word"), font.end(), ""
+
+
+def _find_boxes(plain: str) -> Iterator[_Edit]:
+    """Yield LaTeX's boxes with their braces."""
+    boxes = {box.end() - 1: box.start() for box in _BOX.finditer(plain)}
+    opened: list[int] = []
+    for at, sign in enumerate(plain):
+        if sign == "{":
+            opened.append(at)
+            if at in boxes:
+                yield boxes[at], at + 1, " "
+        elif sign == "}" and opened and opened.pop() in boxes:
+            yield at, at + 1, " "
 
 
 _LINE = re.compile(
@@ -317,23 +283,51 @@ _OF_TIME = re.compile(
 OPEN, CLOSE = {"LPAR", "LSQB", "LBRACE"}, {"RPAR", "RSQB", "RBRACE"}
 """Kinds of brackets."""
 
-SINGLE = {
-    "+": "PLUS",
-    "-": "MINUS",
-    "*": "TIMES",
-    "/": "OVER",
-    "^": "POWER",
-    "=": "EQUALS",
-    "(": "LPAR",
-    ")": "RPAR",
-    "[": "LSQB",
-    "]": "RSQB",
-    "{": "LBRACE",
-    "}": "RBRACE",
-    ",": "COMMA",
-    ";": "SEMICOLON",
+_FIXED = {
+    "+": ("PLUS", "+"),
+    "-": ("MINUS", "-"),
+    **dict.fromkeys(("*", r"\cdot", r"\times", r"\ast"), ("TIMES", "*")),
+    **dict.fromkeys(("/", r"\div"), ("OVER", "/")),
+    **dict.fromkeys(("^", "**"), ("POWER", "^")),
+    **dict.fromkeys(("=", "==", ":="), ("EQUALS", "=")),
+    **dict.fromkeys(("±", r"\pm"), ("PLUSMINUS", "+")),
+    **dict.fromkeys(("∓", r"\mp"), ("PLUSMINUS", "-")),
+    **dict.fromkeys(("(", r"\{"), ("LPAR", "(")),
+    **dict.fromkeys((")", r"\}"), ("RPAR", ")")),
+    "[": ("LSQB", "["),
+    "]": ("RSQB", "]"),
+    "{": ("LBRACE", "{"),
+    "}": ("RBRACE", "}"),
+    ",": ("COMMA", ","),
+    ";": ("SEMICOLON", ";"),
+    "\n": ("NEWLINE", "\n"),
+    **dict.fromkeys(
+        (
+            *(r"\Rightarrow", r"\Leftrightarrow", r"\Longrightarrow", r"\rightarrow", r"\to"),
+            *(r"\longrightarrow", r"\implies", r"\iff", r"\therefore", r"\qed", r"\square"),
+        ),
+        ("NEWLINE", "\n"),
+    ),
 }
-"""The kind of each sign that is a token by itself."""
+"""The kind and the value of each token that is always spelled in one of these ways."""
+
+_SIGN = re.compile(
+    "|".join(re.escape(sign) for sign in sorted(_FIXED, key=len, reverse=True) if sign[0] != "\\")
+)
+_NO_EQUATION, _MAGNITUDE = "write an equation with =", "write abs(…) for a magnitude"
+_REMEDIES = {
+    **dict.fromkeys("<>:", _NO_EQUATION),
+    **dict.fromkeys(
+        (r"\neq", r"\ne", r"\le", r"\leq", r"\ge", r"\geq", r"\lt", r"\gt"), _NO_EQUATION
+    ),
+    **dict.fromkeys(("|", r"\lvert", r"\rvert", r"\vert", r"\mid"), _MAGNITUDE),
+    r"\over": r"write \frac{…}{…} for \over",
+    "!": "factorials have no place in a formula of mechanics",
+    "%": "write a number",
+    "∂": "write partial derivatives out",
+    "∫": "write integrals out",
+}
+"""What to write instead of signs that formulas do not have."""
 
 OPERATORS = {"PLUS", "MINUS", "TIMES", "OVER", "POWER", "EQUALS", "PLUSMINUS"}
 """Kinds of tokens that a line cannot end with."""
@@ -350,61 +344,360 @@ class Token:
     end: int  # the position after it
 
 
+_COMMAND = re.compile(r"\\(?:[A-Za-z]+|.)", re.DOTALL)
+_D = r"(?:\\mathrm\s*\{\s*d\s*\}|\\text\s*\{\s*d\s*\}|d)"
+_FRACTION = re.compile(
+    rf"\\[dt]?frac\s*\{{\s*{_D}\s*(?:\^\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{LETTER})?\s*"
+    rf"(?:\(\s*t\s*\)\s*)?\}}\s*\{{\s*{_D}\s*\\?,?\s*t\s*(?:\^\s*\{{?\s*[23]\s*\}}?)?\s*\}}"
+)
+_BY = re.compile(
+    rf"(?:\\[dt]?frac\s*\{{\s*)?{_D}\s*(?:\^?\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{LETTER})\s*"
+    rf"(?:/|\}}\s*\{{)\s*{_D}\s*(?P<by>{LETTER}?)\s*(?:\^\s*\{{?\s*(?P<again>[23])\s*\}}?)?\s*\}}?"
+)
+_DOT = re.compile(
+    r"\\(?P<dots>d{1,3})ot\s*"
+    r"(?:\{\s*(?P<inner>[^{}]{0,80}(?:\{[^{}]{0,80}\}[^{}]{0,80})?)\}|(?P<word>\\[A-Za-z]+|[A-Za-z]))"
+    r"(?P<subscript>\s*_\s*(?:\{[^{}]{1,20}\}|\w))?"
+)
+_SUBSCRIPT = re.compile(
+    r"\s*_\s*(?:\{(?P<long>(?:[^{}]|\{[^{}]{0,20}\}){1,40})\}|(?P<short>\\?[A-Za-z]+|\d))"
+)
+_ENVIRONMENT = re.compile(r"\\(?P<which>begin|end)\s*\{\s*(?P<name>[a-z]+)\*?\s*\}(?:\{[lcr|]*\})?")
+_TABLES = {"matrix", "pmatrix", "bmatrix", "vmatrix", "smallmatrix", "Bmatrix"}
+_IGNORED = re.compile(
+    r"\\(?:left|right|[bB]igg?[lrm]?|displaystyle|textstyle|nonumber|notag|limits|quad|qquad"
+    r"|,|;|:|!| |>|\(|\)|\[|\]|(?:hspace|label|tag\*?)\{[^{}]{0,80}\})(?![A-Za-z])\s*\.?"
+)
+_CASES = re.compile(r"\\left\s*\\\{(?=\s*\\begin)")
+_SPACING = re.compile(r"\\(?:,|;|:|!| |>|\(|\)|\[|\])")
+
+
+MOST_CHARACTERS = 20_000
+"""Largest number of characters in a text."""
+
+MOST_TOKENS = 4_000
+"""Largest number of tokens in a text."""
+
+_NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_WORD = re.compile(r"[^\W\d_](?:[^\W_]|_(?=[^\W_])|_\{[^{}]{1,20}\})*")
+_INNER = rf"(?P<word>{LETTER})(?:\(\s*t\s*\))?"
+_DERIVATIVE = re.compile(
+    rf"(?:Derivative|diff)\(\s*{_INNER}\s*,\s*"
+    r"(?P<by>\(\s*t\s*,\s*[123]\s*\)|t\s*,\s*[123]|t(?:\s*,\s*t)*)\s*\)"
+)
+_METHOD = re.compile(r"\.diff\(\s*(?P<by>t\s*,\s*[123]|t(?:\s*,\s*t)*)\s*\)")
+_LEIBNIZ = re.compile(
+    rf"d\s*(?:\^?\s*(?P<order>[23])\s*)?{_INNER}\s*/\s*"
+    r"d\s*t(?:\s*(?:\^|\*\*)?\s*(?P<again>[23]))?(?!\w)"
+)
+_D_BY_DT = re.compile(r"d\s*/\s*d\s*t(?!\w)")
+_DOT_OF = re.compile(rf"(?P<dots>d{{1,2}})ot\(\s*{_INNER}\s*\)")
+_END_OF_SENTENCE = re.compile(r"[.…]+(?=\s*(?:$|\n|\$|\\(?:end|\]|\)|\\|q?quad|label|tag)))")
+_UNIT = re.compile(
+    r"[^\S\n]*(?:\\[,;: ][^\S\n]*)?(?P<unit>rad\s*/\s*s(?:\s*\^\s*\{?2\}?)?|1/s"
+    r"|s\s*\^\s*\{?-1\}?|Hz|rpm|sec|s|ms|rad|deg|°|cm|mm|km|m/s\s*\^\s*\{?2\}?"
+    r"|m/s|m|kg|kN|N\s*/\s*m|N\s*m|Nm|N|J|W)(?=\s*(?:$|[\n,;.)=$]))"
+)
+_DECIMAL_COMMA = re.compile(r"(?<![\d.,])(?P<whole>\d+),(?P<part>\d+)(?![\d,]|\.\d)")
+
+
 @final
-class Tokens:
-    """The tokens found in one text so far."""
+class Scanner:
+    """Cuts one text into tokens."""
 
     def __init__(self, text: str, letters: KnownLetters) -> None:
-        self.letters = letters
-        self.listed: list[Token] = []
-        self.unknown: dict[str, int] = {}
-        self.tables = 0
-        self.depth = 0
-        self.notes: list[str] = []
+        if len(text) > MOST_CHARACTERS:
+            raise FormulaError(
+                f"expected at most {MOST_CHARACTERS:,} characters in a formula, got {len(text):,}"
+            )
+        self.letters = letters  # with those that the text itself defines on the way
+        self.notes: list[str] = []  # what was set aside or read in one of several ways
+        self.unknown: dict[str, int] = {}  # the words that are no letters, with their positions
+        self._listed: list[Token] = []
+        self._tables = 0
+        self._depth = 0
+        self._arrays: list[bool] = []
         self._text = text
-        # boxes became spaces
-        self.plain, self._places = _drop_spaces(*normalize(text))
+        self._placed = PlacedText.of(text)
         self._set_remarks_aside()
-        self.plain, self._places = rewrite(self.plain, self._places)
-        if long := _LONG.search(self.plain):
-            raise self.explain(
+        self._placed.rewrite()
+        if long := _LONG.search(self._plain):
+            raise self._explain(
                 f"a word of more than {MOST_IN_WORD} signs; write spaces between the letters",
                 long.start(),
             )
         self._set_prose_aside()
         # remarks and prose became spaces
-        self.plain, self._places = _drop_spaces(self.plain, self._places)
+        self._placed.drop_spaces()
+
+    @property
+    def _plain(self) -> str:
+        return self._placed.plain
+
+    def scan(self) -> list[list[Token]]:
+        """Cut the text into lines of tokens, with brackets around every argument."""
+        at = 0
+        while at < len(self._plain):
+            at = self._next(at)
+            if len(self._listed) > MOST_TOKENS:
+                raise self._explain(f"the formula has more than {MOST_TOKENS:,} signs", at)
+        lines: list[list[Token]] = []
+        for line in join_lines(self._listed):
+            closed = list(close_arguments(line, self.letters, self._text))
+            lines += _write_signs_out(closed)
+        return lines
+
+    def _next(self, at: int) -> int:
+        """Read the next piece at a position; return the position after it."""
+        text = self._plain
+        sign = text[at]
+        if (sign.isspace() and sign != "\n") or sign in "$~":
+            return at + 1
+        if sign == "\\":
+            return self._command(at)
+        if text.startswith("&&", at) and not self._tables:
+            return self._put("NEWLINE", "\n", at, at + 2)
+        if sign == "&":
+            return self._put("COMMA", ",", at, at + 1) if self._tables else at + 1
+        if (match := _DECIMAL_COMMA.match(text, at)) and not self._depth:
+            return self._decimal_comma(match)
+        if match := _NUMBER.match(text, at):
+            return self._number(match[0], at, match.end())
+        if sign.isalpha():
+            return self._word(at)
+        if sign == "." and text[at + 1 : at + 2] in ("*", "/", "^"):
+            # the dot of Matlab's elementwise products and powers
+            return at + 1
+        if sign == "'" and self._listed and self._listed[-1].kind == "RPAR":
+            return self._put("PRIME", "'", at, at + 1)
+        if match := _METHOD.match(text, at):
+            return self._method(match)
+        if match := _SIGN.match(text, at):
+            return self._put(*_FIXED[match[0]], at, match.end())
+        if match := _END_OF_SENTENCE.match(text, at):
+            return match.end()
+        remedy = _REMEDIES.get(sign, "expected letters, numbers and + - * / ^ ( ) =")
+        raise self._explain(f"{sign!r} has no meaning here; {remedy}", at)
+
+    def _decimal_comma(self, match: re.Match[str]) -> int:
+        """Read 1,5 as a decimal number, and say so; ask where it may be two numbers."""
+        text, written = self._plain, match[0]
+        follows = text[match.end() :].lstrip(" ")[:1]
+        if match["part"] == "000" or follows == "=" or re.search(r"\d\.\d", text):
+            raise self._explain(
+                f"{written!r} may be one number or two; write {match['whole']}.{match['part']}, "
+                "or a space after the comma",
+                match.start(),
+            )
+        number = f"{match['whole']}.{match['part']}"
+        self.notes.append(f"{written} is read as {number}")
+        return self._number(number, match.start(), match.end())
+
+    def _number(self, written: str, start: int, end: int) -> int:
+        """Read a number and the unit behind it, if there is one."""
+        self._put("NUMBER", written, start, end)
+        unit_match = _UNIT.match(self._plain, end)
+        if unit_match is None:
+            return end
+        unit = re.sub(r"[\s{}]", "", unit_match["unit"])
+        letters = re.findall(r"[A-Za-z]+", unit)
+        if any(self.letters.find(word) is not None for word in letters):
+            return end
+        symbol, factor = UNITS[unit]
+        self._put("TIMES", "*", *unit_match.span())
+        if factor != "1":
+            self._put("NUMBER", factor, *unit_match.span())
+            self._put("TIMES", "*", *unit_match.span())
+        return self._put("NAME", f"[{symbol}]", *unit_match.span())
+
+    def _word(self, at: int) -> int:
+        text = self._plain
+        if match := _DERIVATIVE.match(text, at):
+            return self._put_derivative(match["word"], _order(match["by"]), match)
+        if match := _D_BY_DT.match(text, at):
+            return self._put("RATE", "d/dt", at, match.end())
+        if (match := _LEIBNIZ.match(text, at)) and self._is_moving(match["word"]):
+            return self._put_derivative(match["word"], int(match["order"] or 1), match)
+        if (match := _BY.match(text, at)) and (end := self._put_derivative_by(match)):
+            return end
+        if (match := _DOT_OF.match(text, at)) and self._is_moving(match["word"]):
+            return self._put_derivative(match["word"], len(match["dots"]), match)
+        match = _WORD.match(text, at)
+        assert match is not None
+        word, end = re.sub(r"[{}\\\s]", "", match[0]), match.end()
+        if word == "and":
+            return self._put("NEWLINE", word, at, end)
+        return self._put_word(word, at, end)
+
+    def _method(self, match: re.Match[str]) -> int:
+        """Read the derivative in q(t).diff(t)."""
+        before = self._listed[-1] if self._listed else None
+        if before is None or before.kind != "NAME":
+            raise self._explain("expected a coordinate before .diff, e.g. q.diff(t)", match.start())
+        name = self.letters.by_key.get(before.value + "'" * _order(match["by"]))
+        if before.value in self.unknown:
+            return match.end()
+        if name is None:
+            raise self._explain(f"{before.value!r} has no derivative by t", match.start())
+        self._listed[-1] = Token("NAME", name, before.start, self._place_after(match.end()))
+        return match.end()
+
+    def _command(self, at: int) -> int:
+        """Read the command at a position; return the position after it."""
+        text = self._plain
+        if text.startswith("\\\\", at):
+            skip = re.compile(r"\\\\\s*(?:\[[^\]\n]{0,10}\])?").match(text, at)
+            assert skip is not None
+            kind = "SEMICOLON" if self._tables else "NEWLINE"
+            return self._put(kind, ";", at, skip.end())
+        if match := _FRACTION.match(text, at):
+            return self._fraction_of_time(match)
+        if (match := _BY.match(text, at)) and (end := self._put_derivative_by(match)):
+            return end
+        if match := _DOT.match(text, at):
+            return self._read_dots(match)
+        if match := _ENVIRONMENT.match(text, at):
+            return self._environment(match)
+        if match := _CASES.match(text, at):
+            return match.end()
+        if match := _IGNORED.match(text, at):
+            # the dot of "\left." is no sign; elsewhere a dot after a space ends a sentence
+            before = self._listed[-1:]
+            if before and before[0].kind == "NEWLINE" and "quad" in match[0]:
+                self._put("INDENT", " ", at, match.end())
+            return match.end()
+        if match := _SPACING.match(text, at):
+            return match.end()
+        match = _COMMAND.match(text, at)
+        if match is None:
+            raise self._explain("a backslash at the end has no meaning", at)
+        return self._plain_command(match)
+
+    def _plain_command(self, match: re.Match[str]) -> int:
+        name, at, end = match[0][1:], match.start(), match.end()
+        if match[0] in _FIXED:
+            return self._put(*_FIXED[match[0]], at, end)
+        if match[0] in _REMEDIES:
+            raise self._explain(_REMEDIES[match[0]], at)
+        if name in ("frac", "dfrac", "tfrac"):
+            self._put("FRACTION", "frac", at, end)
+            return self._brace(self._brace(end))
+        function = SPELLINGS.get(name, name)
+        if function == "sqrt" and self._plain.startswith("[", end):
+            raise self._explain("write other roots than the square root as powers", at)
+        if function in FUNCTIONS:
+            self._put("FUNCTION", function, at, end)
+            return end
+        if not name.isalpha():
+            raise self._explain(f"the command \\{name} has no meaning in a formula", at)
+        subscript, end = self._subscript(end)
+        return self._put_word(name + subscript, at, end)
+
+    def _subscript(self, at: int) -> tuple[str, int]:
+        """Return the subscript at a position, and the position after it."""
+        subscript = _SUBSCRIPT.match(self._plain, at)
+        if not subscript:
+            return "", at
+        return re.sub(r"[\\\s,{}]", "", subscript["long"] or subscript["short"]), subscript.end()
+
+    def _brace(self, at: int) -> int:
+        """Read an argument of a fraction, and put braces where it has none, as in frac12."""
+        text = self._plain
+        while at < len(text) and text[at].isspace():
+            at += 1
+        sign = text[at : at + 1]
+        if not sign:
+            raise self._explain("expected two arguments in braces after \\frac", at - 1)
+        if sign == "{":
+            return self._read_braces(at)
+        if not (sign.isalpha() or sign.isdigit() or sign == "\\"):
+            raise self._explain("expected an argument in braces after \\frac", at)
+        self._put("LBRACE", "{", at, at + 1)
+        if sign.isdigit():
+            end = self._put("NUMBER", sign, at, at + 1)
+        else:
+            end = self._command(at) if sign == "\\" else self._put_word(sign, at, at + 1)
+        return self._put("RBRACE", "}", end - 1, end)
+
+    def _read_braces(self, at: int) -> int:
+        """Read an argument in braces to its end."""
+        depth = self._depth
+        at = self._next(at)
+        while at < len(self._plain) and self._depth > depth:
+            at = self._next(at)
+        if self._depth > depth:
+            raise self._explain("a brace is not closed", len(self._plain) - 1)
+        return at
+
+    def _fraction_of_time(self, match: re.Match[str]) -> int:
+        order = int(match["order"] or 1)
+        if match["word"]:
+            if not self._is_moving(match["word"]):
+                command = _COMMAND.match(self._plain, match.start())
+                assert command is not None
+                return self._plain_command(command)
+            return self._put_derivative(match["word"], order, match)
+        for _ in range(order):
+            self._put("RATE", "d/dt", match.start(), match.end())
+        return match.end()
+
+    def _read_dots(self, match: re.Match[str]) -> int:
+        inner = (match["inner"] or match["word"] or "").strip()
+        word = re.sub(r"[\\\s_{},]|\(t\)", "", inner + (match["subscript"] or ""))
+        if not word.isalnum():
+            raise self._explain(
+                "expected a single letter below the dots, e.g. \\ddot{\\theta}_1; write d/dt "
+                "before brackets",
+                match.start(),
+            )
+        return self._put_word(word + "'" * len(match["dots"]), match.start(), match.end())
+
+    def _environment(self, match: re.Match[str]) -> int:
+        opens = match["which"] == "begin"
+        table = match["name"] in _TABLES
+        if match["name"] == "array":
+            # a matrix within brackets, lines elsewhere
+            before = self._listed[-1:]
+            if opens:
+                self._arrays.append(bool(before) and before[0].kind in ("LSQB", "LPAR"))
+            table = self._arrays[-1] if self._arrays else False
+            if not opens and self._arrays:
+                self._arrays.pop()
+        if table:
+            self._tables += 1 if opens else -1
+            kind = "LSQB" if opens else "RSQB"
+            return self._put(kind, "[" if opens else "]", match.start(), match.end())
+        return match.end()
 
     def _set_remarks_aside(self) -> None:
         """Replace by spaces what a formula is about: Lagrange's equation, integers, decimals."""
-        lines = [line for line in _LINE.finditer(self.plain) if line[0].strip()]
+        lines = [line for line in _LINE.finditer(self._plain) if line[0].strip()]
         remarks = [line.span() for line in lines if _OF_LAGRANGIAN.search(line[0])]
         if len(remarks) == len(lines):
             remarks = []
-        remarks += [match.span() for match in _INTEGER.finditer(self.plain)]
+        remarks += [match.span() for match in _INTEGER.finditer(self._plain)]
         for line in lines:
-            for match in _APPROXIMATELY.finditer(self.plain, *line.span()):
-                if "=" in self.plain[line.start() : match.start()]:
+            for match in _APPROXIMATELY.finditer(self._plain, *line.span()):
+                if "=" in self._plain[line.start() : match.start()]:
                     remarks.append(match.span())
         for first, last in sorted(remarks):
-            said = " ".join(self.quote(first, last).strip(" ,;").split())
+            said = " ".join(self._quote(first, last).strip(" ,;").split())
             self.notes.append(f"set aside: '{said}'")
-            self.plain = self.plain[:first] + " " * (last - first) + self.plain[last:]
-        for match in _ALMOST_EQUAL.finditer(self.plain):
-            sign = "=".ljust(len(match[0]))
-            self.plain = self.plain[: match.start()] + sign + self.plain[match.end() :]
+            self._placed.blank(first, last)
+        for match in _ALMOST_EQUAL.finditer(self._plain):
+            self._placed.blank(*match.span(), "=")
 
     def _set_prose_aside(self) -> None:
         """Replace words around formulas by spaces, or by a line end between two of them."""
-        steps = ((sign == "{") - (sign == "}") for sign in self.plain)
+        steps = ((sign == "{") - (sign == "}") for sign in self._plain)
         depths = list(accumulate(steps))
-        for run in reversed(list(_WORDS.finditer(self.plain))):
-            words = list(_PLAIN_WORD.finditer(self.plain, *run.span()))
+        for run in reversed(list(_WORDS.finditer(self._plain))):
+            words = list(_PLAIN_WORD.finditer(self._plain, *run.span()))
             prose = [word for word in words if not depths[word.start()] and self._is_prose(word)]
             if not prose:
                 continue
             first, last = prose[0].start(), prose[-1].end()
-            before, after = self.plain[:first].rstrip(" "), self.plain[last:].lstrip(" :,.")
+            before, after = self._plain[:first].rstrip(" "), self._plain[last:].lstrip(" :,.")
             joined = before[-1:] not in ("", "\n", *",;.:)}$") and before[-1:] in _BINARY
             joined |= after[:1] in (*_BINARY, "(", "[", "_", "^", "'") and after[:1] not in (
                 "-",
@@ -413,14 +706,12 @@ class Tokens:
             ends = prose[-1][0].endswith(":") or _STOPS.fullmatch(prose[-1][0].lower())
             if joined and not ends:
                 continue
-            while last < len(self.plain) and self.plain[last] in " :,.":
+            while last < len(self._plain) and self._plain[last] in " :,.":
                 last += 1
-            said = " ".join(self.quote(first, last).strip(" :,").split())
+            said = " ".join(self._quote(first, last).strip(" :,").split())
             self.notes.insert(0, f"set aside: '{said}'")
-            blank = " " * (last - first)
-            if before and before[-1] != "\n" and after:
-                blank = "\n" + blank[1:]
-            self.plain = self.plain[:first] + blank + self.plain[last:]
+            between = before and before[-1] != "\n" and after
+            self._placed.blank(first, last, "\n" if between else "")
 
     def _is_prose(self, word: re.Match[str]) -> bool:
         """Return whether a word belongs to a sentence, not to a formula."""
@@ -429,67 +720,63 @@ class Tokens:
             return self.letters.find(said) is None and self._split(said, 0) is None
         if len(said) < _SHORTEST_WORD or _NO_PROSE.fullmatch(said):
             return False
-        if self.plain[word.end() : word.end() + 1] in ("(", "[", "{", "_", "^", "'"):
+        if self._plain[word.end() : word.end() + 1] in ("(", "[", "{", "_", "^", "'"):
             return False
         if self.letters.find(said) is not None or SPELLINGS.get(said, said) in FUNCTIONS:
             return False
         return self._split(said, 0) is None and self._find_rate(said) is None
 
-    def quote(self, start: int, end: int) -> str:
+    def _quote(self, start: int, end: int) -> str:
         """Return what was written at some positions."""
-        return self._text[self._places[start] : self.place_after(end)]
+        return self._text[self._placed.places[start] : self._place_after(end)]
 
-    def put_sign(self, sign: str, at: int) -> int:
-        """Add a sign that is a token by itself; return the position after it."""
-        return self.put(SINGLE[sign], sign, at, at + 1)
-
-    def put(self, kind: str, value: str, start: int, end: int) -> int:
+    def _put(self, kind: str, value: str, start: int, end: int) -> int:
         """Add a token; return the position after it."""
-        self.depth += (kind in OPEN) - (kind in CLOSE)
-        if self.depth > MOST_BRACKETS:
-            raise self.explain(f"brackets are nested more than {MOST_BRACKETS} deep", start)
-        self.listed.append(Token(kind, value, self._places[start], self.place_after(end)))
+        self._depth += (kind in OPEN) - (kind in CLOSE)
+        if self._depth > MOST_BRACKETS:
+            raise self._explain(f"brackets are nested more than {MOST_BRACKETS} deep", start)
+        self._listed.append(Token(kind, value, self._placed.places[start], self._place_after(end)))
         return end
 
-    def put_word(self, word: str, at: int, end: int) -> int:
+    def _put_word(self, word: str, at: int, end: int) -> int:
         """Read a word, with the primes after it, as a letter, a function or several of them."""
-        text = self.plain
+        text = self._plain
         primes = _PRIMES.match(text, end)
         dots = _count_primes(primes) if primes else 0
         if primes and dots:
             end = primes.end()
         name = self.letters.find(word + "'" * dots)
         if name is not None:
-            self.put("NAME", name, at, end)
+            self._put("NAME", name, at, end)
             kind = self.letters.kinds[name]
             of_time = _OF_TIME.match(text, end)
             if of_time and kind in ("coordinate", "velocity", "acceleration", "input"):
                 end = of_time.end()
                 if (after := _PRIMES.match(text, end)) and _count_primes(after):
-                    self.listed.pop()
-                    return self.put_word(word + "'" * _count_primes(after), at, after.end())
+                    self._listed.pop()
+                    return self._put_word(word + "'" * _count_primes(after), at, after.end())
             return end
         if not dots and word in ("Eq", "Matrix", "Rational", "Derivative"):
-            return self.put("SYMPY", word, at, end)
+            return self._put("SYMPY", word, at, end)
         function = SPELLINGS.get(word, word)
         if not dots and function in FUNCTIONS:
-            return self.put("FUNCTION", function, at, end)
+            return self._put("FUNCTION", function, at, end)
         pieces = self._split(word, dots)
         if pieces is None and not dots and (rate := self._find_rate(word)):
-            return self.put("NAME", rate, at, end)
+            return self._put("NAME", rate, at, end)
         if pieces is None:
             self.unknown.setdefault(word + "'" * dots, at)
-            self.put("NAME", word, at, end)
+            self._put("NAME", word, at, end)
             return end
         for k, (piece, start, stop) in enumerate(pieces):
             last = k == len(pieces) - 1
             place = (at + start, end if last else at + stop)
             if piece.isdigit():
-                self.put("NUMBER", piece, *place)
+                self._put("NUMBER", piece, *place)
             elif piece in FUNCTIONS:
-                self.put("FUNCTION", piece, *place)
+                self._put("FUNCTION", piece, *place)
             else:
-                self.put("NAME", piece, *place)
+                self._put("NAME", piece, *place)
         return end
 
     def _find_rate(self, word: str) -> str | None:
@@ -529,16 +816,16 @@ class Tokens:
             return function
         return None
 
-    def is_moving(self, word: str) -> bool:
+    def _is_moving(self, word: str) -> bool:
         """Return whether a word is a letter with a rate."""
         name = self.letters.find(clean(word))
         return name is not None and name in self.letters.rates
 
-    def put_derivative(self, word: str, order: int, match: re.Match[str]) -> int:
+    def _put_derivative(self, word: str, order: int, match: re.Match[str]) -> int:
         """Add a letter's time derivative; return the position after it."""
-        return self.put_word(clean(word) + "'" * order, match.start(), match.end())
+        return self._put_word(clean(word) + "'" * order, match.start(), match.end())
 
-    def put_derivative_by(self, match: re.Match[str]) -> int:
+    def _put_derivative_by(self, match: re.Match[str]) -> int:
         """Add d²u/dφ², by another coordinate than the time; return the position after it, or 0."""
         # by the chain rule du/dφ = u'/φ', and once more for the second derivative
         word, by = (self.letters.find(clean(match[name] or "")) for name in ("word", "by"))
@@ -552,8 +839,10 @@ class Tokens:
         for _ in range(order):
             slope = tree.divide(tree.rate(slope, self.letters.rate_nodes), turning)
         name = f"d{order}_{word}_{by}"
-        self.letters = self.letters.define(name, slope.put_at(self._places[match.start()]), {})
-        return self.put("NAME", name, match.start(), match.end())
+        self.letters = self.letters.define(
+            name, slope.put_at(self._placed.places[match.start()]), {}
+        )
+        return self._put("NAME", name, match.start(), match.end())
 
     def explain_unknown(self) -> FormulaError:
         """Return an error that names the unknown letters."""
@@ -572,15 +861,17 @@ class Tokens:
             f"system are {listed}. Say what {'others mean' if several else 'it means'}, e.g. "
             f'--let "{names[0].rstrip(chr(39))} = …"'
         )
-        return self.explain(message, self.unknown[names[0]], names)
+        return self._explain(message, self.unknown[names[0]], names)
 
-    def place_after(self, at: int) -> int:
+    def _place_after(self, at: int) -> int:
         """Return the position in the text after the sign before a position."""
-        return self._places[at - 1] + 1
+        return self._placed.places[at - 1] + 1
 
-    def explain(self, message: str, at: int, unknown: list[str] | None = None) -> FormulaError:
+    def _explain(self, message: str, at: int, unknown: list[str] | None = None) -> FormulaError:
         """Return an error at a position."""
-        place = self._places[min(at, len(self._places) - 1)] if self._places else 0
+        place = (
+            self._placed.places[min(at, len(self._placed.places) - 1)] if self._placed.places else 0
+        )
         return FormulaError(message, self._text, place, unknown or ())
 
 
@@ -592,193 +883,6 @@ def clean(word: str) -> str:
 def _count_primes(primes: re.Match[str]) -> int:
     """Return the number of derivatives that primes denote."""
     return primes[0].count("'") + primes[0].count("\\prime")
-
-
-_COMMAND = re.compile(r"\\(?:[A-Za-z]+|.)", re.DOTALL)
-_D = r"(?:\\mathrm\s*\{\s*d\s*\}|\\text\s*\{\s*d\s*\}|d)"
-_FRACTION = re.compile(
-    rf"\\[dt]?frac\s*\{{\s*{_D}\s*(?:\^\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{LETTER})?\s*"
-    rf"(?:\(\s*t\s*\)\s*)?\}}\s*\{{\s*{_D}\s*\\?,?\s*t\s*(?:\^\s*\{{?\s*[23]\s*\}}?)?\s*\}}"
-)
-_ARROWS = re.compile(
-    r"Rightarrow|Leftrightarrow|implies|iff|to|rightarrow|longrightarrow|"
-    r"therefore|Longrightarrow|qed|square"
-)
-_BY = re.compile(
-    rf"(?:\\[dt]?frac\s*\{{\s*)?{_D}\s*(?:\^?\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{LETTER})\s*"
-    rf"(?:/|\}}\s*\{{)\s*{_D}\s*(?P<by>{LETTER}?)\s*(?:\^\s*\{{?\s*(?P<again>[23])\s*\}}?)?\s*\}}?"
-)
-_DOT = re.compile(
-    r"\\(?P<dots>d{1,3})ot\s*"
-    r"(?:\{\s*(?P<inner>[^{}]{0,80}(?:\{[^{}]{0,80}\}[^{}]{0,80})?)\}|(?P<word>\\[A-Za-z]+|[A-Za-z]))"
-    r"(?P<subscript>\s*_\s*(?:\{[^{}]{1,20}\}|\w))?"
-)
-_SUBSCRIPT = re.compile(
-    r"\s*_\s*(?:\{(?P<long>(?:[^{}]|\{[^{}]{0,20}\}){1,40})\}|(?P<short>\\?[A-Za-z]+|\d))"
-)
-_ENVIRONMENT = re.compile(r"\\(?P<which>begin|end)\s*\{\s*(?P<name>[a-z]+)\*?\s*\}(?:\{[lcr|]*\})?")
-_TABLES = {"matrix", "pmatrix", "bmatrix", "vmatrix", "smallmatrix", "Bmatrix"}
-_IGNORED = re.compile(
-    r"\\(?:left|right|[bB]igg?[lrm]?|displaystyle|textstyle|nonumber|notag|limits|quad|qquad"
-    r"|,|;|:|!| |>|\(|\)|\[|\]|(?:hspace|label|tag\*?)\{[^{}]{0,80}\})(?![A-Za-z])\s*\.?"
-)
-_CASES = re.compile(r"\\left\s*\\\{(?=\s*\\begin)")
-_SPACING = re.compile(r"\\(?:,|;|:|!| |>|\(|\)|\[|\])")
-
-
-@final
-class LatexReader:
-    """Reads commands of LaTeX into tokens."""
-
-    def __init__(self, tokens: Tokens, read: Callable[[int], int]) -> None:
-        self._tokens = tokens
-        self._read = read
-        self._arrays: list[bool] = []
-
-    def read_command(self, at: int) -> int:
-        """Read the command at a position; return the position after it."""
-        text = self._tokens.plain
-        if text.startswith("\\\\", at):
-            skip = re.compile(r"\\\\\s*(?:\[[^\]\n]{0,10}\])?").match(text, at)
-            assert skip is not None
-            kind = "SEMICOLON" if self._tokens.tables else "NEWLINE"
-            return self._tokens.put(kind, ";", at, skip.end())
-        if match := _FRACTION.match(text, at):
-            return self._fraction_of_time(match)
-        if (match := _BY.match(text, at)) and (end := self._tokens.put_derivative_by(match)):
-            return end
-        if match := _DOT.match(text, at):
-            return self._read_dots(match)
-        if match := _ENVIRONMENT.match(text, at):
-            return self._environment(match)
-        if match := _CASES.match(text, at):
-            return match.end()
-        if match := _IGNORED.match(text, at):
-            # the dot of "\left." is no sign; elsewhere a dot after a space ends a sentence
-            before = self._tokens.listed[-1:]
-            if before and before[0].kind == "NEWLINE" and "quad" in match[0]:
-                self._tokens.put("INDENT", " ", at, match.end())
-            return match.end()
-        if match := _SPACING.match(text, at):
-            return match.end()
-        match = _COMMAND.match(text, at)
-        if match is None:
-            raise self._tokens.explain("a backslash at the end has no meaning", at)
-        return self._plain_command(match)
-
-    def _plain_command(self, match: re.Match[str]) -> int:
-        name, at, end = match[0][1:], match.start(), match.end()
-        if name in ("cdot", "times", "ast"):
-            return self._tokens.put("TIMES", "*", at, end)
-        if name in ("pm", "mp"):
-            return self._tokens.put("PLUSMINUS", "+" if name == "pm" else "-", at, end)
-        if _ARROWS.fullmatch(name):
-            return self._tokens.put("NEWLINE", "\n", at, end)
-        if name in ("neq", "ne", "le", "leq", "ge", "geq", "lt", "gt"):
-            raise self._tokens.explain("write an equation with =", at)
-        if name == "over":
-            raise self._tokens.explain("write \\frac{…}{…} for \\over", at)
-        if name == "div":
-            return self._tokens.put("OVER", "/", at, end)
-        if name in ("frac", "dfrac", "tfrac"):
-            self._tokens.put("FRACTION", "frac", at, end)
-            return self._brace(self._brace(end))
-        if name in ("lvert", "rvert", "vert", "mid"):
-            raise self._tokens.explain("write abs(…) for a magnitude", at)
-        function = SPELLINGS.get(name, name)
-        if function == "sqrt" and self._tokens.plain.startswith("[", end):
-            raise self._tokens.explain("write other roots than the square root as powers", at)
-        if function in FUNCTIONS:
-            self._tokens.put("FUNCTION", function, at, end)
-            return end
-        if name in ("{", "}"):
-            return self._tokens.put_sign("(" if name == "{" else ")", at) + 1
-        if not name.isalpha():
-            raise self._tokens.explain(f"the command \\{name} has no meaning in a formula", at)
-        subscript, end = self._subscript(end)
-        return self._tokens.put_word(name + subscript, at, end)
-
-    def _subscript(self, at: int) -> tuple[str, int]:
-        """Return the subscript at a position, and the position after it."""
-        subscript = _SUBSCRIPT.match(self._tokens.plain, at)
-        if not subscript:
-            return "", at
-        return re.sub(r"[\\\s,{}]", "", subscript["long"] or subscript["short"]), subscript.end()
-
-    def _brace(self, at: int) -> int:
-        """Put braces around an argument of a fraction without braces, as in frac12."""
-        text = self._tokens.plain
-        while at < len(text) and text[at].isspace():
-            at += 1
-        if at >= len(text) or text[at] == "{":
-            if at >= len(text):
-                raise self._tokens.explain("expected two arguments in braces after \\frac", at - 1)
-            return self._read_braces(at)
-        if text[at].isdigit():
-            self._tokens.put("LBRACE", "{", at, at + 1)
-            self._tokens.put("NUMBER", text[at], at, at + 1)
-            self._tokens.put("RBRACE", "}", at, at + 1)
-            return at + 1
-        if text[at].isalpha() or text[at] == "\\":
-            self._tokens.put("LBRACE", "{", at, at + 1)
-            end = (
-                self.read_command(at)
-                if text[at] == "\\"
-                else self._tokens.put_word(text[at], at, at + 1)
-            )
-            self._tokens.put("RBRACE", "}", end - 1, end)
-            return end
-        raise self._tokens.explain("expected an argument in braces after \\frac", at)
-
-    def _read_braces(self, at: int) -> int:
-        """Read an argument in braces to its end."""
-        depth = self._tokens.depth
-        at = self._read(at)
-        while at < len(self._tokens.plain) and self._tokens.depth > depth:
-            at = self._read(at)
-        if self._tokens.depth > depth:
-            raise self._tokens.explain("a brace is not closed", len(self._tokens.plain) - 1)
-        return at
-
-    def _fraction_of_time(self, match: re.Match[str]) -> int:
-        order = int(match["order"] or 1)
-        if match["word"]:
-            if not self._tokens.is_moving(match["word"]):
-                command = _COMMAND.match(self._tokens.plain, match.start())
-                assert command is not None
-                return self._plain_command(command)
-            return self._tokens.put_derivative(match["word"], order, match)
-        for _ in range(order):
-            self._tokens.put("RATE", "d/dt", match.start(), match.end())
-        return match.end()
-
-    def _read_dots(self, match: re.Match[str]) -> int:
-        inner = (match["inner"] or match["word"] or "").strip()
-        word = re.sub(r"[\\\s_{},]|\(t\)", "", inner + (match["subscript"] or ""))
-        if not word.isalnum():
-            raise self._tokens.explain(
-                "expected a single letter below the dots, e.g. \\ddot{\\theta}_1; write d/dt "
-                "before brackets",
-                match.start(),
-            )
-        return self._tokens.put_word(word + "'" * len(match["dots"]), match.start(), match.end())
-
-    def _environment(self, match: re.Match[str]) -> int:
-        tokens, opens = self._tokens, match["which"] == "begin"
-        table = match["name"] in _TABLES
-        if match["name"] == "array":
-            # a matrix within brackets, lines elsewhere
-            before = tokens.listed[-1:]
-            if opens:
-                self._arrays.append(bool(before) and before[0].kind in ("LSQB", "LPAR"))
-            table = self._arrays[-1] if self._arrays else False
-            if not opens and self._arrays:
-                self._arrays.pop()
-        if table:
-            tokens.tables += 1 if opens else -1
-            kind = "LSQB" if opens else "RSQB"
-            return tokens.put(kind, "[" if opens else "]", match.start(), match.end())
-        return match.end()
 
 
 def join_lines(tokens: list[Token]) -> list[list[Token]]:
@@ -886,200 +990,6 @@ def _find_end_of_argument(tokens: list[Token], at: int, letters: KnownLetters) -
         if moving or (name in letters.angles and not to_time) or not to_time:
             break
     return end
-
-
-MOST_CHARACTERS = 20_000
-"""Largest number of characters in a text."""
-
-MOST_TOKENS = 4_000
-"""Largest number of tokens in a text."""
-
-_NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
-_WORD = re.compile(r"[^\W\d_](?:[^\W_]|_(?=[^\W_])|_\{[^{}]{1,20}\})*")
-_INNER = rf"(?P<word>{LETTER})(?:\(\s*t\s*\))?"
-_DERIVATIVE = re.compile(
-    rf"(?:Derivative|diff)\(\s*{_INNER}\s*,\s*"
-    r"(?P<by>\(\s*t\s*,\s*[123]\s*\)|t\s*,\s*[123]|t(?:\s*,\s*t)*)\s*\)"
-)
-_METHOD = re.compile(r"\.diff\(\s*(?P<by>t\s*,\s*[123]|t(?:\s*,\s*t)*)\s*\)")
-_LEIBNIZ = re.compile(
-    rf"d\s*(?:\^?\s*(?P<order>[23])\s*)?{_INNER}\s*/\s*"
-    r"d\s*t(?:\s*(?:\^|\*\*)?\s*(?P<again>[23]))?(?!\w)"
-)
-_D_BY_DT = re.compile(r"d\s*/\s*d\s*t(?!\w)")
-_DOT_OF = re.compile(rf"(?P<dots>d{{1,2}})ot\(\s*{_INNER}\s*\)")
-_END_OF_SENTENCE = re.compile(r"[.…]+(?=\s*(?:$|\n|\$|\\(?:end|\]|\)|\\|q?quad|label|tag)))")
-_UNIT = re.compile(
-    r"[^\S\n]*(?:\\[,;: ][^\S\n]*)?(?P<unit>rad\s*/\s*s(?:\s*\^\s*\{?2\}?)?|1/s"
-    r"|s\s*\^\s*\{?-1\}?|Hz|rpm|sec|s|ms|rad|deg|°|cm|mm|km|m/s\s*\^\s*\{?2\}?"
-    r"|m/s|m|kg|kN|N\s*/\s*m|N\s*m|Nm|N|J|W)(?=\s*(?:$|[\n,;.)=$]))"
-)
-_DECIMAL_COMMA = re.compile(r"(?<![\d.,])(?P<whole>\d+),(?P<part>\d+)(?![\d,]|\.\d)")
-_REMEDIES = {
-    "|": "write abs(…) for a magnitude",
-    "<": "write an equation with =",
-    ">": "write an equation with =",
-    "!": "factorials have no place in a formula of mechanics",
-    ":": "write an equation with =",
-    "%": "write a number",
-    "∂": "write partial derivatives out",
-    "∫": "write integrals out",
-}
-
-
-@final
-class Scanner:
-    """Reads one text."""
-
-    def __init__(self, text: str, letters: KnownLetters) -> None:
-        if len(text) > MOST_CHARACTERS:
-            raise FormulaError(
-                f"expected at most {MOST_CHARACTERS:,} characters in a formula, got {len(text):,}"
-            )
-        self._text = text
-        self._tokens = Tokens(text, letters)
-        self._latex = LatexReader(self._tokens, self._next)
-
-    @property
-    def letters(self) -> KnownLetters:
-        """The letters, with those that the text itself defines on the way."""
-        return self._tokens.letters
-
-    @property
-    def notes(self) -> list[str]:
-        """What was set aside or read in one of several ways."""
-        return self._tokens.notes
-
-    @property
-    def unknown(self) -> dict[str, int]:
-        """The words that are no letters, with their positions."""
-        return self._tokens.unknown
-
-    def explain_unknown(self) -> FormulaError:
-        """Return an error that names the unknown letters."""
-        return self._tokens.explain_unknown()
-
-    def scan(self) -> list[list[Token]]:
-        """Cut the text into lines of tokens, with brackets around every argument."""
-        at = 0
-        while at < len(self._tokens.plain):
-            at = self._next(at)
-            if len(self._tokens.listed) > MOST_TOKENS:
-                raise self._tokens.explain(f"the formula has more than {MOST_TOKENS:,} signs", at)
-        lines: list[list[Token]] = []
-        for line in join_lines(self._tokens.listed):
-            closed = list(close_arguments(line, self._tokens.letters, self._text))
-            lines += _write_signs_out(closed)
-        return lines
-
-    def _next(self, at: int) -> int:
-        """Read the next piece at a position; return the position after it."""
-        text = self._tokens.plain
-        sign = text[at]
-        if sign == "\n":
-            return self._tokens.put("NEWLINE", "\n", at, at + 1)
-        if sign.isspace() or sign in "$~":
-            return at + 1
-        if sign == "\\":
-            return self._latex.read_command(at)
-        if sign == "&":
-            return self._tokens.put("COMMA", ",", at, at + 1) if self._tokens.tables else at + 1
-        if (match := _DECIMAL_COMMA.match(text, at)) and not self._tokens.depth:
-            return self._decimal_comma(match)
-        if match := _NUMBER.match(text, at):
-            return self._number(match[0], at, match.end())
-        if sign in "±∓":
-            kind = "+" if sign == "±" else "-"
-            return self._tokens.put("PLUSMINUS", kind, at, at + 1)
-        if text.startswith("&&", at):
-            return self._tokens.put("NEWLINE", "\n", at, at + 2)
-        if sign.isalpha():
-            return self._word(at)
-        if sign == "." and text[at + 1 : at + 2] in ("*", "/", "^"):
-            # the dot of Matlab's elementwise products and powers
-            return at + 1
-        if text.startswith("**", at):
-            return self._tokens.put("POWER", "^", at, at + 2)
-        if text.startswith(":=", at) or text.startswith("==", at):
-            return self._tokens.put("EQUALS", "=", at, at + 2)
-        if sign == "'" and self._tokens.listed and self._tokens.listed[-1].kind == "RPAR":
-            return self._tokens.put("PRIME", "'", at, at + 1)
-        if match := _METHOD.match(text, at):
-            return self._method(match)
-        if sign in SINGLE:
-            return self._tokens.put_sign(sign, at)
-        if match := _END_OF_SENTENCE.match(text, at):
-            return match.end()
-        remedy = _REMEDIES.get(sign, "expected letters, numbers and + - * / ^ ( ) =")
-        raise self._tokens.explain(f"{sign!r} has no meaning here; {remedy}", at)
-
-    def _decimal_comma(self, match: re.Match[str]) -> int:
-        """Read 1,5 as a decimal number, and say so; ask where it may be two numbers."""
-        text, written = self._tokens.plain, match[0]
-        follows = text[match.end() :].lstrip(" ")[:1]
-        if match["part"] == "000" or follows == "=" or re.search(r"\d\.\d", text):
-            raise self._tokens.explain(
-                f"{written!r} may be one number or two; write {match['whole']}.{match['part']}, "
-                "or a space after the comma",
-                match.start(),
-            )
-        number = f"{match['whole']}.{match['part']}"
-        self._tokens.notes.append(f"{written} is read as {number}")
-        return self._number(number, match.start(), match.end())
-
-    def _number(self, written: str, start: int, end: int) -> int:
-        """Read a number and the unit behind it, if there is one."""
-        tokens = self._tokens
-        tokens.put("NUMBER", written, start, end)
-        unit_match = _UNIT.match(tokens.plain, end)
-        if unit_match is None:
-            return end
-        unit = re.sub(r"[\s{}]", "", unit_match["unit"])
-        letters = re.findall(r"[A-Za-z]+", unit)
-        if any(tokens.letters.find(word) is not None for word in letters):
-            return end
-        symbol, factor = UNITS[unit]
-        tokens.put("TIMES", "*", *unit_match.span())
-        if factor != "1":
-            tokens.put("NUMBER", factor, *unit_match.span())
-            tokens.put("TIMES", "*", *unit_match.span())
-        return tokens.put("NAME", f"[{symbol}]", *unit_match.span())
-
-    def _word(self, at: int) -> int:
-        text = self._tokens.plain
-        if match := _DERIVATIVE.match(text, at):
-            return self._tokens.put_derivative(match["word"], _order(match["by"]), match)
-        if match := _D_BY_DT.match(text, at):
-            return self._tokens.put("RATE", "d/dt", at, match.end())
-        if (match := _LEIBNIZ.match(text, at)) and self._tokens.is_moving(match["word"]):
-            return self._tokens.put_derivative(match["word"], int(match["order"] or 1), match)
-        if (match := _BY.match(text, at)) and (end := self._tokens.put_derivative_by(match)):
-            return end
-        if (match := _DOT_OF.match(text, at)) and self._tokens.is_moving(match["word"]):
-            return self._tokens.put_derivative(match["word"], len(match["dots"]), match)
-        match = _WORD.match(text, at)
-        assert match is not None
-        word, end = re.sub(r"[{}\\\s]", "", match[0]), match.end()
-        if word == "and":
-            return self._tokens.put("NEWLINE", word, at, end)
-        return self._tokens.put_word(word, at, end)
-
-    def _method(self, match: re.Match[str]) -> int:
-        """Read the derivative in q(t).diff(t)."""
-        before = self._tokens.listed[-1] if self._tokens.listed else None
-        if before is None or before.kind != "NAME":
-            raise self._tokens.explain(
-                "expected a coordinate before .diff, e.g. q.diff(t)", match.start()
-            )
-        name = self._tokens.letters.by_key.get(before.value + "'" * _order(match["by"]))
-        if before.value in self._tokens.unknown:
-            return match.end()
-        if name is None:
-            raise self._tokens.explain(f"{before.value!r} has no derivative by t", match.start())
-        self._tokens.listed[-1] = Token(
-            "NAME", name, before.start, self._tokens.place_after(match.end())
-        )
-        return match.end()
 
 
 def _write_signs_out(line: list[Token]) -> list[list[Token]]:
