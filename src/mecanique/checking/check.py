@@ -24,7 +24,7 @@ from mecanique.checking.judgement.formula import Judged, find_rounding, judge_fo
 from mecanique.checking.judgement.motion import CommonFactors, Residual, count_missing, residuals
 from mecanique.checking.judgement.proof import Proof
 from mecanique.checking.judgement.quantities import AskedQuantity, ask_for
-from mecanique.checking.judgement.truth import Truth
+from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.checking.mistakes.search import Search
 from mecanique.checking.mistakes.units import UnitMisfitError
 from mecanique.checking.verdict import Check, Line, Mistake, Outcome
@@ -175,11 +175,8 @@ class Checker:
             return check
         if again.outcome == "wrong":
             return check
-        forms = [f"/{below} is read as /({below}): write brackets" for below in written]
-        outcome: Outcome = again.outcome
-        if outcome == "right":
-            outcome = "right except for form"
-        return replace(again, outcome=outcome, forms=(*dict.fromkeys(forms), *again.forms))
+        forms = (f"/{below} is read as /({below}): write brackets" for below in written)
+        return _with_form(again, *forms)
 
     def find_letters(
         self, ask: str, let: Sequence[str] | Mapping[str, str] = ()
@@ -236,11 +233,7 @@ class Checker:
         again = self._formula(reading, self.ask(ask, held), ask, text, truth)
         if again.outcome == "wrong":
             return check
-        forms = dict.fromkeys(("right for these values of the parameters only", *again.forms))
-        outcome: Outcome = again.outcome
-        if outcome == "right":
-            outcome = "right except for form"
-        return replace(again, outcome=outcome, forms=tuple(forms), exact=False)
+        return replace(_with_form(again, _VALUES_ONLY), exact=False)
 
     def _formula(
         self, reading: ReadText, quantity: AskedQuantity, ask: str, text: str, truth: Truth
@@ -272,32 +265,30 @@ class Checker:
             if formula.holds and shown:
                 outcome = "right except for form"
             lines.append(Line(formula.statement.text, outcome, formula.worst, shown, causes))
-        exact = bool(judged) and all(proven)
-        forms = [form for line in lines for form in line.forms]
-        wrong = any(line.outcome == "wrong" for line in lines)
-        whole: Outcome = "wrong" if wrong else "right"
-        if not wrong and quantity.kind == "several" and quantity.values is not None:
-            missing = len(quantity.values) - len(frozenset().union(*(f.covers for f in judged)))
-            if missing > 0:
-                whole = "incomplete"
-                forms.append(f"{missing} of {len(quantity.values)} frequencies missing")
         lacking = [name for formula in judged for name in formula.missing]
-        if not wrong and lacking:
-            whole = "incomplete"
-            forms += lacking
-        if whole == "right" and forms:
-            whole = "right except for form"
+        check = self._conclude(ask, truth.sample, lines, lacking)
+        exact = bool(judged) and all(proven)
+        return replace(check, exact=exact, notes=(*reading.notes, *quantity.notes))
+
+    def _conclude(
+        self, ask: str, sample: Sample, lines: Sequence[Line], lacking: Sequence[str]
+    ) -> Check:
+        """Return the verdict on a whole answer, by those on its lines and what it lacks."""
+        forms = [form for line in lines for form in line.forms]
+        outcome: Outcome = "right except for form" if forms else "right"
+        if any(line.outcome == "wrong" for line in lines):
+            outcome, forms = "wrong", []
+        elif lacking:
+            outcome, forms = "incomplete", [*lacking, *forms]
         return Check(
             mechanism=self.mechanism.name,
             asked=ask,
-            outcome=whole,
+            outcome=outcome,
             lines=tuple(lines),
-            states=truth.sample.count,
-            varied=truth.sample.varied,
-            exact=exact,
+            states=sample.count,
+            varied=sample.varied,
             forms=tuple(dict.fromkeys(forms)),
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
-            notes=(*reading.notes, *quantity.notes),
         )
 
     def _explain_matrix(
@@ -377,9 +368,7 @@ class Checker:
         truth, statements, letters = self.truth, reading.statements, reading.letters
         equations = residuals(statements, truth, truth.sample, text)
         numbers = self._with_numbers(equations, statements, text)
-        forms = []
-        if numbers:
-            forms, equations = ["right for these values of the parameters only"], numbers
+        equations = numbers or equations
         defined = {name: node for name, node in letters.defined.items() if "'" not in name}
         explained = [
             self._explain_rounding(residual, text) or causes
@@ -400,31 +389,18 @@ class Checker:
             if lines[-1].outcome != "wrong":
                 sound.append(residual)
         wrong = [residual for residual in equations if not residual.holds]
-        bad = any(line.outcome == "wrong" for line in lines)
-        outcome: Outcome = "wrong" if bad else "right"
         nv = self.mechanism.nv
         missing = count_missing(sound) if sound else nv
-        if not bad:
-            if missing:
-                outcome = "incomplete"
-                forms.append(f"{missing} of {nv} equations missing")
-            forms += [form for line in lines for form in line.forms]
-            if outcome == "right" and forms:
-                outcome = "right except for form"
-        return Check(
-            mechanism=self.mechanism.name,
-            asked="equation of motion",
-            outcome=outcome,
-            lines=tuple(lines),
-            states=truth.sample.count,
-            varied=equations[0].sample.varied,
-            exact=not bad and proven,
-            forms=tuple(dict.fromkeys(forms)),
-            causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
+        lacking = [f"{missing} of {nv} equations missing"] if missing else []
+        check = self._conclude("equation of motion", equations[0].sample, lines, lacking)
+        check = replace(
+            check,
+            exact=check.outcome != "wrong" and proven,
             at=_state(max(wrong, key=lambda residual: residual.worst)) if wrong else None,
             independent=nv - missing,
             notes=reading.notes,
         )
+        return _with_form(check, _VALUES_ONLY) if numbers else check
 
     def _explain_rounding(self, residual: Residual, text: str) -> tuple[Mistake, ...]:
         """Return the rounded number that explains a wrong equation, if there is one."""
@@ -471,6 +447,15 @@ class Checker:
             statements, truth, truth.with_numbers(frozenset(parameters & written)), text
         )
         return again if all(residual.holds for residual in again) else []
+
+
+_VALUES_ONLY = "right for these values of the parameters only"
+
+
+def _with_form(check: Check, *forms: str) -> Check:
+    """Return a verdict with further deviations from the requested form."""
+    outcome: Outcome = "right except for form" if check.outcome == "right" else check.outcome
+    return replace(check, outcome=outcome, forms=tuple(dict.fromkeys((*forms, *check.forms))))
 
 
 def _line(residual: Residual, causes: tuple[Mistake, ...], factor: str, *, sound: bool) -> Line:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import reduce
+from functools import cache, reduce
 from operator import mul
-from typing import Any, final
+from typing import Any, TypeAlias, final
 
 import numpy as np
+import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.budget import spend
-from mecanique.checking.grammar.tree import Node
+from mecanique.checking.grammar.tree import SLOPES, Node, letter
 from mecanique.errors import FormulaError
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -33,23 +34,8 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sign": np.sign,
 }
 
-_SLOPES: dict[str, Callable[[Any], Any]] = {
-    "sin": np.cos,
-    "cos": lambda x: -np.sin(x),
-    "tan": lambda x: 1 / np.cos(x) ** 2,
-    "asin": lambda x: 1 / np.sqrt(1 - x * x),
-    "acos": lambda x: -1 / np.sqrt(1 - x * x),
-    "atan": lambda x: 1 / (1 + x * x),
-    "sinh": np.cosh,
-    "cosh": np.sinh,
-    "tanh": lambda x: 1 / np.cosh(x) ** 2,
-    "exp": np.exp,
-    "log": lambda x: 1 / x,
-    "sqrt": lambda x: 0.5 / np.sqrt(x),
-    "abs": np.sign,
-    "sign": np.zeros_like,
-}
-
+Rows: TypeAlias = npt.NDArray[np.intp]
+"""Numbers of states, or of paths."""
 
 _MOST_NUMBERS = 2_000_000
 """Largest number of values of parts that are kept at once, in 16 MB."""
@@ -117,11 +103,17 @@ class FormulaTape:
                 sizes.append(np.broadcast_to(size, (count,)))
         return FormulaValues(results, sizes)
 
-    def blocks(self, count: int) -> Iterator[slice]:
-        """Yield slices of the states in which all parts can be evaluated without much memory."""
+    def blocks(self, letters: Mapping[str, Array], count: int) -> Iterator[FormulaValues]:
+        """Yield the values in some of the states after others, so as not to need much memory."""
         step = max(1, _MOST_NUMBERS // len(self.nodes))
         for start in range(0, count, step):
-            yield slice(start, start + step)
+            some = slice(start, start + step)
+            block = {name: value[some] for name, value in letters.items()}
+            yield self.evaluate(block, len(range(count)[some]))
+
+    def whole(self, letters: Mapping[str, Array], count: int) -> Array:
+        """Return the value of the formula, shape (count,); letters (count,)."""
+        return np.concatenate([values.whole for values in self.blocks(letters, count)])
 
     def slopes(self, values: FormulaValues) -> list[Array]:
         """Return the derivative of the whole with respect to each part, each shape (n,)."""
@@ -212,12 +204,22 @@ def _partials(node: Node, below: list[Array]) -> list[Any]:
         case "power":
             base, exponent = below
             return [exponent * np.power(base, exponent - 1), 0.0]
-    if node.kind == "call" and node.name in _SLOPES:
-        return [_SLOPES[node.name](below[0])]
+    if node.kind == "call" and node.name in SLOPES:
+        slope = _slope_of(node.name)
+        return [slope.evaluate({_ARGUMENT: below[0]}, len(below[0])).whole]
     if node.name == "atan2":
         square = below[0] ** 2 + below[1] ** 2
         return [below[1] / square, -below[0] / square]
     return [0.0] * len(below)
+
+
+_ARGUMENT = "x"
+
+
+@cache
+def _slope_of(name: str) -> FormulaTape:
+    """Return the derivative of a function of one argument."""
+    return FormulaTape(SLOPES[name](letter(_ARGUMENT)))
 
 
 def needed_values(tape: FormulaTape, values: FormulaValues, target: Array) -> list[Array]:
@@ -272,13 +274,24 @@ def _root(target: Array, below: list[Array]) -> Array:
     return np.where((target < 0) & ~odd, np.nan, signed)
 
 
-def halve(
-    value: Callable[[Array], Array], first: Array, low: Array, high: Array, rounds: int
-) -> Array:
-    """Return where values (k,) or (k, m) turn away from those at the lower ends, shape (k,)."""
-    for _ in range(rounds if len(low) else 0):
+def find_sign_changes(
+    value: Callable[[Rows, Array], Array], count: int, grid: Array, halvings: int
+) -> tuple[Rows, Array, Array]:
+    """Return where values (k,) or (k, m) of rows turn away from those before, along a grid.
+
+    Returns:
+        The row and the place of each change, and what is left there of the value before: a jump
+        from one sign to the other, at which more is left, is a pole, no root.
+    """
+    rows = np.repeat(np.arange(count), len(grid))
+    table = value(rows, np.tile(grid, count)).reshape(count, len(grid), -1)
+    row, step = np.nonzero((table[:, :-1] * table[:, 1:]).sum(axis=2) < 0)
+    first, low, high = table[row, step], grid[step], grid[step + 1]
+    if not len(row):
+        return row, low, low
+    for _ in range(halvings):
         middle = (low + high) / 2
-        products = (value(middle) * first).reshape(len(low), -1)
-        before = products.sum(axis=1) > 0
+        before = (value(row, middle).reshape(len(row), -1) * first).sum(axis=1) > 0
         low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return low
+    left = np.linalg.norm(value(row, low).reshape(len(row), -1), axis=1)
+    return row, low, np.asarray(left / np.linalg.norm(first, axis=1))

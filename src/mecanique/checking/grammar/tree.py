@@ -157,12 +157,12 @@ def call(name: str, *arguments: Node) -> Node:
     return compound("call", *arguments, name=name)
 
 
-_SLOPES: dict[str, Callable[[Node], Node]] = {
+SLOPES: dict[str, Callable[[Node], Node]] = {
     "sin": lambda x: call("cos", x),
     "cos": lambda x: negate(call("sin", x)),
     "tan": lambda x: divide(number(1), raise_to(call("cos", x), number(2))),
     "asin": lambda x: divide(number(1), call("sqrt", add(number(1), negate(_square(x))))),
-    "acos": lambda x: negate(_SLOPES["asin"](x)),
+    "acos": lambda x: negate(SLOPES["asin"](x)),
     "atan": lambda x: divide(number(1), add(number(1), _square(x))),
     "sinh": lambda x: call("cosh", x),
     "cosh": lambda x: call("sinh", x),
@@ -170,6 +170,8 @@ _SLOPES: dict[str, Callable[[Node], Node]] = {
     "exp": lambda x: call("exp", x),
     "log": lambda x: divide(number(1), x),
     "sqrt": lambda x: divide(number(1), multiply(number(2), call("sqrt", x))),
+    "abs": lambda x: call("sign", x),
+    "sign": lambda _: number(0),
 }
 """The derivatives of functions of one argument."""
 
@@ -215,8 +217,8 @@ def _rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
         inner = _rate(node.parts[0], rates)
         if inner.is_zero and all(_rate(part, rates).is_zero for part in node.parts[1:]):
             return number(0)
-        if node.name in _SLOPES:
-            return multiply(_SLOPES[node.name](node.parts[0]), inner)
+        if node.name in SLOPES:
+            return multiply(SLOPES[node.name](node.parts[0]), inner)
     raise FormulaError(f"the time derivative of {node.name or 'a table'} is not known here")
 
 

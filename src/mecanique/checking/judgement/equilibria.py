@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 from typing import final
 
@@ -18,7 +17,7 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.checking.budget import stop_clock
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import FormulaTape, halve
+from mecanique.checking.grammar.tape import FormulaTape, Rows, find_sign_changes
 from mecanique.checking.grammar.tree import Node, add, negate
 from mecanique.checking.judgement.truth import Truth, stack, stack_mass
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -147,9 +146,7 @@ class Equilibria:
             return {}
         return dict(zip(self.felt, q.T, strict=True))
 
-    def _relax(
-        self, states: npt.NDArray[np.intp], q: Array, longest: float
-    ) -> tuple[Array, Array, Array]:
+    def _relax(self, states: Rows, q: Array, longest: float) -> tuple[Array, Array, Array]:
         """Return positions after Newton's method, with forces and stiffness there."""
         size = np.array([self.size[name] for name in self.felt])
         slopes = [self._differentiate(force) for force in self._forces]
@@ -166,7 +163,7 @@ class Equilibria:
 
     def _linearize(
         self,
-        states: npt.NDArray[np.intp],
+        states: Rows,
         q: Array,
         slopes: Sequence[Sequence[Series]],
         size: Array,
@@ -181,7 +178,7 @@ class Equilibria:
                 stiffness[:, i, j] = evaluated(slope) * size[j] / self._usual[i]
         return self._balance(values), stiffness
 
-    def _is_regular(self, states: npt.NDArray[np.intp], q: Array) -> npt.NDArray[np.bool_]:
+    def _is_regular(self, states: Rows, q: Array) -> npt.NDArray[np.bool_]:
         """Whether each coordinate moves mass: at r = 0, say, an angle about it means nothing."""
         values = {name: value[states] for name, value in self.at_zero.items()}
         values |= dict(zip(self.felt, q.T, strict=True))
@@ -348,23 +345,12 @@ def _solve(
     grid = np.linspace(-reach, reach, _GRID) + 0.000271 * reach
     tape = FormulaTape(root)
 
-    def evaluate(states: npt.NDArray[np.intp], numbers: Array) -> Array:
-        heights = np.empty(len(numbers))
-        for some in tape.blocks(len(numbers)):
-            letters = {letter: value[states[some]] for letter, value in values.items()}
-            letters[name] = numbers[some]
-            heights[some] = tape.evaluate(letters, len(letters[name])).whole
-        return heights
+    def evaluate(states: Rows, numbers: Array) -> Array:
+        letters = {letter: value[states] for letter, value in values.items()}
+        return tape.whole({**letters, name: numbers}, len(numbers))
 
-    states, steps = np.repeat(np.arange(count), _GRID), np.tile(grid, count)
-    table = evaluate(states, steps).reshape(count, _GRID)
-    at, place = np.nonzero(table[:, :-1] * table[:, 1:] < 0)
-    first = table[at, place]
-    low = halve(partial(evaluate, at), first, grid[place], grid[place + 1], _HALVINGS)
-    ends = evaluate(at, low) if len(at) else first
-    # a jump from one sign to the other is a pole, not a root
-    roots = np.abs(ends) < np.abs(first) + 1e-300
+    at, moved, left = find_sign_changes(evaluate, count, grid, _HALVINGS)
+    roots = left < 1
     if not roots.any():
         raise FormulaError(f"the condition holds at no {name} of any state", text, statement.start)
-    moved = {letter: value[at[roots]] for letter, value in values.items()}
-    return {**moved, name: low[roots]}
+    return {**{letter: value[at[roots]] for letter, value in values.items()}, name: moved[roots]}

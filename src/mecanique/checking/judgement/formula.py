@@ -14,11 +14,11 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import FormulaTape, needed_values
+from mecanique.checking.grammar.tape import FormulaTape, Rows, find_sign_changes, needed_values
 from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import TOLERANCE, Residual
-from mecanique.checking.judgement.quantities import AskedQuantity, measure
+from mecanique.checking.judgement.quantities import AskedQuantity, measure, momentum_letters
 from mecanique.checking.judgement.truth import Sample, Truth, stack
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
@@ -40,7 +40,6 @@ class Judged:
     # definitions of further letters in it
     series: Mapping[str, Series] = field(default_factory=dict)
     fault: str = ""  # why it is no answer although it is true, or empty
-    covers: frozenset[int] = frozenset()  # which of several values it holds for
     missing: tuple[str, ...] = ()  # what the whole answer lacks, in words
     rounding: str = ""  # the rounded number that explains a small difference
 
@@ -184,7 +183,8 @@ def _residual(
 def _judge_matrix(
     statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
-    table = _find_table(statements)
+    tables = (side for line in statements for side in line.sides if side.kind == "table")
+    table = next(tables, None)
     true, nv = quantity.values, len(truth.velocities)
     assert true is not None
     statement = statements[0]
@@ -216,8 +216,9 @@ def _judge_matrix(
     for k, entry in enumerate(entries):
         i, j = divmod(k, nv)
         far = _worst(np.abs(M - true)[:, i, j] / size[:, i, j])
-        place = replace(statement, sides=(entry,), text=_quote(entry, text, i, j))
-        residual = _of_entry(entry, place, truth, true[:, i, j])
+        written = " ".join(text[entry.start : entry.end].split())
+        place = replace(statement, sides=(entry,), text=f"entry {i + 1}, {j + 1}: {written}")
+        residual = _residual(place, truth, sample, {_ENTRY: true[:, i, j]}, _ENTRY, "")
         series = {_ENTRY: quantity.series[str(k)]}
         judged.append(_judge_residual(residual, far, series))
     return judged
@@ -237,25 +238,9 @@ _ENTRY = "#entry"
 _NOTHING = "#nothing"
 
 
-def _of_entry(entry: Node, place: Statement, truth: Truth, true: Array) -> Residual:
-    return _residual(place, truth, truth.sample, {_ENTRY: true}, _ENTRY, "")
-
-
-def _quote(entry: Node, text: str, i: int, j: int) -> str:
-    return f"entry {i + 1}, {j + 1}: {' '.join(text[entry.start : entry.end].split())}"
-
-
 def _worst(relative: Array) -> float:
     known = relative[np.isfinite(relative)]
     return float(known.max(initial=0.0)) if len(known) else np.inf
-
-
-def _find_table(statements: Sequence[Statement]) -> Node | None:
-    for statement in statements:
-        for side in statement.sides:
-            if side.kind == "table":
-                return side
-    return None
 
 
 def _judge_constant(
@@ -308,7 +293,7 @@ def _judge_several(
 ) -> list[Judged]:
     """Judge frequencies; periods and frequencies in 1/s are converted."""
     assert quantity.values is not None
-    all_judged = []
+    all_judged, covered = list[Judged](), set[int]()
     for statement in statements:
         # a number alone says by its unit what it is
         said = [name for unit, name in _MEASURES if unit.search(statement.text)]
@@ -323,14 +308,19 @@ def _judge_several(
             "" if residual.worst <= TOLERANCE else find_rounding(residual, text)
             for residual in tried
         ]
-        covers = frozenset(
+        covers = {
             k for k, residual in enumerate(tried) if residual.worst <= TOLERANCE or rounded[k]
-        )
+        }
         k = min(range(len(tried)), key=lambda k: tried[k].worst)
         # an equation of several frequencies holds for each of them
         fault = _find_emptiness(tried[k], used[k], alone=len(tried) == 1) if covers else ""
-        judged = Judged(statement, tried[k], tried[k].worst, fault=fault, covers=covers)
-        all_judged.append(replace(judged, rounding=rounded[k]))
+        judged = Judged(statement, tried[k], tried[k].worst, fault=fault, rounding=rounded[k])
+        all_judged.append(judged)
+        covered |= covers
+    lacking = len(quantity.values) - len(covered)
+    if lacking:
+        missing = f"{lacking} of {len(quantity.values)} frequencies missing"
+        all_judged[0] = replace(all_judged[0], missing=(missing,))
     return all_judged
 
 
@@ -439,9 +429,9 @@ def _judge_canonical(
         if judged.holds and equation is not None:
             # the letters of one momentum are one unknown
             momenta = []
-            for group in _group_momenta(truth):
-                written = [name for name in rates if name in group]
-                momenta.append(_add_slopes(equation, written))
+            for k in range(len(truth.velocities)):
+                letters = [f"{name}'" for name in momentum_letters(truth, k)]
+                momenta.append(_add_slopes(equation, letters))
             velocities = [_add_slopes(equation, [name]) for name in truth.velocities]
             rows.append(np.stack([*velocities, *momenta], axis=-1))
     rank = int(np.linalg.matrix_rank(np.stack(rows, axis=1)[0])) if rows else 0
@@ -458,12 +448,6 @@ def _add_slopes(residual: Residual, names: Sequence[str]) -> Array:
     for name in names:
         total = total + residual.tape.along(residual.slopes, name)
     return total
-
-
-def _group_momenta(truth: Truth) -> list[set[str]]:
-    names = [velocity.removesuffix("'") for velocity in truth.velocities]
-    groups = [{f"p{name}'", f"p{k + 1}'"} for k, name in enumerate(names)]
-    return [groups[0] | {"p'"}] if len(names) == 1 else groups
 
 
 _WIDEST_RATE = 3.0
@@ -533,17 +517,19 @@ def _find_foreign_rate(residual: Residual, roots: Array, name: str, reach: float
     """Return why an equation also holds for other rates, "" if it does not."""
     count = residual.sample.count
     grid = np.linspace(-reach, reach, 401) * 1.00037
-    table = np.empty((len(grid), count))
-    for k, turning in enumerate(grid):
-        values = {**residual.sample.values, name: np.full(count, turning)}
-        table[k] = residual.tape.evaluate(values, count).whole
-    step, state = np.nonzero(table[:-1] * table[1:] < 0)
-    near = np.abs(roots[:, state] - (grid[step] + grid[step + 1]) / 2)
-    width = grid[1] - grid[0]
-    foreign = ~(near <= 2 * width).any(axis=0)
+
+    def evaluate(states: Rows, rates: Array) -> Array:
+        letters = {
+            letter: np.broadcast_to(value, (count,))[states]
+            for letter, value in residual.sample.values.items()
+        }
+        return residual.tape.whole({**letters, name: rates}, len(rates))
+
+    state, place, _ = find_sign_changes(evaluate, count, grid, 0)
+    foreign = ~(np.abs(roots[:, state] - place) <= 3 * (grid[1] - grid[0])).any(axis=0)
     if foreign.any() and not np.isnan(roots[:, state[foreign]]).all():
         return f"it holds for other values of {name}, too"
-    if (np.abs(table) == 0).all():
+    if not evaluate(np.repeat(np.arange(count), len(grid)), np.tile(grid, count)).any():
         return f"it holds for any {name}"
     return ""
 

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property, partial, reduce
 from itertools import combinations, pairwise
-from typing import Any, final
+from typing import Any, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import FormulaTape, FormulaValues, halve
+from mecanique.checking.grammar.tape import FormulaTape, FormulaValues, Rows, find_sign_changes
 from mecanique.checking.grammar.tree import Node, add, divide, multiply, negate
 from mecanique.checking.judgement.truth import Sample, Truth, stack_mass
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.errors import FormulaError
 from mecanique.model.random_positions import angles
+
+Table: TypeAlias = npt.NDArray[np.object_]
+"""A matrix of formulas."""
 
 
 def write_out(node: Node) -> list[Node]:
@@ -26,85 +29,67 @@ def write_out(node: Node) -> list[Node]:
     expanded = _expand(node)
     if isinstance(expanded, Node):
         return [expanded]
-    if min(expanded.rows, expanded.columns) > 1:
+    if min(expanded.shape) > 1:
         raise FormulaError("expected an equation, got a matrix")
-    return expanded.entries
+    return list(expanded.flat)
 
 
-@final
-@dataclass(frozen=True)
-class _Matrix:
-    """A matrix of formulas."""
-
-    rows: int
-    columns: int
-    entries: list[Node]  # row by row
-
-
-def _expand(node: Node) -> _Matrix | Node:
+def _expand(node: Node) -> Table | Node:
     if all(part.kind != "table" for part in node.walk()):
         return node
+    if node.kind == "table":
+        table = np.empty(len(node.parts), dtype=object)
+        table[:] = node.parts
+        return table.reshape(-1, node.columns)
+    parts = [_expand(part) for part in node.parts]
     match node.kind:
-        case "table":
-            return _Matrix(len(node.parts) // node.columns, node.columns, list(node.parts))
         case "negative":
-            inner = _expand(node.parts[0])
-            assert isinstance(inner, _Matrix)
-            return _Matrix(inner.rows, inner.columns, [negate(entry) for entry in inner.entries])
+            return _each(negate, parts[0])
         case "sum":
-            total, *terms = map(_expand, node.parts)
-            for term in terms:
-                total = _add(total, term)
-            return total
+            return reduce(_add, parts)
         case "product":
-            product, *factors = map(_expand, node.parts)
-            for factor in factors:
-                product = _multiply(product, factor)
-            return product
-        case "quotient":
-            above, below = map(_expand, node.parts)
-            if isinstance(above, _Matrix) and isinstance(below, Node):
-                divided = [divide(entry, below) for entry in above.entries]
-                return _Matrix(above.rows, above.columns, divided)
+            return reduce(_multiply, parts)
+        case "quotient" if isinstance(parts[1], Node):
+            below = parts[1]
+            return _each(lambda entry: divide(entry, below), parts[0])
     raise FormulaError("expected an equation, got a matrix")
 
 
-def _add(a: _Matrix | Node, b: _Matrix | Node) -> _Matrix | Node:
+def _each(change: Callable[[Node], Node], table: Any) -> Table:
+    return np.asarray(np.frompyfunc(change, 1, 1)(table))
+
+
+def _add(a: Table | Node, b: Table | Node) -> Table | Node:
     if isinstance(a, Node) and isinstance(b, Node):
         return add(a, b)
     if isinstance(a, Node) or isinstance(b, Node):
-        matrix, b_entry = (b, a) if isinstance(a, Node) else (a, b)
-        if isinstance(b_entry, Node) and b_entry.is_zero:
+        matrix, entry = (b, a) if isinstance(a, Node) else (a, b)
+        if isinstance(entry, Node) and entry.is_zero:
             return matrix
         raise FormulaError("a matrix and a formula cannot be added")
-    if (a.rows, a.columns) != (b.rows, b.columns):
-        raise FormulaError(
-            f"a matrix of {a.rows} × {a.columns} and one of {b.rows} × {b.columns} cannot be added"
-        )
-    pairs = zip(a.entries, b.entries, strict=True)
-    return _Matrix(a.rows, a.columns, [add(a_entry, b_entry) for a_entry, b_entry in pairs])
+    if a.shape != b.shape:
+        raise FormulaError(f"a matrix of {_size(a)} and one of {_size(b)} cannot be added")
+    return np.asarray(np.frompyfunc(add, 2, 1)(a, b))
 
 
-def _multiply(a: _Matrix | Node, b: _Matrix | Node) -> _Matrix | Node:
+def _size(table: Table) -> str:
+    return f"{table.shape[0]} × {table.shape[1]}"
+
+
+def _multiply(a: Table | Node, b: Table | Node) -> Table | Node:
+    if isinstance(a, Node) and isinstance(b, Node):
+        return multiply(a, b)
     if isinstance(a, Node):
-        if isinstance(b, Node):
-            return multiply(a, b)
-        return _Matrix(b.rows, b.columns, [multiply(a, entry) for entry in b.entries])
+        return _each(partial(multiply, a), b)
     if isinstance(b, Node):
-        return _Matrix(a.rows, a.columns, [multiply(entry, b) for entry in a.entries])
-    if a.columns != b.rows:
-        raise FormulaError(
-            f"a matrix of {a.rows} × {a.columns} cannot be multiplied by one of "
-            f"{b.rows} × {b.columns}"
-        )
-    entries = []
-    for i in range(a.rows):
-        for j in range(b.columns):
-            row = a.entries[i * a.columns : (i + 1) * a.columns]
-            column = b.entries[j :: b.columns]
-            pairs = zip(row, column, strict=True)
-            entries.append(add(*(multiply(a_entry, b_entry) for a_entry, b_entry in pairs)))
-    return _Matrix(a.rows, b.columns, entries)
+        factor = b
+        return _each(lambda entry: multiply(entry, factor), a)
+    if a.shape[1] != b.shape[0]:
+        raise FormulaError(f"a matrix of {_size(a)} cannot be multiplied by one of {_size(b)}")
+    product = np.empty((len(a), b.shape[1]), dtype=object)
+    for i, j in np.ndindex(product.shape):
+        product[i, j] = add(*map(multiply, a[i], b[:, j]))
+    return product
 
 
 TOLERANCE = 1e-8
@@ -241,45 +226,32 @@ class Residual:
         directions = np.random.default_rng(0).normal(size=(_LINES, len(names))) * scale
         states = np.repeat(np.arange(count), _LINES)
         way = np.tile(directions, (count, 1))
-        near, far = (self._follow(states, way, sign * _REACHES) for sign in (-1.0, 1.0))
-        touches = near[:, 0] * far[:, 0] > 0
-        if touches.mean() > 0.5:
+        letters = {
+            name: np.broadcast_to(value, (count,))[states]
+            for name, value in self.sample.letters.items()
+        }
+
+        def follow(lines: Rows, steps: Array) -> Array:
+            """Return its values at steps along lines from the true accelerations."""
+            moved = self.sample.a[states[lines]] + steps[:, None] * way[lines]
+            some = {name: value[lines] for name, value in letters.items()}
+            some |= dict(zip(names, moved.T, strict=True))
+            return self.tape.whole(some, len(lines))
+
+        every, step = np.arange(len(states)), np.full(len(states), _REACHES[0])
+        if (follow(every, -step) * follow(every, step) > 0).mean() > 0.5:
             return "it only touches zero: a square or a magnitude does not determine accelerations"
-        for sign, table in ((-1.0, near), (1.0, far)):
-            row, step = np.nonzero(table[:, :-1] * table[:, 1:] < 0)
-            near_ends, far_ends = sign * _REACHES[step], sign * _REACHES[step + 1]
-            first = table[row, step]
-            follow = partial(self._value_at, states[row], way[row])
-            low = halve(follow, first, near_ends, far_ends, _HALVINGS)
-            left = follow(low)
-            # a jump from one sign to the other is a pole, no root
-            roots = np.flatnonzero(np.abs(left) < _ROOT * np.abs(first))
+        for reaches in (-_REACHES, _REACHES):
+            lines, steps, left = find_sign_changes(follow, len(states), reaches, _HALVINGS)
+            roots = np.flatnonzero(left < _ROOT)
             if len(roots):
-                k = roots[0]
-                a = self.sample.a[states[row[k]]]
-                wrong = a + low[k] * way[row[k]]
+                line, reach = lines[roots[0]], steps[roots[0]]
+                a = self.sample.a[states[line]]
+                wrong = a + reach * way[line]
                 said = ", ".join(f"{name} = {x:.4g}" for name, x in zip(names, wrong, strict=True))
                 true = ", ".join(f"{x:.4g}" for x in a)
                 return f"it holds for other motions, too, as for {said} instead of {true}"
         return ""
-
-    def _value_at(self, states: npt.NDArray[np.intp], way: Array, steps: Array) -> Array:
-        return self._follow(states, way, steps[:, None])[:, 0]
-
-    def _follow(self, states: npt.NDArray[np.intp], way: Array, steps: Array) -> Array:
-        """Return its values at steps from the true accelerations, shape (states, steps)."""
-        shape = np.broadcast_shapes((len(states), 1), steps.shape)
-        followed = np.empty(shape)
-        a = self.sample.a[states]
-        letters = {
-            name: np.broadcast_to(value, (self.sample.count,))[states]
-            for name, value in self.sample.letters.items()
-        }
-        for k in range(shape[1]):
-            moved = a + np.broadcast_to(steps, shape)[:, k, None] * way
-            some = dict(zip(self.truth.accelerations, moved.T, strict=True))
-            followed[:, k] = self.tape.evaluate({**letters, **some}, len(states)).whole
-        return followed
 
     @cached_property
     def has_factor_of_velocities(self) -> bool:
@@ -379,8 +351,6 @@ _FACTOR_HALVINGS = 40
 _ZERO = 1e-7
 """A factor vanishes if it is below this part of its value a step before."""
 
-Numbers = npt.NDArray[Any]
-
 
 @final
 class CommonFactors:
@@ -399,22 +369,13 @@ class CommonFactors:
             return ""
         if residual.root.letters & set(truth.sample.lengths):
             return ""
-        paths = np.repeat(np.arange(len(self._starts)), _STEPS)
-        along = np.tile(np.linspace(0.0, 1.0, _STEPS), len(self._starts))
-        weights = self._weigh(residual.tape, paths, along).reshape(len(self._starts), _STEPS, -1)
-        product = np.einsum("psv,psv->ps", weights[:, :-1], weights[:, 1:])
-        path, step = np.nonzero(product < 0)
-        if not len(path):
-            return ""
-        low: Numbers = step / (_STEPS - 1)
-        high: Numbers = (step + 1) / (_STEPS - 1)
-        first = weights[path, step]
-        low = halve(partial(self._weigh, residual.tape, path), first, low, high, _FACTOR_HALVINGS)
-        left = np.linalg.norm(self._weigh(residual.tape, path, low), axis=1)
-        vanishes = left <= _ZERO * np.linalg.norm(first, axis=1)
+        weigh = partial(self._weigh, residual.tape)
+        grid, count = np.linspace(0.0, 1.0, _STEPS), len(self._starts)
+        paths, along, left = find_sign_changes(weigh, count, grid, _FACTOR_HALVINGS)
+        vanishes = left <= _ZERO
         if not vanishes.any():
             return ""
-        where = self._name(path[vanishes], low[vanishes])
+        where = self._name(paths[vanishes], along[vanishes])
         return f"multiplied by a factor that vanishes where {where}: it says nothing there"
 
     def sample_paths(self) -> tuple[dict[str, Array], Array, int]:
@@ -442,7 +403,7 @@ class CommonFactors:
                 steps[name] = np.roll(values[name], 1 + k)[starts] - values[name][starts]
         return steps
 
-    def _locate(self, paths: Numbers, along: Array) -> dict[str, Array]:
+    def _locate(self, paths: Rows, along: Array) -> dict[str, Array]:
         """Return the value of each letter at points of paths."""
         positions = {
             name: np.broadcast_to(value, (self._truth.sample.count,))[paths]
@@ -452,24 +413,25 @@ class CommonFactors:
             name: positions[name] + along * step[paths] for name, step in self._steps.items()
         }
 
-    def _weigh(self, tape: FormulaTape, paths: Numbers, along: Array) -> Array:
+    def _weigh(self, tape: FormulaTape, paths: Rows, along: Array) -> Array:
         """Return the weight of each true equation, shape (k, nv)."""
         derivation = self._truth.closed_form
         letters = self._locate(paths, along)
         n, nv = len(paths), len(derivation.M)
         by = np.empty((n, nv))
-        for some in tape.blocks(n):
-            values = tape.evaluate({k: x[some] for k, x in letters.items()}, len(paths[some]))
-            slopes = tape.slopes(values)
+        done = 0
+        for values in tape.blocks(letters, n):
+            slopes, some = tape.slopes(values), slice(done, done + len(values.whole))
             for column, name in enumerate(self._truth.accelerations):
                 by[some, column] = tape.along(slopes, name)
+            done = some.stop
         evaluated = Evaluation(derivation.algebra.ring, letters)
         M = stack_mass(derivation, evaluated, n)
         whole = np.isfinite(M).all((1, 2)) & np.isfinite(by).all(1)
         M[~whole], by[~whole] = np.eye(nv), 0.0
         return np.asarray((np.linalg.pinv(M) @ by[..., None])[..., 0])
 
-    def _name(self, paths: Numbers, along: Array) -> str:
+    def _name(self, paths: Rows, along: Array) -> str:
         """Return a condition that holds at some points: on a sine or cosine, or values."""
         letters = self._locate(paths, along)
         for formula, value in self._conditions(letters):

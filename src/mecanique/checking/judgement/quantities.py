@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal, TypeAlias, final
+from typing import Literal, NamedTuple, TypeAlias, final
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import read
 from mecanique.checking.grammar.tape import FormulaTape
 from mecanique.checking.judgement.equilibria import INTEGERS, Equilibria
-from mecanique.checking.judgement.truth import Sample, Truth, stack
+from mecanique.checking.judgement.truth import Sample, Truth, stack, value_of
 from mecanique.derivation import derive
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
@@ -22,7 +22,7 @@ from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, UnknownNameError
 from mecanique.model.mechanism_units import units
-from mecanique.model.units import Dimension, read_unit
+from mecanique.model.units import Dimension, divide, read_unit
 
 Kind: TypeAlias = Literal[
     "value",
@@ -74,52 +74,24 @@ _ZERO = np.zeros(())
 _UNNAMED = "#quantity"
 """What is asked for where all its usual letters are taken."""
 
-_FREQUENCY = ("omega", "omega0", "omegan", "w", "f", "nu", "T", "T0")
-_LETTERS = {
-    "kinetic energy": ("T", "Ek", "Ekin", "KE", "K"),
-    "potential energy": ("V", "U", "Ep", "Epot", "PE"),
-    "Lagrangian": ("L", "Lagrangian"),
-    "energy": ("E", "H", "h"),
-    "mass matrix": (),
-    "momentum": ("p",),
-    "conserved quantity": (*"EHhCcpALJKk", "C1", "C2", "c1", "c2", "Lz", "const"),
-    "frequency": _FREQUENCY,
-    "undamped frequency": _FREQUENCY,
-    "damped frequency": (*_FREQUENCY, "omegad", "wd"),
-    "steady motion": (),
-    "Hamiltonian": ("H", "E"),
-    "Hamilton's equations": (),
-    "equilibrium force": (),
-    "transfer function": ("G", "H"),
-    "equilibrium": (),
-    "reaction": (),
-}
-
 _NUMBERED = ("omega", "w", "f", "nu", "T")
 """Letters of frequencies and periods that may be numbered, as omega1."""
-
-_OF = ("momentum", "equilibrium", "transfer function")
-"""Questions that may name a coordinate or a body."""
-
-_AT = ("frequency", "undamped frequency", "damped frequency", "transfer function")
-"""Questions that may name a position."""
-
-QUESTIONS = ("equation of motion", *_LETTERS)
-"""The possible questions."""
 
 
 def ask_for(truth: Truth, question: str) -> AskedQuantity:
     """Return the quantity that a question asks for."""
     asked, _, position = question.partition(" at ")
     name, _, what = asked.partition(" of ")
-    if name not in QUESTIONS or (what and name not in _OF) or (position and name not in _AT):
+    known = _QUESTIONS.get(name)
+    if known is None or (what and not known.of) or (position and not known.at):
         raise UnknownNameError("question", question, QUESTIONS)
     if truth.derivation is None:
         raise InputError(
             f"the equations of {truth.mechanism.name!r} have no closed form, with which a "
             f"{name} could be compared"
         )
-    return _keep_letters(_Asked(truth, position).find(name, what), truth.sample.values)
+    quantity = known.find(_Asked(truth, known.letters, position), name, what)
+    return _keep_letters(quantity, truth.sample.values)
 
 
 def _keep_letters(quantity: AskedQuantity, taken: Container[str]) -> AskedQuantity:
@@ -136,39 +108,18 @@ def _keep_letters(quantity: AskedQuantity, taken: Container[str]) -> AskedQuanti
 class _Asked:
     """Computes true values."""
 
-    def __init__(self, truth: Truth, position: str = "") -> None:
+    def __init__(self, truth: Truth, letters: tuple[str, ...], position: str) -> None:
         self._truth = truth
         self._sample = truth.sample
+        self._letters = letters
         self._position = locate(truth, position) if position else {}
-
-    def find(self, name: str, what: str) -> AskedQuantity:
-        find: dict[str, Callable[[str, str], AskedQuantity]] = {
-            "kinetic energy": self._energy,
-            "potential energy": self._energy,
-            "Lagrangian": self._energy,
-            "energy": self._energy,
-            "mass matrix": self._mass,
-            "momentum": self._momentum,
-            "conserved quantity": self._constant,
-            "frequency": self._frequency,
-            "undamped frequency": self._frequency,
-            "damped frequency": self._frequency,
-            "steady motion": self._steady,
-            "Hamiltonian": self._hamiltonian,
-            "Hamilton's equations": self._canonical,
-            "equilibrium force": self._holding,
-            "transfer function": self._transfer,
-            "equilibrium": self._equilibrium,
-            "reaction": self._reactions,
-        }
-        return find[name](name, what)
 
     @cached_property
     def _lagrange(self) -> Lagrange:
         derivation = self._truth.derivation
         return Lagrange(self._truth.mechanism, derivation.algebra if derivation else None)
 
-    def _energy(self, name: str, _: str) -> AskedQuantity:
+    def energy(self, name: str, _: str) -> AskedQuantity:
         T, V = self._lagrange.T, self._lagrange.V
         series = {
             "kinetic energy": T,
@@ -177,31 +128,29 @@ class _Asked:
             "energy": T + V,
         }[name]
         values = self._value(series, self._sample.values)
-        joules = dict.fromkeys(_LETTERS[name], read_unit("N·m"))
-        if name == "kinetic energy":
-            exact = AskedQuantity(name, "value", _LETTERS[name], values, dimensions=joules)
-            return self._in_letters(exact, series)
-        moved = roll(self._truth, self._sample)
-        again = self._value(series, moved), moved
-        whole = AskedQuantity(
-            name, "up to a constant", _LETTERS[name], values, again, dimensions=joules
+        exact = AskedQuantity(
+            name,
+            "value",
+            self._letters,
+            values,
+            series=dict.fromkeys(self._letters, series),
+            dimensions=dict.fromkeys(self._letters, read_unit("N·m")),
         )
-        return self._in_letters(whole, series)
-
-    def _in_letters(self, quantity: AskedQuantity, series: Series) -> AskedQuantity:
-        return replace(quantity, series=dict.fromkeys(quantity.letters, series))
+        if name == "kinetic energy":
+            return exact
+        moved = roll(self._truth, self._sample)
+        return replace(exact, kind="up to a constant", again=(self._value(series, moved), moved))
 
     def _value(self, series: Series, values: Mapping[str, Array]) -> Array:
-        evaluated = Evaluation(series.ring, values)
-        return np.broadcast_to(np.asarray(evaluated(series), dtype=float), (self._sample.count,))
+        return value_of(series, values, self._sample.count)
 
-    def _mass(self, name: str, _: str) -> AskedQuantity:
+    def mass(self, name: str, _: str) -> AskedQuantity:
         derivation = self._truth.closed_form
         entries = [entry for row in derivation.M for entry in row]
         series = {str(k): entry for k, entry in enumerate(entries)}
         return AskedQuantity(name, "matrix", (), self._sample.M, series=series)
 
-    def _momentum(self, name: str, what: str) -> AskedQuantity:
+    def momentum(self, name: str, what: str) -> AskedQuantity:
         coordinates = [v.removesuffix("'") for v in self._truth.velocities]
         if not what and len(coordinates) > 1:
             raise InputError(
@@ -214,16 +163,19 @@ class _Asked:
         series = self._lagrange.T.diff(velocity)
         values = self._value(series, self._sample.values)
         letters = ("p", f"p{chosen}", f"p{coordinates.index(chosen) + 1}")
-        unit_of_velocity = units(self._truth.mechanism).get(velocity)
-        unit = (
-            {}
-            if unit_of_velocity is None
-            else dict.fromkeys(letters, _divide("N·m", unit_of_velocity))
+        unit = units(self._truth.mechanism).get(velocity)
+        dimension = None if unit is None else divide(read_unit("N·m"), read_unit(unit))
+        return AskedQuantity(
+            name,
+            "value",
+            letters,
+            values,
+            series=dict.fromkeys(letters, series),
+            dimensions={} if dimension is None else dict.fromkeys(letters, dimension),
+            velocity=velocity,
         )
-        whole = AskedQuantity(name, "value", letters, values, dimensions=unit, velocity=velocity)
-        return self._in_letters(whole, series)
 
-    def _reactions(self, name: str, _: str) -> AskedQuantity:
+    def reactions(self, name: str, _: str) -> AskedQuantity:
         derivation = balances(self._truth)
         reactions, components = {}, []
         for letter, series in derivation.reactions.items():
@@ -242,7 +194,7 @@ class _Asked:
             name, "letters", letters, values, None, reactions, derivation, notes=notes
         )
 
-    def _equilibrium(self, name: str, what: str) -> AskedQuantity:
+    def equilibrium(self, name: str, what: str) -> AskedQuantity:
         """Return the mechanism's equilibrium, or the balance of forces on one free body."""
         if not what:
             taken = KnownLetters.of(self._truth.mechanism).by_key
@@ -269,11 +221,11 @@ class _Asked:
             f"{name} of {what}", "free body", tuple(series), values, again, series, derivation
         )
 
-    def _constant(self, name: str, _: str) -> AskedQuantity:
+    def constant(self, name: str, _: str) -> AskedQuantity:
         momenta = [f"p{velocity.removesuffix(chr(39))}" for velocity in self._truth.velocities]
-        return AskedQuantity(name, "conserved", (*_LETTERS[name], *momenta))
+        return AskedQuantity(name, "conserved", (*self._letters, *momenta))
 
-    def _frequency(self, name: str, _: str) -> AskedQuantity:
+    def frequency(self, name: str, _: str) -> AskedQuantity:
         position, notes = self._position, list[str]()
         if not position and self._truth.derivation and not self._truth.mechanism.constrained:
             equilibria = Equilibria(self._truth)
@@ -296,7 +248,7 @@ class _Asked:
         numbered = [
             f"{letter}{k + 1}" for letter in _NUMBERED for k in range(len(self._truth.velocities))
         ]
-        letters = (*_LETTERS[name], *numbered)
+        letters = (*self._letters, *numbered)
         rate, time = read_unit("1/s"), read_unit("s")
         unit = {letter: time if letter.startswith("T") else rate for letter in letters}
         return AskedQuantity(
@@ -309,30 +261,24 @@ class _Asked:
 
     def _momenta(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return the canonical momenta by each of their letters."""
-        momenta = {}
+        momenta = dict[str, Array]()
         for k, velocity in enumerate(self._truth.velocities):
             value = self._value(self._lagrange.T.diff(velocity), values)
-            for letter in self._name_momentum(k):
-                momenta[letter] = value
+            momenta |= dict.fromkeys(momentum_letters(self._truth, k), value)
         return momenta
 
-    def _name_momentum(self, k: int) -> list[str]:
-        names = [v.removesuffix("'") for v in self._truth.velocities]
-        letters = [f"p{names[k]}", f"p{k + 1}", *(["p"] if len(names) == 1 else [])]
-        return [name for name in letters if name not in self._sample.values] or letters[:1]
-
-    def _hamiltonian(self, name: str, _: str) -> AskedQuantity:
+    def hamiltonian(self, name: str, _: str) -> AskedQuantity:
         """Return Σ p q' − L, as a function of positions and momenta."""
         moved = roll(self._truth, self._sample)
         momenta = self._momenta(self._sample.values)
         again = {**moved, **self._momenta(moved)}
         whole, there = self._legendre(self._sample.values), self._legendre(moved)
-        joules = dict.fromkeys(_LETTERS[name], read_unit("N·m"))
+        joules = dict.fromkeys(self._letters, read_unit("N·m"))
         dimensions = {**joules, **self._units_of_momenta()}
         return AskedQuantity(
             name=name,
             kind="up to a constant",
-            letters=_LETTERS[name],
+            letters=self._letters,
             values=whole,
             again=(there, again),
             dimensions=dimensions,
@@ -344,10 +290,10 @@ class _Asked:
         units_by_letter = {}
         for k, velocity in enumerate(self._truth.velocities):
             unit = known.get(velocity)
-            for letter in self._name_momentum(k):
+            for letter in momentum_letters(self._truth, k):
                 if unit is not None:
-                    units_by_letter[letter] = _divide("N·m", unit)
-                    units_by_letter[f"{letter}'"] = _divide("N·m/s", unit)
+                    units_by_letter[letter] = divide(read_unit("N·m"), read_unit(unit))
+                    units_by_letter[f"{letter}'"] = divide(read_unit("N·m/s"), read_unit(unit))
         return units_by_letter
 
     def _legendre(self, values: Mapping[str, Array]) -> Array:
@@ -357,7 +303,7 @@ class _Asked:
             terms.append(self._value(T.diff(velocity), values) * values[velocity])
         return np.asarray(np.sum(np.stack(terms), axis=0), dtype=float)
 
-    def _canonical(self, name: str, _: str) -> AskedQuantity:
+    def canonical(self, name: str, _: str) -> AskedQuantity:
         """Return the momenta and their rates in true motions."""
         if any(not velocity.endswith("'") for velocity in self._truth.velocities):
             raise InputError("the velocities are not the rates of coordinates")
@@ -366,14 +312,14 @@ class _Asked:
         for k, velocity in enumerate(self._truth.velocities):
             rate = self._value(self._lagrange.T.diff(velocity).ddt(), self._sample.values)
             # of a momentum that is constant only rounding is left
-            size = np.abs(momenta[self._name_momentum(k)[0]]).max(initial=0.0)
+            size = np.abs(momenta[momentum_letters(self._truth, k)[0]]).max(initial=0.0)
             rate = np.where(np.abs(rate) <= _ROUNDING * size, 0.0, rate)
-            rates |= {f"{letter}'": rate for letter in self._name_momentum(k)}
+            rates |= {f"{letter}'": rate for letter in momentum_letters(self._truth, k)}
         return AskedQuantity(
             name, "rates of momenta", more=momenta | rates, dimensions=self._units_of_momenta()
         )
 
-    def _holding(self, name: str, _: str) -> AskedQuantity:
+    def holding(self, name: str, _: str) -> AskedQuantity:
         """Return the inputs that hold the mechanism at rest in any position."""
         derivation, sample = self._truth.closed_form, self._sample
         inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
@@ -401,7 +347,7 @@ class _Asked:
             name, "letters", tuple(inputs), held.T, dimensions=dimensions, more=still
         )
 
-    def _transfer(self, name: str, what: str) -> AskedQuantity:
+    def transfer(self, name: str, what: str) -> AskedQuantity:
         """Return the transfer function from a force to a coordinate, at real s."""
         coordinates = [v.removesuffix("'") for v in self._truth.velocities]
         inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
@@ -428,13 +374,13 @@ class _Asked:
         return AskedQuantity(
             name=name,
             kind="value",
-            letters=_LETTERS[name],
+            letters=self._letters,
             values=answer[:, coordinates.index(output)],
             dimensions={"s": read_unit("1/s")},
             more={"s": s},
         )
 
-    def _steady(self, name: str, _: str) -> AskedQuantity:
+    def steady(self, name: str, _: str) -> AskedQuantity:
         """Ask for the rates at which coordinates that nothing depends on turn uniformly."""
         derivation = self._truth.closed_form
         parts = [*derivation.h, *derivation.Q, *(e for row in derivation.M for e in row)]
@@ -449,6 +395,40 @@ class _Asked:
         fixed = dict.fromkeys((*others, *self._truth.accelerations), np.zeros(self._sample.count))
         return AskedQuantity(name, "steady", tuple(rates), more=fixed)
 
+
+class _Question(NamedTuple):
+    """How a question is answered, and the usual letters of the answer."""
+
+    find: Callable[[_Asked, str, str], AskedQuantity]
+    letters: tuple[str, ...] = ()
+    of: bool = False  # whether it may name a coordinate or a body
+    at: bool = False  # whether it may name a position
+
+
+_FREQUENCY = ("omega", "omega0", "omegan", "w", "f", "nu", "T", "T0")
+_CONSTANTS = (*"EHhCcpALJKk", "C1", "C2", "c1", "c2", "Lz", "const")
+_QUESTIONS = {
+    "kinetic energy": _Question(_Asked.energy, ("T", "Ek", "Ekin", "KE", "K")),
+    "potential energy": _Question(_Asked.energy, ("V", "U", "Ep", "Epot", "PE")),
+    "Lagrangian": _Question(_Asked.energy, ("L", "Lagrangian")),
+    "energy": _Question(_Asked.energy, ("E", "H", "h")),
+    "mass matrix": _Question(_Asked.mass),
+    "momentum": _Question(_Asked.momentum, ("p",), of=True),
+    "conserved quantity": _Question(_Asked.constant, _CONSTANTS),
+    "frequency": _Question(_Asked.frequency, _FREQUENCY, at=True),
+    "undamped frequency": _Question(_Asked.frequency, _FREQUENCY, at=True),
+    "damped frequency": _Question(_Asked.frequency, (*_FREQUENCY, "omegad", "wd"), at=True),
+    "steady motion": _Question(_Asked.steady),
+    "Hamiltonian": _Question(_Asked.hamiltonian, ("H", "E")),
+    "Hamilton's equations": _Question(_Asked.canonical),
+    "equilibrium force": _Question(_Asked.holding),
+    "transfer function": _Question(_Asked.transfer, ("G", "H"), of=True, at=True),
+    "equilibrium": _Question(_Asked.equilibrium, of=True),
+    "reaction": _Question(_Asked.reactions),
+}
+
+QUESTIONS = ("equation of motion", *_QUESTIONS)
+"""The possible questions."""
 
 _ROUNDING = 1e-12
 """Rates of momenta below this part of the momenta, per second, are rounding."""
@@ -509,9 +489,11 @@ def measure(omega: Array, letters: Sequence[str]) -> dict[str, Array]:
     return known
 
 
-def _divide(unit: str, by: str) -> Dimension:
-    pairs = zip(read_unit(unit), read_unit(by), strict=True)
-    return tuple(above - below for above, below in pairs)
+def momentum_letters(truth: Truth, k: int) -> list[str]:
+    """Return the letters of the momentum of a velocity that mean nothing else."""
+    names = [v.removesuffix("'") for v in truth.velocities]
+    letters = [f"p{names[k]}", f"p{k + 1}", *(["p"] if len(names) == 1 else [])]
+    return [name for name in letters if name not in truth.sample.values] or letters[:1]
 
 
 def roll(truth: Truth, sample: Sample) -> dict[str, Array]:

@@ -306,6 +306,11 @@ class Truth:
         )
 
 
+def value_of(series: Series, values: Mapping[str, Any], n: int) -> Array:
+    """Return the values of a series where its letters have these, shape (n,)."""
+    return np.broadcast_to(np.asarray(Evaluation(series.ring, values)(series), dtype=float), (n,))
+
+
 def stack(series: Sequence[Series], evaluated: Evaluation, n: int) -> Array:
     """Return the values of some series, shape (n, series)."""
     return np.stack([np.broadcast_to(evaluated(entry), (n,)) for entry in series], axis=-1)

@@ -2,30 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations, islice, permutations
-from typing import Any, NamedTuple, final
+from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.checking.judgement.truth import Sample, Truth, accelerate, stack, stack_mass
+from mecanique.checking.budget import stop_clock
+from mecanique.checking.judgement.quantities import roll
+from mecanique.checking.judgement.truth import (
+    Sample,
+    Truth,
+    accelerate,
+    stack,
+    stack_mass,
+    value_of,
+)
 from mecanique.checking.verdict import Mistake
-from mecanique.derivation import derive
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import MecaniqueError
 from mecanique.model.bodies import Body
 from mecanique.model.expression import plain
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import JointSpring, Spring
 from mecanique.model.mechanism import Mechanism
+
+Reading: TypeAlias = "Callable[[Mapping[str, Array]], dict[str, Array]]"
+"""What letters are taken for, by the letters."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """The equations M a + rest = 0 in the states, with the potential there and in moved states."""
+
+    M: Array  # mass matrix, shape (n, nv, nv)
+    rest: Array  # bias minus forces, shape (n, nv)
+    V: Array  # shape (2, n)
+
+    def plus(self, other: Terms, factor: float = 1.0) -> Terms:
+        """Return the terms with a multiple of others."""
+        return Terms(
+            self.M + factor * other.M, self.rest + factor * other.rest, self.V + factor * other.V
+        )
 
 
 @final
@@ -36,8 +64,7 @@ class WrongDerivation:
     kind: str
     text: str  # the mistake in words; "{}" stands for the term
     weight: float  # the smaller, the likelier
-    M: Array  # mass matrix, shape (n, nv, nv)
-    rest: Array  # bias minus forces, shape (n, nv)
+    terms: Terms
     row: int = -1  # index of the changed equation; −1 for all
     term: Series | None = None  # the changed term, if there is only one
     released: tuple[int, ...] = ()  # indices of the constraints whose forces are left out
@@ -50,7 +77,7 @@ class WrongDerivation:
 
 @final
 class RightEquations:
-    """The right equations M a + rest = 0 in the states, and those of changed mechanisms."""
+    """The right equations in the states, and those of changed mechanisms."""
 
     # With loops or contacts they are those of the tree, without multipliers.
 
@@ -58,7 +85,10 @@ class RightEquations:
         self.truth = truth
         self.derivation = derivation
         self.sample: Sample = truth.sample
-        self.rest = self.sample.bias - self.sample.forces
+        self.V = Lagrange(truth.mechanism, derivation.algebra).V
+        self.terms = Terms(
+            self.sample.M, self.sample.bias - self.sample.forces, self._potential(self.V)
+        )
 
     @cached_property
     def _evaluated(self) -> Evaluation:
@@ -75,23 +105,41 @@ class RightEquations:
     def _stack_row(self, row: Sequence[Series]) -> Array:
         return np.stack([self.value(entry) for entry in row], axis=-1)
 
-    def rebuild(self, mechanism: Mechanism) -> tuple[Array, Array] | None:
-        """Return M and bias − forces of a changed mechanism in the same states."""
+    def with_rest(self, rest: Array) -> Terms:
+        """Return the right terms with another rest."""
+        return replace(self.terms, rest=rest)
+
+    def rebuild(self, mechanism: Mechanism) -> Terms | None:
+        """Return the terms of a changed mechanism in the same states."""
         try:
-            derivation = derive(replace(mechanism, loops=(), contacts=())).derivation
+            lagrange = Lagrange(replace(mechanism, loops=(), contacts=()))
+            derivation = lagrange.derivation()
         except MecaniqueError:
             return None
         if derivation.algebra.velocities != self.truth.velocities:
             return None
-        return self.evaluate(derivation, Evaluation(derivation.algebra.ring, self.sample.values))
+        return self._evaluate(derivation, lagrange.V)
 
-    def evaluate(self, derivation: Derivation, evaluated: Evaluation) -> tuple[Array, Array]:
-        """Return M and bias − forces of a derivation for some values of its letters."""
-        n = self.sample.count
+    def reread(self, read: Reading) -> Terms:
+        """Return the right equations with letters taken for others."""
+        return self._evaluate(self.derivation, self.V, read)
+
+    def _evaluate(self, derivation: Derivation, V: Series, read: Reading | None = None) -> Terms:
+        values, n = self.sample.values, self.sample.count
+        taken = {**values, **(read(values) if read else {})}
+        evaluated = Evaluation(derivation.algebra.ring, taken)
         with np.errstate(all="ignore"):
             M = stack_mass(derivation, evaluated, n)
             bias, forces = (stack(rows, evaluated, n) for rows in (derivation.h, derivation.Q))
-            return M, bias - forces
+            return Terms(M, bias - forces, self._potential(V, read))
+
+    def _potential(self, V: Series, read: Reading | None = None) -> Array:
+        """Return V in the states and in moved ones, shape (2, n)."""
+        rows = []
+        for values in (self.sample.values, roll(self.truth, self.sample)):
+            taken = {**values, **(read(values) if read else {})}
+            rows.append(value_of(V, taken, self.sample.count))
+        return np.stack(rows)
 
 
 def group_by_velocities(series: Series, velocities: Sequence[str]) -> dict[tuple[int, ...], Series]:
@@ -195,7 +243,7 @@ def _change(
     weight: float,
 ) -> WrongDerivation:
     """Return the equations with a term mistakenly multiplied by a factor."""
-    M, rest, shown = right.sample.M, right.rest, term.series
+    M, rest, shown = right.terms.M, right.terms.rest, term.series
     change = (factor - 1) * right.value(term.series)
     if term.column >= 0:
         M = M.copy()
@@ -205,7 +253,8 @@ def _change(
     else:
         rest = rest.copy()
         rest[:, term.row] += change
-    return WrongDerivation(kind, text, weight, M, rest, term.row, shown)
+    terms = replace(right.terms, M=M, rest=rest)
+    return WrongDerivation(kind, text, weight, terms, term.row, shown)
 
 
 def list_parts(series: Series, velocities: Sequence[str]) -> list[Series]:
@@ -258,7 +307,7 @@ def mistake_operator(right: RightEquations) -> Iterator[WrongDerivation]:
     if any(not name.endswith("'") for name in names):
         return
     v = [ring[name] for name in names]
-    M, rest = right.sample.M, right.rest
+    rest = right.terms.rest
     rows = []
     for k, entries in enumerate(derivation.M):
         terms = [entry.ddt() * rate for entry, rate in zip(entries, v, strict=True)]
@@ -269,21 +318,17 @@ def mistake_operator(right: RightEquations) -> Iterator[WrongDerivation]:
     text = "a rate is treated as constant: d/dt of the momentum lacks {}"
     for k, series in rows:
         if series:
-            less = rest.copy()
-            less[:, k] -= changing[:, k]
-            yield WrongDerivation(
-                kind="rate constant", text=text, weight=1.4, M=M, rest=less, row=k, term=series
-            )
-            less = rest.copy()
-            less[:, k] += slopes[:, k]
+            at = np.eye(len(rows))[k]
+            less = right.with_rest(rest - changing * at)
+            yield WrongDerivation("rate constant", text, 1.4, less, row=k, term=series)
             what = f"the term −∂T/∂{names[k][:-1]} is missing (centripetal)"
-            yield WrongDerivation(kind="missing", text=what, weight=1.3, M=M, rest=less, row=k)
+            yield WrongDerivation("missing", what, 1.3, right.with_rest(rest + slopes * at), row=k)
     what = "all terms with squares and products of velocities are missing"
-    yield WrongDerivation("missing", what, 1.2, M, rest - squares)
+    yield WrongDerivation("missing", what, 1.2, right.with_rest(rest - squares))
     what = "every rate is treated as constant in d/dt of the momenta"
-    yield WrongDerivation("rate constant", what, 1.3, M, rest - changing)
+    yield WrongDerivation("rate constant", what, 1.3, right.with_rest(rest - changing))
     what = "the terms −∂T/∂q are missing (centripetal)"
-    yield WrongDerivation("missing", what, 1.3, M, rest + slopes)
+    yield WrongDerivation("missing", what, 1.3, right.with_rest(rest + slopes))
 
 
 def _collect_quadratic(right: RightEquations, h: Sequence[Series], names: Sequence[str]) -> Array:
@@ -304,51 +349,53 @@ def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
     for first, second in permutations(parameters, 2):
         if first.unit != second.unit:
             continue
-        moved = {first.symbol: right.sample.values[second.symbol]}
+        one_way, both = {first.symbol: second.symbol}, {second.symbol: first.symbol}
         what = f"{second.symbol} is written for {first.symbol} throughout"
-        yield _read(right, "letter", what, 1.5, moved)
+        terms = right.reread(partial(_rename_letters, one_way))
+        yield WrongDerivation("letter", what, 1.5, terms)
         if first.symbol < second.symbol:
-            moved |= {second.symbol: right.sample.values[first.symbol]}
             what = f"{first.symbol} and {second.symbol} are exchanged throughout"
-            yield _read(right, "letter", what, 1.5, moved)
+            terms = right.reread(partial(_rename_letters, one_way | both))
+            yield WrongDerivation("letter", what, 1.5, terms)
 
 
-def _read(
-    right: RightEquations,
-    kind: str,
-    what: str,
-    weight: float,
-    moved: Mapping[str, Any],
-    turn: Array | None = None,
-) -> WrongDerivation:
-    """Return the equations with other values of letters; `turn` converts our a to theirs."""
-    derivation = right.derivation
-    evaluated = Evaluation(derivation.algebra.ring, {**right.sample.values, **moved})
-    M, rest = right.evaluate(derivation, evaluated)
-    if turn is not None:
-        M = M @ turn
-    return WrongDerivation(kind, what, weight, M, rest)
+def _rename_letters(names: Mapping[str, str], values: Mapping[str, Array]) -> dict[str, Array]:
+    return {name: values[other] for name, other in names.items()}
 
 
 def mistake_angles(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations with absolute coordinates for relative ones, and vice versa."""
-    mechanism, values = right.truth.mechanism, right.sample.values
-    moving = [name for name in mechanism.coordinates if f"{name}'" in values]
-    for base, moved_letter in permutations(moving, 2):
+    for text, read, rates, dots in list_relative(right.truth):
+        if len(dots) > 1:
+            terms = right.reread(read)
+            # their accelerations are ours after the same change
+            yield WrongDerivation("angle", text, 1.4, replace(terms, M=terms.M @ rates))
+
+
+def list_relative(truth: Truth) -> Iterator[tuple[str, Reading, Array, tuple[str, ...]]]:
+    """Yield absolute coordinates for relative ones, and vice versa, or their rates alone.
+
+    Each has its words, the letters it reads, its rates by ours, and the dots of these letters.
+    """
+    names = [v.removesuffix("'") for v in truth.velocities if v.endswith("'")]
+    for base, other in permutations(names, 2):
         for sign in (-1, 1):
-            moved = {
-                name: values[name] + sign * values[name.replace(moved_letter, base, 1)]
-                for name in (moved_letter, f"{moved_letter}'")
-            }
-            turn = np.eye(mechanism.nv)
-            places = mechanism.velocities
-            turn[places.index(f"{moved_letter}'"), places.index(f"{base}'")] = sign
-            what = (
-                f"{moved_letter} is taken relative to {base} instead of absolute"
-                if sign > 0
-                else f"{moved_letter} is taken absolute instead of relative to {base}"
-            )
-            yield _read(right, "angle", what, 1.4, moved, turn)
+            ways = ("relative to", "absolute") if sign > 0 else ("absolute", "relative to")
+            places = [truth.velocities.index(f"{name}'") for name in (other, base)]
+            turn = np.eye(len(truth.velocities))
+            turn[places[0], places[1]] = sign
+            for dots, said in ((("", "'"), ""), (("'",), "the rate of "), (("",), "")):
+                text = f"{said}{other} is taken {ways[0]} instead of {ways[1]}"
+                text = text.replace("relative to", f"relative to {base}")
+                rates = turn if "'" in dots else np.eye(len(turn))
+                yield text, partial(_add_letters, other, base, sign, dots), rates, dots
+
+
+def _add_letters(
+    name: str, base: str, sign: int, dots: Sequence[str], values: Mapping[str, Array]
+) -> dict[str, Array]:
+    """Return a coordinate and its rate, as dots say, with those of another added."""
+    return {f"{name}{d}": values[f"{name}{d}"] + sign * values[f"{base}{d}"] for d in dots}
 
 
 def linearize(right: RightEquations) -> Iterator[WrongDerivation]:
@@ -368,13 +415,8 @@ def linearize(right: RightEquations) -> Iterator[WrongDerivation]:
             for name in names:
                 if any(g.name == name for g in force.generators()):
                     rest[:, i] += at_rest(force.diff(name)) * right.sample.values[name]
-    yield WrongDerivation(
-        "linearized",
-        "small angles are assumed throughout: it is the linearized equation",
-        0.5,
-        M,
-        rest,
-    )
+    what = "small angles are assumed throughout: it is the linearized equation"
+    yield WrongDerivation("linearized", what, 0.5, replace(right.terms, M=M, rest=rest))
 
 
 _FELT = 1e-12
@@ -397,13 +439,13 @@ def mistake_parts(right: RightEquations) -> Iterator[WrongDerivation]:
         others = tuple(present for present in mechanism.forces if present is not force)
         less = right.rebuild(replace(mechanism, forces=others))
         if less is not None:
-            own_M, own_rest = right.sample.M - less[0], right.rest - less[1]
+            acting = right.terms.plus(less, -1)
             for factor, kind, words in SLIPS:
                 what = words.format(f"the force {force.name!r}")
                 if factor == 0.5:
                     what += " (an extra factor ½)"
-                M, rest = less[0] + factor * own_M, less[1] + factor * own_rest
-                yield WrongDerivation(kind, what, 1.2 + 0.3 * (kind == "factor"), M, rest)
+                weight = 1.2 + 0.3 * (kind == "factor")
+                yield WrongDerivation(kind, what, weight, less.plus(acting, factor))
         yield from _forget_free_length(right, mechanism, force)
 
 
@@ -421,82 +463,80 @@ def _forget_free_length(
     rebuilt = right.rebuild(replace(mechanism, forces=forces))
     if rebuilt is not None:
         what = f"the free length of the spring {force.name!r} is forgotten"
-        yield WrongDerivation("free length", what, 0.8, *rebuilt)
+        yield WrongDerivation("free length", what, 0.8, rebuilt)
 
 
 def _gravity(right: RightEquations, mechanism: Mechanism) -> Iterator[WrongDerivation]:
-    less = right.rebuild(replace(mechanism, gravity=(0.0, 0.0, 0.0)))
-    if less is None:
+    without = right.rebuild(_without_gravity(mechanism))
+    if without is None:
         return
-    M, rest = less
-    weight = right.rest - rest
-    what = "the sign of the potential of gravity is wrong"
-    yield WrongDerivation("potential sign", what, 0.9, M, rest - weight)
-    yield WrongDerivation("missing", "gravity is missing", 1.0, M, rest)
-    what = "the kinetic energy lacks its factor ½, or the potential energy has an extra ½"
-    yield WrongDerivation("half", what, 1.1, M, rest + weight / 2)
-    what = "the kinetic energy has an extra factor ½, or the potential energy is counted twice"
-    yield WrongDerivation("half", what, 1.1, M, rest + 2 * weight)
+    gravity, T, V = right.terms.plus(without, -1), "the kinetic energy", "the potential energy"
+    for factor, kind, weight, what in (
+        (-1.0, "potential sign", 0.9, "the sign of the potential of gravity is wrong"),
+        (0.0, "missing", 1.0, "gravity is missing"),
+        (0.5, "half", 1.1, f"{T} lacks its factor ½, or {V} has an extra ½"),
+        (2.0, "half", 1.1, f"{T} has an extra factor ½, or {V} is counted twice"),
+    ):
+        yield WrongDerivation(kind, what, weight, without.plus(gravity, factor))
 
 
 def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[WrongDerivation]:
     """Yield mistakes about a body: inertia about center or joint, Steiner's term, weight."""
-    bare = body.replace(inertia=(0.0,) * 6)
-    particle = right.rebuild(_with_body(mechanism, bare))
-    if particle is None:
+    bare = _with_body(mechanism, body.replace(inertia=(0.0,) * 6))
+    gone = _with_body(mechanism, body.replace(mass=0.0, inertia=(0.0,) * 6))
+    particle, light = right.rebuild(bare), right.rebuild(gone)
+    still, absent = (right.rebuild(_without_gravity(changed)) for changed in (bare, gone))
+    if particle is None or light is None or still is None or absent is None:
         return
-    turning = right.sample.M - particle[0], right.rest - particle[1]
-    name = body.name
+    terms, name = right.terms, repr(body.name)
+    moving = still.plus(absent, -1)  # the inertia forces of its mass at its center
+    weight = particle.plus(light, -1).plus(moving, -1)
+    mistakes = [
+        ("missing", 1.3, f"the mass of {name} is missing", light),
+        ("missing", 1.1, f"the weight of {name} is missing", terms.plus(weight, -1)),
+        ("sign", 1.1, f"the sign of the weight of {name} is wrong", terms.plus(weight, -2)),
+    ]
     # the moments of inertia of a body that only slides do not matter
-    turns = _differ(right.sample.M, particle[0])
-    if turns:
-        what = f"the inertia of {name!r} about its own center is missing (as for a particle)"
-        yield WrongDerivation("inertia", what, 1.0, *particle)
-        what = f"the inertia of {name!r} about its own center is counted twice"
-        twice = right.sample.M + turning[0], right.rest + turning[1]
-        # a named body says more than a term that "should be 4/5 times as large"
-        yield WrongDerivation("inertia", what, 1.3, *twice)
-    still = right.rebuild(replace(_with_body(mechanism, bare), gravity=(0.0, 0.0, 0.0)))
-    gone = body.replace(mass=0.0, inertia=(0.0,) * 6)
-    absent = right.rebuild(replace(_with_body(mechanism, gone), gravity=(0.0, 0.0, 0.0)))
-    if still is None or absent is None:
-        return
-    moving = still[0] - absent[0], still[1] - absent[1]
-    if turns:
-        what = f"the inertia of {name!r} is taken about its center (Steiner's term is missing)"
-        rest = right.rest - moving[1]
-        yield WrongDerivation("parallel axis", what, 0.8, right.sample.M - moving[0], rest)
-        what = (
-            f"Steiner's term of {name!r} is counted twice: inertia about the joint and the "
-            "motion of the center"
+    if _differ(terms.M, particle.M):
+        own = f"the inertia of {name} about its own center"
+        about = f"the inertia of {name} is taken about its center (Steiner's term is missing)"
+        steiner = (
+            f"Steiner's term of {name} is counted twice: inertia about the joint and the motion "
+            "of the center"
         )
-        rest = right.rest + moving[1]
-        yield WrongDerivation("parallel axis", what, 0.9, right.sample.M + moving[0], rest)
-    if turns and any(plain(x) for x in body.center):
-        far = tuple(2 * x for x in body.center)
-        point = right.rebuild(_with_body(mechanism, bare.replace(center=far)))
-        # along the axis about which it turns, its end is no other place than its center
-        if point is not None and _differ(point[0], particle[0]):
-            what = f"{name!r} is taken for a point mass at its end instead of a body with inertia"
-            yield WrongDerivation("point mass", what, 0.9, *point)
-        moved = right.rebuild(_with_body(mechanism, body.replace(center=far)))
-        far_still = right.rebuild(
-            replace(_with_body(mechanism, body.replace(center=far)), gravity=(0.0, 0.0, 0.0))
-        )
-        near_still = right.rebuild(replace(mechanism, gravity=(0.0, 0.0, 0.0)))
-        if moved is not None and far_still is not None and near_still is not None:
-            weight = (moved[1] - far_still[1]) - (right.rest - near_still[1])
-            what = f"the weight of {name!r} acts at its end instead of its center (twice the arm)"
-            yield WrongDerivation("weight", what, 1.0, right.sample.M, right.rest + weight)
-    light = right.rebuild(_with_body(mechanism, gone))
-    if light is not None:
-        what = f"the mass of {name!r} is missing"
-        yield WrongDerivation("missing", what, 1.3, *light)
-        weight = (particle[1] - still[1]) - (light[1] - absent[1])
-        what = f"the weight of {name!r} is missing"
-        yield WrongDerivation("missing", what, 1.1, right.sample.M, right.rest - weight)
-        what = f"the sign of the weight of {name!r} is wrong"
-        yield WrongDerivation("sign", what, 1.1, right.sample.M, right.rest - 2 * weight)
+        mistakes += [
+            ("inertia", 1.0, f"{own} is missing (as for a particle)", particle),
+            # a named body says more than a term that "should be 4/5 times as large"
+            ("inertia", 1.3, f"{own} is counted twice", terms.plus(terms.plus(particle, -1))),
+            ("parallel axis", 0.8, about, terms.plus(moving, -1)),
+            ("parallel axis", 0.9, steiner, terms.plus(moving)),
+        ]
+        if any(plain(x) for x in body.center):
+            mistakes += _at_end(right, mechanism, body, particle)
+    for kind, how_likely, what, wrong in mistakes:
+        yield WrongDerivation(kind, what, how_likely, wrong)
+
+
+def _at_end(
+    right: RightEquations, mechanism: Mechanism, body: Body, particle: Terms
+) -> Iterator[tuple[str, float, str, Terms]]:
+    """Yield a body with its mass, or with its weight alone, at its end."""
+    far = body.replace(center=tuple(2 * x for x in body.center))
+    point = right.rebuild(_with_body(mechanism, far.replace(inertia=(0.0,) * 6)))
+    # along the axis about which it turns, its end is no other place than its center
+    if point is not None and _differ(point.M, particle.M):
+        what = f"{body.name!r} is taken for a point mass at its end instead of a body with inertia"
+        yield "point mass", 0.9, what, point
+    moved = _with_body(mechanism, far)
+    there, there_still = right.rebuild(moved), right.rebuild(_without_gravity(moved))
+    still = right.rebuild(_without_gravity(mechanism))
+    if there is not None and there_still is not None and still is not None:
+        what = f"the weight of {body.name!r} acts at its end instead of its center (twice the arm)"
+        yield "weight", 1.0, what, still.plus(there).plus(there_still, -1)
+
+
+def _without_gravity(mechanism: Mechanism) -> Mechanism:
+    return replace(mechanism, gravity=(0.0, 0.0, 0.0))
 
 
 def _differ(M: Array, changed: Array) -> bool:
@@ -521,11 +561,11 @@ def mistake_constraints(right: RightEquations) -> Iterator[WrongDerivation]:
     ties = right.derivation.ties
     for k, tie in enumerate(ties):
         what = f"the force of the constraint {tie.name} (its multiplier) is missing"
-        yield WrongDerivation("missing", what, 1.2, right.sample.M, right.rest, released=(k,))
+        yield WrongDerivation("missing", what, 1.2, right.terms, released=(k,))
     if len(ties) > 1:
         what = "the forces of all constraints (the multipliers) are missing"
         every = tuple(range(len(ties)))
-        yield WrongDerivation("missing", what, 1.1, right.sample.M, right.rest, released=every)
+        yield WrongDerivation("missing", what, 1.1, right.terms, released=every)
     if right.truth.mechanism.contacts or right.truth.mechanism.velocity_constraints:
         yield from _put_into_energy(right)
 
@@ -543,20 +583,20 @@ def _put_into_energy(right: RightEquations) -> Iterator[WrongDerivation]:
         return
     J, changes = _find_slopes(right, names)
     v = np.stack([right.sample.values[name] for name in names], axis=-1)
-    p = np.einsum("nij,nj->ni", right.sample.M, v)
+    p = np.einsum("nij,nj->ni", right.terms.M, v)
     for chosen in islice(combinations(range(len(names)), J.shape[1]), _MOST_CHOICES):
         kept = [k for k in range(len(names)) if k not in chosen]
         surplus = _find_surplus(J, changes, v, p, list(chosen), kept)
         if surplus is None:
             continue
-        rest = right.rest.copy()
+        rest = right.terms.rest.copy()
         rest[:, kept] += surplus
         what = (
             "a constraint on velocities is substituted into T "
             f"({', '.join(names[k] for k in chosen)} eliminated before Lagrange's operator), which "
             "gives extra terms; use multipliers or virtual displacements instead"
         )
-        yield WrongDerivation("constraint in T", what, 0.8, right.sample.M, rest)
+        yield WrongDerivation("constraint in T", what, 0.8, right.with_rest(rest))
 
 
 def _find_slopes(right: RightEquations, names: Sequence[str]) -> tuple[Array, Array]:
@@ -613,11 +653,20 @@ class Hypotheses:
         self._sample = truth.sample
 
     @cached_property
+    def right(self) -> RightEquations:
+        """The right equations."""
+        return RightEquations(self._truth, self._truth.closed_form)
+
+    @cached_property
     def _led(self) -> list[tuple[WrongDerivation, Array]]:
         """Every hypothesis that determines a motion other than the right one, with that motion."""
         if self._truth.derivation is None:
             return []
-        right = RightEquations(self._truth, self._truth.derivation)
+        with stop_clock():
+            return list(self._lead_all())
+
+    def _lead_all(self) -> Iterator[tuple[WrongDerivation, Array]]:
+        right = self.right
         hypotheses = [
             *mistake_terms(right),
             *mistake_letters(right),
@@ -629,8 +678,10 @@ class Hypotheses:
             hypotheses += mistake_constraints(right)
         else:
             hypotheses += [*mistake_angles(right), *linearize(right)]
-        led = ((hypothesis, self._lead(hypothesis)) for hypothesis in hypotheses)
-        return [(hypothesis, motion) for hypothesis, motion in led if motion is not None]
+        for hypothesis in hypotheses:
+            motion = self._lead(hypothesis)
+            if motion is not None:
+                yield hypothesis, motion
 
     @property
     def listed(self) -> tuple[WrongDerivation, ...]:
@@ -645,11 +696,11 @@ class Hypotheses:
 
     def _lead(self, hypothesis: WrongDerivation) -> Array | None:
         """Return a hypothesis's accelerations and multipliers, None if undetermined."""
-        sample = self._sample
-        if not (np.isfinite(hypothesis.M).all() and np.isfinite(hypothesis.rest).all()):
+        sample, M, rest = self._sample, hypothesis.terms.M, hypothesis.terms.rest
+        if not (np.isfinite(M).all() and np.isfinite(rest).all()):
             return None
         scale = np.abs(sample.M).max((1, 2)) ** sample.M.shape[-1]
-        alone = np.abs(np.linalg.det(hypothesis.M)) > _SINGULAR * scale
+        alone = np.abs(np.linalg.det(M)) > _SINGULAR * scale
         if not (alone.all() or sample.slopes.shape[1]):
             return None
         J = sample.slopes
@@ -657,7 +708,7 @@ class Hypotheses:
             J = J.copy()
             J[:, list(hypothesis.released)] = 0.0
         right_side = -np.einsum("nmv,nv->nm", J, sample.a)
-        a, multipliers = accelerate(hypothesis.M, -hypothesis.rest, J, right_side)
+        a, multipliers = accelerate(M, -rest, J, right_side)
         if not (np.abs(a - sample.a) > 1e-7 * np.abs(sample.a)).any():
             return None
         return np.concatenate([a, multipliers], axis=1)

@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise, permutations
-from typing import TypeAlias, final
+from itertools import pairwise
+from typing import final
 
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.checking.budget import spend, stop_clock
+from mecanique.checking.budget import spend
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.tape import FormulaTape
 from mecanique.checking.grammar.tree import Node, call, compound, negate, number, raise_to, rate
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.quantities import AskedQuantity, ask_for, measure, roll
-from mecanique.checking.judgement.truth import Truth, stack_mass
-from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses
+from mecanique.checking.judgement.truth import Truth, stack_mass, value_of
+from mecanique.checking.mistakes.hypotheses import Hypotheses, Reading, list_relative
 from mecanique.checking.verdict import Mistake
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.errors import FormulaError, MecaniqueError
-from mecanique.model.mechanism import Mechanism
+from mecanique.errors import FormulaError
 from mecanique.model.random_positions import angles
-
-_Reading: TypeAlias = Callable[[Mapping[str, Array]], dict[str, Array]]
-"""What letters are taken for, by the letters."""
 
 _ALIKE = 1e-6
 """A wrong quantity is the one that was written if they differ by less than this part."""
@@ -35,8 +31,14 @@ _ALIKE = 1e-6
 _STEP = 1e-5
 """A displacement from equilibrium, in radians or meters, at which restoring forces are taken."""
 
-_WEIGHTS = (1.2, 1.05, 1.45, 1.5)
-"""Of the slips in a potential, the smaller, the likelier."""
+_OF_ENERGIES = {
+    "kinetic energy": (1.0, 0.0),
+    "potential energy": (0.0, 1.0),
+    "momentum": (0.0, 0.0),
+    "Lagrangian": (1.0, -1.0),
+    "energy": (1.0, 1.0),
+}
+"""How much of T and of V is in a quantity that hypotheses about the motion explain."""
 
 _CONSERVED = 1e-8
 """A rate below this part of its terms is zero."""
@@ -46,20 +48,17 @@ _CONSERVED = 1e-8
 class QuantityMistakes:
     """Finds the mistakes that lead to a wrong quantity of one mechanism."""
 
-    def __init__(self, truth: Truth) -> None:
+    def __init__(self, truth: Truth, hypotheses: Hypotheses) -> None:
         self._truth = truth
-        self._energies: dict[str, list[tuple[Mistake, Array, Array]]] = {}
-        self._about: dict[str, Hypotheses] = {}
+        self._hypotheses = hypotheses
 
     def explain(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
         """Yield the mistakes after which a formula would be right."""
         if self._truth.derivation is None:
             return
         name = quantity.name.partition(" of ")[0]
-        if name in ("kinetic energy", "momentum", "Lagrangian", "energy"):
-            yield from self._explain_motion(residual, quantity, name)
-        if name in ("potential energy", "Lagrangian", "energy"):
-            yield from self._explain_potential(residual, quantity, name)
+        if name in _OF_ENERGIES:
+            yield from self._explain_energy(residual, quantity, *_OF_ENERGIES[name])
         if quantity.kind in ("value", "up to a constant"):
             yield from self._explain_reading(residual, quantity)
         if quantity.kind == "several":
@@ -77,28 +76,18 @@ class QuantityMistakes:
             spend()
             claims = []
             for values in states:
-                value = Evaluation(series.ring, {**values, **read(values)})(series)
-                claims.append((np.broadcast_to(np.asarray(value), (sample.count,)), values))
+                taken = value_of(series, {**values, **read(values)}, sample.count)
+                claims.append((taken, values))
             if self._holds(residual, quantity, *claims):
                 yield Mistake("angle", text, "", weight)
 
-    def _list_readings(self) -> Iterator[tuple[str, float, _Reading, Array]]:
+    def _list_readings(self) -> Iterator[tuple[str, float, Reading, Array]]:
         """Yield what coordinates may be taken for: words, weight, letters, their rates by ours."""
         truth = self._truth
-        names = [v.removesuffix("'") for v in truth.velocities if v.endswith("'")]
-        for base, other in permutations(names, 2):
-            for sign in (-1, 1):
-                ways = ("relative to", "absolute") if sign > 0 else ("absolute", "relative to")
-                places = [truth.velocities.index(f"{name}'") for name in (other, base)]
-                turn = np.eye(len(truth.velocities))
-                turn[places[0], places[1]] = sign
-                for dots, said in ((("", "'"), ""), (("'",), "the rate of "), (("",), "")):
-                    read = partial(_add_letters, other, base, sign, dots)
-                    text = f"{said}{other} is taken {ways[0]} instead of {ways[1]}"
-                    text = text.replace("relative to", f"relative to {base}")
-                    rates = turn if "'" in dots else np.eye(len(turn))
-                    yield text, 1.3 + 0.1 * (len(dots) == 1), read, rates
-        for name in sorted(angles(truth.mechanism) & set(names)):
+        for text, read, rates, dots in list_relative(truth):
+            yield text, 1.3 + 0.1 * (len(dots) == 1), read, rates
+        names = {v.removesuffix("'") for v in truth.velocities if v.endswith("'")}
+        for name in sorted(angles(truth.mechanism) & names):
             for turned in (-np.pi / 2, np.pi / 2):
                 text = f"{name} is counted from a line at right angles to the one in question"
                 yield text, 1.6, partial(_turn_letter, name, turned), np.eye(len(truth.velocities))
@@ -113,38 +102,38 @@ class QuantityMistakes:
             M = turn.T @ stack_mass(derivation, evaluated, sample.count) @ turn
             if (np.abs(given - M) <= _ALIKE * (np.abs(given) + np.abs(M))).all():
                 yield Mistake("angle", text, "", weight)
-        for hypothesis in self._list("motion").listed:
-            scale = np.abs(given) + np.abs(hypothesis.M)
-            if (np.abs(given - hypothesis.M) <= _ALIKE * scale).all() and hypothesis.row < 0:
+        for hypothesis in self._hypotheses.listed:
+            M = hypothesis.terms.M
+            alike = (np.abs(given - M) <= _ALIKE * (np.abs(given) + np.abs(M))).all()
+            if alike and hypothesis.row < 0:
                 yield hypothesis.mistake()
 
-    def _list(self, where: str) -> Hypotheses:
-        if where not in self._about:
-            with stop_clock():
-                self._about[where] = Hypotheses(self._truth)
-                assert self._about[where].listed is not None
-        return self._about[where]
-
-    def _explain_motion(
-        self, residual: Residual, quantity: AskedQuantity, name: str
+    def _explain_energy(
+        self, residual: Residual, quantity: AskedQuantity, kinetic: float, potential: float
     ) -> Iterator[Mistake]:
-        sample = self._truth.sample
+        """Yield the hypotheses whose T and V, by these factors, make up what was written."""
+        truth, sample = self._truth, self._truth.sample
         if residual.sample.count != sample.count or quantity.values is None:
             return
-        v = np.stack([sample.values[n] for n in self._truth.velocities], axis=-1)
-        listed = self._list("motion").listed
+        v = np.stack([sample.values[n] for n in truth.velocities], axis=-1)
         # with all at rest, the potential must be right, and its constant is open
         resting = [] if quantity.again is None else list(self._at_rest(quantity))
-        for hypothesis in listed:
+        for hypothesis in self._hypotheses.listed:
             spend()
-            change = hypothesis.M - sample.M
-            if hypothesis.row >= 0 or not np.abs(change).any():
+            dM, dV = (
+                hypothesis.terms.M - sample.M,
+                hypothesis.terms.V - self._hypotheses.right.terms.V,
+            )
+            if hypothesis.row >= 0 or not (np.abs(dM).any() or np.abs(dV).any()):
                 continue
-            more = np.einsum("ni,nij,nj->n", v, change, v) / 2
-            if name == "momentum":
-                k = self._truth.velocities.index(quantity.velocity)
-                more = np.einsum("nj,nj->n", change[:, k], v)
-            if self._holds(residual, quantity, (quantity.values + more, sample.values), *resting):
+            more = kinetic * np.einsum("ni,nij,nj->n", v, dM, v) / 2 + potential * dV[0]
+            if quantity.velocity:
+                k = truth.velocities.index(quantity.velocity)
+                more = np.einsum("nj,nj->n", dM[:, k], v)
+            claims = [(quantity.values + more, sample.values)]
+            for (values, states), change in zip(resting, dV, strict=False):
+                claims.append((values + potential * change, states))
+            if self._holds(residual, quantity, *claims):
                 yield hypothesis.mistake()
 
     def _at_rest(self, quantity: AskedQuantity) -> Iterator[tuple[Array, Mapping[str, Array]]]:
@@ -155,8 +144,7 @@ class QuantityMistakes:
         still = dict.fromkeys((*truth.velocities, *truth.accelerations), np.zeros(sample.count))
         for moving in (sample.values, quantity.again[1]):
             states = {**moving, **still}
-            value = Evaluation(series.ring, states)(series)
-            yield np.broadcast_to(np.asarray(value, dtype=float), (sample.count,)), states
+            yield value_of(series, states, sample.count), states
 
     def _holds(
         self,
@@ -185,60 +173,6 @@ class QuantityMistakes:
             (second[np.isfinite(second)] <= _ALIKE).all() for second in others
         )
 
-    def _explain_potential(
-        self, residual: Residual, quantity: AskedQuantity, name: str
-    ) -> Iterator[Mistake]:
-        if quantity.values is None or quantity.again is None:
-            return
-        sign = -1.0 if name == "Lagrangian" else 1.0
-        for mistake, change, there in self._potentials(quantity):
-            spend()
-            here = quantity.values + sign * change, self._truth.sample.values
-            moved = quantity.again[0] + sign * there, quantity.again[1]
-            if self._holds(residual, quantity, here, moved):
-                yield mistake
-
-    def _potentials(self, quantity: AskedQuantity) -> list[tuple[Mistake, Array, Array]]:
-        """Return changes of V with their values in the states and in the moved ones."""
-        if "V" not in self._energies:
-            with stop_clock():
-                self._energies["V"] = list(self._list_potentials())
-        return self._energies["V"]
-
-    def _list_potentials(self) -> Iterator[tuple[Mistake, Array, Array]]:
-        mechanism, sample = self._truth.mechanism, self._truth.sample
-        states = (sample.values, roll(self._truth, sample))
-        whole = _potential(mechanism, states, sample.count)
-        parts: list[tuple[str, Mechanism, bool]] = []
-        none = replace(mechanism, gravity=(0.0, 0.0, 0.0))
-        parts.append(("the potential of gravity", none, False))
-        for body in mechanism.bodies[1:]:
-            gone = body.replace(mass=0.0, inertia=(0.0,) * 6)
-            bodies = tuple(
-                gone if present.name == body.name else present for present in mechanism.bodies
-            )
-            light = replace(mechanism, bodies=bodies)
-            parts.append((f"the weight of {body.name!r}", light, True))
-        for force in mechanism.forces:
-            forces = tuple(present for present in mechanism.forces if present is not force)
-            less = replace(mechanism, forces=forces)
-            parts.append((f"the energy of {force.name!r}", less, False))
-        for said, less, weighs in parts:
-            try:
-                rest = _potential(less, states, sample.count)
-            except MecaniqueError:
-                continue
-            here, there = (full - left for full, left in zip(whole, rest, strict=True))
-            if not np.abs(here).any():
-                continue
-            for (factor, kind, words), weight in zip(SLIPS, _WEIGHTS, strict=True):
-                kind = "potential sign" if kind == "sign" else kind
-                text = words.format(said)
-                if weighs and factor == 2.0:
-                    text += ", or acts at the end instead of the center"
-                mistake = Mistake(kind, text, "", weight)
-                yield mistake, (factor - 1) * here, (factor - 1) * there
-
     def _explain_frequency(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
         assert quantity.values is not None
         for omega in quantity.values:
@@ -265,13 +199,12 @@ class QuantityMistakes:
         still = truth.rest({name: np.full(truth.sample.count, _STEP)})
         if still is None:
             return []
-        with stop_clock():
-            listed = Hypotheses(still).listed
         frequencies = []
-        for hypothesis in listed:
+        for hypothesis in Hypotheses(still).listed:
             if hypothesis.kind in ("linearized", "angle"):
                 continue
-            omega = np.sqrt(hypothesis.rest[:, 0] / (_STEP * hypothesis.M[:, 0, 0]))
+            terms = hypothesis.terms
+            omega = np.sqrt(terms.rest[:, 0] / (_STEP * terms.M[:, 0, 0]))
             frequencies.append((hypothesis.mistake(), omega))
         return frequencies
 
@@ -291,8 +224,7 @@ class QuantityMistakes:
         lagrange = Lagrange(truth.mechanism, derivation.algebra)
         energy = lagrange.T + lagrange.V
         here, there = (
-            np.asarray(Evaluation(energy.ring, values)(energy), dtype=float)
-            for values in (truth.sample.values, moved)
+            value_of(energy, values, truth.sample.count) for values in (truth.sample.values, moved)
         )
         tape = FormulaTape(root)
         if truth.sample.forces.any() and not truth.mechanism.constrained:
@@ -326,13 +258,6 @@ class QuantityMistakes:
                 yield Mistake(kind, said, part, weight)
 
 
-def _add_letters(
-    name: str, base: str, sign: int, dots: Sequence[str], values: Mapping[str, Array]
-) -> dict[str, Array]:
-    """Return a coordinate and its rate, as dots say, with those of another added."""
-    return {f"{name}{d}": values[f"{name}{d}"] + sign * values[f"{base}{d}"] for d in dots}
-
-
 def _turn_letter(name: str, turned: float, values: Mapping[str, Array]) -> dict[str, Array]:
     return {name: values[name] + turned}
 
@@ -340,16 +265,6 @@ def _turn_letter(name: str, turned: float, values: Mapping[str, Array]) -> dict[
 def _vanishes(relative: Array) -> bool:
     known = np.isfinite(relative)
     return bool(known.any() and (relative[known] <= _ALIKE).all())
-
-
-def _potential(
-    mechanism: Mechanism, states: Sequence[Mapping[str, Array]], count: int
-) -> list[Array]:
-    V = Lagrange(mechanism).V
-    return [
-        np.broadcast_to(np.asarray(Evaluation(V.ring, values)(V), dtype=float), (count,))
-        for values in states
-    ]
 
 
 def _other_measures(

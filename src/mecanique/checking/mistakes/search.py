@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.checking.budget import SECONDS, OutOfTimeError, spend, stop_clock
+from mecanique.checking.budget import SECONDS, OutOfTimeError, spend
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement
 from mecanique.checking.grammar.tape import FormulaTape, FormulaValues, needed_values
@@ -572,7 +572,7 @@ class Search:
     @cached_property
     def of_quantities(self) -> QuantityMistakes:
         """The mistakes in quantities other than equations of motion."""
-        return QuantityMistakes(self._truth)
+        return QuantityMistakes(self._truth, self._hypotheses)
 
     def explain_constant(self, root: Node, number: int, text: str) -> tuple[Mistake, ...]:
         """Return the likely causes why a formula is not conserved."""
@@ -621,9 +621,7 @@ class Search:
         known = all(residual.sample is self._truth.sample for residual in residuals)
         if not known or all(residual.holds for residual in residuals):
             return np.zeros((0, len(residuals)), dtype=bool)
-        with stop_clock():
-            listed = self._hypotheses.listed
-        if not listed:
+        if not self._hypotheses.listed:
             return np.zeros((0, len(residuals)), dtype=bool)
         step = self._hypotheses.motions - self._truth.sample.motion
         columns = []
