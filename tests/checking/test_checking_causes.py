@@ -146,3 +146,38 @@ def test_a_bodys_own_inertia_comes_before_a_bare_factor(
     first = mq.check(mq.textbook.load(system), answer, ask).causes[0]
     assert first.kind == "inertia"
     assert words in first.text
+
+
+@pytest.mark.parametrize(
+    ("system", "ask", "answer", "words"),
+    [
+        (
+            *("elastic_pendulum", "potential energy", "V = k r^2/2 - m g r cos(theta)"),
+            "the free length of the spring 'spring' is forgotten",
+        ),
+        ("atwood_machine", "potential energy", "V = (m1 - m2) g x", "sign of the potential"),
+        (ROD, "energy", "E = m l^2 q'^2/6 - m g l cos(q)", "acts at its end"),
+        (ROD, "energy", "E = m l^2 q'^2/2 - m g l cos(q)", "a point mass at its end"),
+        (
+            *("bead_on_hoop", "kinetic energy", "T = m R^2 (theta'^2 + W^2)/2"),
+            "lacks the factor sin(theta)^2",
+        ),
+        (
+            *("elastic_pendulum", "kinetic energy", "T = m r'^2/2 + m l0^2 theta'^2/2"),
+            "l0 in 'm l0^2 theta'^2/2' should be r",
+        ),
+        (
+            *("rotating_plate", "equation of motion", "m (a + b)^2 theta''/3 + k theta = 0"),
+            "'(a + b)^2' in 'm (a + b)^2 theta''/3' should be the sum of the squares",
+        ),
+        # a slip about an equilibrium at which a constant couple holds the spring
+        ("rack_and_pinion", "undamped frequency", "sqrt(k/M)", "'pinion'"),
+        (ROD, "frequency", "omega = 3 g/(2 l)", "the square root is missing"),
+    ],
+)
+def test_the_slip_in_a_quantity_is_the_first_cause(
+    system: str, ask: str, answer: str, words: str
+) -> None:
+    """What a student got wrong is named first in energies and frequencies, as in equations."""
+    first = mq.check(mq.textbook.load(system), answer, ask).causes[0]
+    assert words in first.text

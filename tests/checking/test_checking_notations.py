@@ -143,6 +143,15 @@ def test_notations_of_programs_and_phones_are_read(text: str) -> None:
     assert verdict.right, str(verdict)
 
 
+@pytest.mark.parametrize("between", [" && ", r" \iff ", r" \\ "])
+def test_equations_may_be_joined_in_one_line(between: str) -> None:
+    """Mathematica joins equations by &&, LaTeX by arrows and line ends."""
+    rows = ["m1 q1'' + (k1 + k2) q1 - k2 q2 == 0", "m2 q2'' + k2 (q2 - q1) - F == 0"]
+    verdict = mq.check(mq.textbook.load("two_blocks"), between.join(rows))
+    assert verdict.right, str(verdict)
+    assert len(verdict.lines) == 2
+
+
 @pytest.mark.parametrize(
     ("text", "notes"),
     [

@@ -62,6 +62,8 @@ class AskedQuantity:
     more: Mapping[str, Array] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # what an answer may leave out, or was taken for granted
     velocity: str = ""  # whose momentum it is
+    # coordinates about which motions are small; those left out are zero there
+    position: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -252,7 +254,13 @@ class _Asked:
         rate, time = read_unit("1/s"), read_unit("s")
         unit = {letter: time if letter.startswith("T") else rate for letter in letters}
         return AskedQuantity(
-            name, "several", letters, frequencies.T, dimensions=unit, notes=tuple(notes)
+            name,
+            "several",
+            letters,
+            frequencies.T,
+            dimensions=unit,
+            notes=tuple(notes),
+            position=position,
         )
 
     @property

@@ -187,26 +187,28 @@ class QuantityMistakes:
                 yield Mistake("missing", text, "", 0.7)
         if len(quantity.values) > 1 or "'" not in self._truth.velocities[0]:
             return
-        for mistake, omega in self._frequencies():
+        for mistake, omega in self._frequencies(quantity.position):
             spend()
             if self._fits(residual, measure(omega, quantity.letters)):
                 yield mistake
 
-    def _frequencies(self) -> list[tuple[Mistake, Array]]:
-        """Return the frequencies about zero that mistakes lead to, of one degree of freedom."""
+    def _frequencies(self, position: Mapping[str, Array]) -> Iterator[tuple[Mistake, Array]]:
+        """Yield the frequencies that mistakes lead to, of one degree of freedom."""
         truth = self._truth
         name = truth.mechanism.coordinates.names[0]
-        still = truth.rest({name: np.full(truth.sample.count, _STEP)})
-        if still is None:
-            return []
-        frequencies = []
-        for hypothesis in Hypotheses(still).listed:
-            if hypothesis.kind in ("linearized", "angle"):
+        middle = position.get(name, np.zeros(truth.sample.count))
+        sides = [truth.rest({name: middle + step}) for step in (-_STEP, _STEP)]
+        if sides[0] is None or sides[1] is None:
+            return
+        below, above = (Hypotheses(still).listed for still in sides if still is not None)
+        others = {(hypothesis.kind, hypothesis.text): hypothesis for hypothesis in below}
+        for hypothesis in above:
+            other = others.get((hypothesis.kind, hypothesis.text))
+            if other is None or hypothesis.kind in ("linearized", "angle"):
                 continue
-            terms = hypothesis.terms
-            omega = np.sqrt(terms.rest[:, 0] / (_STEP * terms.M[:, 0, 0]))
-            frequencies.append((hypothesis.mistake(), omega))
-        return frequencies
+            rise = hypothesis.terms.rest[:, 0] - other.terms.rest[:, 0]
+            omega = np.sqrt(rise / (2 * _STEP * hypothesis.terms.M[:, 0, 0]))
+            yield hypothesis.mistake(), omega
 
     def _fits(self, residual: Residual, values: Mapping[str, Array]) -> bool:
         if any(value.shape != (residual.sample.count,) for value in values.values()):

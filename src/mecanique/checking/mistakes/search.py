@@ -86,8 +86,10 @@ class Context:
         for name in (*self.coordinates, *self.velocities):
             factors[name] = ("factor missing", self.values[name])
         for formula, value in self.arguments.items():
-            factors[f"cos({formula})"] = ("small angle", np.cos(value))
-            factors[f"sin({formula})"] = ("factor missing", np.sin(value))
+            for name, wave in (("cos", np.cos(value)), ("sin", np.sin(value))):
+                kind = "small angle" if name == "cos" else "factor missing"
+                factors[f"{name}({formula})"] = (kind, wave)
+                factors[f"{name}({formula})^2"] = ("factor missing", wave * wave)
             tangent = np.tan(value)
             factors[f"tan({formula})"] = ("sin for cos", tangent)
             factors[f"tan({formula})^2"] = ("sin for cos", tangent * tangent)
@@ -166,10 +168,19 @@ class FormulaPart:
         parent = self.tape.parents[self.place]
         return parent < 0 or self.tape.nodes[parent].kind == "sum"
 
+    @property
+    def is_squared(self) -> bool:
+        """Whether its sign does not matter, as it is raised to an even power."""
+        parent = self.tape.nodes[self.tape.parents[self.place]]
+        return parent.kind == "power" and parent.parts[1].value % 2 == 0
+
     def is_alike(self, value: Array) -> bool:
         """Whether a value is the needed one, in all states."""
-        scale = np.abs(value) + np.abs(self.want)
-        return bool((np.abs(value - self.want) <= ALIKE * scale).all())
+        want = self.want
+        if self.is_squared:
+            value, want = np.abs(value), np.abs(want)
+        scale = np.abs(value) + np.abs(want)
+        return bool((np.abs(value - want) <= ALIKE * scale).all())
 
     @property
     def here(self) -> str:
@@ -276,7 +287,12 @@ def repair_power(part: FormulaPart) -> Iterator[Mistake]:
             right = {0: "1", 1: shown}.get(exponent, f"{shown}^{exponent}")
             text = f"'{part.quoted}' {part.where}should be {right}"
             yield Mistake("power", text, part.quoted, 1.5)
-    exponent_node = part.node.parts[1]
+    exponent_node, terms = part.node.parts[1], part.tape.parts[part.tape.parts[part.place][0]]
+    if part.node.parts[0].kind == "sum" and exponent_node.value == 2:
+        squares = sum(part.values.parts[k][part.usable] ** 2 for k in terms)
+        if part.is_alike(np.asarray(squares)):
+            text = f"'{part.quoted}' {part.where}should be the sum of the squares"
+            yield Mistake("power", text, part.quoted, 1.2)
     velocity = part.node.parts[0].name
     if velocity in part.context.velocities and exponent_node.value == 2:
         for second in part.context.velocities:
@@ -686,4 +702,6 @@ def _in_equation(mistakes: Iterable[Mistake], number: int) -> list[Mistake]:
 def _rank(misfits: Sequence[Mistake], mistakes: Iterable[Mistake]) -> tuple[Mistake, ...]:
     """Return mistakes by weight, each once; those about units come first."""
     order = sorted(mistakes, key=lambda mistake: mistake.weight)
-    return tuple(dict.fromkeys([*misfits, *order]))[:_MOST]
+    # a missing root, or a period for a frequency, says why the units do not match
+    measures = [mistake for mistake in order if mistake.kind == "measure"]
+    return tuple(dict.fromkeys([*measures, *misfits, *order]))[:_MOST]
