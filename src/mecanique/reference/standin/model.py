@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Sequence
 from copy import deepcopy
 from typing import Literal, TypeAlias, cast, final
 from xml.etree import ElementTree
@@ -172,14 +173,22 @@ class Data:
 def buildModelFromXML(text: str) -> Model:
     """Return the tree of a URDF text."""
     # safe: only text written by mecanique is parsed here
-    robot = ElementTree.fromstring(text)
+    return tree_of_robot(ElementTree.fromstring(text))
+
+
+def tree_of_robot(robot: ElementTree.Element) -> Model:
+    """Return the tree of a URDF."""
     behind = defaultdict(list)
     children = set()
     for joint in robot.findall("joint"):
-        behind[_name(joint, "parent")].append(joint)
-        children.add(_name(joint, "child"))
+        parent, child = _ends(joint)
+        behind[parent].append((joint, child))
+        children.add(child)
     links = {link.get("name", ""): link for link in robot.findall("link")}
-    (root,) = links.keys() - children
+    roots = links.keys() - children
+    if len(roots) != 1:
+        raise ValueError(f"expected a tree with one root, got {len(roots)}")
+    (root,) = roots
     model = Model()
     waiting = [(root, 0, SE3(np.eye(3), np.zeros(3)))]
     while waiting:
@@ -187,10 +196,9 @@ def buildModelFromXML(text: str) -> Model:
         model.frames.append(Frame(name, holder, placement))
         if holder:
             model.inertias[holder] += placement.act(_inertia(links[name]))
-        for joint in reversed(behind[name]):
+        for joint, child in reversed(behind[name]):
             at = placement * _origin(joint)
             kind = joint.get("type", "")
-            child = _name(joint, "child")
             if kind == "fixed":
                 waiting.append((child, holder, at))
                 continue
@@ -200,45 +208,48 @@ def buildModelFromXML(text: str) -> Model:
     return model
 
 
-def _name(joint: ElementTree.Element, tag: str) -> str:
-    element = joint.find(tag)
-    return "" if element is None else element.get("link", "")
+def _ends(joint: ElementTree.Element) -> tuple[str, str]:
+    parent, child = (joint.find(tag) for tag in ("parent", "child"))
+    if parent is None or child is None:
+        raise ValueError(f"joint {joint.get('name')!r} has no parent or no child")
+    return parent.get("link", ""), child.get("link", "")
 
 
-def _vector(text: str | None, default: str) -> Array:
-    return np.array([float(part) for part in (text or default).split()])
+def _numbers(element: ElementTree.Element | None, name: str, default: Sequence[float]) -> Array:
+    text = None if element is None else element.get(name)
+    try:
+        values = np.array([float(word) for word in text.split()] if text else default)
+    except ValueError:
+        values = np.zeros(0)
+    if len(values) != len(default) or not np.isfinite(values).all():
+        raise ValueError(f"expected {len(default)} numbers for {name}, got {text!r}")
+    return values
 
 
 def _axis(joint: ElementTree.Element) -> Array:
-    components = joint.find("axis")
-    axis = _vector(None if components is None else components.get("xyz"), "1 0 0")
+    axis = _numbers(joint.find("axis"), "xyz", (1.0, 0.0, 0.0))
     return np.asarray(axis / np.linalg.norm(axis))
 
 
 def _origin(element: ElementTree.Element) -> SE3:
-    numbers = element.find("origin")
-    if numbers is None:
-        return SE3(np.eye(3), np.zeros(3))
-    roll, pitch, yaw = _vector(numbers.get("rpy"), "0 0 0")
+    place = element.find("origin")
+    xyz, (roll, pitch, yaw) = (_numbers(place, name, (0.0, 0.0, 0.0)) for name in ("xyz", "rpy"))
     cx, cy, cz = np.cos([roll, pitch, yaw])
     sx, sy, sz = np.sin([roll, pitch, yaw])
     about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
     about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
     about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    return SE3(about_z @ about_y @ about_x, _vector(numbers.get("xyz"), "0 0 0"))
+    return SE3(about_z @ about_y @ about_x, xyz)
 
 
 def _inertia(link: ElementTree.Element) -> Inertia:
     inertial = link.find("inertial")
     if inertial is None:
         return Inertia.Zero()
-    mass, tensor = inertial.find("mass"), inertial.find("inertia")
-    value = 0.0 if mass is None else float(mass.get("value", "0"))
-
-    def entry(name: str) -> float:
-        return 0.0 if tensor is None else float(tensor.get(name, "0"))
-
-    xy, xz, yz = entry("ixy"), entry("ixz"), entry("iyz")
-    rows = [[entry("ixx"), xy, xz], [xy, entry("iyy"), yz], [xz, yz, entry("izz")]]
-    about: Inertia = _origin(inertial).act(Inertia(value, np.zeros(3), np.array(rows)))
+    (mass,) = _numbers(inertial.find("mass"), "value", (0.0,)).tolist()
+    tags = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    stated = inertial.find("inertia")
+    xx, xy, xz, yy, yz, zz = (float(_numbers(stated, tag, (0.0,))[0]) for tag in tags)
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    about: Inertia = _origin(inertial).act(Inertia(mass, np.zeros(3), tensor))
     return about
