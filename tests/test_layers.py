@@ -68,7 +68,7 @@ ORDER: dict[str, list[str]] = {
     "formats": ["locate sources", "solids scope", "mjcf mjcf_write sdf sdf_write", "read"],
     "textbook": ["facts", "joints system", "corners systems", "catalogue"],
     "urdf": [
-        "limits markup meshes names robots",
+        "limits markup meshes names robots solids",
         "dialect rules",
         "findings",
         "parse",

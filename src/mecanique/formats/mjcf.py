@@ -21,22 +21,17 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.formats.solids import (
     SIZES,
-    Corners,
     Rule,
     faces_of,
     mesh_of,
     read_solid,
     shell_of,
-    solid_of,
 )
 from mecanique.formats.sources import (
     GROUND,
     MOST_ELEMENTS,
-    Mass,
     Source,
-    no_mass,
     placement_at,
-    sum_masses,
     turn_about,
     turn_from_z,
     turn_of,
@@ -62,6 +57,7 @@ from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, 
 from mecanique.model.mechanism import Mechanism
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
+from mecanique.urdf.solids import Corners, Mass, no_mass, solid_of, sum_masses
 
 _SECTIONS = {
     "actuator": "actuators",

@@ -21,9 +21,7 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.formats.sources import (
     GROUND,
-    Mass,
     Source,
-    no_mass,
     placement_at,
     turn_of,
     unit_vector,
@@ -52,6 +50,7 @@ from mecanique.model.placement import Placement, pose_of
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.packages import MeshSearch, PackagePath
+from mecanique.urdf.solids import Mass, no_mass
 
 _UNBOUNDED = 1e16
 """SDF's word for no limit, and all above it."""

@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
-from mecanique.formats.sources import Mass
 from mecanique.urdf.meshes import MOST_BYTES, MOST_TRIANGLES, read_stl
+from mecanique.urdf.solids import Corners, Mass, hull_of, inertia_of, moments_of_squares, pyramids
 
 Rule: TypeAlias = Literal["legacy", "exact", "convex", "shell"]
-Corners: TypeAlias = Array
-"""Triangles by their corners, shape (m, 3, 3)."""
 
 SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 """How many sizes each kind of geom has that has a volume."""
@@ -32,26 +30,6 @@ _SKIN = 1e-6
 """How far MuJoCo blows up an ellipsoid to find its shell's inertia [m]."""
 
 
-def solid_of(form: str, size: Array) -> tuple[float, Array]:
-    """Volume, and squares of the radii of gyration about the axes."""
-    a, b, c = size
-    match form:
-        case "sphere":
-            return 4 / 3 * math.pi * a**3, np.full(3, 2 / 5 * a**2)
-        case "ellipsoid":
-            return 4 / 3 * math.pi * a * b * c, _across(size**2) / 5
-        case "box":
-            return 8 * a * b * c, _across(size**2) / 3
-        case "cylinder":
-            across = a * a / 4 + b * b / 3
-            return 2 * math.pi * a * a * b, np.array([across, across, a * a / 2])
-    # a capsule: a cylinder and two halves of a ball, whose centers lie 3/8 r beyond its ends
-    tube, ball = 2 * math.pi * a * a * b, 4 / 3 * math.pi * a**3
-    across = tube * (a * a / 4 + b * b / 3) + ball * (2 / 5 * a * a + b * b + 3 / 4 * a * b)
-    along = tube * a * a / 2 + ball * 2 / 5 * a * a
-    return tube + ball, np.array([across, across, along]) / (tube + ball)
-
-
 def shell_of(form: str, size: Array) -> tuple[float, Array]:
     """Area, and squares of the radii of gyration, of a geom with `shellinertia`."""
     a, b, c = size
@@ -64,7 +42,7 @@ def shell_of(form: str, size: Array) -> tuple[float, Array]:
             faces = 4 * np.array([b * c, a * c, a * b])  # across x, y, z; there are two of each
             squares = 2 * size**2 * (faces + (faces.sum() - faces) / 3)
             area = 2 * float(faces.sum())
-            return area, _across(squares) / area
+            return area, moments_of_squares(squares) / area
         case "cylinder":
             tube, disk = 4 * math.pi * a * b, math.pi * a * a
             across = tube * (a * a / 2 + b * b / 3) + 2 * disk * (a * a / 4 + b * b)
@@ -79,18 +57,13 @@ def shell_of(form: str, size: Array) -> tuple[float, Array]:
     return tube + ball, np.array([across, across, along]) / (tube + ball)
 
 
-def _across(squares: Array) -> Array:
-    """Moments about the axes from second moments along them."""
-    return np.asarray(squares.sum() - squares)
-
-
 def _ellipsoid_shell(size: Array) -> tuple[float, Array]:
     a, b, c = size
     p = 1.6075  # K. Thomsen's formula for the area
     mean = ((a * b) ** p + (b * c) ** p + (c * a) ** p) / 3
     blown = size + _SKIN
     inner, outer = float(np.prod(size)), float(np.prod(blown))
-    moments = outer * _across(blown**2) - inner * _across(size**2)
+    moments = outer * moments_of_squares(blown**2) - inner * moments_of_squares(size**2)
     return 4 * math.pi * mean ** (1 / p), moments / (outer - inner) / 5
 
 
@@ -104,7 +77,7 @@ def mesh_of(corners: Corners, rule: Rule) -> Mass:
         InputError: if it has no volume, or its faces do not agree on what is outside.
     """
     if rule == "convex":
-        corners = _hull(corners.reshape(-1, 3))
+        corners = hull_of(corners.reshape(-1, 3))
     if rule == "exact":
         _check_orientation(corners)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -116,18 +89,13 @@ def mesh_of(corners: Corners, rule: Rule) -> Mass:
     if rule == "shell":
         weights, middle = areas, apex
     else:
-        weights = _pyramids(corners, apex, rule)
+        weigh = _count_all if rule == "legacy" else pyramids
+        weights = weigh(corners, apex)
         if weights.sum() < _SMALL:
             raise InputError("the volume of the mesh is too small, or its triangles face inwards")
         middle = weights @ (0.75 * centers + 0.25 * apex) / weights.sum()
-        weights = _pyramids(corners, middle, rule)
-    arms = corners - middle
-    sums = arms.sum(axis=1)
-    share = 12 if rule == "shell" else 20
-    squares = np.einsum("m,mi,mj->ij", weights, sums, sums)
-    squares += np.einsum("m,mci,mcj->ij", weights, arms, arms)
-    squares /= share
-    inertia = np.trace(squares) * np.eye(3) - squares
+        weights = weigh(corners, middle)
+    inertia = inertia_of(corners - middle, weights, shell=rule == "shell")
     return Mass(float(weights.sum()), middle, as_principal(inertia))
 
 
@@ -156,27 +124,8 @@ def as_principal(inertia: Array) -> Array:
     return np.asarray(axes @ np.diag(moments) @ axes.T)
 
 
-def _pyramids(corners: Corners, apex: Array, rule: Rule) -> Array:
-    """Volumes of the pyramids from an apex over the faces."""
-    a, b, c = np.moveaxis(corners - apex, 1, 0)
-    volumes = np.einsum("mi,mi->m", a, np.cross(b, c)) / 6
-    return np.abs(volumes) if rule == "legacy" else np.asarray(volumes)
-
-
-def _hull(points: Array) -> Corners:
-    """The convex hull's triangles, counterclockwise from outside."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        hull = ConvexHull(points)
-    except (QhullError, ValueError) as error:
-        reason = str(error).split("\n", 1)[0]
-        raise InputError(f"the mesh has no convex hull ({reason})") from None
-    corners = points[hull.simplices]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inwards = np.einsum("mi,mi->m", normals, hull.equations[:, :3]) < 0
-    corners[inwards] = corners[inwards][:, ::-1]
-    return np.asarray(corners)
+def _count_all(corners: Corners, apex: Array) -> Array:
+    return np.abs(pyramids(corners, apex))
 
 
 def _check_orientation(corners: Corners) -> None:
@@ -196,7 +145,7 @@ def faces_of(points: Array, faces: NDArray[np.int64]) -> Corners:
     if len(points) < 4:
         raise InputError("a mesh expects four points or more")
     if not len(faces):
-        return _hull(points)
+        return hull_of(points)
     if faces.min() < 0 or faces.max() >= len(points):
         raise InputError("a face of the mesh names a point that is not there")
     return np.asarray(points[faces])

@@ -1,4 +1,4 @@
-"""What readers of descriptions in XML share: files, refusals by line, numbers, poses, masses.
+"""What readers of descriptions in XML share: files, refusals by line, numbers, poses.
 
 `mecanique.formats.mjcf` and `mecanique.formats.sdf` build on it.
 """
@@ -8,18 +8,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, final
 
 import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
-from mecanique.model.bodies import Body
-from mecanique.model.bodies.shape import Shape
-from mecanique.model.bodies.tensor import entries_of
-from mecanique.model.bodies.visuals import Visual
 from mecanique.model.placement import Placement, rpy_of
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
@@ -28,45 +23,6 @@ from mecanique.urdf.parse import MOST_BYTES, parse
 GROUND = "world"
 MOST_FILES = 100
 MOST_ELEMENTS = 100_000
-
-
-@final
-@dataclass
-class Mass:
-    """Mass, center and inertia about it, in one frame."""
-
-    mass: float
-    center: Array
-    inertia: Array
-
-    def move(self, pose: Array) -> Mass:
-        """Return it in the frame in which its own has this pose."""
-        turn = pose[:3, :3]
-        return Mass(self.mass, turn @ self.center + pose[:3, 3], turn @ self.inertia @ turn.T)
-
-    def body(self, name: str, visuals: Sequence[Visual] = ()) -> Body:
-        """Return a body with this mass."""
-        x, y, z = self.center.tolist()
-        entries: Any = entries_of(self.inertia)
-        return Body(name, Shape(self.mass, (x, y, z), entries, tuple(visuals)))
-
-
-def no_mass() -> Mass:
-    """Return the mass of nothing."""
-    return Mass(0.0, np.zeros(3), np.zeros((3, 3)))
-
-
-def sum_masses(parts: Sequence[Mass]) -> Mass:
-    """Return several masses as one, by Steiner's theorem."""
-    total = sum(part.mass for part in parts)
-    if not total > 0:
-        return no_mass()
-    center = sum((part.mass * part.center for part in parts), np.zeros(3)) / total
-    inertia = np.zeros((3, 3))
-    for part in parts:
-        arm = part.center - center
-        inertia += part.inertia + part.mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
-    return Mass(total, center, inertia)
 
 
 class Source:

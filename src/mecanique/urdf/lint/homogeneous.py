@@ -25,6 +25,8 @@ from mecanique.urdf.meshes import read_mesh
 from mecanique.urdf.reading.document import read_document
 from mecanique.urdf.reading.links import ENTRIES, UrdfLink
 from mecanique.urdf.reading.packages import PackagePath
+from mecanique.urdf.solids import hull_of, inertia_of, pyramids, steiner
+from mecanique.urdf.solids import solid_of as primitive_of
 from mecanique.wording import Legible, say_count
 
 _TOGETHER = 1e-8
@@ -56,7 +58,7 @@ class HomogeneousSolid:
         volume = self.volume + other.volume
         center = (self.volume * self.center + other.volume * other.center) / volume
         inertia = sum(
-            solid.inertia + solid.volume * _about(solid.center - center) for solid in (self, other)
+            solid.inertia + solid.volume * steiner(solid.center - center) for solid in (self, other)
         )
         low, high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
         return HomogeneousSolid(volume, center, np.asarray(inertia), low, high, "several")
@@ -86,22 +88,14 @@ def _solid(shape: Visual, *, meshes: bool) -> HomogeneousSolid | None:
     turn, shift = np.array(shape.placement.rotation, float), np.array(shape.placement.xyz, float)
     match shape.geometry:
         case Box(size):
-            a, b, c = (float(edge) for edge in size)
-            moments = [b * b + c * c, a * a + c * c, a * a + b * b]
-            half = np.array([a, b, c]) / 2
-            return _primitive("box", a * b * c, np.array(moments) / 12, half, turn, shift)
+            half = np.array(size, float) / 2
+            return _primitive("box", half, half, turn, shift)
         case Cylinder(radius, length):
-            r, h = float(radius), float(length)
-            across = (3 * r * r + h * h) / 12
-            half = np.array([r, r, h / 2])
-            moments = [across, across, r * r / 2]
-            volume = np.pi * r * r * h
-            return _primitive("cylinder", volume, np.array(moments), half, turn, shift)
+            r, h = float(radius), float(length) / 2
+            return _primitive("cylinder", np.array([r, h, 0]), np.array([r, r, h]), turn, shift)
         case Sphere(radius):
-            r = float(radius)
-            volume = 4 / 3 * np.pi * r**3
-            moments = [2 * r * r / 5] * 3
-            return _primitive("sphere", volume, np.array(moments), np.full(3, r), np.eye(3), shift)
+            half = np.full(3, float(radius))
+            return _primitive("sphere", half, half, np.eye(3), shift)
         case Mesh(path=path, scale=scale) if meshes and path is not None:
             changed = path.stat().st_mtime_ns if path.is_file() else 0
             return _mesh(path, changed, tuple(scale), shape.placement)
@@ -109,9 +103,10 @@ def _solid(shape: Visual, *, meshes: bool) -> HomogeneousSolid | None:
 
 
 def _primitive(
-    kind: str, volume: float, radii: Array, half: Array, turn: Array, shift: Array
+    kind: str, size: Array, half: Array, turn: Array, shift: Array
 ) -> HomogeneousSolid | None:
-    """Return a primitive with given squares of its radii of gyration."""
+    """Return a primitive, `half` as large as the box around it."""
+    volume, radii = primitive_of(kind, size)
     if not volume > 0:
         return None
     reach = np.abs(turn) @ half
@@ -137,19 +132,16 @@ def _mesh(
     triangles = (corners - middle).reshape(-1, 3, 3)
     whole = _is_closed(triangles, size)
     if not whole:
-        triangles = _hull(triangles)
-    a, b, c = triangles.transpose(1, 0, 2)
-    volumes = np.einsum("ni,ni->n", a, np.cross(b, c)) / 6
-    volume = float(volumes.sum())
+        try:
+            triangles = hull_of(triangles.reshape(-1, 3))
+        except InputError:
+            raise InputError(f"mesh file {path}: it encloses no volume") from None
+    weights = pyramids(triangles, np.zeros(3))
+    volume = float(weights.sum())
     if abs(volume) <= 1e-9 * size**3:
         raise InputError(f"mesh file {path}: it encloses no volume")
-    total = a + b + c
-    # ∫ x dV and ∫ x xᵀ dV of the tetrahedra between the middle and each triangle
-    first = volumes @ total / 4 / volume
-    arms = np.stack([a, b, c, total], axis=1)
-    second = np.einsum("n,nki,nkj->ij", volumes, arms, arms) / 20
-    moments = np.trace(second) * np.eye(3) - second
-    inertia = np.sign(volume) * (moments - volume * _about(first))
+    first = weights @ triangles.mean(axis=1) * 0.75 / volume
+    inertia = np.sign(volume) * inertia_of(triangles - first, pyramids(triangles, first))
     return HomogeneousSolid(
         abs(volume), middle + first, inertia, low, high, "mesh" if whole else "hull"
     )
@@ -165,26 +157,6 @@ def _is_closed(triangles: Array, size: float) -> bool:
     key = np.minimum(start, end) * (len(triangles) * 3 + 1) + np.maximum(start, end)
     edges, edge = np.unique(key, return_inverse=True)
     return not np.bincount(edge.ravel(), np.where(start < end, 1.0, -1.0), len(edges)).any()
-
-
-def _hull(triangles: Array) -> Array:
-    """The triangles of the convex hull, each counterclockwise from outside."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        hull = ConvexHull(triangles.reshape(-1, 3))
-    except (QhullError, ValueError):
-        return np.empty((0, 3, 3))
-    corners = np.asarray(hull.points[hull.simplices])
-    a, b, c = corners.transpose(1, 0, 2)
-    inwards = np.einsum("ni,ni->n", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
-    corners[inwards] = corners[inwards][:, ::-1]
-    return corners
-
-
-def _about(arm: Array) -> Array:
-    """The inertia of a unit mass at a distance."""
-    return np.asarray((arm @ arm) * np.eye(3) - np.outer(arm, arm))
 
 
 _OUTSIDE = 0.02

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from mecanique.model import slips
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.placement import Placement
 from mecanique.urdf.findings import Report
+from mecanique.urdf.lint.homogeneous import solid_of
 from mecanique.urdf.reading.document import UrdfDocument
 from mecanique.urdf.reading.links import UrdfLink
 
@@ -82,13 +85,13 @@ def _link(link: UrdfLink, reach: float, report: Report) -> None:
         report.add("M208", link.element, link.where, message)
     shapes = [visual for visual in link.collisions if _size(visual) > 0]
     if len(shapes) == len(link.collisions) == 1:
-        volume = _volume(shapes[0])
-        if link.mass > 5 and link.mass > _DENSE * volume:
+        solid = solid_of(shapes, meshes=False)
+        if solid and link.mass > 5 and link.mass > _DENSE * solid.volume:
             report.add(
                 "M209",
                 link.element,
                 link.where,
-                f"its density is {link.mass / volume:.3g} kg/m³{_GRAMS}",
+                f"its density is {link.mass / solid.volume:.3g} kg/m³{_GRAMS}",
             )
     shapes = shapes or [visual for visual in link.visuals if _size(visual) > 0]
     if len(shapes) == 1:
@@ -99,8 +102,10 @@ def _point(link: UrdfLink, shape: Visual, report: Report) -> None:
     """Compare the inertia with that of the drawn shape, about its center and the link's origin."""
     if any(shape.placement.rpy) or any(link.frame.rpy):
         return
-    place = shape.placement.xyz
-    by_shape = _inertia(shape, link.mass)
+    place, solid = shape.placement.xyz, solid_of([shape], meshes=False)
+    if solid is None:
+        return
+    by_shape = (np.diag(solid.inertia) * link.mass / solid.volume).tolist()
     x, y, z = place
     lever = [link.mass * d for d in (y * y + z * z, x * x + z * z, x * x + y * y)]
     about_origin = [i + d for i, d in zip(by_shape, lever, strict=True)]
@@ -133,29 +138,3 @@ def _size(visual: Visual) -> float:
             return float(radius)
         case _:
             return 0.0
-
-
-def _volume(visual: Visual) -> float:
-    match visual.geometry:
-        case Box((a, b, c)):
-            return float(a * b * c)
-        case Cylinder(radius, length):
-            return float(math.pi * radius**2 * length)
-        case Sphere(radius):
-            return float(4 / 3 * math.pi * radius**3)
-        case _:
-            return math.inf
-
-
-def _inertia(visual: Visual, mass: float) -> list[float]:
-    """Moments of the homogeneous shape about its own center (as in `model.bodies.shapes`)."""
-    match visual.geometry:
-        case Box((a, b, c)):
-            return [mass * s / 12 for s in (b * b + c * c, a * a + c * c, a * a + b * b)]
-        case Cylinder(radius, length):
-            across = mass * (3 * radius**2 + length**2) / 12
-            return [across, across, mass * radius**2 / 2]
-        case Sphere(radius):
-            return [2 * mass * radius**2 / 5] * 3
-        case _:
-            return [0.0] * 3
