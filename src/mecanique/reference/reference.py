@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError, InputError, MecaniqueError
+from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.expression import finite
@@ -32,7 +33,7 @@ from mecanique.reference.engine.answers import (
     local_point,
 )
 from mecanique.reference.engine.forces.elements import Guided
-from mecanique.reference.engine.many import Whole, center_speeds, energies, momenta, resultants
+from mecanique.reference.engine.many import center_speeds, energies, momenta, resultants
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.engine.tree import EngineTree
@@ -97,10 +98,6 @@ class Reference(Dynamics):
         """Pickle the mechanism, which another process loads into its own Pinocchio."""
         rank = None if self._closed is None else self._closed.most
         return _load, (self.mechanism, rank)
-
-    @cached_property
-    def _whole(self) -> Whole:
-        return Whole(self._tree)
 
     _generic: int | None = None
     """The generic rank of the constraints, once they are known not to lock the mechanism."""
@@ -232,8 +229,17 @@ class Reference(Dynamics):
             v: shape (nv,).
             t: time [s].
         """
-        parts = self._answer(States.of(self.mechanism, q, v, t=t), self._whole.momentum)
-        return Momentum(*np.moveaxis(parts, -2, 0)[:3])
+        moved = self._motions(States.of(self.mechanism, q, v, t))
+        masses, levers, inertias = self._moving
+        centers, speeds, _ = _points(moved, levers)
+        turns = moved.poses[..., :3, :3]
+        spins = (np.swapaxes(turns, -1, -2) @ moved.angular_velocities[..., None])[..., 0]
+        about_centers = (turns @ np.einsum("bij,...bj->...bi", inertias, spins)[..., None])[..., 0]
+        pushes = masses[:, None] * speeds
+        linear = pushes.sum(axis=-2)
+        angular = (np.cross(centers, pushes) + about_centers).sum(axis=-2)
+        center = masses @ centers / (self.total_mass or 1.0)
+        return Momentum(linear, angular, angular - np.cross(center, linear))
 
     def quick_momenta(self, q: Array, v: Array, t: Array) -> Momentum:
         """Return the momenta in many states at once, unchecked, by sums over the bodies.
@@ -377,9 +383,9 @@ class Reference(Dynamics):
         Raises:
             UnknownNameError: if there is no such body.
         """
-        name = self.mechanism.body(body).name
-        states = States.of(self.mechanism, q, v, t)
-        return Twist(*np.moveaxis(self._answer(states, partial(self._tree.twist, name)), -2, 0))
+        k = self.mechanism.bodies.index(self.mechanism.body(body))
+        moved = self._motions(States.of(self.mechanism, q, v, t))
+        return Twist(moved.velocities[..., k, :], moved.angular_velocities[..., k, :])
 
     def motions(
         self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
@@ -392,8 +398,10 @@ class Reference(Dynamics):
             a: shape (nv,).
             t: time [s].
         """
+        return self._motions(States.of(self.mechanism, q, v, t, a))
+
+    def _motions(self, states: States) -> BodyMotions:
         holders = [self._tree.engine.holders[body.name] for body in self.mechanism.bodies]
-        states = States.of(self.mechanism, q, v, t, a)
         joints = self._answer(states, self._tree.carry, accelerations=True)
         rows = joints[..., [holder.joint for holder in holders], :]
         poses, twists, rates = np.split(rows, (16, 22), axis=-1)
@@ -445,14 +453,9 @@ class Reference(Dynamics):
         Raises:
             UnknownNameError: if there is no such body.
         """
-        name = self.mechanism.body(body).name
-        local = local_point(xyz)
-        parts = self._answer(
-            States.of(self.mechanism, q, v, t, a),
-            partial(self._tree.point, name, local),
-            accelerations=True,
-        )
-        return PointMotion(*np.moveaxis(parts, -2, 0))
+        k, local = self.mechanism.bodies.index(self.mechanism.body(body)), local_point(xyz)
+        moved = self._motions(States.of(self.mechanism, q, v, t, a))
+        return PointMotion(*(part[..., k, :] for part in _points(moved, local)))
 
     def jacobian(self, body: str, q: Given, t: float | Array = 0.0) -> Array:
         """Return a body's Jacobian: velocity of its origin and angular velocity, world axes.
@@ -536,9 +539,19 @@ class Reference(Dynamics):
             raise EngineError(
                 f"mechanism {self.mechanism.name!r} has no moving mass, so no center of mass"
             )
-        states = States.of(self.mechanism, q, v, t, a)
-        parts = self._answer(states, self._whole.center, accelerations=True)
-        return PointMotion(*np.moveaxis(parts, -2, 0))
+        masses, levers, _ = self._moving
+        parts = _points(self._motions(States.of(self.mechanism, q, v, t, a)), levers)
+        return PointMotion(*(masses @ part / self.total_mass for part in parts))
+
+    @cached_property
+    def _moving(self) -> tuple[Array, Array, Array]:
+        """Masses, centers and inertias of all bodies in their frames, without mass where welded."""
+        m, holders = self.mechanism, self._tree.engine.holders
+        moves = np.array([holders[body.name].joint > 0 for body in m.bodies], dtype=float)
+        masses = moves * m.evaluate_all(body.mass for body in m.bodies)
+        centers = np.array([m.evaluate_all(body.center) for body in m.bodies])
+        inertias = np.array([tensor_of(m.evaluate_all(body.inertia)) for body in m.bodies])
+        return masses, centers, moves[:, None, None] * inertias
 
     # constraints, and the motions they allow: Φ(q, t) = 0, J v + ∂Φ/∂t = 0, J a + γ = 0
 
@@ -1062,6 +1075,18 @@ def _load(mechanism: Mechanism, rank: int | None) -> Reference:
     if reference._closed is None or rank is None:
         return reference
     return Reference._over(Loaded(reference._tree, reference._closed.with_rank(rank)))
+
+
+def _points(moved: BodyMotions, local: Array) -> tuple[Array, Array, Array]:
+    """Return position, velocity and acceleration of a point of each body, shape (…, nb, 3)."""
+    arms = (moved.poses[..., :3, :3] @ local[..., None])[..., 0]
+    omega, alpha = moved.angular_velocities, moved.angular_accelerations
+    swing = np.cross(omega, arms)
+    return (
+        moved.poses[..., :3, 3] + arms,
+        moved.velocities + swing,
+        moved.accelerations + np.cross(alpha, arms) + np.cross(omega, swing),
+    )
 
 
 def _names_of(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:

@@ -106,8 +106,6 @@ class Chart:
         square = engine.model.nv == mechanism.nv
         self.identical = self.constant and square and np.array_equal(self._G, np.eye(mechanism.nv))
         """Whether v are the engine's velocities in the engine's order."""
-        self.one_hinge = self.identical and not self._positions and self._circles == [(0, 0)]
-        """Whether there is a single coordinate, an angle."""
         self.single = self.constant and square and not self._quaternions
         """Whether the engine's positions and angles are linear functions of the coordinates."""
         self.velocities_are_rates = not self._spins and all(a == b for a, b in self._rates)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import atan2, cos, sin
+from math import atan2
 from typing import TypeAlias
 
 import numpy as np
@@ -36,9 +36,7 @@ def fast_rhs(
     single = chart.single and chart.velocities_are_rates
     bare = recursive and single and not loads.act_on_bodies and not loads.act_in_joints
     if bare:
-        if chart.one_hinge:
-            rhs = _hinge(engine, chart, loads)
-        elif chart.identical:
+        if chart.identical:
             rhs = _chain(engine, loads, mechanism.nv)
         else:
             rhs = _linear(engine, chart, loads, mechanism.nv)
@@ -66,30 +64,6 @@ def fast_rhs(
         return out
 
     return general
-
-
-def _hinge(engine: EngineModel, chart: Chart, loads: Loads) -> Rhs:
-    """Treat a single hinge without springs or loads, a pendulum, in half the time."""
-    pin = engine_package()
-
-    aba, model, data, p, none, out = (
-        pin.aba,
-        engine.model,
-        engine.data,
-        chart.p,
-        loads.in_joints,
-        np.empty(2),
-    )
-
-    def hinge(t: float, y: Array) -> Array:
-        angle, rate = y.tolist()
-        p[0] = cos(angle)
-        p[1] = sin(angle)
-        out[0] = rate
-        out[1] = aba(model, data, p, y[1:], none)[0]
-        return out
-
-    return hinge
 
 
 def _chain(engine: EngineModel, loads: Loads, nv: int) -> Rhs:
@@ -143,39 +117,24 @@ def _recursive(engine: EngineModel, chart: Chart, loads: Loads) -> _Acceleration
         loads.update,
     )
     on_bodies, forced = loads.act_on_bodies, loads.act_on_bodies or loads.act_in_joints
-    if chart.identical:
-
-        def accelerate(q: Array, v: Array, t: float) -> Array:
-            values = place(q, t)
-            if on_bodies:
-                move(model, data, p, v)
-            if forced:
-                update(values, q, v, v, t)
-            result: Array = (
-                aba(model, data, p, v, in_joints, external)
-                if on_bodies
-                else aba(model, data, p, v, in_joints)
-            )
-            return result
-
-        return accelerate
+    identical = chart.identical
     forth, back = chart.G.dot, np.linalg.inv(chart.G).dot
 
-    def turn(q: Array, v: Array, t: float) -> Array:
+    def accelerate(q: Array, v: Array, t: float) -> Array:
         values = place(q, t)
-        u = forth(v)
+        u = v if identical else forth(v)
         if on_bodies:
             move(model, data, p, u)
         if forced:
             update(values, q, u, v, t)
-        result: Array = back(
+        result: Array = (
             aba(model, data, p, u, in_joints, external)
             if on_bodies
             else aba(model, data, p, u, in_joints)
         )
-        return result
+        return result if identical else back(result)
 
-    return turn
+    return accelerate
 
 
 def _solve(mechanism: Mechanism, engine: EngineModel, chart: Chart, loads: Loads) -> _Accelerations:

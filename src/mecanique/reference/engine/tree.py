@@ -314,7 +314,7 @@ class EngineTree:
         values, u = chart.place(q, t), chart.at(q, v, t)
         # this also sets the bodies' poses, which the springs need
         height = self._pin.computePotentialEnergy(engine.model, engine.data, chart.p) + self.resting
-        springs = self.loads.energy(values)
+        springs = self.loads.energy(np.array(values), lambda site: np.array(site.position()))
         # Pinocchio's own kinetic energy omits the armature of bounded hinges and slides
         kinetic = 0.5 * float(u @ self._pin.crba(engine.model, engine.data, chart.p) @ u)
         return np.array([kinetic, height, springs])
@@ -404,25 +404,6 @@ class EngineTree:
         twists = np.array([data.v[joint].vector for joint in joints])
         rates = np.array([data.a[joint].vector for joint in joints])
         return np.concatenate((poses.reshape(-1, 16), twists, rates), axis=1)
-
-    def point(self, body: str, xyz: Array, q: Array, v: Array, t: float, a: Array) -> Array:
-        """Return position, velocity, acceleration of a body's point, world axes, shape (3, 3)."""
-        self.move(q, v, t, a)
-        holder, data = self.engine.holders[body], self.engine.data
-        at = holder.placement.act(xyz)
-        pose, twist, rate = data.oMi[holder.joint], data.v[holder.joint], data.a[holder.joint]
-        velocity = twist.linear + np.cross(twist.angular, at)
-        # from the spatial to the classical acceleration
-        change = rate.linear + np.cross(rate.angular, at) + np.cross(twist.angular, velocity)
-        return np.array([pose.act(at), pose.rotation @ velocity, pose.rotation @ change])
-
-    def twist(self, body: str, q: Array, v: Array, t: float) -> Array:
-        """Return the velocity of a body's origin and its angular velocity, world axes, (2, 3)."""
-        self.move(q, v, t)
-        holder, data = self.engine.holders[body], self.engine.data
-        turn, twist = data.oMi[holder.joint].rotation, data.v[holder.joint]
-        linear = twist.linear + np.cross(twist.angular, holder.placement.translation)
-        return np.array([turn @ linear, turn @ twist.angular])
 
     def followers(self, q: Array, v: Array, t: float, a: Array) -> Array:
         """Return the driven joint coordinates, their rates and second rates, shape (3, k)."""

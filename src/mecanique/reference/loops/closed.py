@@ -21,7 +21,7 @@ from mecanique.reference.engine.forces.sites import SiteAction
 from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.tree import EngineTree
-from mecanique.reference.loops.closures import Closures
+from mecanique.reference.loops.closures import Closures, velocities_that_carry
 from mecanique.reference.loops.nullspace import (
     ConstrainedAccelerations,
     Metric,
@@ -49,11 +49,7 @@ class MassRoot:
         self._mass = np.sqrt(masses).reshape(count, 1, 1)
         self._centers = levers.reshape(count, 3, 1)
         self._inertia = roots.reshape(count, 3, 3)
-        carried = np.zeros((model.njoints, model.nv))
-        for i in range(1, model.njoints):
-            joint = model.joints[i]
-            carried[i] = carried[model.parents[i]]
-            carried[i, joint.idx_v : joint.idx_v + joint.nv] = 1.0
+        carried = velocities_that_carry(engine)
         self._carried = carried[self._joints][:, None, :]
         rotors = np.sqrt(np.asarray(model.armature))
         self._rotors = np.diag(rotors)[rotors > 0]

@@ -137,7 +137,7 @@ class Closures:
         self._chart = chart
         self._loops = mechanism.loops
         self._a, self._b = (_find_ends(pin, mechanism, engine, side) for side in "ab")
-        carried = _velocities_that_carry(engine)
+        carried = velocities_that_carry(engine)
         self.contacts = ContactRows(mechanism, engine, carried)
         """The rows of rolling and blades, with their points of contact."""
         self._velocity_rows = VelocityRows(mechanism)
@@ -449,7 +449,7 @@ def _find_ends(pin: Any, mechanism: Mechanism, engine: EngineModel, side: str) -
     )
 
 
-def _velocities_that_carry(engine: EngineModel) -> Array:
+def velocities_that_carry(engine: EngineModel) -> Array:
     """Return 1 where a velocity of the engine moves a joint of it, else 0, shape (joints, nv)."""
     model = engine.model
     carried: Array = np.zeros((model.njoints, model.nv))

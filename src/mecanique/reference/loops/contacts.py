@@ -152,18 +152,10 @@ class ContactRows:
     def _body(self, name: str, u: Array, *, moving: bool = True) -> _Body:
         holder, data = self._engine.holders[name], self._engine.data
         pose = data.oMi[holder.joint] * holder.placement
-        if not moving:
-            zero = np.zeros(3)
-            return _Body(
-                turn=pose.rotation,
-                origin=pose.translation,
-                linear=zero,
-                spin=zero,
-                linear_rate=zero,
-                spin_rate=zero,
-            )
-        carried = u * self._carried[holder.joint]
-        twist, rate = data.J.reshape(6, -1) @ carried, data.dJ.reshape(6, -1) @ carried
+        twist = rate = np.zeros(6)
+        if moving:
+            carried = u * self._carried[holder.joint]
+            twist, rate = data.J.reshape(6, -1) @ carried, data.dJ.reshape(6, -1) @ carried
         return _Body(
             turn=pose.rotation,
             origin=pose.translation,

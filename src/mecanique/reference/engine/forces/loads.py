@@ -82,24 +82,20 @@ class _Field:
         V = V.subs({sympy.Symbol(letter): value for letter, value in mechanism.values.items()})
         self.even = sympy.expand(V - V.subs(x, -x)) == 0
         per_x = sympy.cancel(V.diff(x) / x) if self.even else V.diff(x) / x
-        self._at = compile_scalars([V, V.diff(x), per_x], (name,))
-        self._energies = accept_arrays(compile_scalars([V], (name,)))
+        self._slopes = compile_scalars([V.diff(x), per_x], (name,))
+        self._energy = accept_arrays(compile_scalars([V], (name,)))
 
     def slope(self, x: float) -> float:
         """Return dV/dx."""
-        return self._at(x)[1]
+        return self._slopes(x)[0]
 
     def tension(self, x: float) -> float:
         """Return (dV/dx)/x."""
-        return self._at(x)[2]
+        return self._slopes(x)[1]
 
-    def energy(self, x: float) -> float:
+    def energy(self, x: Array) -> Array:
         """Return V [J]."""
-        return self._at(x)[0]
-
-    def energies(self, x: Array) -> Array:
-        """Return V in many states [J]."""
-        return np.asarray(self._energies(x)[0], dtype=float)
+        return np.asarray(self._energy(x)[0], dtype=float)
 
 
 @final
@@ -325,33 +321,19 @@ class Loads:
             for action in hinge.actions(size)
         ]
 
-    def energy(self, values: list[float]) -> float:
+    def energy(self, values: Array, position: Callable[[Site], Array]) -> Array:
         """Return the potential energy of springs, ½ k (elongation)² each, and of fields [J]."""
-        total = 0.0
+        # in one state or in n: values (…, k), positions (…, 3)
+        total = np.zeros(values.shape[:-1])
         for line in self._lines:
             if line.stiffness or line.field is not None:
-                xa, xb = line.a.position(), line.b.position()
-                length = sqrt(sum((b - a) ** 2 for a, b in zip(xa, xb, strict=True)))
+                length = np.linalg.norm(position(line.b) - position(line.a), axis=-1)
                 total += 0.5 * line.stiffness * (length - line.free_length) ** 2
                 total += 0.0 if line.field is None else line.field.energy(length)
         for term in self._terms:
-            x = values[term.at]
+            x = values[..., term.at]
             total += 0.5 * term.stiffness * (x - term.rest) ** 2
             total += 0.0 if term.field is None else term.field.energy(x)
-        return total
-
-    def energies(self, values: Array, position: Callable[[Site], Array]) -> Array:
-        """Return the potential energy of springs and fields in many states, shape (n,) [J]."""
-        total = np.zeros(len(values))
-        for line in self._lines:
-            if line.stiffness or line.field is not None:
-                length = np.linalg.norm(position(line.b) - position(line.a), axis=1)
-                total += 0.5 * line.stiffness * (length - line.free_length) ** 2
-                total += 0.0 if line.field is None else line.field.energies(length)
-        for term in self._terms:
-            x = values[:, term.at]
-            total += 0.5 * term.stiffness * (x - term.rest) ** 2
-            total += 0.0 if term.field is None else term.field.energies(x)
         return total
 
     def check(self) -> None:
