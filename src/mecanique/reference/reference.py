@@ -404,18 +404,21 @@ class Reference(Dynamics):
         holders = [self._tree.engine.holders[body.name] for body in self.mechanism.bodies]
         joints = self._answer(states, self._tree.carry, accelerations=True)
         rows = joints[..., [holder.joint for holder in holders], :]
-        poses, twists, rates = np.split(rows, (16, 22), axis=-1)
-        poses = poses.reshape(*poses.shape[:-1], 4, 4)
+        turns, places, twists, rates = np.split(rows, (9, 12, 18), axis=-1)
+        turns = turns.reshape(*turns.shape[:-1], 3, 3)
         at = np.array([holder.placement.translation for holder in holders])
         omega, alpha = twists[..., 3:], rates[..., 3:]
         velocity = twists[..., :3] + np.cross(omega, at)
         # from the spatial to the classical acceleration
         change = rates[..., :3] + np.cross(alpha, at) + np.cross(omega, velocity)
-        vectors = np.stack((velocity, omega, change, alpha), axis=-1)
-        return BodyMotions(
-            poses @ np.array([holder.placement.homogeneous for holder in holders]),
-            *np.moveaxis(poses[..., :3, :3] @ vectors, -1, 0),
-        )
+        arm = np.broadcast_to(at, velocity.shape)
+        vectors = turns @ np.stack((arm, velocity, omega, change, alpha), axis=-1)
+        arm, *motions = np.moveaxis(vectors, -1, 0)
+        poses = np.zeros((*places.shape[:-1], 4, 4))
+        poses[..., :3, :3] = turns @ np.array([holder.placement.rotation for holder in holders])
+        poses[..., :3, 3] = places + arm
+        poses[..., 3, 3] = 1.0
+        return BodyMotions(poses, *motions)
 
     def center_speeds(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the speeds of all bodies' centers of mass, in their order, shape (nb,) [m/s].

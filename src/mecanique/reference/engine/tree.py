@@ -215,6 +215,14 @@ class EngineTree:
         """The mass of the bodies that are not welded to the ground [kg]."""
         self.massless: Array | None = None
         """A motion that moves no mass in any sampled state, shape (nv,); None without one."""
+        data, joints = self.engine.data, range(self.engine.model.njoints)
+        # views of the engine's own memory
+        self._views = (
+            [data.oMi[joint].rotation for joint in joints],
+            [data.oMi[joint].translation for joint in joints],
+            [data.v[joint].vector for joint in joints],
+            [data.a[joint].vector for joint in joints],
+        )
         self.demand = np.zeros(self.engine.model.nv)
         """The forces along the joints that the last `transmit` left to elements, shape (nu,)."""
         self.recursive = self._probe()
@@ -397,13 +405,10 @@ class EngineTree:
         return np.array([engine.data.oMf[frame].homogeneous for frame in self._body_frames])
 
     def carry(self, q: Array, v: Array, t: float, a: Array) -> Array:
-        """Return pose, spatial velocity and acceleration of every joint, shape (nj, 28)."""
+        """Return turn, place, spatial velocity and acceleration of every joint, shape (nj, 24)."""
         self.move(q, v, t, a)
-        data, joints = self.engine.data, range(self.engine.model.njoints)
-        poses = np.array([data.oMi[joint].homogeneous for joint in joints])
-        twists = np.array([data.v[joint].vector for joint in joints])
-        rates = np.array([data.a[joint].vector for joint in joints])
-        return np.concatenate((poses.reshape(-1, 16), twists, rates), axis=1)
+        parts = [np.array(views).reshape(len(views), -1) for views in self._views]
+        return np.concatenate(parts, axis=1)
 
     def followers(self, q: Array, v: Array, t: float, a: Array) -> Array:
         """Return the driven joint coordinates, their rates and second rates, shape (3, k)."""

@@ -331,9 +331,10 @@ class Loads:
                 total += 0.5 * line.stiffness * (length - line.free_length) ** 2
                 total += 0.0 if line.field is None else line.field.energy(length)
         for term in self._terms:
-            x = values[..., term.at]
-            total += 0.5 * term.stiffness * (x - term.rest) ** 2
-            total += 0.0 if term.field is None else term.field.energy(x)
+            if term.stiffness or term.field is not None:
+                x = values[..., term.at]
+                total += 0.5 * term.stiffness * (x - term.rest) ** 2
+                total += 0.0 if term.field is None else term.field.energy(x)
         return total
 
     def check(self) -> None:
