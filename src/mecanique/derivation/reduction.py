@@ -232,14 +232,7 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
         Q=tuple(ring.number(0) for _ in rows),
         stages=(
             *geometry_stages(lagrange.kinematics),
-            *energy_stages(
-                lagrange.kinetic,
-                lagrange.T,
-                lagrange.gravity,
-                lagrange.works,
-                V,
-                heavy=any(algebra.mechanism.gravity),
-            ),
+            *energy_stages(lagrange, by_squares=False),
             Stage("Cyclic coordinates", _SINCE, tuple(_list_momenta(lagrange, ignored))),
             Stage("Velocities of the cyclic coordinates", _RATES, tuple(_rates(ignored))),
             Stage(
@@ -250,7 +243,7 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
                     Result(Left("V_eff"), effective, lambda: shown_V),
                 ),
             ),
-            *energy_integral(lagrange.T, lagrange.gravity, V, lagrange.D, lagrange.works, ()),
+            *energy_integral(lagrange, by_squares=False),
         ),
         assumptions=tuple(a for work in lagrange.works for a in work.assumptions),
         closing=_closing(lagrange, bool(rows)),

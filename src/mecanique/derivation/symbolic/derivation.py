@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
@@ -117,6 +117,15 @@ class Result:
     def _repr_html_(self) -> str:
         """Show the line in a notebook."""
         return to_lines(self.write(MathML()), self.write(Text()))
+
+
+def list_components(
+    name: str, labels: Iterable[str], components: Iterable[Series]
+) -> Iterator[Result]:
+    """Yield the components of a vector that are not zero, each under its name, e.g. "r_bob_x"."""
+    for label, part in zip(labels, components, strict=True):
+        if part:
+            yield Result(Left("_".join(filter(None, (name, label)))), part)
 
 
 @final

@@ -14,7 +14,7 @@ from typing import Any, final
 from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Kind, Series
-from mecanique.derivation.symbolic.derivation import Left, Result, Stage
+from mecanique.derivation.symbolic.derivation import Left, Result, Stage, list_components
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector, lift, zero
 from mecanique.derivation.tree.links import links, place_of
@@ -227,9 +227,8 @@ def inertia_stages(kinematics: Kinematics) -> list[Stage]:
         mass = algebra.series(body.mass)
         if mass:
             results.append(Result(Left(f"m_{name}"), mass))
-        for axis, part in zip("xyz", body.center, strict=True):
-            if mass and (place := tidy(algebra.series(part))):
-                results.append(Result(Left(f"c_{name}_{axis}"), place))
+            center = [tidy(algebra.series(part)) for part in body.center]
+            results += list_components(f"c_{name}", "xyz", center)
         moments = [*_list_moments(kinematics, name)]
         results += moments
         if moments:
@@ -327,9 +326,7 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
         if any(entry != 0 for entry in given.inertia):
             vectors["omega"] = kinematics.spin(body)
         for letter, vector in vectors.items():
-            for axis, part in zip("xyz", vector, strict=True):
-                if part:
-                    results.append(Result(Left(f"{letter}_{body}_{axis}"), tidy(part)))
+            results += list_components(f"{letter}_{body}", "xyz", vector.tidy())
     if not results or sum(len(result.right) for result in results) > _MOST_LISTED:
         return []
     sentence = (

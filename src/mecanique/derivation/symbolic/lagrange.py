@@ -30,7 +30,6 @@ from mecanique.derivation.symbolic.derivation import (
     Left,
     Result,
     Stage,
-    Tie,
     mass_and_bias,
 )
 from mecanique.derivation.symbolic.forces import Work, find_potential, length_names, works_of
@@ -69,27 +68,16 @@ def _collect(squares: Mapping[str, Squares]) -> Squares:
     return tuple(pair for pairs in squares.values() for pair in pairs)
 
 
-def energy_stages(
-    kinetic: Sequence[tuple[str, Series]],
-    T: Series,
-    gravity: Series,
-    works: Sequence[Work],
-    V: Series,
-    heavy: bool,
-    squares: Mapping[str, Squares] | None = None,
-) -> list[Stage]:
+def energy_stages(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]:
     """Return the steps that find the kinetic and the potential energy."""
-    squares = squares or {}
-    parts = []
-    for name, series in kinetic:
-        if series:
-            parts.append(
-                Result(
-                    Left(f"T_{name}"),
-                    series,
-                    partial(_write_squares, series, squares.get(name, ())),
-                )
-            )
+    squares = lagrange.squares if by_squares else {}
+    T, V, gravity, works = lagrange.T, lagrange.V, lagrange.gravity, lagrange.works
+    heavy = any(lagrange.algebra.mechanism.gravity)
+    parts = [
+        Result(Left(f"T_{name}"), part, partial(_write_squares, part, squares.get(name, ())))
+        for name, part in lagrange.kinetic
+        if part
+    ]
     parts = parts if len(parts) > 1 else []
     found = [
         Stage(
@@ -163,16 +151,10 @@ def _write_momentum(p: Series, velocity: str, squares: Squares) -> Expression:
     return shorter(add_weighted(parts), plain) if parts else plain
 
 
-def energy_integral(
-    T: Series,
-    gravity: Series,
-    V: Series,
-    D: Series,
-    works: Sequence[Work],
-    ties: Sequence[Tie],
-    squares: Squares = (),
-) -> list[Stage]:
+def energy_integral(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]:
     """Return the step that states the conserved energy, if L does not depend on time."""
+    T, V, gravity, works = lagrange.T, lagrange.V, lagrange.gravity, lagrange.works
+    ties, squares = lagrange.ties, _collect(lagrange.squares) if by_squares else ()
     # If a prescribed motion adds terms of degree 0 or 1 in the velocities to T, the conserved
     # quantity is Jacobi's integral instead (Goldstein, Classical Mechanics, 3rd ed., eq. 2.53).
     given = {Kind.TIME, Kind.INPUT}
@@ -180,7 +162,7 @@ def energy_integral(
     kinds = {g.kind for series in every for g in series.generators()}
     # a constraint in steady motion, like a turntable, does work
     driven = any(tie.of_velocities and _find_orders(tie.demand) != {1} for tie in ties)
-    if D or driven or kinds & given or any(work.kind == "work" for work in works):
+    if lagrange.D or driven or kinds & given or any(work.kind == "work" for work in works):
         return []
     potentials = [work for work in works if work.kind == "potential"]
     usual = gravity or not potentials or any(work.elastic for work in potentials)
@@ -230,8 +212,9 @@ def _split_by_degree(series: Series) -> dict[int, Series]:
     return {degree: tidy(ring.sum(terms)) for degree, terms in found.items()}
 
 
-def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stage]:
+def work_stages(lagrange: Lagrange) -> list[Stage]:
     """Return the steps that treat dampers, drives and loads."""
+    algebra, D = lagrange.algebra, lagrange.D
     found = []
     if D:
         sentence = (
@@ -240,7 +223,7 @@ def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stag
             "the dampers against that velocity."
         )
         found.append(Stage("Dissipation", sentence, (Result(Left("D"), D),)))
-    loads = [work for work in works if work.kind == "work"]
+    loads = [work for work in lagrange.works if work.kind == "work"]
     if loads:
         sentence = (
             "In a virtual displacement each drive and each load does work; the coefficient of a "
@@ -255,19 +238,19 @@ def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stag
 
 
 def coordinate_stages(
-    velocities: Sequence[str],
-    squares: Squares,
-    operated: Sequence[Euler],
-    turning: Sequence[Series],
-    falls: Sequence[Series],
-    losses: Sequence[Series],
-    free: Sequence[bool] = (),
+    lagrange: Lagrange, operated: Sequence[Euler], turning: Sequence[Series]
 ) -> list[Stage]:
     """Return the steps that apply Lagrange's operator, one for each velocity."""
-    found = []
-    alone = free or [False] * len(velocities)
-    each = zip(velocities, operated, turning, falls, losses, alone, strict=True)
-    for v, E, terms, fall, loss, unforced in each:
+    ring, squares, found = lagrange.algebra.ring, _collect(lagrange.squares), []
+    columns = (
+        lagrange.algebra.velocities,
+        operated,
+        turning,
+        ring.along(lagrange.V),
+        ring.partials(lagrange.D),
+        lagrange.find_free(),
+    )
+    for v, E, terms, fall, loss, unforced in zip(*columns, strict=True):
         q = coordinate_of(v)
         quasi = q == v
         sentence = (
@@ -352,36 +335,12 @@ class Lagrange:
                 *quaternion_stages(algebra),
                 *inertia_stages(self.kinematics),
                 *geometry_stages(self.kinematics),
-                *energy_stages(
-                    self.kinetic,
-                    self.T,
-                    self.gravity,
-                    self.works,
-                    self.V,
-                    heavy=any(algebra.mechanism.gravity),
-                    squares=self._squares,
-                ),
-                *work_stages(algebra, self.works, self.D),
+                *energy_stages(self),
+                *work_stages(self),
                 *loop_stages(self.ties),
                 *redundancy_stages(algebra.mechanism),
-                *coordinate_stages(
-                    names,
-                    _collect(self._squares),
-                    operated,
-                    turning,
-                    ring.along(self.V),
-                    ring.partials(self.D),
-                    self.find_free(),
-                ),
-                *energy_integral(
-                    self.T,
-                    self.gravity,
-                    self.V,
-                    self.D,
-                    self.works,
-                    self.ties,
-                    _collect(self._squares),
-                ),
+                *coordinate_stages(self, operated, turning),
+                *energy_integral(self),
                 *multiplier_stages(
                     algebra, M, [a - b for a, b in zip(h, loads, strict=True)], self.ties
                 ),
@@ -419,7 +378,7 @@ class Lagrange:
             yield body, energy
 
     @cached_property
-    def _squares(self) -> dict[str, Squares]:
+    def squares(self) -> dict[str, Squares]:
         """The kinetic energy of each body or rotor as squares, empty if it has no such form."""
         found = {}
         for name, T in self.kinetic:

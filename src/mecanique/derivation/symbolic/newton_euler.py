@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import final
 
-from mecanique.derivation.scalars.cancel import by_velocity, tidy
+from mecanique.derivation.scalars.cancel import by_velocity
 from mecanique.derivation.symbolic.balances import (
     FreeBodies,
     demands,
@@ -25,9 +25,9 @@ from mecanique.derivation.symbolic.cutting import (
 from mecanique.derivation.symbolic.derivation import (
     REACTIONS,
     Derivation,
-    Left,
     Result,
     Stage,
+    list_components,
     mass_and_bias,
 )
 from mecanique.derivation.symbolic.forces import length_names
@@ -111,11 +111,7 @@ class NewtonEuler:
         sentence = f"{acting} {cut.axes.sentence} {state_momentum_balance(cut, bool(moving))}"
         yield Stage(f"Free body {cut.body}: forces", sentence, (*moving, *forces))
         stored = along(cut.axes.turns, self.balances.angular_momentum(cut))
-        momenta = [
-            Result(Left(f"H_{cut.body}_{label}"), part)
-            for label, part in zip(cut.axes.labels, stored, strict=True)
-            if part
-        ]
+        momenta = list_components(f"H_{cut.body}", cut.axes.labels, stored)
         left = along(cut.axes.turns, self.balances.turning(cut))
         right = self.balances.moments_along(cut)
         moments = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
@@ -149,14 +145,12 @@ class NewtonEuler:
             return []
         kinematics = self.cuts.kinematics
         center = self.algebra.mechanism.body(cut.body).center
-        r = zip("xyz", kinematics.point(cut.body, center), strict=True)
-        found = [Result(Left(f"r_{cut.body}_{axis}"), tidy(part)) for axis, part in r if part]
+        place = kinematics.point(cut.body, center).tidy()
+        found = [*list_components(f"r_{cut.body}", "xyz", place)]
         a = kinematics.change(cut.center_velocity, cut.carrier)
         for letter, vector in (("v", cut.center_velocity), ("a", a)):
-            named = zip(cut.axes.labels, along(cut.axes.rows, vector), strict=True)
-            for label, part in named:
-                if part:
-                    found.append(Result(Left(f"{letter}_{cut.body}_{label}"), part))
+            parts = along(cut.axes.rows, vector)
+            found += list_components(f"{letter}_{cut.body}", cut.axes.labels, parts)
         return found
 
     def _eliminate(self) -> Iterator[Stage]:

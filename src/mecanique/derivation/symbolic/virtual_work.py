@@ -8,7 +8,7 @@ fixed time (eq. 1.27).
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple, final
@@ -26,6 +26,7 @@ from mecanique.derivation.symbolic.derivation import (
     Result,
     Stage,
     Tie,
+    list_components,
     mass_and_bias,
 )
 from mecanique.derivation.symbolic.forces import length_names
@@ -36,7 +37,7 @@ from mecanique.derivation.symbolic.multipliers import (
     redundancy_stages,
 )
 from mecanique.derivation.symbolic.symbols import Algebra, coordinate_of
-from mecanique.derivation.symbolic.vectors import Vector, along, cross, lift, total
+from mecanique.derivation.symbolic.vectors import Vector, along, cross, dot, lift, total
 from mecanique.derivation.tolerances import ALIGNED
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
@@ -210,29 +211,33 @@ class Ledger:
     def enter(self, cut: Cut) -> list[Result]:
         """Enter a body: return the work of weight, inertia forces and loads, entry by entry."""
         lines: list[Result] = []
-        zero, body = self._ring.number(0), cut.body
+        body = cut.body
         rotation = self.displacements.vary(cut.spin)
         at_center = self.displacements.vary(cut.center_velocity)
         if cut.inert:
             if any(cut.weight):
-                work = self._force(lines, f"weight_{body}", cut, cut.weight, at_center)
-                self.weights.append(work)
+                fall = (cut.weight, at_center)
+                self.weights.append(self._enter(lines, _FORCE, f"weight_{body}", cut, fall))
             seat, couple = self._seat_of_inertia(cut)
             shift = at_center if seat is None else seat
-            work = self._force(lines, f"inertia_{body}", cut, -cut.push, shift, known=True)
-            work = work + self._turn(lines, f"inertia_{body}", cut, couple, rotation, known=True)
-            self.inertia.append(work)
+            pairs = (_FORCE, (-cut.push, shift)), (_COUPLE, (couple, rotation))
+            self.inertia.append(
+                self._ring.sum(
+                    self._enter(lines, letters, f"inertia_{body}", cut, pair, known=True)
+                    for letters, pair in pairs
+                )
+            )
         for action in cut.applied:
             if action.ties:  # where bodies touch or are joined, both points move alike
                 continue
-            work = zero
             name = f"{action.name}_{body}" if self._acting[action.name] > 1 else action.name
-            if any(action.force):
-                shift = self.displacements.vary(action.velocity)
-                work = work + self._force(lines, name, cut, action.force, shift)
-            if any(action.moment):
-                work = work + self._turn(lines, name, cut, action.moment, rotation)
-            self.loads.append(work)
+            shift = self.displacements.vary(action.velocity)
+            pairs = (_FORCE, (action.force, shift)), (_COUPLE, (action.moment, rotation))
+            self.loads.append(
+                self._ring.sum(
+                    self._enter(lines, letters, name, cut, pair) for letters, pair in pairs
+                )
+            )
         return lines
 
     def locate(self, cut: Cut) -> str:
@@ -263,65 +268,38 @@ class Ledger:
             return None, couple
         return self.displacements.vary(total([cut.center_velocity, cross(cut.spin, arm)])), left
 
-    def _force(
+    def _enter(
         self,
         lines: list[Result],
+        letters: _Letters,
         name: str,
         cut: Cut,
-        force: Vector,
-        displacement: Vector,
+        pair: tuple[Vector, Vector],
         *,
         known: bool = False,
     ) -> Series:
-        """Enter a force, unless it is listed already, with its displacement and work."""
-        if not any(force):
+        """Enter a force or couple, unless it is listed already, with its displacement and work."""
+        act, move = pair
+        if not any(act):
             return self._ring.number(0)
-        acts, moves = along(cut.axes.rows, force), along(cut.axes.rows, displacement)
-        named = zip(cut.axes.labels, acts, moves, strict=True)
-        return _enter(lines, _FORCE, name, named, known=known)
-
-    def _turn(
-        self,
-        lines: list[Result],
-        name: str,
-        cut: Cut,
-        couple: Vector,
-        rotation: Vector,
-        *,
-        known: bool = False,
-    ) -> Series:
-        """Enter a couple, unless it is listed already, with its rotation and work."""
-        if not any(couple):
-            return self._ring.number(0)
-        acts, moves = along(cut.axes.turns, couple), along(cut.axes.turns, rotation)
-        named = zip(cut.axes.turn_labels, acts, moves, strict=True)
-        return _enter(lines, _COUPLE, name, named, known=known)
+        axes = cut.axes
+        rows, labels = (
+            (axes.rows, axes.labels) if letters is _FORCE else (axes.turns, axes.turn_labels)
+        )
+        acts, moves = along(rows, act), along(rows, move)
+        for label, size, shift in zip(labels, acts, moves, strict=True):
+            if size and not known:
+                lines.append(Result(Left(join_words(letters.act, name, label)), size))
+            if size:
+                lines.append(Result(Left(join_words(letters.move, name, label)), shift))
+        work = tidy(dot(acts, moves))
+        lines.append(Result(Left(f"{letters.work}_{name}"), work))
+        return work
 
 
 def couple_of_inertia(cut: Cut) -> Vector:
     """Return the couple of the inertia forces about the center of mass."""
     return (cross(cut.center, cut.push) - cut.turning).tidy()
-
-
-def _enter(
-    lines: list[Result],
-    letters: _Letters,
-    name: str,
-    components: Iterable[tuple[str, Series, Series]],
-    *,
-    known: bool,
-) -> Series:
-    """Write one entry of the ledger and return its work."""
-    products = []
-    for label, act, move in components:
-        products.append(act * move)
-        if act:
-            if not known:
-                lines.append(Result(Left(join_words(letters.act, name, label)), act))
-            lines.append(Result(Left(join_words(letters.move, name, label)), move))
-    work = tidy(products[0].ring.sum(products))
-    lines.append(Result(Left(f"{letters.work}_{name}"), work))
-    return work
 
 
 def join_words(*words: str) -> str:
@@ -496,14 +474,9 @@ class VirtualWork:
             results += _list_spread_forces(spread, cut)
         else:
             F = -along(axes.rows, cut.push)
-            named = zip(axes.labels, F, strict=True)
-            results += [
-                Result(Left(f"F_inertia_{body}_{label}"), part) for label, part in named if part
-            ]
+            results += list_components(f"F_inertia_{body}", axes.labels, F)
         C = along(axes.turns, couple_of_inertia(cut))
-        for label, part in zip(axes.turn_labels, C, strict=True):
-            if part:
-                results.append(Result(Left(join_words("C_inertia", body, label)), part))
+        results += list_components(f"C_inertia_{body}", axes.turn_labels, C)
         parts.append(
             "Reduced to the center of mass they are one force, minus the mass times the "
             "acceleration of that center, and a couple, minus the rate of the angular momentum "
