@@ -11,7 +11,7 @@ from mecanique.derivation.scalars.cancel import divide_by_wave
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Ring
-from mecanique.derivation.symbolic.solution import Quotient
+from mecanique.derivation.symbolic.multipliers import Quotient
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model import time
 from mecanique.verification.states import random_states

@@ -24,7 +24,7 @@ from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
 from mecanique.derivation.symbolic.kinematics import geometry_stages
 from mecanique.derivation.symbolic.lagrange import Lagrange, energy_integral, energy_stages
-from mecanique.derivation.symbolic.multipliers import is_constant
+from mecanique.derivation.symbolic.multipliers import Quotient, is_constant, name_of
 from mecanique.derivation.symbolic.symbols import coordinate_of
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
@@ -79,8 +79,7 @@ class Ignored:
 
     def shown_rate(self) -> Expression:
         """The velocity q' as a quotient that is not expanded."""
-        quotient = multiply(to_formula(self.left), to_power(to_formula(self.inertia), Fraction(-1)))
-        return Expression((quotient,))
+        return Quotient(self.left, self.inertia).fraction()
 
     def shown_energy(self, sign: int) -> Expression:
         """The part that is subtracted in R, with a sign, as a square over the inertia."""
@@ -269,8 +268,7 @@ def _rates(ignored: Sequence[Ignored]) -> Iterator[Result]:
 
 
 def _letter_of(one: Ignored) -> str:
-    (generator,) = one.momentum.generators()
-    return generator.name.removesuffix(f"_{one.name}")
+    return name_of(one.momentum).removesuffix(f"_{one.name}")
 
 
 def _meanings(lagrange: Lagrange, ignored: Sequence[Ignored]) -> dict[str, str]:
@@ -278,10 +276,9 @@ def _meanings(lagrange: Lagrange, ignored: Sequence[Ignored]) -> dict[str, str]:
     unit = units(lagrange.algebra.mechanism)
     found = {}
     for one in ignored:
-        (generator,) = one.momentum.generators()
         of_turning = unit[one.name] == "rad"
         size = "kg·m²/s" if of_turning else "kg·m/s"
-        found[generator.name] = f"momentum of {one.name}, constant [{size}]"
+        found[name_of(one.momentum)] = f"momentum of {one.name}, constant [{size}]"
     return found
 
 
@@ -335,7 +332,7 @@ class Reduction(Legible):
     @property
     def momenta(self) -> tuple[str, ...]:
         """The letter of the momentum of each cyclic coordinate, in the same order."""
-        letters = {one.name: one.momentum.generators()[0].name for one in self.found.ignored}
+        letters = {one.name: name_of(one.momentum) for one in self.found.ignored}
         return tuple(letters[name] for name in self.cyclic)
 
     @cached_property

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cached_property, partial
-from typing import Any, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
 from mecanique.derivation.document import Document
 from mecanique.derivation.methods import derive
 from mecanique.derivation.printing.equations import expression, join
-from mecanique.derivation.printing.expressions import to_formula, to_power
-from mecanique.derivation.printing.formulas import multiply
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Equation, Expression, Text
 from mecanique.derivation.scalars.cancel import tidy
@@ -31,8 +28,12 @@ from mecanique.derivation.symbolic.derivation import (
     mass_and_bias,
 )
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.derivation.symbolic.multipliers import loop_stages, solve_multipliers
-from mecanique.derivation.symbolic.solution import Quotient
+from mecanique.derivation.symbolic.multipliers import (
+    Quotient,
+    loop_stages,
+    name_of,
+    solve_multipliers,
+)
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.tolerances import CLOSED_WELL, FIRM, RANK
 from mecanique.errors import DerivationError, UnknownNameError
@@ -61,28 +62,16 @@ _CLOSING = (
 )
 
 
-@final
-@dataclass(frozen=True)
-class Coefficient:
-    """A kinematic coefficient, or the derivative of one, from factor × letter = value."""
+class Coefficient(NamedTuple):
+    """A kinematic coefficient, or the derivative of one, in terms of those before it."""
 
     coordinate: str  # the coordinate that it belongs to
-    letter: Series  # its letter
-    factor: Series  # the factor of the letter
-    value: Series  # the right side, in terms of earlier coefficients
-
-    @property
-    def name(self) -> str:
-        """The printed letter."""
-        return _name(self.letter)
+    name: str  # its letter
+    value: Quotient
 
     def result(self) -> Result:
-        """Return the line letter = value/factor."""
-        return Result(Left(self.name), self.value, self._quotient)
-
-    def _quotient(self) -> Expression:
-        quotient = multiply(to_formula(self.value), to_power(to_formula(self.factor), Fraction(-1)))
-        return Expression((quotient,))
+        """Return the line that states it."""
+        return Result(Left(self.name), self.value.above, self.value.fraction)
 
 
 @final
@@ -92,8 +81,8 @@ class Single:
 
     derivation: Derivation  # the equation with its steps
     coordinate: str  # the coordinate that is kept
-    # K of each other coordinate, then L, in the order of their definitions
-    coefficients: tuple[Coefficient, ...]
+    ratios: tuple[Coefficient, ...]  # K of each other coordinate, in the order of their definitions
+    changes: tuple[Coefficient, ...]  # L of each, likewise
     # the terms of the equation, which sum to zero, in terms of all coordinates, the velocity and
     # acceleration of the kept one, and the coefficients
     parts: tuple[Series, ...]
@@ -171,25 +160,20 @@ class _Reducing:
             terms.append(series.diff(self.K[name]) * self.L[name])
         return self.ring.sum(terms)
 
-    def solve(self, demands: Sequence[Series], letters: dict[str, Series]) -> list[Coefficient]:
+    def solve(
+        self, demands: Sequence[Series], letters: dict[str, Series]
+    ) -> tuple[Coefficient, ...]:
         """Solve constraint equations that are linear in the coefficients for these."""
-        wanted = [_name(letter) for letter in letters.values()]
-        found = [demand.linear(wanted) for demand in demands]
-        names = list(letters)
-        unknown = [Tie(name, self.ring.number(0), letters[name], "") for name in names]
-        columns = zip(*(row for row, _ in found), strict=True)
-        entries = [list(map(tidy, column)) for column in columns]
-        solved = solve_multipliers(unknown, entries, [-rest for _, rest in found])
+        owners = {name_of(letter): name for name, letter in letters.items()}
+        rows, rests = zip(*(demand.linear([*owners]) for demand in demands), strict=True)
+        entries = [list(map(tidy, column)) for column in zip(*rows, strict=True)]
+        solved = solve_multipliers([*letters.values()], entries, [-rest for rest in rests])
         if not solved:
             raise DerivationError(
                 f"mechanism {self.algebra.mechanism.name!r}: the kinematic coefficients with "
                 f"respect to {self.kept} have no short closed form"
             )
-        by_letter = {letter: name for name, letter in letters.items()}
-        return [
-            Coefficient(by_letter[one.multiplier], one.multiplier, one.factor, one.value)
-            for one in solved
-        ]
+        return tuple(Coefficient(owners[name], name, value) for name, value in solved.items())
 
     def single(self) -> Single:
         """Return the equation."""
@@ -214,7 +198,7 @@ class _Reducing:
         rest = ring.sum([part * v**p for (p,), part in powers.items()])
         parts = (J * a, C * v**2, rest, -forces)
         derivation = self._derivation(full, K, L, J, C, rest, forces)
-        return Single(derivation, kept, (*K, *L), parts, self.ties)
+        return Single(derivation, kept, K, L, parts, self.ties)
 
     def _put(self, series: Series) -> Series:
         """Replace the velocities of the other coordinates by K θ'."""
@@ -257,7 +241,7 @@ class _Reducing:
         before = [stage for stage in full.stages if stage.title in _ENERGIES]
         pairs = ((inertia, J), (change, C))
         inertias = tuple(
-            Result(Left(_name(a)), b, partial(self._by_coefficients, b)) for a, b in pairs
+            Result(Left(name_of(a)), b, partial(self._by_coefficients, b)) for a, b in pairs
         )
         return replace(
             full,
@@ -281,7 +265,7 @@ class _Reducing:
         """Collect a series by kinematic coefficients."""
         letters = [*self.K.values(), *self.L.values()]
         parts = []
-        for powers, rest in series.coefficients([*map(_name, letters)]).items():
+        for powers, rest in series.coefficients([*map(name_of, letters)]).items():
             product = rest
             for letter, p in zip(letters, powers, strict=True):
                 product = product * letter**p
@@ -302,9 +286,9 @@ class _Reducing:
             size = f"{unit[term.coordinate]}/{by}²"
             yield term.name, f"its derivative, d²{term.coordinate}/d{self.kept}² [{size}]"
         inertia, change = ("kg·m²", "kg·m²/rad") if by == "rad" else ("kg", "kg/m")
-        yield _name(self.J), f"inertia referred to {self.kept} [{inertia}]"
+        yield name_of(self.J), f"inertia referred to {self.kept} [{inertia}]"
         yield (
-            _name(self.C),
+            name_of(self.C),
             f"half its derivative, ½ dJ/d{self.kept} [{change}]",
         )
 
@@ -330,13 +314,8 @@ def _angle_of(demand: Series) -> Series:
     return ring.sum([k * ring.angles[j].argument for j, k in exponents(trig >> 1)])
 
 
-def _name(letter: Series) -> str:
-    (generator,) = letter.generators()
-    return generator.name
-
-
 def _lines(coefficients: Sequence[Coefficient]) -> tuple[Result, ...]:
-    return tuple(one.result() for one in coefficients)
+    return tuple(coefficient.result() for coefficient in coefficients)
 
 
 _STEPS = 30
@@ -437,9 +416,8 @@ class SingleEquation(Legible):
         """Return the largest disagreement of a dependent acceleration with K θ'' + L θ'²."""
         kept, worst = self.coordinate, 0.0
         v, a = values[f"{kept}'"], values[f"{kept}''"]
-        half = len(self.found.coefficients) // 2
-        changes = {one.coordinate: one.name for one in self.found.coefficients[half:]}
-        for K in self.found.coefficients[:half]:
+        changes = {L.coordinate: L.name for L in self.found.changes}
+        for K in self.found.ratios:
             L = values[changes[K.coordinate]]
             parts = [values[K.name] * a, L * v**2, -values[f"{K.coordinate}''"]]
             worst = max(worst, relative_rest(parts))
@@ -468,16 +446,15 @@ class SingleEquation(Legible):
             q[others] -= np.linalg.solve(J, gaps)
         else:
             return None
-        for coefficient in self.found.coefficients:
+        for _, letter, quotient in (*self.found.ratios, *self.found.changes):
             evaluate = Evaluation(ring, values)
-            factor = evaluate(coefficient.factor)
-            if abs(factor) < FIRM:
+            divisor = evaluate(quotient.below)
+            if abs(divisor) < FIRM:
                 return None
-            values[coefficient.name] = evaluate(coefficient.value) / factor
+            values[letter] = evaluate(quotient.above) / divisor
         values[f"{self.coordinate}'"] = rate
-        half = len(self.found.coefficients) // 2
-        for coefficient in self.found.coefficients[:half]:
-            values[f"{coefficient.coordinate}'"] = values[coefficient.name] * rate
+        for K in self.found.ratios:
+            values[f"{K.coordinate}'"] = values[K.name] * rate
         return values
 
     def text(self, steps: bool = True) -> str:

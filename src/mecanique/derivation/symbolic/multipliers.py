@@ -16,13 +16,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import partial
 from itertools import combinations
 from typing import TypeAlias, final
 
 from mecanique.derivation.numeric.constraints.redundancy import find_redundancy
+from mecanique.derivation.printing.equations import expression, shorter
+from mecanique.derivation.printing.expressions import to_formula, to_power
+from mecanique.derivation.printing.formulas import add, multiply
 from mecanique.derivation.printing.trigforms import common_monomial, common_number, monomial_series
+from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage, Tie
 from mecanique.derivation.symbolic.symbols import Algebra
@@ -36,14 +42,52 @@ _LONGEST = 60
 """Balances and displacements with more terms are too long to be read."""
 
 
+LONGEST_ABOVE = 40
+"""Numerators with more terms are too long to be read."""
+
+_WIDEST = 12
+"""Denominators with more terms are too wide for a page, as no line breaks below a fraction bar."""
+
+
 @final
 @dataclass(frozen=True)
-class Solved:
-    """A multiplier λ with factor × λ = value."""
+class Quotient:
+    """A solved quantity, numerator/denominator."""
 
-    multiplier: Series  # λ
-    factor: Series
-    value: Series  # may contain multipliers solved for before
+    above: Series
+    below: Series  # the denominator, 1 if there is none; the result holds where it is not zero
+
+    @property
+    def bearable(self) -> bool:
+        """Whether it is short enough to be read."""
+        return len(self.above) <= LONGEST_ABOVE and len(self.below) <= _WIDEST
+
+    @property
+    def divided(self) -> bool:
+        """Whether it is divided by what may vanish."""
+        generators = self.above.ring.generators
+        powers = {item for _, monomial, _ in self.above.terms() for item in exponents(monomial)}
+        return self.below != 1 or any(
+            e < 0 and generators[i].kind is Kind.COORDINATE for i, e in powers
+        )
+
+    def expression(self) -> Expression:
+        """Return it as printed, with a factored denominator."""
+        if self.below == 1:
+            return expression(self.above)
+        under = to_power(to_formula(self.below), Fraction(-1))
+        sums = add(expression(self.above).terms)
+        return shorter(self.fraction(), Expression((multiply((sums, 1), under),)))
+
+    def fraction(self) -> Expression:
+        """Return it as one fraction, with factors put outside its sums."""
+        under = to_power(to_formula(self.below), Fraction(-1))
+        return Expression((multiply(to_formula(self.above), under),))
+
+    def equate(self, name: str) -> Equation:
+        """Return the equation that states it, under its name."""
+        left = expression(self.above.ring[name])
+        return Equation(left, self.expression(), self.below)
 
 
 @final
@@ -65,33 +109,34 @@ class _Balance:
 
 
 def solve_multipliers(
-    ties: Sequence[Tie], slopes: Sequence[Sequence[Series]], sides: Sequence[Series]
-) -> list[Solved]:
-    """Solve for the multipliers, one after another; return none if balances become long."""
+    unknowns: Sequence[Series], slopes: Sequence[Sequence[Series]], sides: Sequence[Series]
+) -> dict[str, Quotient]:
+    """Solve for multipliers, by name, one after another; return none if balances become long."""
+    # the numerator of each may contain multipliers solved for before
     columns = zip(*slopes, strict=True)
     balances = [_Balance(tuple(c), side) for c, side in zip(columns, sides, strict=True)]
     order: list[int] = []
-    solved: list[Solved] = []
+    solved: dict[str, Quotient] = {}
     held: list[tuple[int, _Balance]] = []
-    while len(order) + len(held) < len(ties):
+    while len(order) + len(held) < len(unknowns):
         known = [*order, *(k for k, _ in held)]
         usable = [equation for equation in balances if equation.unknown(known)]
         if not usable:
-            return []
+            return {}
         chosen = min(usable, key=lambda equation: (len(equation.unknown(known)), equation.cost()))
         balances.remove(chosen)
         if chosen.cost() > _LONGEST:
-            return []
+            return {}
         unknown = chosen.unknown(known)
         if len(unknown) == 1 and not held:
-            solved.append(_solve(ties, chosen, unknown[0]))
+            solved |= _solve(unknowns, chosen, unknown[0])
             order.append(unknown[0])
             continue
         k = min(unknown, key=lambda k: (not is_constant(chosen.factors[k]), len(chosen.factors[k])))
         held.append((k, chosen))
         balances = [_eliminate(equation, chosen, k) for equation in balances]
     for k, balance in reversed(held):
-        solved.append(_solve(ties, balance, k))
+        solved |= _solve(unknowns, balance, k)
     return solved
 
 
@@ -120,21 +165,26 @@ def _list_polynomials(entry: Series) -> list[Series]:
     ]
 
 
-def _solve(ties: Sequence[Tie], balance: _Balance, k: int) -> Solved:
-    """Solve a balance for the multiplier of tie k."""
+def _solve(unknowns: Sequence[Series], balance: _Balance, k: int) -> dict[str, Quotient]:
+    """Solve a balance for one of its multipliers; return it by name."""
     others = [
-        -factor * ties[i].multiplier
-        for i, factor in enumerate(balance.factors)
+        -factor * letter
+        for i, (factor, letter) in enumerate(zip(balance.factors, unknowns, strict=True))
         if factor and i != k
     ]
-    value = tidy(balance.rest.ring.sum([balance.rest, *others]))
-    factor = balance.factors[k]
-    if is_constant(factor):
-        return Solved(ties[k].multiplier, factor.ring.number(1), value / factor)
-    factor, value = divide_common([factor, value])
-    if sum(1 if c > 0 else -1 for _, _, c in factor.terms()) < 0:
-        factor, value = -factor, -value
-    return Solved(ties[k].multiplier, factor, value)
+    above = tidy(balance.rest.ring.sum([balance.rest, *others]))
+    below = balance.factors[k]
+    if is_constant(below):
+        above, below = above / below, below.ring.number(1)
+    else:
+        below, above = make_positive(divide_common([below, above]))
+    return {name_of(unknowns[k]): Quotient(above, below)}
+
+
+def name_of(letter: Series) -> str:
+    """Return the name of a generator."""
+    (generator,) = letter.generators()
+    return generator.name
 
 
 def _eliminate(balance: _Balance, other: _Balance, k: int) -> _Balance:
@@ -252,14 +302,13 @@ def multiplier_stages(
     for row, constant in zip(M, rest, strict=True):
         sides.append(ring.sum([*(m * x for m, x in zip(row, a, strict=True)), constant]))
     slopes = [list(map(tidy, tie.slopes(ring))) for tie in ties]
-    solved = solve_multipliers(ties, slopes, sides)
+    solved = solve_multipliers([tie.multiplier for tie in ties], slopes, sides)
     if not solved:
         return []
     results = []
-    for solution in solved:
-        name = solution.multiplier.generators()[0].name
-        left = Left(name) if solution.factor == 1 else tidy(solution.factor * solution.multiplier)
-        results.append(Result(left, solution.value))
+    for name, value in solved.items():
+        left = Left(name) if value.below == 1 else tidy(value.below * ring[name])
+        results.append(Result(left, value.above))
     sentence = (
         "The equations of motion are linear in the multipliers. In this order, each gives one more "
         "of them in terms of the accelerations; the remaining equations do not contain them."
@@ -372,7 +421,7 @@ def _solve_by_cramer(
         shares = cramer(ring, _select(entries, held), [row[free] for row in entries])
         for k, share in zip(held, shares, strict=True):
             column = [a - share * b for a, b in zip(column, basis[k], strict=True)]
-        found.append(_make_positive(divide_common([tidy(entry) for entry in column])))
+        found.append(make_positive(divide_common([tidy(entry) for entry in column])))
     return found
 
 
@@ -406,8 +455,8 @@ def _select(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[lis
     return found
 
 
-def _make_positive(column: Column) -> Column:
-    """Return the displacement with the sign that makes its first part positive."""
+def make_positive(column: Column) -> Column:
+    """Return series with the common sign that makes most terms of the first one positive."""
     first = next(entry for entry in column if entry)
     signs = [1 if c > 0 else -1 for _, _, c in first.terms()]
     return [-entry for entry in column] if sum(signs) < 0 else column

@@ -35,6 +35,7 @@ from mecanique.derivation.symbolic.kinematics import inertia_stages, quaternion_
 from mecanique.derivation.symbolic.multipliers import (
     loop_stages,
     multiplier_stages,
+    name_of,
     redundancy_stages,
 )
 from mecanique.derivation.symbolic.symbols import Algebra
@@ -71,7 +72,7 @@ class NewtonEuler:
         inertia = project(self.cuts, rates, self._inertia, rotors=True)
         M, h = mass_and_bias(algebra, inertia)
         ties = self.cuts.ties
-        names = [tie.multiplier.generators()[0].name for tie in ties]
+        names = [name_of(tie.multiplier) for tie in ties]
         loads = [
             load.linear(names)[1] for load in project(self.cuts, rates, self._loads, rotors=False)
         ]

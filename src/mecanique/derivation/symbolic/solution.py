@@ -17,10 +17,8 @@ from itertools import combinations, compress, product
 from math import prod
 from typing import final
 
-from mecanique.derivation.printing.equations import equations, expression, shorter
-from mecanique.derivation.printing.expressions import to_formula, to_power
-from mecanique.derivation.printing.formulas import add, multiply
-from mecanique.derivation.printing.writers import Equation, Expression
+from mecanique.derivation.printing.equations import equations, expression
+from mecanique.derivation.printing.writers import Equation
 from mecanique.derivation.scalars.cancel import (
     divide_by_wave,
     divide_exactly,
@@ -40,10 +38,13 @@ from mecanique.derivation.symbolic.derivation import (
 )
 from mecanique.derivation.symbolic.multipliers import (
     Column,
+    Quotient,
     cramer,
     determinant,
     divide_common,
     is_constant,
+    make_positive,
+    name_of,
     sweep,
 )
 from mecanique.derivation.symbolic.symbols import coordinate_of
@@ -60,46 +61,6 @@ _MOST_PRODUCTS = 20_000
 
 _LONGEST = 40
 """Numerators with more terms are too long to be read."""
-
-_WIDEST = 12
-"""Denominators with more terms are too wide for a page, as no line breaks below a fraction bar."""
-
-
-@final
-@dataclass(frozen=True)
-class Quotient:
-    """A solved quantity, numerator/denominator."""
-
-    above: Series
-    below: Series  # the denominator, 1 if there is none; the result holds where it is not zero
-
-    @property
-    def bearable(self) -> bool:
-        """Whether it is short enough to be read."""
-        return len(self.above) <= _LONGEST and len(self.below) <= _WIDEST
-
-    @property
-    def divided(self) -> bool:
-        """Whether it is divided by what may vanish."""
-        generators = self.above.ring.generators
-        powers = {item for _, monomial, _ in self.above.terms() for item in exponents(monomial)}
-        return self.below != 1 or any(
-            e < 0 and generators[i].kind is Kind.COORDINATE for i, e in powers
-        )
-
-    def expression(self) -> Expression:
-        """Return it as printed, with a factored denominator."""
-        if self.below == 1:
-            return expression(self.above)
-        under = to_power(to_formula(self.below), Fraction(-1))
-        whole = Expression((multiply(to_formula(self.above), under),))
-        sums = add(expression(self.above).terms)
-        return shorter(whole, Expression((multiply((sums, 1), under),)))
-
-    def equate(self, name: str) -> Equation:
-        """Return the equation that states it, under its name."""
-        left = expression(self.above.ring[name])
-        return Equation(left, self.expression(), self.below)
 
 
 @final
@@ -297,8 +258,9 @@ class _Solving:
         found = {}
         for k, tie in enumerate(self.ties):
             if k not in shared:
-                (generator,) = tie.multiplier.generators()
-                found[generator.name] = _combine(weighed[-1][k], [w[k] for w in weighed[:-1]], c)
+                found[name_of(tie.multiplier)] = _combine(
+                    weighed[-1][k], [w[k] for w in weighed[:-1]], c
+                )
         return self._shorten(found)
 
     def _shorten(self, quotients: Mapping[str, Quotient]) -> dict[str, Quotient]:
@@ -482,8 +444,7 @@ def _reduce(above: Series, below: Series) -> Quotient:
     above, below = divide_common(_divide_waves(above, below))
     if is_constant(below):
         return Quotient(tidy(above / below), one)
-    if sum(1 if c > 0 else -1 for _, _, c in below.terms()) < 0:
-        above, below = -above, -below
+    below, above = make_positive([below, above])
     return Quotient(above, below)
 
 

@@ -34,6 +34,7 @@ from mecanique.derivation.symbolic.kinematics import inertia_stages, quaternion_
 from mecanique.derivation.symbolic.multipliers import (
     independent_displacements,
     loop_stages,
+    name_of,
     redundancy_stages,
 )
 from mecanique.derivation.symbolic.symbols import Algebra, coordinate_of
@@ -405,7 +406,7 @@ class VirtualWork:
             right = self.algebra.ring.sum(terms)
             if right != self._displacements.deltas[i]:
                 results.append(Result(Left(name), right))
-        words = enumerate_words([delta.generators()[0].name for delta in named])
+        words = enumerate_words([name_of(delta) for delta in named])
         where = " or ".join(
             sorted({"ψ" if tie.of_velocities else "Φ'" for tie in ties}, reverse=True)
         )
@@ -434,7 +435,7 @@ class VirtualWork:
         results = []
         factors = displacements.coefficients([whole])
         for factor, delta in zip(factors, displacements.deltas, strict=True):
-            name = delta.generators()[0].name.removeprefix("δ")
+            name = name_of(delta).removeprefix("δ")
             left = Left("δW", name, component=True)
             tidied = by_velocity(factor, self.algebra.velocities)
             results.append(Result(left, tidied * delta, partial(distribute, tidied, delta)))
