@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from systems import derive_system
 
-from mecanique.derivation.small_motions import linearize_equations
+from mecanique.derivation.linear import linearize_equations
 
 
 def test_each_line_is_aligned_once_at_its_equals_sign() -> None:

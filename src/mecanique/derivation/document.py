@@ -10,7 +10,7 @@ from html import escape
 from typing import final
 
 from mecanique.derivation.glossary import Meaning, clashes, meanings
-from mecanique.derivation.matrix_form import Linear, linear
+from mecanique.derivation.linear import Linear, linear
 from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.lines import PAGE, align, display, width
 from mecanique.derivation.printing.prose import escape as tex

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mecanique.derivation.document import Document
-from mecanique.derivation.matrix_form import Linear
+from mecanique.derivation.linear import Linear
 from mecanique.derivation.numeric.constraints.multipliers import Constrained
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.newton_euler import Balances, Reaction

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, final
 from mecanique.checking.check import Checker
 from mecanique.derivation import derive
 from mecanique.derivation.document import Document
+from mecanique.derivation.linear import linearize_equations
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.small_motions import linearize_equations
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, MechanismError, UnknownNameError
 from mecanique.figure.draw import picture

@@ -40,8 +40,8 @@ from mecanique.motion.tolerances import (
 from mecanique.wording import Legible, write_table
 
 if TYPE_CHECKING:
+    from mecanique.derivation.linear import Linearized
     from mecanique.derivation.printing.writers import Equation
-    from mecanique.derivation.small_motions import Linearized
     from mecanique.reference import Reference
 
 
@@ -202,7 +202,7 @@ class Linearization(Legible):
             DerivationError: if there is no symbolic form, or the state is no equilibrium.
         """
         from mecanique.derivation import derive
-        from mecanique.derivation.small_motions import linearize_equations
+        from mecanique.derivation.linear import linearize_equations
 
         if self.mechanism.constrained:
             raise DerivationError(

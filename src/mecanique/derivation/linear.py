@@ -1,19 +1,18 @@
-"""Linearize symbolic equations of motion about an equilibrium: M q'' + C q' + K q = f.
+"""Linear equations of motion, M q'' + C q' + K q = f: as they are, or about an equilibrium.
 
-M, C and K are the partial derivatives of M a + h − Q of the exact equations with respect to
-accelerations, velocities and coordinates, taken at the equilibrium (L. Meirovitch, Elements of
-Vibration Analysis, 1986, sect. 4.2).
+Of small motions M, C and K are the partial derivatives of M a + h − Q of the exact equations with
+respect to accelerations, velocities and coordinates, taken at the equilibrium (L. Meirovitch,
+Elements of Vibration Analysis, 1986, sect. 4.2).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import final
 
-from mecanique.derivation.matrix_form import Linear
 from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import tidy, without_common_divisor
@@ -24,6 +23,124 @@ from mecanique.derivation.tolerances import BALANCED, NEAT
 from mecanique.errors import DerivationError
 
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{}</math>'
+
+_LARGE = 4
+"""Matrices with at least this many rows are printed on lines of their own."""
+
+
+@final
+@dataclass(frozen=True)
+class Linear:
+    """Matrices of linear equations of motion M q'' + C q' + K q = f."""
+
+    names: tuple[str, ...]  # of the coordinates
+    M: Matrix  # rows of the mass matrix
+    C: Matrix  # rows of the damping matrix
+    K: Matrix  # rows of the stiffness matrix
+    f: tuple[Series, ...]  # the forces, functions of time alone
+
+    def text(self) -> str:
+        """Return the matrix equation as text, then each matrix by rows."""
+        lines = [self._state(Text()), f"q = [{', '.join(self.names)}]"]
+        lines += [f"{letter} = {_write_rows(rows)}" for letter, rows, _ in self._terms]
+        return "\n".join([*lines, *([f"f = {_write_row(self.f)}"] if any(self.f) else [])])
+
+    def latex(self) -> str:
+        """Return one equation between matrices in LaTeX, without dollar signs."""
+        return self._write_whole(Latex())
+
+    def lines(self) -> list[str]:
+        """Return the equation in LaTeX; large matrices follow on lines of their own."""
+        if len(self.names) < _LARGE:
+            return [self.latex()]
+        writer = Latex()
+        lines = [self._state(writer)]
+        lines += [f"{letter} = {_write_series(rows, writer)}" for letter, rows, _ in self._terms]
+        lines.append(f"q = {self._write_column(writer, '')}")
+        force = _write_series([[entry] for entry in self.f], writer)
+        return [*lines, *([f"f = {force}"] if any(self.f) else [])]
+
+    def mathml(self) -> str:
+        """Return the equation as one MathML element."""
+        return _MATH.format(self._write_whole(MathML()))
+
+    @property
+    def _terms(self) -> list[tuple[str, Matrix, str]]:
+        """The letter and the rows of each matrix that is not zero, with the dots of its factor."""
+        terms = [("M", self.M, "''"), ("C", self.C, "'"), ("K", self.K, "")]
+        return [term for term in terms if any(map(any, term[1]))]
+
+    def _state(self, writer: Writer) -> str:
+        """Write the equation between letters that stand for matrices."""
+        products = (
+            f"{letter} {writer.letter(f'q{dots}', False, '')}" for letter, _, dots in self._terms
+        )
+        return f"{' + '.join(products)} = {'f' if any(self.f) else '0'}"
+
+    def _write_whole(self, writer: Writer) -> str:
+        """Write the equation between the matrices themselves."""
+        products = [
+            (False, _write_series(rows, writer) + self._write_column(writer, dots))
+            for _, rows, dots in self._terms
+        ]
+        force = _write_series([[entry] for entry in self.f], writer)
+        return writer.equation(writer.sum(products), force)
+
+    def _write_column(self, writer: Writer, dots: str) -> str:
+        """Write the column of the coordinates, or of their rates."""
+        return _write_matrix(
+            [[writer.letter(name + dots, False, "")] for name in self.names], writer
+        )
+
+
+def linear(derivation: Derivation) -> Linear | None:
+    """Return the matrices of equations that are linear with constant coefficients, else None."""
+    algebra = derivation.algebra
+    ring, n = algebra.ring, len(algebra.velocities)
+    moving = (Kind.COORDINATE, Kind.VELOCITY, Kind.ACCELERATION)
+    names = tuple(algebra.mechanism.coordinates)
+    if not n or len(names) != n or derivation.ties:
+        return None
+    fixed = (*moving, Kind.TIME, Kind.INPUT)
+
+    def vary(rows: Iterable[Sequence[Series]], kinds: Sequence[Kind]) -> bool:
+        return any(g.kind in kinds for row in rows for entry in row for g in entry.generators())
+
+    if vary(derivation.M, fixed):
+        return None
+    forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
+    C, K = (tuple(tuple(by(force)) for force in forces) for by in (ring.partials, ring.along))
+    if vary(C, fixed) or vary(K, fixed):
+        return None
+    state = [ring[name] for name in (*algebra.velocities, *names)]
+    f = tuple(
+        ring.sum([*(slope * x for slope, x in zip((*c, *k), state, strict=True)), -force])
+        for c, k, force in zip(C, K, forces, strict=True)
+    )
+    return None if vary([f], moving) else Linear(names, derivation.M, C, K, f)
+
+
+def _write_row(row: Sequence[Series]) -> str:
+    return f"[{', '.join(expression(entry).text() for entry in row)}]"
+
+
+def _write_rows(rows: Matrix) -> str:
+    return f"[{', '.join(map(_write_row, rows))}]"
+
+
+def _write_series(rows: Iterable[Sequence[Series]], writer: Writer) -> str:
+    return _write_matrix([[expression(x).write(writer) for x in row] for row in rows], writer)
+
+
+def _write_matrix(rows: list[list[str]], writer: Writer) -> str:
+    if isinstance(writer, Latex):
+        lines = " \\\\ ".join(map(" & ".join, rows))
+        return f"\\begin{{bmatrix}} {lines} \\end{{bmatrix}}"
+    table = ""
+    for row in rows:
+        cells = "".join(f"<mtd>{cell}</mtd>" for cell in row)
+        table += f"<mtr>{cells}</mtr>"
+    return f"<mrow><mo>[</mo><mtable>{table}</mtable><mo>]</mo></mrow>"
 
 
 @final
