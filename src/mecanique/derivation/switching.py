@@ -1,7 +1,7 @@
 """Equations of a mechanism with elements that switch: those of each mode, and when it holds.
 
-The elements' forces enter Lagrange's equations as loads of unknown size, M a + h = Q + Jᵀ R: their
-coefficients are the rows J that a mode may hold. In a mode each element gives one equation for each
+The elements' forces enter Lagrange's equations by the rows J that a mode may hold, those of closed
+contacts and of joints: M a + h = Q + Jᵀ R. In a mode each element gives one equation for each
 of its forces: J a + γ = 0 where it sticks or is closed, R = −μ N where it slips, R = 0 where it is
 open.
 """
@@ -10,27 +10,34 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from html import escape
 from itertools import product
 from math import prod
-from typing import Any, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from mecanique.derivation.methods import derive
-from mecanique.derivation.printing.expressions import from_sympy
+from mecanique.derivation.mechanics.switching import (
+    BACKWARD,
+    CLOSED,
+    FORWARD,
+    OPEN,
+    STICKS,
+    close_contacts,
+    place_of,
+)
+from mecanique.derivation.printing.expressions import from_sympy, to_matrix, to_sympy
 from mecanique.derivation.printing.formulas import MOVING, SUMS, open_sum
 from mecanique.derivation.printing.prose import to_html
 from mecanique.derivation.printing.writers import MathML, Text, Writer, to_lines, write
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
-from mecanique.model.expression import Scalar, coordinate, plain
-from mecanique.model.forces import Force, JointForce, Torque
-from mecanique.model.joint_base import Single
-from mecanique.model.joints import Fixed
+from mecanique.model.expression import plain, symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.parameters import Input
 from mecanique.wording import Legible, say_count
 
 MOST_MODES = 81
@@ -128,17 +135,22 @@ class Modes(Legible):
         return f"{self.mechanism.name}: {say_count(len(self.modes), 'mode')}"
 
 
-@dataclass(frozen=True)
-class _ElementForces:
-    """The unknown forces of an element, by symbol: normal first if it has one."""
+class _Row(NamedTuple):
+    """A direction in which an element presses or rubs, in sympy expressions."""
+
+    symbol: Any  # its force
+    slopes: list[Any]  # J, shape (nv,)
+    rate: Any  # J v, less what a rate of slip lacks, and with what moves by itself
+    second: Any  # its rate, J a + γ
+    gap: Any  # zero of one that rubs
+
+
+class _ElementForces(NamedTuple):
+    """An element with the direction in which it presses and that in which it rubs."""
 
     element: Switching
-    normal: Any
-    tangent: Any
-    gap: Scalar = 0.0  # of a row of joints that presses
-    drift: Scalar = 0.0  # of that row when nothing moves but what time moves
-    speed: Scalar = 0.0  # what the rate of slip lacks, likewise
-    sideways: Any = None  # a force across the tangent, which must not matter in a plane
+    normal: _Row | None
+    tangent: _Row | None
 
 
 def force_symbol(letter: str, element: str) -> str:
@@ -158,7 +170,7 @@ def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
 
     Args:
         mechanism: a tree with `Friction`, `Stop` or `Contact` among its `switching` elements;
-            contacts with planes of the ground, those with friction in plane motion.
+            contacts with planes, those with friction in plane motion.
         most: so many modes are written out at most; each may take seconds.
 
     Returns:
@@ -177,40 +189,18 @@ def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
         >>> print(mq.derive_modes(dry_block)["slips +"].conditions[0])
         while q1' > 0
     """
-    from sympy import Matrix, Symbol, diff, simplify, sympify
+    from sympy import Matrix, Symbol, sympify
 
-    loaded, unknown = _load(mechanism)
-    equations = derive(loaded)
-    M, h, Q = equations.M, equations.h, equations.Q
-    symbols = [s for forces in unknown for s in (forces.normal, forces.tangent) if s is not None]
-    slopes = {symbol: Q.diff(symbol) for symbol in symbols}
-    sideways = [f.sideways for f in unknown if f.sideways is not None]
-    rest = Q.subs(dict.fromkeys([*symbols, *sideways], 0))
-    for forces in unknown:
-        if (
-            forces.sideways is not None
-            and not Q.diff(forces.sideways).applyfunc(simplify).is_zero_matrix
-        ):
-            raise DerivationError(
-                f"contact {forces.element.name!r} slips along two directions; the equations of its "
-                "modes are written out for motion in a plane alone"
-            )
-    velocities = [Symbol(name) for name in mechanism.velocities]
+    _refuse_unwritten(mechanism)
+    derivation = Lagrange(close_contacts(mechanism)).derivation()
+    unknown = [*_list_forces(mechanism, derivation)]
+    rows = [row for _, *pair in unknown for row in pair if row is not None]
+    symbols = [row.symbol for row in rows]
     accelerations = [Symbol(f"{name}'") for name in mechanism.velocities]
-    balance = M * Matrix(accelerations) + h - rest
-    for symbol in symbols:
-        balance -= slopes[symbol] * symbol
-
-    def rate(symbol: Any, speed: Scalar) -> Any:
-        return (slopes[symbol].T * Matrix(velocities))[0] - speed
-
-    def hold(symbol: Any, speed: Scalar) -> Any:
-        """J a + γ of the row of a force."""
-        moving = rate(symbol, speed)
-        held = (slopes[symbol].T * Matrix(accelerations))[0] + diff(moving, Symbol("t"))
-        for name in mechanism.coordinates:
-            held += diff(moving, Symbol(name)) * Symbol(f"{name}'")
-        return held
+    rest = to_matrix([[h - Q] for h, Q in zip(derivation.h, derivation.Q, strict=True)])
+    balance = to_matrix(derivation.M) * Matrix(accelerations) + rest
+    for row in rows:
+        balance -= Matrix(row.slopes) * row.symbol
 
     choices = [_list_states(forces) for forces in unknown]
     count = prod(len(states) for states in choices)
@@ -224,11 +214,11 @@ def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
     for states in product(*choices):
         laws = list(balance)
         for forces, state in zip(unknown, states, strict=True):
-            laws += _constrain(forces, state, hold)
+            laws += _constrain(forces, state)
         solution = _solve(laws, [*accelerations, *symbols])
         conditions: list[str] = []
         for forces, state in zip(unknown, states, strict=True):
-            conditions += _say_conditions(forces, state, solution, rate, places)
+            conditions += _say_conditions(forces, state, solution, places)
         pairs = zip(mechanism.velocities, accelerations, strict=True)
         named = {f"{name}'": solution.get(s) for name, s in pairs}
         modes.append(
@@ -243,125 +233,90 @@ def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
     return Modes(mechanism, tuple(modes))
 
 
-def _load(mechanism: Mechanism) -> tuple[Mechanism, list[_ElementForces]]:
-    """Return the smooth mechanism with the elements' forces as inputs, and these."""
-    from sympy import Rational, Symbol, diff, sympify
-
+def _refuse_unwritten(mechanism: Mechanism) -> None:
+    """Refuse a mechanism whose modes are not written out."""
     if mechanism.loops or mechanism.contacts or mechanism.velocity_constraints:
         raise DerivationError(
             f"mechanism {mechanism.name!r} has constraints that hold in every mode; the equations "
             "of its modes are written out for trees alone"
         )
-    driven = mechanism.coordinates.driven
-    guided = any(Symbol("t") in sympify(place).free_symbols for place in driven.values())
-
-    inputs, forces = list(mechanism.inputs), list(mechanism.forces)
-    unknown: list[_ElementForces] = []
-
-    def add(letter: str, element: Switching, unit: str) -> Any:
-        symbol = force_symbol(letter, element.name)
-        inputs.append(Input(symbol, 0.0, unit, f"force of {element.name}"))
-        return Symbol(symbol)
-
+    driven = mechanism.coordinates.driven.values()
+    guided = any("t" in symbols_in(place) for place in driven)
     for element in mechanism.switching:
-        if isinstance(element, Contact):
-            if (
-                element.closed.curved
-                or element.axis is not None
-                or not _is_fixed(mechanism, element.on)
-            ):
-                raise DerivationError(
-                    f"contact {element.name!r} is not with a plane of the ground; the equations of "
-                    "its modes are not written out yet"
-                )
-            if guided:
-                raise DerivationError(
-                    f"contact {element.name!r}: the coordinate map depends on time, so its body "
-                    "may move by itself; the equations of such modes are not written out yet"
-                )
-            x, y, n = zip(*element.plane.rotation, strict=True)
-            normal = add("N", element, "N")
-            tangent = add("T", element, "N") if element.rubs else None
-            sideways = add("Y", element, "N") if element.rubs else None
-            cx, cy, cz = element.center
-            pull = [entry * normal for entry in n]
-            for direction, force in ((x, tangent), (y, sideways)):
-                if force is not None:
-                    pull = [a + b * force for a, b in zip(pull, direction, strict=True)]
-            lever = [-element.radius * component for component in n]
-            turn = (
-                lever[1] * pull[2] - lever[2] * pull[1],
-                lever[2] * pull[0] - lever[0] * pull[2],
-                lever[0] * pull[1] - lever[1] * pull[0],
+        if isinstance(element, Contact) and element.closed.curved:
+            raise DerivationError(
+                f"contact {element.name!r} is not with a plane; the equations of its modes are "
+                "not written out yet"
             )
-            name = element.name
-            axes = "world" if element.on == mechanism.ground else element.on
-            forces.append(Force(f"{name}, force", element.body, (cx, cy, cz), tuple(pull), axes))
-            if element.radius != 0:
-                forces.append(Torque(f"{name}, moment", element.body, turn, axes))
-            unknown.append(_ElementForces(element, normal, tangent, sideways=sideways))
-            continue
-        in_joints = _ElementForces(element, None, None)
-        pulls: dict[str, Any] = {}
-        for row in element.joint_rows:
-            place: Any = row.offset or 0
-            joints = [mechanism.joint(name) for name, _ in row.weights]
-            turns = any(isinstance(joint, Single) and joint.turns for joint in joints)
-            force = add(row.letter, element, "N·m" if turns else "N")
-            for name, weight in row.weights:
-                factor = Rational(weight)  # of letters that are exact, no decimals come
-                joint = mechanism.joint(name)
-                assert isinstance(joint, Single), "validated"
-                place += factor * driven.get(joint.coordinate, coordinate(joint.coordinate))
-                pulls[name] = pulls.get(name, 0) + factor * force
-            drift = diff(place, Symbol("t"))
-            if row.offset is None:
-                in_joints = replace(in_joints, tangent=force, speed=row.speed - drift)
-            else:
-                in_joints = replace(in_joints, normal=force, gap=place, drift=-drift)
-        for name, pull in pulls.items():
-            label = element.name if len(pulls) == 1 else f"{element.name} on {name}"
-            forces.append(JointForce(label, name, pull))
-        unknown.append(in_joints)
-    loaded = replace(mechanism, switching=(), inputs=tuple(inputs), forces=tuple(forces))
-    return loaded, unknown
+        if isinstance(element, Contact) and guided:
+            raise DerivationError(
+                f"contact {element.name!r}: the coordinate map depends on time, so its body "
+                "may move by itself; the equations of such modes are not written out yet"
+            )
 
 
-def _is_fixed(mechanism: Mechanism, body: str) -> bool:
-    """Return whether a body is the ground or welded to it."""
-    above = {joint.child: joint for joint in mechanism.joints}
-    while body in above and isinstance(above[body], Fixed):
-        body = above[body].parent
-    return body == mechanism.ground
+def _list_forces(mechanism: Mechanism, derivation: Derivation) -> Iterator[_ElementForces]:
+    """Yield the elements with their rows, those of contacts as the constraints of closed ones."""
+    from sympy import Symbol
+
+    algebra, ring = derivation.algebra, derivation.algebra.ring
+    ties = {tie.name: tie for tie in derivation.ties}
+
+    def state(letter: str, element: Switching, rate: Series, gap: Series) -> _Row:
+        return _Row(
+            symbol=Symbol(force_symbol(letter, element.name)),
+            slopes=[to_sympy(slope) for slope in ring.partials(rate)],
+            rate=to_sympy(rate),
+            second=to_sympy(rate.ddt()),
+            gap=to_sympy(gap),
+        )
+
+    zero = ring.number(0)
+    for element in mechanism.switching:
+        rows: dict[str, _Row] = {}
+        if isinstance(element, Contact):
+            directions = ("normal", "x", "y") if element.rubs else ("normal",)
+            met = {row: ties.get(f"{element.name}_{row}") for row in directions}
+            if met.get("y") is not None:
+                raise DerivationError(
+                    f"contact {element.name!r} slips along two directions; the equations of its "
+                    "modes are written out for motion in a plane alone"
+                )
+            for letter, tie in zip(list_letters(element), met.values(), strict=False):
+                demand = zero if tie is None else tie.demand
+                gap = letter == "N"
+                rows[letter] = state(letter, element, demand.ddt() if gap else demand, demand)
+        for stated in element.joint_rows:
+            place = algebra.series(place_of(mechanism, stated))
+            rate = place.ddt() - algebra.series(stated.speed)
+            rows[stated.letter] = state(stated.letter, element, rate, place)
+        normal = rows.pop("N", None)
+        yield _ElementForces(element, normal, next(iter(rows.values()), None))
 
 
 def _list_states(forces: _ElementForces) -> list[str]:
-    states = [] if forces.normal is None else ["open"]
-    if forces.tangent is None:
-        return [*states, "closed"]
-    return [*states, "sticks", "slips +", "slips -"]
+    states = [] if forces.normal is None else [OPEN]
+    return [*states, CLOSED] if forces.tangent is None else [*states, STICKS, FORWARD, BACKWARD]
 
 
-def _constrain(forces: _ElementForces, state: str, hold: Any) -> Iterator[Any]:
+def _constrain(forces: _ElementForces, state: str) -> Iterator[Any]:
     """Yield what an element's state says of its forces."""
-    element, normal, tangent = forces.element, forces.normal, forces.tangent
-    if state == "open":
-        yield normal
-        if tangent is not None:
-            yield tangent
+    element, normal, tangent = forces
+    if state == OPEN:
+        yield from (row.symbol for row in (normal, tangent) if row is not None)
         return
     if normal is not None:
         if isinstance(element, Stop) and element.stiffness is not None:
-            yield normal + element.stiffness * forces.gap
+            yield normal.symbol + element.stiffness * normal.gap
         else:
-            yield hold(normal, forces.drift)
+            yield normal.second
     if tangent is None:
         return
-    if state == "sticks":
-        yield hold(tangent, forces.speed)
+    if state == STICKS:
+        yield tangent.second
     else:
-        sign = 1 if state == "slips +" else -1
-        yield tangent + sign * element.coefficients[0] * _find_load(element)
+        sign = 1 if state == FORWARD else -1
+        yield tangent.symbol + sign * element.coefficients[0] * _find_load(element)
 
 
 def _find_load(element: Switching) -> Any:
@@ -457,7 +412,6 @@ def _say_conditions(
     forces: _ElementForces,
     state: str,
     solution: dict[Any, Any],
-    rate: Any,
     places: Mapping[str, tuple[float, float]],
 ) -> Iterator[str]:
     """Yield when an element is in a state."""
@@ -465,32 +419,32 @@ def _say_conditions(
     def say(value: Any) -> str:
         return _write(value, places, Text())
 
-    normal, tangent, element = forces.normal, forces.tangent, forces.element
-    if state == "open":
+    element, normal, tangent = forces
+    if state == OPEN:
         yield f"while {element.name} is apart"
         return
-    if normal is not None and normal in solution:
-        pressed = solution[normal]
+    if normal is not None and normal.symbol in solution:
+        pressed = solution[normal.symbol]
         if pressed.is_number and pressed < 0:
-            yield f"never, as {normal} would be {say(pressed)}"
+            yield f"never, as {normal.symbol} would be {say(pressed)}"
         else:
             least = -element.holds if isinstance(element, Stop) else 0
             yield f"while {say(pressed)} ≥ {say(plain(least))}"
     if tangent is None:
         return
-    if state != "sticks":
-        sign = ">" if state == "slips +" else "<"
-        yield f"while {say(_shorten(rate(tangent, forces.speed)))} {sign} 0"
-    elif tangent in solution:
+    if state != STICKS:
+        sign = ">" if state == FORWARD else "<"
+        yield f"while {say(_shorten(tangent.rate))} {sign} 0"
+    elif tangent.symbol in solution:
         load, limit = _find_load(element), element.coefficients[1]
         load = solution.get(load, load)
         if isinstance(element, Friction):
             limit = element.mu_static
             load = load if element.pressed_by else element.load
         if load == 0:
-            yield f"sticks if {say(solution[tangent])} = 0"
+            yield f"sticks if {say(solution[tangent.symbol])} = 0"
             return
-        ratio = _shorten(solution[tangent] / load)
+        ratio = _shorten(solution[tangent.symbol] / load)
         if ratio == 0:
             yield "sticks always, as no friction is needed"
             return
