@@ -149,3 +149,67 @@ def test_of_a_closed_mechanism_what_is_missing_is_counted() -> None:
     wrong = lines[0].replace(" g ", " 2 g ", 1)
     assert wrong != lines[0]
     assert mq.check(mechanism, "\n".join([wrong, *lines[1:3]])).outcome == "wrong"
+
+
+@pytest.mark.parametrize(
+    ("system", "answer", "outcome"),
+    [
+        ("rack_and_pinion", "N_teeth = abs(F_teeth) sin(alpha)", "right"),
+        ("rack_and_pinion", "N_teeth = abs(D/r - m x''/2) tan(alpha)", "right"),
+        ("rack_and_pinion", "R_axle_z = m g - abs(F_teeth) sin(alpha)", "right"),
+        ("rack_and_pinion", "R_slide_z = M g", "wrong"),
+        ("rack_and_pinion", "N_teeth = N_teeth", "wrong"),
+        ("planetary_gear", "N_inner = abs(F_inner) sin(alpha)", "right"),
+        ("planetary_gear", "R_sun_axle_x = 0", "wrong"),
+        ("rolling_disk", "lambda_contact_normal = m g cos(alpha)", "right"),
+    ],
+)
+def test_reactions_where_wheels_part_are_judged(system: str, answer: str, outcome: str) -> None:
+    """The separating force |F| sin(alpha) of meshing teeth belongs to their reactions."""
+    assert mq.check(mq.textbook.load(system), answer, "reaction").outcome == outcome
+
+
+TUFILLARO = (
+    "r^2 theta' (r' cos(theta/2) - r theta'/2 sin(theta/2)) + g r^2 sin(theta/2) cos(theta/2)^2"
+)
+
+
+@pytest.mark.parametrize(
+    ("system", "values", "ask", "answer", "outcome"),
+    [
+        # Tufillaro, Abbott & Griffiths, Am. J. Phys. 52 (1984) 895: M = 3 m
+        ("swinging_atwood_machine", {"M": 3, "m": 1}, "conserved quantity", TUFILLARO, "right"),
+        ("base_excited_mass", {"c": 0}, "frequency", "sqrt(k/m)", "right"),
+        ("simple_pendulum", {"l": 2}, "frequency", "sqrt(g/2)", "right"),
+        ("simple_pendulum", {"l": 2}, "frequency", "sqrt(g/3)", "wrong"),
+        ("simple_pendulum", {"l": 2}, "equation of motion", "2 q'' + g sin q = 0", "right"),
+        ("simple_pendulum", {"l": 2}, "equation of motion", "l q'' + g sin q = 0", "right"),
+        ("simple_pendulum", {"l": 2}, "equation of motion", "m q'' + g sin q = 0", "wrong"),
+        ("cart_pole", {"m": 2}, "mass matrix", "[[M + 2, 2 l cos q], [2 l cos q, 2 l^2]]", "right"),
+    ],
+)
+def test_given_values_may_be_written_as_numbers(
+    system: str, values: dict[str, float], ask: str, answer: str, outcome: str
+) -> None:
+    """What the question gives is no deviation of form; letters that are written still vary."""
+    mechanism = mq.textbook.load(system, **values)
+    assert mq.check(mechanism, answer, ask, given=values).outcome == outcome
+
+
+def test_values_that_are_not_given_are_a_matter_of_form() -> None:
+    pendulum = mq.textbook.load("simple_pendulum", l=2)
+    assert mq.check(pendulum, "sqrt(g/2)", "frequency").outcome == "right except for form"
+    damped = mq.textbook.load("base_excited_mass", c=0)
+    with pytest.raises(mq.InputError, match="the mechanism is damped"):
+        mq.check(damped, "sqrt(k/m)", "frequency")
+
+
+def test_a_period_is_asked_for() -> None:
+    pendulum = mq.textbook.load("simple_pendulum")
+    assert mq.check(pendulum, "2 pi sqrt(l/g)", "period").right
+    assert mq.check(pendulum, "T = 2 pi sqrt(l/g)", "period").right
+    first = mq.check(pendulum, "2 pi sqrt(g/l)", "period").causes[0]
+    assert "units" in first.text
+    bar = mq.textbook.load("rigid_bar_pendulum")
+    wrong = mq.check(bar, "2 pi sqrt(l/g)", "period")
+    assert wrong.causes[0].text.startswith("'rod' is taken for a point mass")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import final
@@ -48,6 +48,7 @@ def check(
     ask: str = "equation of motion",
     let: Sequence[str] | Mapping[str, str] = (),
     seed: int = 0,
+    given: Iterable[str] = (),
 ) -> Check:
     """Check whether a formula is right, and if not, find the likely mistake.
 
@@ -61,14 +62,17 @@ def check(
         ask: the quantity in question: "equation of motion", "kinetic energy", "potential energy",
             "Lagrangian", "energy", "mass matrix", "momentum of q", "conserved quantity",
             "frequency", "undamped frequency" or "damped frequency" (about zero, or "frequency at
-            q = pi"), "equilibrium" (all of them; a position begins where a coordinate is given
-            again), "equilibrium of rod" (the balance of a free body, in the letters of its
-            reactions), "equilibrium force" (that holds it at rest anywhere), "steady motion"
-            (rates of uniform turning), "reaction", "state space", "Hamiltonian", "Hamilton's
-            equations" (momenta p or p1, p2 …, or ptheta) or "transfer function of x from F".
+            q = pi"), "period" (of small oscillations), "equilibrium" (all of them; a position
+            begins where a coordinate is given again), "equilibrium of rod" (the balance of a free
+            body, in the letters of its reactions), "equilibrium force" (that holds it at rest
+            anywhere), "steady motion" (rates of uniform turning), "reaction", "state space",
+            "Hamiltonian", "Hamilton's equations" (momenta p or p1, p2 …, or ptheta) or "transfer
+            function of x from F".
         let: definitions of further letters, e.g. "J = m l^2/3", or a mapping from letter to
             formula.
         seed: of the random states.
+        given: symbols of parameters whose values the question gives, so that an answer may state
+            these in numbers, or leave out what a zero makes vanish.
 
     Returns:
         Whether it is right, and if not, the likely causes.
@@ -87,7 +91,7 @@ def check(
         "a formula is checked where the equations are those of one mode; mq.derive_modes writes "
         "those of each"
     )
-    return _checker(mechanism, seed).check(text, ask, let)
+    return _checker(mechanism, seed, frozenset(given)).check(text, ask, let)
 
 
 def list_letters(
@@ -95,27 +99,31 @@ def list_letters(
     ask: str = "equation of motion",
     let: Sequence[str] | Mapping[str, str] = (),
     seed: int = 0,
+    given: Iterable[str] = (),
 ) -> dict[str, str]:
     """Return the meaning of each letter that an answer to a question may contain."""
-    return _checker(mechanism, seed).list_letters(ask, let)
+    return _checker(mechanism, seed, frozenset(given)).list_letters(ask, let)
 
 
 @lru_cache(maxsize=32)
-def _checker(mechanism: Mechanism, seed: int) -> Checker:
-    return Checker(mechanism, seed)
+def _checker(mechanism: Mechanism, seed: int, given: frozenset[str]) -> Checker:
+    return Checker(mechanism, seed, given)
 
 
 @final
 class Checker:
     """Checks many answers on one mechanism, whose equations are derived once."""
 
-    def __init__(self, mechanism: Mechanism, seed: int = 0) -> None:
+    def __init__(self, mechanism: Mechanism, seed: int = 0, given: Iterable[str] = ()) -> None:
         self.mechanism = mechanism
-        self.truth = Truth(mechanism, seed)
+        self._parameters = frozenset(p.symbol for p in mechanism.parameters)
+        self._given = frozenset(given) & self._parameters
+        # what a given zero makes vanish is not asked for
+        self.truth = Truth(mechanism, seed, {s for s in self._given if not mechanism.values[s]})
         self._asked: dict[tuple[str, frozenset[str] | None], AskedQuantity] = {}
         self._proofs: dict[str, Proof] = {}
         self.factors = CommonFactors(self.truth)
-        self.search = Search(self.truth, KnownLetters.of(mechanism))
+        self.search = Search(self.truth, KnownLetters.of(mechanism), bool(self._given))
 
     def check(
         self,
@@ -221,19 +229,29 @@ class Checker:
         written = set[str]()
         for statement in reading.statements:
             written = written.union(*(side.letters for side in statement.sides))
-        parameters = {parameter.symbol for parameter in self.mechanism.parameters}
-        if check.outcome != "wrong" or not check.varied or parameters <= written:
+        if check.outcome != "wrong" or not check.varied:
             return check
         kinds = {cause.kind for cause in check.causes}
         measured = any(name.startswith("[") for name in written)
         if "emptiness" in kinds or (measured and "units" in kinds):
             return check
-        held = frozenset(parameters & written)
-        truth = self.truth.hold(held)
-        again = self._formula(reading, self.ask(ask, held), ask, text, truth)
-        if again.outcome == "wrong":
-            return check
-        return replace(_with_form(again, _VALUES_ONLY), exact=False)
+        for varied, forms in self._list_numbers(written):
+            truth = self.truth.hold(varied)
+            again = self._formula(reading, self.ask(ask, varied), ask, text, truth)
+            if again.outcome != "wrong":
+                again = replace(again, exact=False)
+                return _with_form(again, *forms) if forms else again
+        return check
+
+    def _list_numbers(self, written: set[str]) -> Iterator[tuple[frozenset[str], tuple[str, ...]]]:
+        """Yield the parameters that still vary where others are numbers, and the form that it is.
+
+        First those that the question does not give have letters, then those that are written.
+        """
+        if stated := self._given - written:
+            yield self._parameters - stated, ()
+        if not self._parameters <= written:
+            yield self._parameters & written, (_VALUES_ONLY,)
 
     def _formula(
         self, reading: ReadText, quantity: AskedQuantity, ask: str, text: str, truth: Truth
@@ -367,7 +385,7 @@ class Checker:
     def _motion(self, reading: ReadText, text: str) -> Check:
         truth, statements, letters = self.truth, reading.statements, reading.letters
         equations = residuals(statements, truth, truth.sample, text)
-        numbers = self._with_numbers(equations, statements, text)
+        numbers, forms = self._with_numbers(equations, statements, text)
         equations = numbers or equations
         defined = {name: node for name, node in letters.defined.items() if "'" not in name}
         explained = [
@@ -400,7 +418,7 @@ class Checker:
             independent=nv - missing,
             notes=reading.notes,
         )
-        return _with_form(check, _VALUES_ONLY) if numbers else check
+        return _with_form(check, *forms) if forms else check
 
     def _explain_rounding(self, residual: Residual, text: str) -> tuple[Mistake, ...]:
         """Return the rounded number that explains a wrong equation, if there is one."""
@@ -432,21 +450,19 @@ class Checker:
 
     def _with_numbers(
         self, equations: Sequence[Residual], statements: Sequence[Statement], text: str
-    ) -> list[Residual]:
+    ) -> tuple[list[Residual], tuple[str, ...]]:
         """Return equations with numbers in place of parameters, if they are right with these."""
         truth = self.truth
         if not truth.sample.varied or all(residual.holds for residual in equations):
-            return []
+            return [], ()
+        if any(self.search.has_unit_fault(residual, text) for residual in equations):
+            return [], ()
         written = set().union(*(residual.root.letters for residual in equations))
-        parameters = {parameter.symbol for parameter in self.mechanism.parameters}
-        if parameters <= written or any(
-            self.search.has_unit_fault(residual, text) for residual in equations
-        ):
-            return []
-        again = residuals(
-            statements, truth, truth.with_numbers(frozenset(parameters & written)), text
-        )
-        return again if all(residual.holds for residual in again) else []
+        for varied, forms in self._list_numbers(written):
+            again = residuals(statements, truth, truth.with_numbers(varied), text)
+            if all(residual.holds for residual in again):
+                return again, forms
+        return [], ()
 
 
 _VALUES_ONLY = "right for these values of the parameters only"

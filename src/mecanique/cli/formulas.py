@@ -34,9 +34,9 @@ from mecanique.files import write_text
     metavar="WORDS",
     help="What the formula is meant to be: equation of motion, kinetic energy, potential energy, "
     "Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency, "
-    "undamped frequency, damped frequency (frequency at q = pi), equilibrium, equilibrium of BODY "
-    "(cut free), equilibrium force, steady motion, reaction, state space, Hamiltonian, Hamilton's "
-    "equations or transfer function of x from F.",
+    "undamped frequency, damped frequency (frequency at q = pi), period, equilibrium, equilibrium "
+    "of BODY (cut free), equilibrium force, steady motion, reaction, state space, Hamiltonian, "
+    "Hamilton's equations or transfer function of x from F.",
 )
 @click.option(
     "--let", multiple=True, metavar="LETTER=FORMULA", help='Define a letter: --let "J = m l^2/3"'
@@ -65,13 +65,13 @@ def check(
     if letters:
         from mecanique.checking.check import list_letters
 
-        for name, meaning in list_letters(mechanism, ask, let).items():
+        for name, meaning in list_letters(mechanism, ask, let, seed, chosen.given).items():
             say(f"{name:12} {meaning}")
         return
     if not formulas:
         raise click.UsageError("expected a formula, or --letters")
     text = "\n".join(map(_read, formulas))
-    verdict = mq.check(mechanism, text, ask, let, seed)
+    verdict = mq.check(mechanism, text, ask, let, seed, chosen.given)
     say(verdict.to_json() if as_json else str(verdict))
     if not verdict.right:
         raise Exit(1)

@@ -39,6 +39,7 @@ class Chosen:
     start: dict[str, float] = field(default_factory=dict)  # position, with what is given
     velocity: dict[str, float] = field(default_factory=dict)
     duration: float = 10.0  # of the motion [s]
+    given: Sequence[str] = ()  # symbols of the parameters after -p
 
 
 def choose(
@@ -69,7 +70,7 @@ def choose(
         mechanism, duration = reading.read(find_file(system, reading)), Chosen.duration
         mechanism = mechanism.replace(**values) if values else mechanism
     rates = {name.removesuffix("'"): value for name, value in velocity.items()}
-    return Chosen(mechanism, system, reading, q, v, start, rates, duration)
+    return Chosen(mechanism, system, reading, q, v, start, rates, duration, tuple(values))
 
 
 def find_file(system: str, reading: FileOptions = _PLAINLY) -> Path:

@@ -390,7 +390,10 @@ def grade_submissions(
     sheet: Sheet, students: Sequence[Submission], progress: Callable[[float], None] | None = None
 ) -> Grades:
     """Grade what students handed in."""
-    checkers = {question.name: Checker(_mechanism(question)) for question in sheet.questions}
+    checkers = {
+        question.name: Checker(_mechanism(question), given=question.parameters)
+        for question in sheet.questions
+    }
     marks = []
     for number, submission in enumerate(students, 1):
         for question in sheet.questions:

@@ -182,7 +182,8 @@ class _Builder(Transformer_NonRecursive[Any, Any]):
         if inverse and token in ("sin", "cos", "tan"):
             inverted = token.update(value=f"a{token}")
             return _place(self._call(inverted, arguments.parts), parts)
-        return _place(self._power(self._call(token, arguments.parts), exponent), parts)
+        base = _place(self._call(token, arguments.parts), parts)
+        return _place(self._power(base, exponent), parts)
 
     def _call(self, token: LarkToken, arguments: Sequence[Node]) -> Node:
         wanted = FUNCTIONS[token]

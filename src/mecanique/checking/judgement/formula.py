@@ -96,7 +96,9 @@ def _judge_value(
     return all_judged
 
 
-def _find_emptiness(residual: Residual, known: Mapping[str, Array], *, alone: bool = True) -> str:
+def _find_emptiness(
+    residual: Residual, known: Mapping[str, Array], *, alone: bool = True, several: bool = False
+) -> str:
     """Return why an equation that holds does not determine its letters, "" if it does."""
     # alone: it must hold for these values alone, in each state; a mere formula is said to be equal
     # to the quantity, and may contain its letter as well
@@ -108,8 +110,10 @@ def _find_emptiness(residual: Residual, known: Mapping[str, Array], *, alone: bo
     count, tables = residual.sample.count, []
     for factor in _FACTORS:
         moved = dict(residual.sample.values)
-        for name, value in known.items():
-            moved[name] = np.where(value == 0, np.log(factor), factor * value)
+        for k, (name, value) in enumerate(known.items()):
+            # of several quantities each is changed otherwise, or R1 = R2 would say nothing
+            step = factor ** (1 + 0.1 * k) if several else factor
+            moved[name] = np.where(value == 0, np.log(step), step * value)
         values = residual.tape.evaluate(moved, count)
         changed = np.where(values.size > 0, values.whole / values.size, 0.0)
         tables.append(np.where(np.abs(changed) > TOLERANCE, changed, 0.0))
@@ -340,7 +344,9 @@ def _judge_letters(
         judged = _judge_residual(residual, residual.worst, quantity.series)
         if not judged.holds:
             judged = replace(judged, rounding=find_rounding(residual, text))
-        fault = _find_emptiness(residual, known, alone=False) if judged.holds else ""
+        fault = ""
+        if judged.holds:
+            fault = _find_emptiness(residual, known, alone=False, several=True)
         all_judged.append(replace(judged, fault=fault))
     return all_judged
 

@@ -21,6 +21,8 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, UnknownNameError
+from mecanique.model.constraints.gears import Meshing
+from mecanique.model.expression import evaluate
 from mecanique.model.mechanism_units import units
 from mecanique.model.units import Dimension, divide, read_unit
 
@@ -179,10 +181,12 @@ class _Asked:
 
     def reactions(self, name: str, _: str) -> AskedQuantity:
         derivation = balances(self._truth)
-        reactions, components = {}, []
+        parting = self._part_wheels(derivation)
+        known = {**self._sample.values, **parting}
+        reactions, components = {}, list(parting.values())
         for letter, series in derivation.reactions.items():
             try:
-                components.append(self._value(series, self._sample.values))
+                components.append(self._value(series, known))
             except UnknownNameError:
                 continue  # it depends on a force that the equations leave open
             reactions[letter] = series
@@ -191,10 +195,21 @@ class _Asked:
         multipliers = [letter for letter in self._truth.multipliers if letter not in reactions]
         components += [self._sample.values[letter] for letter in multipliers]
         values = np.stack(components) if components else np.zeros((0, self._sample.count))
-        letters = (*reactions, *multipliers)
+        letters = (*parting, *reactions, *multipliers)
         return AskedQuantity(
             name, "letters", letters, values, None, reactions, derivation, notes=notes
         )
+
+    def _part_wheels(self, derivation: Derivation) -> dict[str, Array]:
+        """Return the separating force |F| sin α of each pair of meshing wheels, by its letter."""
+        parting = {}
+        for element in self._truth.mechanism.elements:
+            force = derivation.reactions.get(f"F_{element.name}")
+            if isinstance(element, Meshing) and force is not None:
+                angle = evaluate(element.pressure_angle, self._sample.values)
+                push = np.abs(self._value(force, self._sample.values))
+                parting[f"N_{element.name}"] = push * np.sin(angle)
+        return parting
 
     def equilibrium(self, name: str, what: str) -> AskedQuantity:
         """Return the mechanism's equilibrium, or the balance of forces on one free body."""
@@ -236,7 +251,7 @@ class _Asked:
                 position = equilibria.find_nearest()
                 notes += ["about the equilibrium nearest to zero"] if position else []
         M, C, K = linear_matrices(self._truth, self._sample, position)
-        if name == "frequency" and np.abs(C).max(initial=0.0) > 1e-12:
+        if name in ("frequency", "period") and np.abs(C).max(initial=0.0) > 1e-12:
             raise InputError(
                 "the mechanism is damped or gyroscopic; ask for the 'undamped frequency' or the "
                 "'damped frequency'"
@@ -424,6 +439,7 @@ _QUESTIONS = {
     "momentum": _Question(_Asked.momentum, ("p",), of=True),
     "conserved quantity": _Question(_Asked.constant, _CONSTANTS),
     "frequency": _Question(_Asked.frequency, _FREQUENCY, at=True),
+    "period": _Question(_Asked.frequency, ("T", "T0", *_FREQUENCY), at=True),
     "undamped frequency": _Question(_Asked.frequency, _FREQUENCY, at=True),
     "damped frequency": _Question(_Asked.frequency, (*_FREQUENCY, "omegad", "wd"), at=True),
     "steady motion": _Question(_Asked.steady),

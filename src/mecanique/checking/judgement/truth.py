@@ -7,7 +7,7 @@ catalogue. If the equations have no closed form, the parameters keep their own v
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -80,9 +80,10 @@ class Sample:
 class Truth:
     """A mechanism's own equations, with which formulas are compared."""
 
-    def __init__(self, mechanism: Mechanism, seed: int = 0) -> None:
+    def __init__(self, mechanism: Mechanism, seed: int = 0, fixed: Collection[str] = ()) -> None:
         self.mechanism = mechanism
         self.seed = seed
+        self._fixed = frozenset(fixed)  # parameters that have their own values in all states
         self._partly: dict[frozenset[str], Sample] = {}
         self.velocities = mechanism.velocities
         self.accelerations = tuple(f"{name}'" for name in mechanism.velocities)
@@ -146,6 +147,7 @@ class Truth:
         if self.derivation is None:
             return frozenset()
         held = {g.name for tie in self.derivation.ties for g in tie.demand.generators()}
+        held |= self._fixed
         return frozenset(p.symbol for p in self.mechanism.parameters if p.symbol not in held)
 
     def with_numbers(self, varied: frozenset[str]) -> Sample:

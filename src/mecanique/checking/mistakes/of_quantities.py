@@ -18,7 +18,7 @@ from mecanique.checking.grammar.tree import Node, call, compound, negate, number
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.quantities import AskedQuantity, ask_for, measure, roll
 from mecanique.checking.judgement.truth import Truth, stack_mass, value_of
-from mecanique.checking.mistakes.hypotheses import Hypotheses, Reading, list_relative
+from mecanique.checking.mistakes.hypotheses import Hypotheses, Reading, Terms, list_relative
 from mecanique.checking.verdict import Mistake
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.lagrange import Lagrange
@@ -200,15 +200,16 @@ class QuantityMistakes:
         sides = [truth.rest({name: middle + step}) for step in (-_STEP, _STEP)]
         if sides[0] is None or sides[1] is None:
             return
-        below, above = (Hypotheses(still).listed for still in sides if still is not None)
-        others = {(hypothesis.kind, hypothesis.text): hypothesis for hypothesis in below}
-        for hypothesis in above:
+        below, above = (Hypotheses(still) for still in sides if still is not None)
+        right = _oscillate(below.right.terms, above.right.terms)
+        others = {(hypothesis.kind, hypothesis.text): hypothesis for hypothesis in below.listed}
+        for hypothesis in above.listed:
             other = others.get((hypothesis.kind, hypothesis.text))
             if other is None or hypothesis.kind in ("linearized", "angle"):
                 continue
-            rise = hypothesis.terms.rest[:, 0] - other.terms.rest[:, 0]
-            omega = np.sqrt(rise / (2 * _STEP * hypothesis.terms.M[:, 0, 0]))
-            yield hypothesis.mistake(), omega
+            omega = _oscillate(other.terms, hypothesis.terms)
+            if not np.allclose(omega, right, rtol=_ALIKE, atol=0.0):
+                yield hypothesis.mistake(), omega
 
     def _fits(self, residual: Residual, values: Mapping[str, Array]) -> bool:
         if any(value.shape != (residual.sample.count,) for value in values.values()):
@@ -258,6 +259,12 @@ class QuantityMistakes:
             constant = (np.abs(values.whole) <= _CONSERVED * values.size).all()
             if constant and values.size.any():
                 yield Mistake(kind, said, part, weight)
+
+
+def _oscillate(below: Terms, above: Terms) -> Array:
+    """Return the frequency about the middle of two positions near each other."""
+    rise = above.rest[:, 0] - below.rest[:, 0]
+    return np.sqrt(rise / (2 * _STEP * above.M[:, 0, 0]))
 
 
 def _turn_letter(name: str, turned: float, values: Mapping[str, Array]) -> dict[str, Array]:

@@ -251,7 +251,7 @@ def repair_circular(part: FormulaPart) -> Iterator[Mistake]:
     written, swapped = (np.sin, np.cos) if name == "sin" else (np.cos, np.sin)
     turned = "cos" if name == "sin" else "sin"
     for sign, words in ((1, ""), (-1, "−")):
-        if part.is_alike(sign * swapped(inner)):
+        if part.is_alike(sign * swapped(inner)) and not (part.is_squared and sign < 0):
             text = f"'{part.quoted}' {part.where}should be {words}{turned}"
             yield Mistake("sin for cos", text, part.quoted, 1.0 + 0.3 * (sign < 0))
     for factor in (np.pi / 180, 180 / np.pi):
@@ -518,9 +518,11 @@ _MOST = 12
 class Search:
     """Searches for mistakes in equations about one mechanism."""
 
-    def __init__(self, truth: Truth, letters: KnownLetters) -> None:
+    def __init__(self, truth: Truth, letters: KnownLetters, with_numbers: bool = False) -> None:
         self._truth = truth
         self._letters = letters
+        # whether any number may stand for a quantity with a unit
+        self._with_numbers = with_numbers
 
     @cached_property
     def _hypotheses(self) -> Hypotheses:
@@ -537,7 +539,10 @@ class Search:
     @cached_property
     def units(self) -> LetterUnits:
         """The units of the letters."""
-        return LetterUnits(self._truth.mechanism)
+        return self._units_with({})
+
+    def _units_with(self, asked: Mapping[str, Dimension]) -> LetterUnits:
+        return LetterUnits(self._truth.mechanism, asked, with_numbers=self._with_numbers)
 
     def causes(
         self, residuals: Sequence[Residual], text: str, defined: Mapping[str, Node] = NOTHING
@@ -574,7 +579,7 @@ class Search:
         quantity: AskedQuantity | None = None,
     ) -> tuple[Mistake, ...]:
         """Return the single changes that would make a formula of any quantity right."""
-        units = LetterUnits(self._truth.mechanism, asked)
+        units = self._units_with(asked)
         zero = np.zeros(residual.sample.count)
         changes = repairs(residual.tape, residual.values, zero, self.context, text)
         mistakes = [
@@ -608,7 +613,7 @@ class Search:
         self, residual: Residual, text: str, asked: Mapping[str, Dimension] = MappingProxyType({})
     ) -> bool:
         """Return whether the units in an equation do not match."""
-        units = LetterUnits(self._truth.mechanism, asked) if asked else self.units
+        units = self._units_with(asked) if asked else self.units
         return bool(_misfits(units, residual, 0, text))
 
     def list_slips(self) -> list[tuple[WrongDerivation, Array]]:

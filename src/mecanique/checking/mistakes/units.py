@@ -29,8 +29,13 @@ class LetterUnits:
     """The dimensions of a mechanism's letters, and those of formulas in them."""
 
     def __init__(
-        self, mechanism: Mechanism, asked: Mapping[str, Dimension] = MappingProxyType({})
+        self,
+        mechanism: Mechanism,
+        asked: Mapping[str, Dimension] = MappingProxyType({}),
+        *,
+        with_numbers: bool = False,
     ) -> None:
+        self._simple = 0 if with_numbers else _SIMPLE
         known = {parameter.symbol: parameter.unit for parameter in mechanism.parameters}
         known |= {signal.symbol: signal.unit for signal in mechanism.inputs}
         known |= units(mechanism)
@@ -47,7 +52,7 @@ class LetterUnits:
         """Return the dimension of a formula; None where a decimal number leaves it open."""
         match node.kind:
             case "number":
-                return PURE if node.value.denominator <= _SIMPLE else None
+                return PURE if node.value.denominator <= self._simple else None
             case "letter":
                 if node.name.startswith("["):
                     return read_unit(node.name[1:-1])
