@@ -8,7 +8,7 @@ import pytest
 import mecanique as mq
 from mecanique.motion.analysis.momentum import AccelerationLaw, momenta_along
 from mecanique.motion.compile.cache import compile_once
-from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.rates import Rates
@@ -38,7 +38,7 @@ def test_a_program_that_disagrees_along_the_motion_is_not_asked() -> None:
     motion = linkage()
     code = compile_once(motion.mechanism)
     program = code.known
-    assert isinstance(program, Program)
+    assert isinstance(program, RatesProgram)
     wrong = program.tape.multiply(program.rates[-1], 1.0 + 1e-6)
     code._program = replace(program, rates=(*program.rates[:-1], wrong))
     quick = AccelerationLaw(motion.mechanism, motion.reference)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import mecanique as mq
 from mecanique.motion.compile.derive import program_of
-from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.compile.python import scalar, vectorize
 from mecanique.program.half_angles import by_tangents
 from mecanique.program.tape import Tape
@@ -19,7 +19,7 @@ def kinds(tape: Tape, outputs: list[float | int]) -> list[str]:
     return [tape.operations[place][0] for place in tape.find_needed(outputs)]
 
 
-def chain(n: int) -> Program:
+def chain(n: int) -> RatesProgram:
     rods = [mq.Body(f"rod{k}", mq.rod(1.0, 1.0)) for k in range(n)]
     joints = [
         mq.Revolute(

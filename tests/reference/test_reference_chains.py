@@ -13,7 +13,7 @@ import mecanique as mq
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import loops_of
 from mecanique.generation.mechanics.articulated import articulate
-from mecanique.generation.mechanics.constrained import Constrained, inputs_at
+from mecanique.generation.mechanics.constrained import FactorizedConstraints, inputs_at
 from mecanique.generation.mechanics.dynamics import Tree
 from mecanique.model import Body, Loop, Mechanism, Placement, Prismatic, Revolute, Spring, box, rod
 from mecanique.motion.compile.derive import program_of
@@ -65,7 +65,7 @@ def test_elimination_along_the_tree_gives_what_the_matrix_gives(mechanism: Mecha
     drive = [Q - h for Q, h in zip(tree.forces(), tree.bias(), strict=True)]
     along = articulate(letters, tree.recursion, loops, states)
     assert along is not None
-    by_matrix = Constrained(letters, tree.mass_matrix(), loops, states)
+    by_matrix = FactorizedConstraints(letters, tree.mass_matrix(), loops, states)
     answers = []
     for factors in (along, by_matrix):
         solution = factors.solve(drive)

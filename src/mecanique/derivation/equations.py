@@ -14,7 +14,7 @@ from mecanique.derivation.document import Document
 from mecanique.derivation.linear import Linear
 from mecanique.derivation.numeric.constraints.multipliers import Constrained
 from mecanique.derivation.numeric.dynamics import BatchDynamics
-from mecanique.derivation.numeric.newton_euler import Balances, Reaction
+from mecanique.derivation.numeric.newton_euler import Balances, JointWrench
 from mecanique.derivation.printing.expressions import to_matrix
 from mecanique.derivation.printing.prose import escape as escape_for_latex
 from mecanique.derivation.printing.writers import Equation
@@ -341,7 +341,7 @@ class Equations(Dynamics):
 
     def reactions(
         self, q: Given, v: Given, t: float | np.ndarray = 0.0, tau: Given = None
-    ) -> dict[str, Reaction]:
+    ) -> dict[str, JointWrench]:
         """Return force and moment of each joint's parent on its child, by joint, world axes.
 
         The moment is about the origin of the child's frame. Springs, dampers, drives and loads are
@@ -366,7 +366,7 @@ class Equations(Dynamics):
 
     def totals(
         self, q: Given, v: Given, t: float | np.ndarray = 0.0, tau: Given = None
-    ) -> dict[str, Reaction]:
+    ) -> dict[str, JointWrench]:
         """Return what crosses each joint in all, its reaction and what guides across it, by joint.
 
         It acts on the child with all that hangs on it; where nothing guides a joint, it is the
@@ -408,18 +408,18 @@ class Equations(Dynamics):
 
     def _transmit(
         self,
-        what: Callable[[Balances, States], dict[str, Reaction]],
+        what: Callable[[Balances, States], dict[str, JointWrench]],
         q: Given,
         v: Given,
         t: float | np.ndarray,
         tau: Given,
-    ) -> dict[str, Reaction]:
+    ) -> dict[str, JointWrench]:
         balances = require_reactions(self.mechanism, self.numeric, self.method)
         states = States.of(self.mechanism, q, v, t, tau=tau)
         if states.efforts is not None:
             states.efforts.refuse_without_seat()
         found = what(balances, states)
-        return {name: Reaction(*map(states.unbatch, both)) for name, both in found.items()}
+        return {name: JointWrench(*map(states.unbatch, both)) for name, both in found.items()}
 
     def momentum(
         self, q: Given, v: Given, t: float | np.ndarray = 0.0

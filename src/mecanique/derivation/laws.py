@@ -30,7 +30,7 @@ from mecanique.model.forces import (
 )
 
 
-class Along(Protocol):
+class LineOfAction(Protocol):
     """The line that a force acts along; e is its unit vector, from end to end, or 1 in a joint."""
 
     @property
@@ -83,14 +83,14 @@ class Elastic:
 
     kind: ClassVar[Literal["potential"]] = "potential"
 
-    def scalar(self, along: Along) -> Any:
+    def scalar(self, along: LineOfAction) -> Any:
         """Return V; for x₀ = 0 it is smooth where the ends meet."""
         if not self.rest:
             return along.square * self.stiffness / 2
         stretch = along.x - self.rest
         return stretch * stretch * self.stiffness / 2
 
-    def pull(self, along: Along) -> Any:
+    def pull(self, along: LineOfAction) -> Any:
         """Return k (x − x₀) e."""
         k = self.stiffness
         return along.direct(k, -(k * self.rest) if self.rest else None)
@@ -110,14 +110,14 @@ class Stored:
 
     kind: ClassVar[Literal["potential"]] = "potential"
 
-    def scalar(self, along: Along) -> Any:
+    def scalar(self, along: LineOfAction) -> Any:
         """Return V; that of x² is smooth where the ends meet."""
         V = self._of_square(along.name)
         if V is not None:
             return self.number(V, {_SQUARE: along.square})
         return self.number(self.potential, {along.name: along.x})
 
-    def pull(self, along: Along) -> Any:
+    def pull(self, along: LineOfAction) -> Any:
         """Return dV/dx e, for V(x²) as 2 dV/d(x²) x e."""
         V = self._of_square(along.name)
         if V is not None:
@@ -155,11 +155,11 @@ class Viscous:
 
     kind: ClassVar[Literal["dissipation"]] = "dissipation"
 
-    def scalar(self, along: Along) -> Any:
+    def scalar(self, along: LineOfAction) -> Any:
         """Return D."""
         return along.rate * along.rate * self.damping / 2
 
-    def pull(self, along: Along) -> Any:
+    def pull(self, along: LineOfAction) -> Any:
         """Return c x' e."""
         return along.direct(None, along.rate * self.damping)
 
@@ -173,10 +173,10 @@ class Drive:
 
     kind: ClassVar[Literal["work"]] = "work"
 
-    def scalar(self, along: Along) -> None:
+    def scalar(self, along: LineOfAction) -> None:
         """Return None: a drive has neither a potential nor a Rayleigh function."""
 
-    def pull(self, along: Along) -> Any:
+    def pull(self, along: LineOfAction) -> Any:
         """Return −F e."""
         return along.direct(None, -self.force)
 

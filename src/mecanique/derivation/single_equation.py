@@ -76,7 +76,7 @@ class Coefficient(NamedTuple):
 
 @final
 @dataclass(frozen=True)
-class Single:
+class ReducedEquation:
     """The single equation of a mechanism with one degree of freedom."""
 
     derivation: Derivation  # the equation with its steps
@@ -89,7 +89,7 @@ class Single:
     ties: tuple[Tie, ...]  # the independent equations of the loops
 
 
-def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> Single:
+def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> ReducedEquation:
     """Derive the single equation of a mechanism with loops and one degree of freedom."""
     algebra = lagrange.algebra
     mechanism = algebra.mechanism
@@ -175,7 +175,7 @@ class _Reducing:
             )
         return tuple(Coefficient(owners[name], name, value) for name, value in solved.items())
 
-    def single(self) -> Single:
+    def single(self) -> ReducedEquation:
         """Return the equation."""
         ring, algebra, kept = self.ring, self.algebra, self.kept
         first = [self.along(_angle_of(tie.demand)) for tie in self.ties]
@@ -198,7 +198,7 @@ class _Reducing:
         rest = ring.sum([part * v**p for (p,), part in powers.items()])
         parts = (J * a, C * v**2, rest, -forces)
         derivation = self._derivation(full, K, L, J, C, rest, forces)
-        return Single(derivation, kept, K, L, parts, self.ties)
+        return ReducedEquation(derivation, kept, K, L, parts, self.ties)
 
     def _put(self, series: Series) -> Series:
         """Replace the velocities of the other coordinates by K θ'."""
@@ -342,7 +342,7 @@ class SingleEquation(Legible):
     """
 
     mechanism: Mechanism
-    found: Single
+    found: ReducedEquation
 
     @property
     def coordinate(self) -> str:

@@ -9,7 +9,7 @@ from typing import final
 from mecanique.derivation.document import Document
 from mecanique.derivation.printing.writers import Equation
 from mecanique.derivation.symbolic.derivation import Derivation
-from mecanique.derivation.symbolic.solution import Solution
+from mecanique.derivation.symbolic.solution import EliminatedSolution
 from mecanique.derivation.symbolic.symbols import coordinate_of
 
 _CLOSING = "Solved for the accelerations and the forces of the constraints."
@@ -37,7 +37,7 @@ class Solved:
     """
 
     derivation: Derivation
-    found: Solution
+    found: EliminatedSolution
 
     @property
     def independent(self) -> tuple[str, ...]:

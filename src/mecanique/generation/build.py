@@ -8,9 +8,9 @@ from dataclasses import replace
 from mecanique.derivation.equations import Equations
 from mecanique.errors import UnknownNameError
 from mecanique.generation.identifiers import file_stem
-from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
+from mecanique.generation.mechanics.dynamics import TapeDynamics, dynamics_of
 from mecanique.generation.mechanics.free_body_forces import FreeBodyForces
-from mecanique.generation.program import Answer, Letter, Program
+from mecanique.generation.program import Answer, Program, ProgramInput
 from mecanique.generation.quantities import QUANTITIES, Output, choose
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import per_second, units
@@ -56,7 +56,7 @@ def require_known(mechanism: Mechanism, parameters: Sequence[str] | None) -> tup
     return known if parameters is None else tuple(parameters)
 
 
-def assemble(dynamics: Dynamics, name: str, answers: Sequence[Answer]) -> Program:
+def assemble(dynamics: TapeDynamics, name: str, answers: Sequence[Answer]) -> Program:
     """Assemble a program from answers on the tape of a mechanism's dynamics.
 
     Args:
@@ -70,7 +70,7 @@ def assemble(dynamics: Dynamics, name: str, answers: Sequence[Answer]) -> Progra
     )
 
 
-def _values(dynamics: Dynamics, name: str) -> list[Value]:
+def _values(dynamics: TapeDynamics, name: str) -> list[Value]:
     """Return the values of a quantity."""
     if name != "reactions":
         return dynamics.answer(name)
@@ -78,7 +78,7 @@ def _values(dynamics: Dynamics, name: str) -> list[Value]:
     return values_of([entry for wrench in reactions for entry in (*wrench.force, *wrench.moment)])
 
 
-def _collect_letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:
+def _collect_letters(dynamics: TapeDynamics) -> dict[str, tuple[ProgramInput, ...]]:
     """Return the inputs by kind."""
     mechanism = dynamics.letters.mechanism
     unit = units(mechanism)
@@ -89,17 +89,20 @@ def _collect_letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:
         letter = named[symbol]
         value = mechanism.values.get(symbol, getattr(letter, "signal", 0.0))
         known = float(value) if isinstance(value, float) else 0.0
-        constants.append(Letter(symbol, symbol, letter.unit, letter.meaning, known))
+        constants.append(ProgramInput(symbol, symbol, letter.unit, letter.meaning, known))
     speeds, meaning = mechanism.velocities, _describe_free_joints(mechanism)
     return {
-        "t": (Letter("t", "t", "s", "time"),),
+        "t": (ProgramInput("t", "t", "s", "time"),),
         "q": tuple(
-            Letter(q, q, unit[q], meaning.get(q, ""), neutral[q]) for q in mechanism.coordinates
+            ProgramInput(q, q, unit[q], meaning.get(q, ""), neutral[q])
+            for q in mechanism.coordinates
         ),
-        "v": tuple(Letter(v, v, unit[v], meaning.get(v, "")) for v in speeds),
-        "a": tuple(Letter(f"{v}'", f"a {v}", per_second(unit[v])) for v in speeds),
+        "v": tuple(ProgramInput(v, v, unit[v], meaning.get(v, "")) for v in speeds),
+        "a": tuple(ProgramInput(f"{v}'", f"a {v}", per_second(unit[v])) for v in speeds),
         "tau": tuple(
-            Letter(f"tau_{v}", f"tau {v}", _find_force_unit(unit[v]), meaning.get(f"tau_{v}", ""))
+            ProgramInput(
+                f"tau_{v}", f"tau {v}", _find_force_unit(unit[v]), meaning.get(f"tau_{v}", "")
+            )
             for v in speeds
         ),
         "p": tuple(constants),

@@ -17,7 +17,7 @@ from mecanique.derivation.switching import ModeEquations, Modes, force_symbol, l
 from mecanique.errors import DerivationError
 from mecanique.generation.build import assemble, require_known
 from mecanique.generation.identifiers import file_stem
-from mecanique.generation.mechanics.dynamics import Dynamics
+from mecanique.generation.mechanics.dynamics import TapeDynamics
 from mecanique.generation.mechanics.switching import SwitchingEquations
 from mecanique.generation.program import Answer, Program
 from mecanique.generation.quantities import Output
@@ -37,7 +37,7 @@ def build_modes(
     answers = [_write_elements(equations)]
     answers += [_write_mode(mechanism, letters, mode) for mode in modes.modes if mode.accelerations]
     answers += _write_impacts(equations)
-    dynamics = Dynamics(letters, equations.tree, equations.tree, "closed form of each mode")
+    dynamics = TapeDynamics(letters, equations.tree, equations.tree, "closed form of each mode")
     program = assemble(dynamics, file_stem(mechanism.name, name), answers)
     base = replace(mechanism, switching=())
     return replace(program, mechanism=base, switching=mechanism.switching)

@@ -13,7 +13,7 @@ from mecanique.program.tape import Counts, Tape, Value, count
 
 @final
 @dataclass(frozen=True)
-class Letter:
+class ProgramInput:
     """An input of a program."""
 
     name: str
@@ -70,14 +70,14 @@ class Program:
     name: str
     origin: str
     tape: Tape
-    letters: dict[str, tuple[Letter, ...]]
+    letters: dict[str, tuple[ProgramInput, ...]]
     answers: tuple[Answer, ...]
     start: tuple[float, ...] = ()
     landing: LoopProjection | None = None
     switching: tuple[Switching, ...] = ()
 
     @property
-    def parameters(self) -> tuple[Letter, ...]:
+    def parameters(self) -> tuple[ProgramInput, ...]:
         """The parameters and signals that are inputs."""
         return self.letters["p"]
 

@@ -221,7 +221,7 @@ class Striking(SwitchingElement):
         yield from super().rules()
 
 
-class Stop(NamedTuple):
+class CordStop(NamedTuple):
     """A place that a cord runs to: an end of it, or a pulley.
 
     Args:
@@ -245,7 +245,7 @@ class Strung(GuidingElement):
 
     @property
     @abstractmethod
-    def stops(self) -> tuple[Stop, ...]:
+    def stops(self) -> tuple[CordStop, ...]:
         """Where it runs."""
 
     @property

@@ -21,9 +21,9 @@ from mecanique.errors import DerivationError, MecaniqueError
 from mecanique.generation.build import assemble
 from mecanique.generation.mechanics.closed_form import Lowering
 from mecanique.generation.mechanics.constrained import inputs_at
-from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
+from mecanique.generation.mechanics.dynamics import TapeDynamics, dynamics_of
 from mecanique.generation.mechanics.free_body_forces import FreeBodyForces
-from mecanique.generation.program import Answer, Letter, Program
+from mecanique.generation.program import Answer, Program, ProgramInput
 from mecanique.generation.quantities import QUANTITIES, Output
 from mecanique.generation.targets.javascript import JavaScript, functions
 from mecanique.generation.targets.python import Python
@@ -210,7 +210,7 @@ def _of_rules(mechanism: Mechanism) -> Iterator[tuple[Condition, tuple[Scalar, .
 
 
 def margins_of(
-    dynamics: Dynamics, actions: FreeBodyForces
+    dynamics: TapeDynamics, actions: FreeBodyForces
 ) -> Iterator[tuple[str, tuple[Any, Any, Any]]]:
     """Yield what holds until a margin a − √(b² + c²) passes zero: its name, and a, b, c [N]."""
     mechanism, letters = dynamics.letters.mechanism, dynamics.letters
@@ -237,7 +237,7 @@ WORK = "work done"
 class SceneColumns:
     """The columns of a scene's table; those that are not known are None."""
 
-    def __init__(self, dynamics: Dynamics) -> None:
+    def __init__(self, dynamics: TapeDynamics) -> None:
         self._dynamics = dynamics
         self._letters = dynamics.letters
         self._mechanism = dynamics.letters.mechanism
@@ -465,7 +465,7 @@ class Maker:
         self._mechanism = mechanism = motion.mechanism
         refuse(mechanism)
         symbols = (*mechanism.values, *(signal.symbol for signal in mechanism.inputs))
-        self._dynamics: Dynamics = dynamics_of(equations, symbols)
+        self._dynamics: TapeDynamics = dynamics_of(equations, symbols)
         self._columns = SceneColumns(self._dynamics)
 
     def thin(self, scene: Scene) -> Scene:
@@ -568,9 +568,9 @@ class Maker:
     def _program(self, answers: Sequence[Answer]) -> Program:
         program = assemble(self._dynamics, "page", answers)
         letters = dict(program.letters)
-        letters["v"] = (*letters["v"], Letter("work", WORK, "J"))
+        letters["v"] = (*letters["v"], ProgramInput("work", WORK, "J"))
         # torques are named after velocities; none drives the work
-        letters["tau"] = (*letters["tau"], Letter("work", f"tau {WORK}"))
+        letters["tau"] = (*letters["tau"], ProgramInput("work", f"tau {WORK}"))
         return replace(program, letters=letters)
 
     def _evaluate(self, scalars: Sequence[Any], chosen: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
-from mecanique.derivation.mechanics.letters import Values
+from mecanique.derivation.mechanics.letters import LetterValues
 from mecanique.derivation.mechanics.vectors import (
     Rows,
     Triple,
@@ -78,7 +78,7 @@ class CoordinateMap:
             if (self._order == np.arange(nv)).all():
                 self._order = self._places = slice(None)
 
-    def at(self, letters: Values) -> JointMotion:
+    def at(self, letters: LetterValues) -> JointMotion:
         """Compute the motion of the joints."""
         if self._order is not None:
             u = letters.vector([letters.values[name] for name in self._names])

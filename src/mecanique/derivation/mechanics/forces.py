@@ -10,7 +10,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.laws import Travel, laws_of
-from mecanique.derivation.mechanics.letters import Letters, Values
+from mecanique.derivation.mechanics.letters import Letters, LetterValues
 from mecanique.derivation.mechanics.recursion import TreeRecursion
 from mecanique.derivation.mechanics.vectors import (
     STILL,
@@ -34,7 +34,7 @@ NOTHING = STILL
 
 @final
 @dataclass(frozen=True)
-class Action:
+class AppliedWrench:
     """A force and a moment on a body, world axes."""
 
     name: str  # name of the force, the joint or loop, or of the body for weight and inertia
@@ -45,7 +45,7 @@ class Action:
     moment: Triple  # moment about that point
     point: Triple = NOTHING  # the point of a load, in the body's axes
 
-    def opposite(self, body: str) -> Action:
+    def opposite(self, body: str) -> AppliedWrench:
         """Return the opposite action, on the other body."""
         force, moment = scale(-1.0, self.force), scale(-1.0, self.moment)
         return replace(self, body=body, force=force, moment=moment)
@@ -106,7 +106,7 @@ class Span:
 class Forces:
     """The forces of a mechanism."""
 
-    def __init__(self, letters: Values, recursion: TreeRecursion) -> None:
+    def __init__(self, letters: LetterValues, recursion: TreeRecursion) -> None:
         self._letters = letters
         self._recursion = recursion
 
@@ -151,7 +151,7 @@ class Forces:
                 pushes[k] = pushes.get(k, 0.0) + self._push_joint(force)
         return pushes
 
-    def at_points(self) -> list[Action]:
+    def at_points(self) -> list[AppliedWrench]:
         """Return the actions of all forces but those in joints, each at a point of its body."""
         forces = self._letters.mechanism.forces
         return [a for force in forces if not isinstance(force, JointLoad) for a in self.of(force)]
@@ -168,11 +168,11 @@ class Forces:
                     total = total + law.scalar(path)
         return total
 
-    def on_bodies(self) -> list[Action]:
+    def on_bodies(self) -> list[AppliedWrench]:
         """Return each force's actions: on body a or the child, then on body b or the parent."""
         return [action for force in self._letters.mechanism.forces for action in self.of(force)]
 
-    def of(self, force: AnyForce) -> list[Action]:
+    def of(self, force: AnyForce) -> list[AppliedWrench]:
         """Return the actions of one force."""
         match force:
             case LineLoad():
@@ -184,15 +184,15 @@ class Forces:
         kind = type(force).__name__
         raise DerivationError(f"no program is known for force {force.name!r}, a {kind}")
 
-    def _pull(self, force: LineLoad) -> list[Action]:
+    def _pull(self, force: LineLoad) -> list[AppliedWrench]:
         span, (a, b) = self._span(force), force.ends
         pull = add(*(law.pull(span) for law in laws_of(force, self._number)))
         start, end = self._vector(a.point), self._vector(b.point)
-        one = Action(force.name, force.kind, a.body, self._locate(a), pull, NOTHING, start)
+        one = AppliedWrench(force.name, force.kind, a.body, self._locate(a), pull, NOTHING, start)
         other = one.opposite(b.body)
         return [one, replace(other, origin=self._locate(b), point=end)]
 
-    def _twist(self, force: JointLoad) -> list[Action]:
+    def _twist(self, force: JointLoad) -> list[AppliedWrench]:
         joint = self._letters.mechanism.joint(force.joint)
         if not isinstance(joint, Single):
             raise DerivationError(f"force {force.name!r} acts in a joint of several coordinates")
@@ -200,7 +200,7 @@ class Forces:
         axis = self._letters.vector(joint.axis)
         along_axis = scale(self._push_joint(force), apply(pose, axis))
         pair = (NOTHING, along_axis) if joint.turns else (along_axis, NOTHING)
-        one = Action(force.name, force.kind, joint.child, position(pose), *pair)
+        one = AppliedWrench(force.name, force.kind, joint.child, position(pose), *pair)
         return [one, one.opposite(joint.parent)]
 
     def _push_joint(self, force: JointLoad) -> Any:
@@ -216,7 +216,7 @@ class Forces:
         name = joint.coordinates[-1]
         return Travel(chart.r[name], chart.u[self._column[force.joint]], name)
 
-    def _push(self, force: BodyLoad) -> Action:
+    def _push(self, force: BodyLoad) -> AppliedWrench:
         wrench, pull, turn = force.wrench, NOTHING, NOTHING
         if wrench.force is not None:
             pull = self._in_world(force, wrench.force)
@@ -224,7 +224,7 @@ class Forces:
             turn = self._in_world(force, wrench.torque)
         place = self._vector(wrench.point)
         at = times_point(self._recursion.pose(wrench.body), place)
-        return Action(force.name, force.kind, wrench.body, at, pull, turn, place)
+        return AppliedWrench(force.name, force.kind, wrench.body, at, pull, turn, place)
 
     def _in_world(self, force: BodyLoad, components: Sequence[Scalar]) -> Triple:
         """Return a load's components along the axes of the world."""

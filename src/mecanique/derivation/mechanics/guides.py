@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any, TypeAlias, final
 
 from mecanique.derivation.mechanics.elements import UnitForce, unit_forces
-from mecanique.derivation.mechanics.forces import Action
+from mecanique.derivation.mechanics.forces import AppliedWrench
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.recursion import TreeRecursion
 from mecanique.derivation.mechanics.vectors import add, apply, dot, products, scale
@@ -22,7 +22,7 @@ from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.expression import Scalar
 from mecanique.program.solving import factorize
 
-Transmit: TypeAlias = Callable[[Sequence[Action]], Mapping[str, Action]]
+Transmit: TypeAlias = Callable[[Sequence[AppliedWrench]], Mapping[str, AppliedWrench]]
 """Returns the actions of joints on their children under forces on the bodies."""
 
 
@@ -34,7 +34,7 @@ class Guides:
         self._letters, self._recursion, self._transmit = letters, recursion, transmit
         self._names = force_names(letters.mechanism.elements)
 
-    def sizes(self, acting: Sequence[Action]) -> list[Any]:
+    def sizes(self, acting: Sequence[AppliedWrench]) -> list[Any]:
         """Return the magnitude of each force."""
         if not self._names:
             return []
@@ -49,9 +49,9 @@ class Guides:
         missing = [-dot(row, totals) for row in rows]
         return factorize(self._letters.tape, products(rows, rows)).solve(missing)
 
-    def actions(self, sizes: Mapping[str, Any]) -> list[Action]:
+    def actions(self, sizes: Mapping[str, Any]) -> list[AppliedWrench]:
         """Return the actions of the elements on the bodies."""
-        found: list[Action] = []
+        found: list[AppliedWrench] = []
         for unit, pressing in self._pairs:
             size = sizes[self._names[unit.index]]
             action = self._act(unit)
@@ -73,11 +73,11 @@ class Guides:
             if not unit.pressed
         ]
 
-    def _act(self, unit: UnitForce) -> Action:
+    def _act(self, unit: UnitForce) -> AppliedWrench:
         name = self._names[unit.index]
-        return Action(name, "reaction", unit.body, unit.point, unit.force, unit.moment)
+        return AppliedWrench(name, "reaction", unit.body, unit.point, unit.force, unit.moment)
 
-    def _along(self, acting: Sequence[Action]) -> list[Any]:
+    def _along(self, acting: Sequence[AppliedWrench]) -> list[Any]:
         """Return the joints' wrenches along the directions in which the map drives them."""
         recursion, found = self._recursion, list[Any]()
         crossing = self._transmit(acting)

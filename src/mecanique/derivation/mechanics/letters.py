@@ -26,7 +26,7 @@ class DrivenPath(NamedTuple):
     slopes: Any  # derivatives of the rate by the generalized velocities
 
 
-class Values(Protocol):
+class LetterValues(Protocol):
     """The values of a mechanism's letters, on a tape or as arrays of many states."""
 
     mechanism: Mechanism

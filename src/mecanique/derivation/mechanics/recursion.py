@@ -19,7 +19,7 @@ import numpy as np
 
 from mecanique.derivation.mechanics.chart import CoordinateMap, JointMotion
 from mecanique.derivation.mechanics.elements import Ground, ground_of
-from mecanique.derivation.mechanics.letters import Letters, Values
+from mecanique.derivation.mechanics.letters import Letters, LetterValues
 from mecanique.derivation.mechanics.vectors import (
     STILL,
     Column,
@@ -75,7 +75,7 @@ class Seat:
 
 @final
 @dataclass(frozen=True)
-class Wrench:
+class LinkWrench:
     """A force and a moment on a moving link."""
 
     place: int  # index of the link
@@ -85,24 +85,24 @@ class Wrench:
 
 @final
 @dataclass(frozen=True)
-class Inertia:
+class MassMoments:
     """Mass m, first moments h and second moments E of a body about its origin."""
 
     m: Any
     h: Triple
     E: Rows
 
-    def __add__(self, other: Inertia) -> Inertia:
+    def __add__(self, other: MassMoments) -> MassMoments:
         if self is MASSLESS:
             return other
         if other is MASSLESS:
             return self
         E = add_rows(self.E, other.E)
-        return Inertia(self.m + other.m, add(self.h, other.h), E)
+        return MassMoments(self.m + other.m, add(self.h, other.h), E)
 
-    def __sub__(self, other: Inertia) -> Inertia:
+    def __sub__(self, other: MassMoments) -> MassMoments:
         E = [add(x, scale(-1.0, y)) for x, y in zip(self.E, other.E, strict=True)]
-        return Inertia(self.m - other.m, add(self.h, scale(-1.0, other.h)), E)
+        return MassMoments(self.m - other.m, add(self.h, scale(-1.0, other.h)), E)
 
     @property
     def is_number(self) -> bool:
@@ -110,7 +110,7 @@ class Inertia:
         entries = [self.m, *self.h, *self.E[0], *self.E[1], *self.E[2]]
         return all(isinstance(entry, (int, float)) for entry in entries)
 
-    def seen_from(self, pose: Rows) -> Inertia:
+    def seen_from(self, pose: Rows) -> MassMoments:
         """Refer the inertia to the frame in which the body has a pose: its axes and its origin."""
         if self is MASSLESS:
             return self
@@ -119,10 +119,10 @@ class Inertia:
         h = add(turned, scale(self.m, p))
         # R E Rᵀ + (R h) pᵀ + p h'ᵀ with the new first moments h' = R h + m p
         E = symmetric_products((products(R, self.E), R), (turned, p), (p, h))
-        return Inertia(self.m, h, E)
+        return MassMoments(self.m, h, E)
 
 
-MASSLESS = Inertia(0.0, STILL, [STILL, STILL, STILL])
+MASSLESS = MassMoments(0.0, STILL, [STILL, STILL, STILL])
 """The inertia of a link without bodies."""
 
 _AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
@@ -188,7 +188,7 @@ class Skeleton:
     angular: list[dict[int, Triple]]  # unit motions of each one, by index of the joint velocity
     linear: list[dict[int, Triple]]  # the same of its slides
     armatures: list[Any]  # inertia of each one's rotor
-    inertias: list[Inertia]  # inertia of each one with all that is fixed to it
+    inertias: list[MassMoments]  # inertia of each one with all that is fixed to it
     seats: list[Seat]  # the frame of each elementary link of the tree, moving or not
     bodies: dict[str, Seat]  # the frame of each body
     gravity: Triple  # acceleration of gravity
@@ -233,7 +233,7 @@ def skeleton_of(mechanism: Mechanism, tree: Sequence[Link], numbers: Numbers) ->
         seat = seats[k]
         if seat.place < 0:
             continue
-        body = Inertia(J[3][3], position(J[:3]), rotation(J[:3]))
+        body = MassMoments(J[3][3], position(J[:3]), rotation(J[:3]))
         # on a tape even the identity serves: E is symmetric up to rounding, then exactly, for which
         # fewer operations do
         if seat.pose is not numbers.identity or not isinstance(J, np.ndarray):
@@ -319,12 +319,12 @@ def _regroup(tree: Skeleton) -> None:
         if parent < 0 or len(angular) + len(linear) != 1 or not body.is_number:
             continue
         if linear:
-            moved = Inertia(0.0, STILL, body.E)
+            moved = MassMoments(0.0, STILL, body.E)
             stand = [[*row[:3], 0.0] for row in stand]
         else:
             (n,) = angular.values()
             second = dot(n, apply(body.E, n))
-            moved = Inertia(body.m, scale(dot(n, body.h), n), [scale(second * c, n) for c in n])
+            moved = MassMoments(body.m, scale(dot(n, body.h), n), [scale(second * c, n) for c in n])
         carried = moved.seen_from(stand)
         if carried.is_number:
             tree.inertias[place] = body - moved
@@ -339,7 +339,7 @@ Field: TypeAlias = "tuple[Triple, Rows, Triple, Triple]"
 class TreeRecursion:
     """Mass matrix, inverse dynamics and energies of a tree, on a tape or on arrays."""
 
-    def __init__(self, letters: Values, skeleton: Skeleton, chart: JointMotion) -> None:
+    def __init__(self, letters: LetterValues, skeleton: Skeleton, chart: JointMotion) -> None:
         self.letters = letters
         self.chart = chart
         self.skeleton = skeleton
@@ -382,7 +382,7 @@ class TreeRecursion:
             pose = pose + factor * slope
         return pose
 
-    def inverse_dynamics(self, a: Sequence[Any], outside: Sequence[Wrench] = ()) -> Triple:
+    def inverse_dynamics(self, a: Sequence[Any], outside: Sequence[LinkWrench] = ()) -> Triple:
         """Return M a + bias, minus the generalized forces of external wrenches; a (nv,)."""
         return self.chart.project(self.joint_forces(self.chart.spread(a), outside))
 
@@ -472,7 +472,7 @@ class TreeRecursion:
             found.append((w, v))
         return found
 
-    def joint_forces(self, ud: Sequence[Any], outside: Sequence[Wrench] = ()) -> list[Any]:
+    def joint_forces(self, ud: Sequence[Any], outside: Sequence[LinkWrench] = ()) -> list[Any]:
         """Return the joint forces for given joint accelerations and gravity, shape (nu,)."""
         return self._forces(self.chart.u, ud, outside)
 
@@ -503,7 +503,7 @@ class TreeRecursion:
         return found
 
     def _forces(
-        self, u: Sequence[Any], ud: Sequence[Any], outside: Sequence[Wrench] = ()
+        self, u: Sequence[Any], ud: Sequence[Any], outside: Sequence[LinkWrench] = ()
     ) -> list[Any]:
         fields = self.fields(u, ud)
         loads: list[tuple[Triple, Triple]] = []
@@ -576,18 +576,18 @@ class TreeRecursion:
         moved = add(v, cross(w, times_point(seat.pose, point)))
         return apply(self.poses[seat.place], moved)
 
-    def on_link(self, body: str, point: Triple, force: Triple, moment: Triple) -> Wrench:
+    def on_link(self, body: str, point: Triple, force: Triple, moment: Triple) -> LinkWrench:
         """Refer a force at a point of a body, in its axes, and a moment to the body's link."""
         # Force and moment are in the world's axes
         seat = self.seats[body]
         if seat.place < 0:
-            return Wrench(-1, STILL, STILL)
+            return LinkWrench(-1, STILL, STILL)
         pose = self.poses[seat.place]
         turned = apply_transpose(pose, force)
         # by the arm in the link: differences of places in the world lose digits far from its origin
         arm = times_point(seat.pose, point)
         about = add(apply_transpose(pose, moment), cross(arm, turned))
-        return Wrench(seat.place, turned, about)
+        return LinkWrench(seat.place, turned, about)
 
     @cached_property
     def ground(self) -> Ground:
@@ -619,7 +619,7 @@ def _motions(link: Link, first: int) -> tuple[dict[int, Triple], dict[int, Tripl
 
 
 def _momentum(
-    inertia: Inertia, angular: Triple | None, linear: Triple | None
+    inertia: MassMoments, angular: Triple | None, linear: Triple | None
 ) -> tuple[Triple, Triple]:
     """Return the momentum of a unit motion, and its moment."""
     if linear is not None:
@@ -645,7 +645,7 @@ def _whole(entry: Any) -> Any:
 
 @final
 @dataclass(frozen=True)
-class Motion:
+class LinkMotion:
     """A moving link: its origin p, ω, v, and α and a without generalized accelerations."""
 
     p: Triple
@@ -658,7 +658,7 @@ class Motion:
     columns: dict[int, tuple[Triple, Triple]]
 
 
-_GROUND = Motion(STILL, STILL, STILL, STILL, STILL, STILL, {})
+_GROUND = LinkMotion(STILL, STILL, STILL, STILL, STILL, STILL, {})
 
 
 @final
@@ -667,7 +667,7 @@ class World:
 
     def __init__(self, recursion: TreeRecursion) -> None:
         self._recursion = recursion
-        self._motions: list[Motion] = []
+        self._motions: list[LinkMotion] = []
         chart = recursion.chart
         for link, pose in zip(recursion.links, recursion.poses, strict=True):
             before, p = self.motion(link.parent), position(pose)
@@ -681,7 +681,7 @@ class World:
             )
             swing = cross(before.w, r)
             self._motions.append(
-                Motion(
+                LinkMotion(
                     p,
                     r,
                     add(before.w, w),
@@ -721,7 +721,7 @@ class World:
                         rates.setdefault(entry.place, value_of(slope))
         return rates
 
-    def motion(self, place: int) -> Motion:
+    def motion(self, place: int) -> LinkMotion:
         """Return the motion of a link, or of the ground."""
         return self._motions[place] if place >= 0 else _GROUND
 

@@ -198,7 +198,7 @@ def name_mode(
     return tuple(ElementState(name, directions.get(name, ())) for name in named)
 
 
-class Drive(NamedTuple):
+class ModeProblem(NamedTuple):
     """What a mode is solved for: accelerations under loads, or changes of velocities."""
 
     load: Scalars  # shape (…, nv); zero of an impact
@@ -208,7 +208,7 @@ class Drive(NamedTuple):
     holds: Sequence[Any]  # what each element pulls at most
 
 
-def accelerate(terms: Terms, elements: Sequence[ElementRows]) -> Drive:
+def accelerate(terms: Terms, elements: Sequence[ElementRows]) -> ModeProblem:
     """Return what the accelerations of a state follow from; elastic stops press by their gaps."""
     elastic = {
         rows.normal: -1.0 * rows.stiffness * terms.gaps.T[rows.normal]
@@ -216,7 +216,7 @@ def accelerate(terms: Terms, elements: Sequence[ElementRows]) -> Drive:
         if rows.normal is not None and rows.stiffness is not None
     }
     holds = [rows.holds for rows in elements]
-    return Drive(terms.load, -1.0 * terms.gamma, elastic, terms.static, holds)
+    return ModeProblem(terms.load, -1.0 * terms.gamma, elastic, terms.static, holds)
 
 
 def bounce(terms: Terms, element: ElementRows) -> dict[int, Any]:
@@ -230,13 +230,13 @@ def strike(
     targets: Mapping[int, Any],
     elements: Sequence[ElementRows],
     given: Mapping[int, Any] | None = None,
-) -> Drive:
+) -> ModeProblem:
     """Return what an impact follows from: the rates of rows after it, zero where none is named."""
     wanted = -1.0 * terms.rates
     for row, target in targets.items():
         wanted.T[row] = wanted.T[row] + target
     no_load = np.zeros(terms.load.shape, terms.load.dtype)
-    return Drive(no_load, wanted, given or {}, terms.kinetic, [0.0] * len(elements))
+    return ModeProblem(no_load, wanted, given or {}, terms.kinetic, [0.0] * len(elements))
 
 
 class HeldRows(NamedTuple):
@@ -252,7 +252,7 @@ def hold(
     terms: Terms,
     elements: Sequence[ElementRows],
     mode: Mode,
-    drive: Drive,
+    drive: ModeProblem,
     permanent: Sequence[int] = (),
 ) -> HeldRows:
     """Return what a mode holds."""
@@ -291,7 +291,7 @@ def hold(
 def solve_held(
     terms: Terms,
     held: HeldRows,
-    drive: Drive,
+    drive: ModeProblem,
     by_mass: Callable[[Scalars], Scalars],
     by_rows: Callable[[Scalars, Scalars, Scalars, Scalars], Scalars | None],
 ) -> tuple[Scalars, Scalars] | None:

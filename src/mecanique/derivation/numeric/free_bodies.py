@@ -86,7 +86,7 @@ class Snapshot:
 
 
 @final
-class FreeBodies:
+class BatchFreeBodies:
     """The free bodies of a mechanism, ready to be evaluated in many states."""
 
     def __init__(self, mechanism: Mechanism) -> None:

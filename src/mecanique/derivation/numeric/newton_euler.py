@@ -32,7 +32,7 @@ from mecanique.derivation.numeric.elements import (
     unit_needs,
 )
 from mecanique.derivation.numeric.free_bodies import (
-    FreeBodies,
+    BatchFreeBodies,
     Snapshot,
     cross_rows,
     times,
@@ -46,7 +46,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
 
-class Reaction(NamedTuple):
+class JointWrench(NamedTuple):
     """The wrench that a parent exerts on its child through their joint."""
 
     force: np.ndarray  # shape (3,) or (n, 3), world axes [N]
@@ -61,7 +61,7 @@ class FreeBodyDynamics(BatchDynamics):
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism
-        self._bodies = FreeBodies(mechanism)
+        self._bodies = BatchFreeBodies(mechanism)
 
     @cached_property
     def _held(self) -> Held:
@@ -102,7 +102,7 @@ class Balances(FreeBodyDynamics):
         """Return the accelerations, shape (n, nv), solved for together with all reactions."""
         return self._solve(states)[:, : self._mechanism.nv]
 
-    def reactions(self, states: States) -> dict[str, Reaction]:
+    def reactions(self, states: States) -> dict[str, JointWrench]:
         """Return the reaction in each joint by name, without springs, dampers, drives and loads."""
         # Components that depend on a guide without an element are NaN
         found = self._hold(states)[0] if self._mechanism.elements else self.totals(states)
@@ -112,7 +112,7 @@ class Balances(FreeBodyDynamics):
             for k, joint in enumerate(self._mechanism.tree):
                 if joint.name in crossed:
                     part = np.where(self._loose(at, k), np.nan, 0.0)
-                    found[joint.name] = Reaction(part[:, :3], part[:, 3:])
+                    found[joint.name] = JointWrench(part[:, :3], part[:, 3:])
         return found
 
     def _loose(self, at: Snapshot, k: int) -> np.ndarray:
@@ -163,7 +163,7 @@ class Balances(FreeBodyDynamics):
         carried = self._transmit(at, unit_needs(self._mechanism, at))
         return carried, Along(self._along(at, carried), at.rates, self._bodies.columns)
 
-    def _hold(self, states: States) -> tuple[dict[str, Reaction], np.ndarray]:
+    def _hold(self, states: States) -> tuple[dict[str, JointWrench], np.ndarray]:
         """Return the reactions without the elements' actions, and the elements' forces, (n, k)."""
         m, at = self._mechanism, self._bodies.at(states)
         solved = self._solve(states)
@@ -177,17 +177,19 @@ class Balances(FreeBodyDynamics):
         found = {}
         for joint, total, under, apart in zip(m.tree, totals, carried, pressed, strict=True):
             whole = total + times(under, sizes.forces) + times(apart, np.abs(sizes.forces))
-            found[joint.name] = Reaction(whole[:, :3], whole[:, 3:])
+            found[joint.name] = JointWrench(whole[:, :3], whole[:, 3:])
         unknown = (sizes.idle != 0).any(axis=(0, 2))
         forces = np.where(unknown, np.nan, sizes.forces)
         return {joint.name: found[joint.name] for joint in m.joints}, forces
 
-    def totals(self, states: States) -> dict[str, Reaction]:
+    def totals(self, states: States) -> dict[str, JointWrench]:
         """Return the total wrench across each joint: its reaction and the guides' actions."""
         nv, count = self._mechanism.nv, len(self._mechanism.joints)
         found = self._solve(states)[:, nv : nv + 6 * count].reshape(len(states), -1, 2, 3)
         names = [joint.name for joint in self._mechanism.tree]
-        by_name = {name: Reaction(found[:, k, 0], found[:, k, 1]) for k, name in enumerate(names)}
+        by_name = {
+            name: JointWrench(found[:, k, 0], found[:, k, 1]) for k, name in enumerate(names)
+        }
         return {joint.name: by_name[joint.name] for joint in self._mechanism.joints}
 
     def multipliers(self, states: States) -> np.ndarray:

@@ -26,8 +26,8 @@ from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.multipliers import cramer, determinant
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import (
+    SymbolicWrench,
     Vector,
-    Wrench,
     along,
     component,
     dot,
@@ -62,12 +62,12 @@ class JointRate:
 
 def demands(
     cuts: Cuts,
-    part: Callable[[Cut], Wrench],
+    part: Callable[[Cut], SymbolicWrench],
     free: Mapping[str, Sequence[JointRate]] | None = None,
-) -> dict[str, Wrench]:
+) -> dict[str, SymbolicWrench]:
     """Return the wrench that every joint must transmit, by name of its child."""
     # Force and moment are in the axes of the child's carrier, the moment about the child's origin
-    found: dict[str, Wrench] = {}
+    found: dict[str, SymbolicWrench] = {}
     behind: dict[str, list[str]] = {}
     for cut in cuts.bodies:
         behind.setdefault(cut.joint.parent, []).append(cut.body)
@@ -78,7 +78,7 @@ def demands(
         for rate in () if free is None else free[cut.body]:
             size = dot(rate.axis, sums[rate.kind]) + rate.rotor
             sums[rate.kind] = sums[rate.kind] - rate.axis * size
-        found[cut.body] = Wrench(**sums).tidy()
+        found[cut.body] = SymbolicWrench(**sums).tidy()
     return found
 
 
@@ -124,7 +124,7 @@ def _list_quasi(algebra: Algebra, link: Link, body: str) -> Iterator[JointRate]:
 
 
 def project(
-    cuts: Cuts, rates: Iterable[JointRate], found: Mapping[str, Wrench], *, rotors: bool
+    cuts: Cuts, rates: Iterable[JointRate], found: Mapping[str, SymbolicWrench], *, rotors: bool
 ) -> list[Series]:
     """Project reactions on the generalized velocities: Σ ∂u/∂v × (reaction · axis + rotor)."""
     ring = cuts.algebra.ring
@@ -164,7 +164,7 @@ class Guiding:
             self._parting[index] = ring.unknown(f"N_{stem}", Kind.REACTION)
             of = f"|{self.names[index]}| sin(pressure angle)"
             self.meanings[f"N_{stem}"] = f"separating force, {of} [N]"
-        self._actions: dict[tuple[int, bool], dict[str, list[Wrench]]] = {}
+        self._actions: dict[tuple[int, bool], dict[str, list[SymbolicWrench]]] = {}
         """The wrenches on each body of each force and, with True, of its separating force."""
         for unit in units:
             if not unit.pressed or unit.index in self._parting:
@@ -172,7 +172,7 @@ class Guiding:
                 if cuts.kinematics.place[unit.body] >= 0:
                     on.setdefault(unit.body, []).append(self._refer(unit))
 
-    def on(self, cut: Cut) -> Wrench:
+    def on(self, cut: Cut) -> SymbolicWrench:
         """Return the elements' wrench on a body, about the origin of its frame."""
         return self._sum(cut, {force: self._size(force) for force in self._actions})
 
@@ -180,7 +180,7 @@ class Guiding:
         """Return the names of the forces that act on a body."""
         return [str(self._size(force)) for force, on in self._actions.items() if cut.body in on]
 
-    def balance(self) -> list[tuple[Series, dict[str, Wrench]]]:
+    def balance(self) -> list[tuple[Series, dict[str, SymbolicWrench]]]:
         """Return each force, separating ones last, with the joints' wrenches that balance its unit.
 
         The wrenches are by name of the child.
@@ -191,7 +191,7 @@ class Guiding:
             found.append((self._size(force), demands(self._cuts, resist)))
         return found
 
-    def _sum(self, cut: Cut, sizes: Mapping[tuple[int, bool], Series]) -> Wrench:
+    def _sum(self, cut: Cut, sizes: Mapping[tuple[int, bool], Series]) -> SymbolicWrench:
         """Return the wrench on a body under forces of some sizes."""
         nothing = zero(self._algebra.ring)
         acting = [
@@ -199,7 +199,7 @@ class Guiding:
             for force, size in sizes.items()
             for wrench in self._actions[force].get(cut.body, ())
         ]
-        return resultant([Wrench(nothing, nothing), *acting]).tidy()
+        return resultant([SymbolicWrench(nothing, nothing), *acting]).tidy()
 
     def _size(self, force: tuple[int, bool]) -> Series:
         index, presses = force
@@ -208,8 +208,8 @@ class Guiding:
     def solve(
         self,
         rates: Sequence[JointRate],
-        totals: Mapping[str, Wrench],
-        carried: Sequence[Mapping[str, Wrench]],
+        totals: Mapping[str, SymbolicWrench],
+        carried: Sequence[Mapping[str, SymbolicWrench]],
     ) -> list[Series] | None:
         """Solve for the forces in closed form; return None if there is no short one."""
         count = len(self.names)
@@ -236,11 +236,11 @@ class Guiding:
         above = cramer(ring, [row for row, _ in chosen], [known for _, known in chosen])
         return [tidy(numerator / divisor) for numerator in above]
 
-    def _refer(self, unit: UnitForce) -> Wrench:
+    def _refer(self, unit: UnitForce) -> SymbolicWrench:
         """Refer a unit force to the origin of its body's frame, in the axes of its carrier."""
         ring = self._algebra.ring
         point, force, moment = (lift(ring, part) for part in (unit.point, unit.force, unit.moment))
-        wrench, arm = self._cuts.refer(unit.body, point, Wrench(force, moment))
+        wrench, arm = self._cuts.refer(unit.body, point, SymbolicWrench(force, moment))
         return wrench.about(arm).tidy()
 
     def _wave(self, angle: Scalar) -> tuple[Series, Series]:
@@ -321,9 +321,9 @@ class FreeBodies:
         """The wrench that each joint must transmit to its child, by name of the child."""
         self.unknowns: dict[str, str] = dict(self.guiding.meanings)
         """The meaning of each reaction, by its name."""
-        self.symbols: dict[str, Wrench] = {}
+        self.symbols: dict[str, SymbolicWrench] = {}
         """The wrench of each joint on its child in terms of named reactions, by child."""
-        self._own: dict[str, Wrench] = {}
+        self._own: dict[str, SymbolicWrench] = {}
         self.zeros: list[str] = []
         self.closed: list[Result] = []
         self.guide_forces: list[Result] = []
@@ -365,8 +365,8 @@ class FreeBodies:
             sums[d.kind].append(lift(ring, d.row) * R)
             self.unknowns[name] = describe_reaction(cut, d, guided=self.is_guided(cut))
             self.closed.append(Result(Left(name), d.sign * value))
-        self.symbols[cut.body] = Wrench(total(sums["force"]), total(sums["moment"]))
-        self._own[cut.body] = Wrench(Vector(*own["force"]), Vector(*own["moment"]))
+        self.symbols[cut.body] = SymbolicWrench(total(sums["force"]), total(sums["moment"]))
+        self._own[cut.body] = SymbolicWrench(Vector(*own["force"]), Vector(*own["moment"]))
 
     def _find_guide_forces(self) -> None:
         """Solve for the forces of elements, and remove their actions from the joints' wrenches."""
@@ -402,7 +402,7 @@ class FreeBodies:
             guided |= {g.name for g in algebra.lift(algebra.values[name]).generators()}
         return [rate for rate in here if rate.name not in guided]
 
-    def acting(self, cut: Cut) -> Wrench:
+    def acting(self, cut: Cut) -> SymbolicWrench:
         """Return all that acts on a body, about the fixed point, or else the center of mass."""
         # With named reactions, in the axes of the body's carrier
         joints = [
@@ -436,11 +436,11 @@ class FreeBodies:
 
     def angular_momentum(self, cut: Cut) -> Vector:
         """Return the angular momentum about the fixed point, or else the center of mass."""
-        return Wrench(cut.momentum, cut.angular_momentum).about(_lead_back(cut)).moment
+        return SymbolicWrench(cut.momentum, cut.angular_momentum).about(_lead_back(cut)).moment
 
     def turning(self, cut: Cut) -> Vector:
         """Return the rate of angular momentum about the fixed point, or else the center of mass."""
-        return Wrench(cut.push, cut.turning).about(_lead_back(cut)).moment
+        return SymbolicWrench(cut.push, cut.turning).about(_lead_back(cut)).moment
 
     def sum_guides(self) -> list[Result]:
         """Return the sums of reactions along guided joints, zero for each virtual displacement."""
@@ -455,12 +455,12 @@ class FreeBodies:
         return [Result(whole, ring.number(0)) for terms in sums if (whole := ring.sum(terms))]
 
 
-def needs(cut: Cut) -> Wrench:
+def needs(cut: Cut) -> SymbolicWrench:
     """Return the wrench that a body needs for its motion: rates of momentum less weight."""
-    return (Wrench(cut.push, cut.turning) - cut.fall()).tidy()
+    return (SymbolicWrench(cut.push, cut.turning) - cut.fall()).tidy()
 
 
-def _need(cut: Cut) -> Wrench:
+def _need(cut: Cut) -> SymbolicWrench:
     """Return the wrench that a body needs in addition to its loads."""
     return needs(cut) - cut.loads()
 

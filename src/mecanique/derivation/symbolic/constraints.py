@@ -19,8 +19,8 @@ from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Assumption, Tie
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.vectors import (
+    SymbolicWrench,
     Vector,
-    Wrench,
     cross,
     dot,
     lift,
@@ -43,16 +43,18 @@ class Bond:
     # its opposite on the other
     ends: tuple[tuple[str, Vector], tuple[str, Vector]]
     ties: tuple[Tie, ...]  # its equations
-    units: tuple[Wrench, ...]  # force and couple on the first body for λ = 1 of each equation
+    units: tuple[
+        SymbolicWrench, ...
+    ]  # force and couple on the first body for λ = 1 of each equation
     assumptions: tuple[Assumption, ...] = ()  # the assumptions of these equations
 
     @property
-    def wrench(self) -> Wrench:
+    def wrench(self) -> SymbolicWrench:
         """The force and the couple on the first body, in terms of its multipliers."""
         nothing = zero(self.ends[0][1].x.ring)
         pairs = zip(self.units, self.ties, strict=True)
         acting = [unit * tie.multiplier for unit, tie in pairs]
-        return resultant([Wrench(nothing, nothing), *acting])
+        return resultant([SymbolicWrench(nothing, nothing), *acting])
 
 
 def bonds_of(kinematics: Kinematics) -> tuple[Bond, ...]:
@@ -111,7 +113,7 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
         name=contact.name,
         ends=((contact.body, place), (contact.on, place)),
         ties=tuple(ties),
-        units=tuple(Wrench(direction, zero(ring)) for direction in directions),
+        units=tuple(SymbolicWrench(direction, zero(ring)) for direction in directions),
         assumptions=tuple(assumptions),
     )
 
@@ -168,7 +170,7 @@ class _Row:
     name: str
     demand: Series
     meaning: str
-    unit: Wrench
+    unit: SymbolicWrench
 
     @property
     def shifts(self) -> bool:
@@ -184,7 +186,7 @@ def _cut_open(kinematics: Kinematics, loop: Loop) -> Bond:
     on_a, on_b = lift(ring, start), lift(ring, end)
     within = _plane(a[2]) if loop.kind in ("pin", "plate") else None
     own = loop.kind in ("pin", "plate") and within is None
-    ties, units, one = list[Tie](), list[Wrench](), ring.number(1)
+    ties, units, one = list[Tie](), list[SymbolicWrench](), ring.number(1)
     for row in (*_along(kinematics, loop, a, on_b - on_a, within), *_about(loop, a, b)):
         demand = without_rounding(tidy(row.demand), [*on_a, *on_b] if row.shifts else [one])
         if not demand.vanishes():
@@ -211,7 +213,10 @@ def _along(
         length = algebra.series(loop.length)
         demand = (dot(p, p) - length * length) / 2
         yield _Row(
-            "l", demand, f"push of the rod {loop.name} over its length [N/m]", Wrench(p, nothing)
+            "l",
+            demand,
+            f"push of the rod {loop.name} over its length [N/m]",
+            SymbolicWrench(p, nothing),
         )
         return
     world = [lift(ring, axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
@@ -220,7 +225,7 @@ def _along(
     axes, whose = (a, f"the frame in {loop.body_a}") if own else (world, "the world")
     for k in (0, 1) if own else [k for k in range(3) if k != within]:
         meaning = f"force {_on(loop)}, {'xyz'[k]} component in the axes of {whose} [N]"
-        yield _Row("xyz"[k], dot(axes[k], p), meaning, Wrench(axes[k], nothing))
+        yield _Row("xyz"[k], dot(axes[k], p), meaning, SymbolicWrench(axes[k], nothing))
 
 
 def _about(loop: Loop, a: Sequence[Vector], b: Sequence[Vector]) -> Iterator[_Row]:
@@ -232,7 +237,7 @@ def _about(loop: Loop, a: Sequence[Vector], b: Sequence[Vector]) -> Iterator[_Ro
         turn = total([cross(b[k], a[i]) * sign for sign, i, k in terms])
         meaning = f"moment {_on(loop)}, about {row[1]} of its frame in {loop.body_a} [N m]"
         mean = Vector(*(part / len(terms) for part in turn))
-        yield _Row(row, whole / len(terms), meaning, Wrench(nothing, mean))
+        yield _Row(row, whole / len(terms), meaning, SymbolicWrench(nothing, mean))
 
 
 def _on(loop: Loop) -> str:

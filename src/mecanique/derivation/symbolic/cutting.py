@@ -13,11 +13,11 @@ from mecanique.derivation.laws import laws_of
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.constraints import bonds_of, ties_of
 from mecanique.derivation.symbolic.derivation import Assumption, Tie
-from mecanique.derivation.symbolic.forces import Span, Travel
+from mecanique.derivation.symbolic.forces import SymbolicSpan, SymbolicTravel
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.vectors import (
+    SymbolicWrench,
     Vector,
-    Wrench,
     cross,
     lift,
     resultant,
@@ -215,15 +215,17 @@ class Cut:
         """Whether it has mass, or moments of inertia without mass, as rotating parts may."""
         return bool(self.mass) or any(self.turning)
 
-    def loads(self) -> Wrench:
+    def loads(self) -> SymbolicWrench:
         """Return the resultant of the applied forces, about the origin of the body's frame."""
         nothing = zero(self.mass.ring)
-        acting = [Wrench(action.force, action.moment).about(action.arm) for action in self.applied]
-        return resultant([Wrench(nothing, nothing), *acting]).tidy()
+        acting = [
+            SymbolicWrench(action.force, action.moment).about(action.arm) for action in self.applied
+        ]
+        return resultant([SymbolicWrench(nothing, nothing), *acting]).tidy()
 
-    def fall(self) -> Wrench:
+    def fall(self) -> SymbolicWrench:
         """Return the weight, about the origin of the body's frame."""
-        return Wrench(self.weight, self.weight_moment)
+        return SymbolicWrench(self.weight, self.weight_moment)
 
 
 @final
@@ -251,16 +253,18 @@ class Cuts:
             for joint in self.algebra.mechanism.tree
         )
 
-    def refer(self, body: str, place: Vector, wrench: Wrench) -> tuple[Wrench, Vector]:
+    def refer(
+        self, body: str, place: Vector, wrench: SymbolicWrench
+    ) -> tuple[SymbolicWrench, Vector]:
         """Return a wrench at a place in the world in the axes of a body's carrier, with its arm."""
         kinematics = self.kinematics
         carrier = kinematics.carrier(body)
         given = (wrench.force, wrench.moment, place - kinematics.point(body, ORIGIN))
         F, M, arm = (kinematics.between(x, -1, carrier).tidy() for x in given)
-        return Wrench(F, M), arm
+        return SymbolicWrench(F, M), arm
 
     def _apply(
-        self, name: str, body: str, place: Vector, wrench: Wrench, *, ties: bool = False
+        self, name: str, body: str, place: Vector, wrench: SymbolicWrench, *, ties: bool = False
     ) -> None:
         """Apply a force at a place in the world, and a couple, to a body that can move."""
         if self.kinematics.place[body] < 0:
@@ -294,10 +298,10 @@ class Cuts:
         kinematics = self.kinematics
         return kinematics.between(vector, kinematics.carrier(start), kinematics.carrier(end))
 
-    def hand_down(self, wrench: Wrench, child: str, parent: str) -> Wrench:
+    def hand_down(self, wrench: SymbolicWrench, child: str, parent: str) -> SymbolicWrench:
         """Return a wrench on a child as one about its parent's origin, in the axes of that."""
         parts = (self.carry(part, child, parent) for part in (wrench.force, wrench.moment))
-        return Wrench(*parts).about(self.between_seats(parent, child))
+        return SymbolicWrench(*parts).about(self.between_seats(parent, child))
 
     def _cut(self, joint: Joint, axes: Axes) -> Cut:
         kinematics, algebra, body = self.kinematics, self.algebra, joint.child
@@ -343,12 +347,12 @@ class Cuts:
             outer.append([self.algebra.lift(combination(KJ, rate[:3])) for rate in Kd])
         return Vector(*(outer[i][k] - outer[k][i] for i, k in ((1, 2), (2, 0), (0, 1))))
 
-    def _act(self, force: AnyForce) -> Iterator[tuple[str, Vector, Wrench]]:
+    def _act(self, force: AnyForce) -> Iterator[tuple[str, Vector, SymbolicWrench]]:
         """Yield each body that a force acts on, the place in the world, and the wrench there."""
         nothing = zero(self.algebra.ring)
         match force:
             case LineLoad():
-                pull = Wrench(self._find_pull(force), nothing)
+                pull = SymbolicWrench(self._find_pull(force), nothing)
                 for end, acting in zip(force.ends, (pull, -pull), strict=True):
                     yield end.body, self.kinematics.point(end.body, end.point), acting
             case JointLoad():
@@ -364,7 +368,7 @@ class Cuts:
                     for given in (wrench.force, wrench.torque)
                 ]
                 place = self.kinematics.point(wrench.body, wrench.point)
-                yield wrench.body, place, Wrench(*parts)
+                yield wrench.body, place, SymbolicWrench(*parts)
 
     def _in_world(self, given: Sequence[Any], axes: str) -> Vector:
         """Return a vector, given in the axes of a body or the "world", in the world's."""
@@ -372,7 +376,7 @@ class Cuts:
 
     def _find_pull(self, force: LineLoad) -> Vector:
         """Return a force on the first of its ends, along the line between them."""
-        span = Span(self.kinematics, force)
+        span = SymbolicSpan(self.kinematics, force)
         pull = total([law.pull(span) for law in laws_of(force, self.algebra.series)])
         if span.length is not None:
             self.lengths[force.name] = span.length
@@ -381,16 +385,16 @@ class Cuts:
             self.assumptions.append(span.assumption)
         return pull
 
-    def _find_push(self, force: JointLoad, joint: Joint) -> Wrench:
+    def _find_push(self, force: JointLoad, joint: Joint) -> SymbolicWrench:
         """Return a joint's force on its child, along or about its axis."""
         algebra, nothing = self.algebra, zero(self.algebra.ring)
         link = self.kinematics.tree[self.kinematics.place[joint.child]]
-        travel = Travel.in_joint(algebra, force.joint)
+        travel = SymbolicTravel.in_joint(algebra, force.joint)
         pulls = [law.pull(travel) for law in laws_of(force, algebra.series)]
         along_axis = self._in_world(link.axis, joint.child) * -algebra.ring.sum(pulls)
         if link.kind == "slide":
-            return Wrench(along_axis, nothing)
-        return Wrench(nothing, along_axis)
+            return SymbolicWrench(along_axis, nothing)
+        return SymbolicWrench(nothing, along_axis)
 
 
 def state_momentum_balance(cut: Cut, moving: bool) -> str:

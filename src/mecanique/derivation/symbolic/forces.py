@@ -24,7 +24,7 @@ MOST_VELOCITIES = 12
 
 
 @final
-class Span:
+class SymbolicSpan:
     """The line between the ends of a force, as series."""
 
     # If the squared distance is the square of a polynomial, the distance is that polynomial, taken
@@ -80,7 +80,7 @@ class Span:
 
 
 @final
-class Travel:
+class SymbolicTravel:
     """A coordinate or a length that a force acts along, as a series."""
 
     length: None = None
@@ -90,7 +90,7 @@ class Travel:
         self.x, self.name = x, name
 
     @classmethod
-    def in_joint(cls, algebra: Algebra, joint: str) -> Travel:
+    def in_joint(cls, algebra: Algebra, joint: str) -> SymbolicTravel:
         """Return the coordinate of a joint."""
         name = algebra.mechanism.joint(joint).coordinates[-1]
         return cls(algebra.lift(algebra.values[name]), name)
@@ -163,9 +163,9 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
         return
     for law in laws_of(force, algebra.series):
         along = (
-            Span(kinematics, force)
+            SymbolicSpan(kinematics, force)
             if isinstance(force, LineLoad)
-            else Travel.in_joint(algebra, force.joint)
+            else SymbolicTravel.in_joint(algebra, force.joint)
         )
         scalar = law.scalar(along)
         forces = _find_forces(algebra, law, along, scalar)
@@ -227,20 +227,20 @@ def stored_in_loads(mechanism: Mechanism) -> Mapping[str, Series]:
     return stored
 
 
-def _find_square(law: Law, along: Span | Travel) -> tuple[Series, Series] | None:
+def _find_square(law: Law, along: SymbolicSpan | SymbolicTravel) -> tuple[Series, Series] | None:
     """Return stiffness and elongation of a spring with a free length or in a joint, else None."""
-    if not isinstance(law, Elastic) or not (law.rest or isinstance(along, Travel)):
+    if not isinstance(law, Elastic) or not (law.rest or isinstance(along, SymbolicTravel)):
         return None
     return law.stiffness, along.x - law.rest
 
 
 def _find_forces(
-    algebra: Algebra, law: Law, along: Span | Travel, scalar: Series | None
+    algebra: Algebra, law: Law, along: SymbolicSpan | SymbolicTravel, scalar: Series | None
 ) -> tuple[Series, ...]:
     """Return the generalized forces: −∂V/∂q of a potential, −f ∂x/∂q of a pull f."""
     if law.kind == "potential" and scalar is not None:
         return tuple(-slope for slope in algebra.ring.along(scalar))
-    pull = law.pull(Travel(along.x, along.name))
+    pull = law.pull(SymbolicTravel(along.x, along.name))
     return tuple(-(pull * slope) for slope in algebra.ring.along(along.x))
 
 

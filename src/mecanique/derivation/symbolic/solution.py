@@ -65,7 +65,7 @@ _LONGEST = 40
 
 @final
 @dataclass(frozen=True)
-class Solution:
+class EliminatedSolution:
     """What equations of motion come to once constraints are eliminated."""
 
     # velocities that stay independent; empty if independent displacements turn with the bodies, so
@@ -96,7 +96,7 @@ class Solution:
         )
 
 
-def solve(derivation: Derivation, kept: Sequence[str] = ()) -> Solution:
+def solve(derivation: Derivation, kept: Sequence[str] = ()) -> EliminatedSolution:
     """Solve equations of motion; keep some velocities, or as many of the first as possible."""
     # Raises a DerivationError if the constraints do not leave them independent, or a divisor might
     # vanish
@@ -210,13 +210,13 @@ class _Solving:
             terms.append(prod(factors, start=coefficient))
         return tidy(self.ring.sum(terms))
 
-    def solution(self) -> Solution:
+    def solution(self) -> EliminatedSolution:
         """Return the solution: that with fewer terms, as constraints allow several forms."""
         found = [self._solve(gamma, rest) for gamma, rest in self.sides]
         solved = [one for one in found if one.accelerations]
         return min(solved, key=_count) if solved else found[-1]
 
-    def _solve(self, gamma: Sequence[Series], rest: Column) -> Solution:
+    def _solve(self, gamma: Sequence[Series], rest: Column) -> EliminatedSolution:
         ring, S, p = self.ring, self.allowed.basis, self._reach(gamma)
         moved = [self._inertia(column) for column in S]
         fixed = [a + b for a, b in zip(self._inertia(p), rest, strict=True)]
@@ -234,7 +234,7 @@ class _Solving:
             for row, load in zip(mass, loads, strict=True):
                 inertia = [m * ring[names[k]] for m, k in zip(row, self.kept, strict=True)]
                 rows.append(ring.sum([*inertia, load]))
-        return Solution(
+        return EliminatedSolution(
             tuple(self.algebra.velocities[k] for k in self.kept),
             tuple(rows),
             accelerations,
@@ -383,7 +383,7 @@ def _is_finite(ring: Ring, monomial: int) -> bool:
     return all(e > 0 or ring.generators[i].kind in given for i, e in exponents(monomial))
 
 
-def _count(solution: Solution) -> int:
+def _count(solution: EliminatedSolution) -> int:
     """Return the number of terms of a solution."""
     quotients = (*solution.accelerations.values(), *solution.forces.values())
     return sum(len(quotient.above) + len(quotient.below) for quotient in quotients)

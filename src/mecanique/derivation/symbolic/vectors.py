@@ -45,7 +45,7 @@ class Vector:
 
 @final
 @dataclass(frozen=True)
-class Wrench:
+class SymbolicWrench:
     """A force and a moment.
 
     Args:
@@ -60,22 +60,22 @@ class Wrench:
         """Return the "force" or the "moment"."""
         return self.force if kind == "force" else self.moment
 
-    def __sub__(self, other: Wrench) -> Wrench:
-        return Wrench(self.force - other.force, self.moment - other.moment)
+    def __sub__(self, other: SymbolicWrench) -> SymbolicWrench:
+        return SymbolicWrench(self.force - other.force, self.moment - other.moment)
 
-    def __neg__(self) -> Wrench:
-        return Wrench(-self.force, -self.moment)
+    def __neg__(self) -> SymbolicWrench:
+        return SymbolicWrench(-self.force, -self.moment)
 
-    def __mul__(self, factor: Series | int) -> Wrench:
-        return Wrench(self.force * factor, self.moment * factor)
+    def __mul__(self, factor: Series | int) -> SymbolicWrench:
+        return SymbolicWrench(self.force * factor, self.moment * factor)
 
-    def about(self, arm: Vector) -> Wrench:
+    def about(self, arm: Vector) -> SymbolicWrench:
         """Return it with the moment about the start of an arm at whose end it acts."""
-        return Wrench(self.force, total([self.moment, cross(arm, self.force)]))
+        return SymbolicWrench(self.force, total([self.moment, cross(arm, self.force)]))
 
-    def tidy(self) -> Wrench:
+    def tidy(self) -> SymbolicWrench:
         """Cancel common factors in every component."""
-        return Wrench(self.force.tidy(), self.moment.tidy())
+        return SymbolicWrench(self.force.tidy(), self.moment.tidy())
 
 
 def zero(ring: Ring) -> Vector:
@@ -93,9 +93,9 @@ def total(vectors: Iterable[Vector]) -> Vector:
     return Vector(*(terms[0].ring.sum(terms) for terms in zip(*vectors, strict=True)))
 
 
-def resultant(wrenches: Sequence[Wrench]) -> Wrench:
+def resultant(wrenches: Sequence[SymbolicWrench]) -> SymbolicWrench:
     """Return the sum of at least one wrench, all with moments about the same point."""
-    return Wrench(total(w.force for w in wrenches), total(w.moment for w in wrenches))
+    return SymbolicWrench(total(w.force for w in wrenches), total(w.moment for w in wrenches))
 
 
 def dot(a: Vector, b: Vector) -> Series:

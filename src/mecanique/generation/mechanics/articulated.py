@@ -29,7 +29,7 @@ from mecanique.derivation.mechanics.vectors import (
     scale,
 )
 from mecanique.derivation.numeric.constraints.multipliers import constraints
-from mecanique.generation.mechanics.constrained import Solution, independent, sample
+from mecanique.generation.mechanics.constrained import ConstrainedSolution, independent, sample
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.states import States
 from mecanique.program.solving import factorize
@@ -97,11 +97,11 @@ class Articulated:
             for step in self._steps
         ]
 
-    def solve(self, drive: list[Any]) -> Solution:
+    def solve(self, drive: list[Any]) -> ConstrainedSolution:
         """Solve for accelerations and multipliers."""
         acceleration, multipliers = self._substitute(drive, self._loops.gamma)
         entries = [multipliers.get(row, 0.0) for row in range(len(self._loops.names))]
-        return Solution(tuple(acceleration), tuple(entries))
+        return ConstrainedSolution(tuple(acceleration), tuple(entries))
 
     def close(self, gaps: list[Any]) -> list[Any]:
         """Return the displacements of least energy that close the gaps of all rows."""

@@ -60,7 +60,7 @@ _STATES = 16
 
 @final
 @dataclass(frozen=True)
-class Solution:
+class ConstrainedSolution:
     """The accelerations and multipliers of a closed mechanism.
 
     Args:
@@ -83,7 +83,7 @@ class Projecting(Protocol):
 
 
 @final
-class Constrained:
+class FactorizedConstraints:
     """The mass matrix and the independent equations of the loops, factorized."""
 
     def __init__(
@@ -116,7 +116,7 @@ class Constrained:
         self._resistance = products(self._J, pulled)
         self._factors = factorize(self._tape, self._resistance)
 
-    def solve(self, drive: list[Any]) -> Solution:
+    def solve(self, drive: list[Any]) -> ConstrainedSolution:
         """Solve for accelerations and multipliers."""
         if self._reduced.pivots and not self._weight:
             return self._solve_reduced(drive)
@@ -130,13 +130,13 @@ class Constrained:
         a = [x + dot(multipliers, column) for x, column in zip(free, self._pulled, strict=True)]
         return self._solution(a, multipliers)
 
-    def _solution(self, a: list[Any], values: list[Any]) -> Solution:
+    def _solution(self, a: list[Any], values: list[Any]) -> ConstrainedSolution:
         multipliers: list[Any] = [0.0] * len(self._loops.names)
         for k, value in zip(self._kept, values, strict=True):
             multipliers[k] = value
-        return Solution(tuple(a), tuple(multipliers))
+        return ConstrainedSolution(tuple(a), tuple(multipliers))
 
-    def _solve_reduced(self, drive: list[Any]) -> Solution:
+    def _solve_reduced(self, drive: list[Any]) -> ConstrainedSolution:
         """Solve with a = S b + c substituted into M a = f + Jᵀ λ, which takes fewer operations."""
         reduced, tape, J = self._reduced, self._tape, self._J
         S = transpose(reduced.spread)

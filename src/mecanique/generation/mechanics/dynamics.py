@@ -14,7 +14,11 @@ from mecanique.derivation.mechanics.recursion import World, recursion_on_tape
 from mecanique.derivation.mechanics.vectors import Rows, apply
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.closed_form import ClosedFormProgram
-from mecanique.generation.mechanics.constrained import Constrained, Solution, landing_of
+from mecanique.generation.mechanics.constrained import (
+    ConstrainedSolution,
+    FactorizedConstraints,
+    landing_of,
+)
 from mecanique.generation.program import LoopProjection
 from mecanique.program.solving import factorize
 from mecanique.program.sweeps import push_forward
@@ -68,7 +72,7 @@ class Tree:
 
 
 @final
-class Dynamics:
+class TapeDynamics:
     """The quantities of one mechanism on a tape.
 
     Args:
@@ -171,11 +175,11 @@ class Dynamics:
         return landing_of(self.letters, self.loops, self._constrained)
 
     @cached_property
-    def _constrained(self) -> Constrained:
-        return Constrained(self.letters, self.mass_matrix, self.loops)
+    def _constrained(self) -> FactorizedConstraints:
+        return FactorizedConstraints(self.letters, self.mass_matrix, self.loops)
 
     @cached_property
-    def _solution(self) -> Solution:
+    def _solution(self) -> ConstrainedSolution:
         return self._constrained.solve(self._drive)
 
     def _inverse_dynamics(self) -> list[Any]:
@@ -202,18 +206,18 @@ class Dynamics:
         ]
 
 
-def dynamics_of(equations: Equations, open: tuple[str, ...]) -> Dynamics:  # noqa: A002
+def dynamics_of(equations: Equations, open: tuple[str, ...]) -> TapeDynamics:  # noqa: A002
     """Return a mechanism's quantities by the form of its equations with the fewest operations."""
     mechanism = equations.mechanism
     letters = Letters(mechanism, open)
     tree = Tree(letters)
-    recursive = Dynamics(letters, tree, tree, "recursion along the tree")
+    recursive = TapeDynamics(letters, tree, tree, "recursion along the tree")
     if mechanism.constrained or mechanism.nv > _READABLE:
         return recursive
     try:
         letters = Letters(mechanism, open)
         form = ClosedFormProgram(letters, equations)
-        closed = Dynamics(letters, form, Tree(letters), f"closed form by {equations.title}")
+        closed = TapeDynamics(letters, form, Tree(letters), f"closed form by {equations.title}")
         sizes = [count(d.letters.tape, d.answer("rhs")).total for d in (closed, recursive)]
     except DerivationError:
         return recursive

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any, final
 
 from mecanique.derivation.mechanics.elements import act_loop
-from mecanique.derivation.mechanics.forces import NOTHING, Action, on_velocities
+from mecanique.derivation.mechanics.forces import NOTHING, AppliedWrench, on_velocities
 from mecanique.derivation.mechanics.guides import Guides
 from mecanique.derivation.mechanics.vectors import (
     Rows,
@@ -28,7 +28,7 @@ from mecanique.derivation.mechanics.vectors import (
 from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import Matrix, times_point
 from mecanique.errors import DerivationError
-from mecanique.generation.mechanics.dynamics import Dynamics
+from mecanique.generation.mechanics.dynamics import TapeDynamics
 from mecanique.model.bodies import Body
 from mecanique.model.constraints.contacts import Contact
 from mecanique.model.constraints.elements import force_names
@@ -43,7 +43,7 @@ from mecanique.program.traced import trace, value_of, values_of
 class FreeBodyForces:
     """The forces on a mechanism's bodies at the accelerations of its motion."""
 
-    def __init__(self, dynamics: Dynamics) -> None:
+    def __init__(self, dynamics: TapeDynamics) -> None:
         self._dynamics = dynamics
         self._letters = dynamics.letters
         self._recursion = dynamics.tree.recursion
@@ -52,25 +52,25 @@ class FreeBodyForces:
         self._heavy = bodies_with_mass(self._mechanism)
         self._inert = bodies_with_inertia(self._mechanism)
 
-    def all(self) -> list[Action]:
+    def all(self) -> list[AppliedWrench]:
         """Return all forces, except those of velocity constraints, which are not specified."""
         reactions = [] if self._mechanism.velocity_constraints else self.reactions()
         return [*self.weights(), *self.loads, *reactions, *self.inertia]
 
-    def weights(self) -> Iterator[Action]:
+    def weights(self) -> Iterator[AppliedWrench]:
         """Yield the weight of each body."""
         gravity = self._recursion.gravity
         for body in self._heavy:
             weight = scale(self._number(body.mass), gravity)
-            yield Action(body.name, "weight", body.name, self._center(body), weight, NOTHING)
+            yield AppliedWrench(body.name, "weight", body.name, self._center(body), weight, NOTHING)
 
     @cached_property
-    def loads(self) -> list[Action]:
+    def loads(self) -> list[AppliedWrench]:
         """The actions of springs, dampers, drives and loads on each body."""
         return self._dynamics.tree.loads.on_bodies()
 
     @cached_property
-    def drives(self) -> list[Action]:
+    def drives(self) -> list[AppliedWrench]:
         """The actions of tau in the joints, on the child and on the parent.
 
         Where it works on coordinates that are no joint's, it is the least forces in joints that do
@@ -85,18 +85,18 @@ class FreeBodyForces:
             generalized = [tau.get(name, 0.0) for name in m.velocities]
             shares = factorize(tape, products(columns, columns)).solve(generalized)
             efforts = [x + dot(row, shares) for x, row in zip(efforts, chart.G, strict=True)]
-        drives: list[Action] = []
+        drives: list[AppliedWrench] = []
         recursion = self._recursion
         for link, motion, pose in zip(motions, recursion.links, recursion.poses, strict=True):
             joint = m.joint(link.joint)
             moment, force = (apply(pose, part) for part in motion.relative(efforts))
             at = self._point(joint.child, NOTHING)
-            drive = Action(joint.name, "drive", joint.child, at, force, moment)
+            drive = AppliedWrench(joint.name, "drive", joint.child, at, force, moment)
             drives += [drive, drive.opposite(joint.parent)]
         return drives
 
     @cached_property
-    def inertia(self) -> list[Action]:
+    def inertia(self) -> list[AppliedWrench]:
         """D'Alembert's inertia forces: −m a at the center of mass, and minus dH/dt about it.
 
         dH/dt is ∫ x × x'' dm, by the second moments, as in `mecanique.motion.analysis.forces`.
@@ -113,11 +113,11 @@ class FreeBodyForces:
             rate = [moments[k][i] - moments[i][k] for i, k in ((1, 2), (2, 0), (0, 1))]
             force = scale(-1.0 * self._number(body.mass), a)
             actions.append(
-                Action(body.name, "inertia", body.name, center, force, scale(-1.0, rate))
+                AppliedWrench(body.name, "inertia", body.name, center, force, scale(-1.0, rate))
             )
         return actions
 
-    def reactions(self) -> Iterator[Action]:
+    def reactions(self) -> Iterator[AppliedWrench]:
         """Yield the actions of joints, loops, contacts and elements on the bodies."""
         transmitted = self._transmit([*self._acting, *self.guiding])
         for joint in self._mechanism.joints:
@@ -133,7 +133,7 @@ class FreeBodyForces:
         return dict(zip(names, self._guides.sizes(self._acting), strict=True))
 
     @cached_property
-    def guiding(self) -> list[Action]:
+    def guiding(self) -> list[AppliedWrench]:
         """The actions of the guiding elements on the bodies."""
         return self._guides.actions(self.guide_sizes) if self._mechanism.elements else []
 
@@ -142,22 +142,22 @@ class FreeBodyForces:
         return Guides(self._letters, self._recursion, self._transmit)
 
     @cached_property
-    def _closing(self) -> list[Action]:
+    def _closing(self) -> list[AppliedWrench]:
         m = self._mechanism
         loops = [action for loop in m.loops for action in self._close(loop)]
         return loops + [action for contact in m.contacts for action in self._press(contact)]
 
     @property
-    def _acting(self) -> list[Action]:
+    def _acting(self) -> list[AppliedWrench]:
         """All actions except those of joints and elements."""
         return [*self.weights(), *self.loads, *self.drives, *self.inertia, *self._closing]
 
-    def _transmit(self, acting: Sequence[Action]) -> dict[str, Action]:
+    def _transmit(self, acting: Sequence[AppliedWrench]) -> dict[str, AppliedWrench]:
         """Return the actions of joints on their children under forces, including inertia forces."""
-        needed: dict[str, list[Action]] = {body.name: [] for body in self._mechanism.bodies}
+        needed: dict[str, list[AppliedWrench]] = {body.name: [] for body in self._mechanism.bodies}
         for action in acting:
             needed[action.body].append(action)
-        reactions: dict[str, Action] = {}
+        reactions: dict[str, AppliedWrench] = {}
         for joint in reversed(self._mechanism.tree):
             at = self._point(joint.child, NOTHING)
             force, moment = NOTHING, NOTHING
@@ -165,12 +165,12 @@ class FreeBodyForces:
                 arm = [x - y for x, y in zip(action.origin, at, strict=True)]
                 force = add(force, scale(-1.0, action.force))
                 moment = add(moment, scale(-1.0, add(action.moment, cross(arm, action.force))))
-            reaction = Action(joint.name, "reaction", joint.child, at, force, moment)
+            reaction = AppliedWrench(joint.name, "reaction", joint.child, at, force, moment)
             reactions[joint.name] = reaction
             needed[joint.parent].append(reaction.opposite(joint.parent))
         return reactions
 
-    def _press(self, contact: Contact) -> tuple[Action, Action]:
+    def _press(self, contact: Contact) -> tuple[AppliedWrench, AppliedWrench]:
         """Return the actions of a contact on its two bodies, at the point of contact."""
         loops = self._dynamics.loops
         first = len(loops.names) - len(loops.velocity_rows)
@@ -179,10 +179,10 @@ class FreeBodyForces:
             if row.name.rpartition(": ")[0] == contact.name and row.place is not None:
                 push = scale(self._dynamics.multipliers[k], row.direction or NOTHING)
                 place, force = row.place, add(force, push)
-        held = Action(contact.name, "reaction", contact.body, place, force, NOTHING)
+        held = AppliedWrench(contact.name, "reaction", contact.body, place, force, NOTHING)
         return held, held.opposite(contact.on)
 
-    def joint_reactions(self) -> list[Action]:
+    def joint_reactions(self) -> list[AppliedWrench]:
         """Return the action of each joint on its child, then of each loop on its body b."""
         m = self._mechanism
         if m.elements or m.contacts or m.velocity_constraints:
@@ -192,7 +192,7 @@ class FreeBodyForces:
             )
         return list(self.reactions())[::2]
 
-    def work(self, action: Action) -> list[Any]:
+    def work(self, action: AppliedWrench) -> list[Any]:
         """Return the virtual work of a force, F·δx + M·δφ, for each velocity."""
         pose = self._pose(action.body)
         arm = [x - row[3] for x, row in zip(action.origin, pose, strict=True)]
@@ -214,7 +214,7 @@ class FreeBodyForces:
         rates |= {v.place: value_of(x) for v, x in zip(letters.v, a, strict=True)}
         return [trace(tape, value) for value in push_forward(tape, first, rates)]
 
-    def _close(self, loop: Loop) -> tuple[Action, Action]:
+    def _close(self, loop: Loop) -> tuple[AppliedWrench, AppliedWrench]:
         """Return the actions of a loop on its two bodies, by its multipliers."""
         units = [
             unit for unit in act_loop(loop, self._recursion.ground) if unit.body == loop.body_b
@@ -223,7 +223,7 @@ class FreeBodyForces:
         for unit, multiplier in zip(units, self._multipliers(loop), strict=True):
             force = add(force, scale(multiplier, unit.force))
             moment = add(moment, scale(multiplier, unit.moment))
-        held = Action(loop.name, "reaction", loop.body_b, units[0].point, force, moment)
+        held = AppliedWrench(loop.name, "reaction", loop.body_b, units[0].point, force, moment)
         return held, held.opposite(loop.body_a)
 
     def _multipliers(self, loop: Loop) -> list[Any]:

@@ -10,8 +10,8 @@ import numpy as np
 from mecanique.derivation.mechanics.contacts import velocity_rows
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.switching import (
-    Drive,
     Mode,
+    ModeProblem,
     Scalars,
     Terms,
     as_scalars,
@@ -68,7 +68,7 @@ class SwitchingEquations:
             [k for k, name in enumerate(names) if idle(name)],
         )
 
-    def solve(self, mode: Mode, drive: Drive) -> tuple[Scalars, Scalars]:
+    def solve(self, mode: Mode, drive: ModeProblem) -> tuple[Scalars, Scalars]:
         """Return the accelerations or changes of velocities, and the force along each row."""
         held = hold(self.terms, self.elements, mode, drive)
         rows, tape, factors = held.rows, self.letters.tape, self._factors

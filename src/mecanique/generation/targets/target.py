@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol, final, runtime_checkable
 import numpy as np
 
 from mecanique.generation.identifiers import identifiers
-from mecanique.generation.program import Answer, Letter, Program
+from mecanique.generation.program import Answer, Program, ProgramInput
 from mecanique.program.listing import Listing, Notation, list_program
 
 
@@ -115,7 +115,7 @@ def symbols_of(program: Program) -> dict[str, tuple[str, ...]]:
 class Read(NamedTuple):
     """An input that a function uses: symbol = array[place]; the time is not an array."""
 
-    letter: Letter
+    letter: ProgramInput
     symbol: str
     array: str
     place: int
@@ -152,7 +152,7 @@ def _kinds_of(answer: Answer) -> tuple[str, ...]:
     return (*kinds, "p")
 
 
-def describe(letters: Sequence[Letter]) -> list[str]:
+def describe(letters: Sequence[ProgramInput]) -> list[str]:
     """Return a line for each input: its number, name, unit and meaning."""
     lines = []
     for k, letter in enumerate(letters):

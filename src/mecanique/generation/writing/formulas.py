@@ -29,7 +29,7 @@ _HALF = Fraction(1, 2)
 
 @final
 @dataclass(frozen=True)
-class Line:
+class ResultLine:
     """A named result: name = sum."""
 
     name: str
@@ -43,7 +43,7 @@ def read_formula(text: str, known: Mapping[str, Product]) -> Sum:
 
 def tidy(
     lines: Sequence[str], results: Sequence[str], known: Mapping[str, Product], fresh: str
-) -> tuple[list[Line], list[Sum]]:
+) -> tuple[list[ResultLine], list[Sum]]:
     """Read a listing, and remove results that only repeat others or are not used."""
     once = frozenset[str]()
     for _ in range(2):
@@ -62,22 +62,22 @@ def _read(
     known: Mapping[str, Product],
     fresh: str,
     once: Collection[str],
-) -> tuple[list[Line], list[Sum]]:
+) -> tuple[list[ResultLine], list[Sum]]:
     """Read the listing, and substitute results that are used once."""
     fresh_name = re.compile(rf"{fresh}\d+")
-    letters, lines_read = dict(known), list[Line]()
+    letters, lines_read = dict(known), list[ResultLine]()
     for line in lines:
         name, text = line.split(" = ", 1)
         right = read_formula(text, letters)
         if not fresh_name.fullmatch(name):
-            lines_read.append(Line(name, right))
+            lines_read.append(ResultLine(name, right))
         elif len(right.terms) < 2 and (name in once or _is_plain(right)):
             letters[name] = right.terms[0] if right.terms else number(0)
         else:
-            lines_read.append(Line(name, right))
+            lines_read.append(ResultLine(name, right))
     ends = [read_formula(text, letters) for text in results]
     needed = frozenset[str]().union(*(names_in(end) for end in ends))
-    kept = list[Line]()
+    kept = list[ResultLine]()
     for one in reversed(lines_read):
         if one.name in needed:
             needed |= names_in(one.right)

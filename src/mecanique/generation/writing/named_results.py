@@ -19,14 +19,14 @@ from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.contacts import velocity_rows
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import Loops
-from mecanique.derivation.mechanics.recursion import TreeRecursion, Wrench
+from mecanique.derivation.mechanics.recursion import LinkWrench, TreeRecursion
 from mecanique.derivation.mechanics.vectors import add, apply_transpose, cross, scale
 from mecanique.derivation.printing.formulas import Letter, Product, names_in
 from mecanique.derivation.printing.lines import display, width
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, write
-from mecanique.generation.mechanics.dynamics import Dynamics, Tree
-from mecanique.generation.writing.formulas import Line, tidy
+from mecanique.generation.mechanics.dynamics import TapeDynamics, Tree
+from mecanique.generation.writing.formulas import ResultLine, tidy
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
@@ -140,7 +140,7 @@ class WrittenPart:
 
     heading: str
     said: str  # a sentence about them; may be empty
-    lines: tuple[Line, ...]  # each name = right, or 0 = right
+    lines: tuple[ResultLine, ...]  # each name = right, or 0 = right
     numbered: bool = False
 
     def write(self, writer: Writer) -> tuple[str, ...]:
@@ -245,7 +245,7 @@ class Written(Legible):
         return name if name == "…" else f"${Latex().letter(name, False, '')}$"
 
 
-def _write_node(line: Line, writer: Writer) -> str:
+def _write_node(line: ResultLine, writer: Writer) -> str:
     right = write(line.right.terms, writer, decimals=True)
     if line.name == "0":
         return writer.equation(right, writer.number("0"))
@@ -313,7 +313,7 @@ def write_recursion(equations: Equations) -> Written:
     mechanism = equations.mechanism
     letters = Letters(mechanism, tuple(mechanism.values))
     tree = Tree(letters)
-    dynamics = Dynamics(letters, tree, tree, "recursion")
+    dynamics = TapeDynamics(letters, tree, tree, "recursion")
     holds = _Holds(dynamics, equations.method) if mechanism.constrained else None
     tau = tree.recursion.inverse_dynamics(letters.a, holds.wrenches if holds else ())
     outputs = [x - Q for x, Q in zip(tau, dynamics.forces, strict=True)]
@@ -348,7 +348,7 @@ def write_recursion(equations: Equations) -> Written:
     for heading, rows_of_part in parts.items():
         said = _HELD[equations.method] if holds is not None and not results else ""
         results.append(
-            WrittenPart(heading, said, tuple(Line("0", next(left)) for _ in rows_of_part))
+            WrittenPart(heading, said, tuple(ResultLine("0", next(left)) for _ in rows_of_part))
         )
     title = f"{mechanism.name.replace('_', ' ').capitalize()}: {equations.title}"
     about = (*mechanism.about.splitlines(), _ABOUT)
@@ -368,7 +368,7 @@ def _write(row: _Row, outputs: Sequence[str]) -> str:
 class _Holds:
     """The constraints of a mechanism with loops or rolling, by the method of derivation."""
 
-    def __init__(self, dynamics: Dynamics, method: str) -> None:
+    def __init__(self, dynamics: TapeDynamics, method: str) -> None:
         self._letters = dynamics.letters
         self._loops: Loops = dynamics.loops
         self._method = method
@@ -431,7 +431,7 @@ class _Holds:
                 outputs.append(rate)
                 yield _Row({}, len(outputs) - 1)
 
-    def _act(self, recursion: TreeRecursion) -> Iterator[Wrench]:
+    def _act(self, recursion: TreeRecursion) -> Iterator[LinkWrench]:
         mechanism, tape = self._letters.mechanism, self._letters.tape
         contacts = {contact.name: contact for contact in mechanism.contacts}
         names = dict(zip(self._loops.names, self.multipliers, strict=False))
@@ -449,7 +449,7 @@ class _Holds:
                 turn = [row[:3] for row in pose]
                 force = apply_transpose(turn, scale(sign, demand.direction))
                 reach = apply_transpose(turn, arm)
-                yield Wrench(place, scale(size, force), scale(size, cross(reach, force)))
+                yield LinkWrench(place, scale(size, force), scale(size, cross(reach, force)))
 
 
 def _join(row: str) -> str:

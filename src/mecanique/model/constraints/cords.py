@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import final
 
 from mecanique.errors import InputError
-from mecanique.model.constraint_base import Stop, Strung
+from mecanique.model.constraint_base import CordStop, Strung
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import vector
 from mecanique.model.statements import state
@@ -86,10 +86,12 @@ class Cord(Strung):
         object.__setattr__(self, "normal", _unit(self.normal, f"cord {self.name!r}"))
 
     @property
-    def stops(self) -> tuple[Stop, ...]:
+    def stops(self) -> tuple[CordStop, ...]:
         """Where it runs, the ends included."""
-        wheels = [Stop(wheel.body, wheel.center, wheel.radius, wheel.sense) for wheel in self.over]
-        return Stop(*self.start), *wheels, Stop(*self.end)
+        wheels = [
+            CordStop(wheel.body, wheel.center, wheel.radius, wheel.sense) for wheel in self.over
+        ]
+        return CordStop(*self.start), *wheels, CordStop(*self.end)
 
     @property
     def parts(self) -> tuple[int, ...]:
@@ -158,9 +160,11 @@ class Belt(Strung):
         object.__setattr__(self, "normal", _unit(self.normal, f"belt {self.name!r}"))
 
     @property
-    def stops(self) -> tuple[Stop, ...]:
+    def stops(self) -> tuple[CordStop, ...]:
         """Where it runs, the first pulley once more at the end."""
-        wheels = [Stop(wheel.body, wheel.center, wheel.radius, wheel.sense) for wheel in self.over]
+        wheels = [
+            CordStop(wheel.body, wheel.center, wheel.radius, wheel.sense) for wheel in self.over
+        ]
         return *wheels, wheels[0]
 
     @property

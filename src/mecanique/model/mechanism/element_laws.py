@@ -14,7 +14,7 @@ from typing import Any, TypeAlias, final
 
 import numpy as np
 
-from mecanique.model.constraint_base import Stop
+from mecanique.model.constraint_base import CordStop
 from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.constraints.elements import Element
 from mecanique.model.constraints.gears import Gear, Rack
@@ -223,7 +223,9 @@ class _Still:
         path = [passed for passed, _ in self._between(joint.child, holder)]
         return {joint.coordinate: 1} if path == [joint] else None
 
-    def find_direction(self, start: Stop, end: Stop, normal: np.ndarray) -> np.ndarray | None:
+    def find_direction(
+        self, start: CordStop, end: CordStop, normal: np.ndarray
+    ) -> np.ndarray | None:
         """Return the direction of a stretch of cord; None if there is no room for it."""
         d = self.place(end.body, end.center) - self.place(start.body, start.center)
         reach = [self.m.evaluate(stop.radius) * stop.sense for stop in (start, end)]
@@ -233,7 +235,7 @@ class _Still:
         e: np.ndarray = (np.sqrt(square - h * h) * d + h * np.cross(d, normal)) / square
         return e
 
-    def move(self, stop: Stop, e: np.ndarray, normal: np.ndarray) -> dict[str, Scalar] | None:
+    def move(self, stop: CordStop, e: np.ndarray, normal: np.ndarray) -> dict[str, Scalar] | None:
         """Return how joints move the end of a stretch along it; None if one also turns it."""
         shares = dict[str, Scalar]()
         for joint in self.carried[stop.body]:

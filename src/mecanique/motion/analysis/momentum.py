@@ -28,7 +28,7 @@ from mecanique.wording import Legible
 
 if TYPE_CHECKING:
     from mecanique.model.mechanism import Mechanism
-    from mecanique.motion.compile.program import Program
+    from mecanique.motion.compile.program import RatesProgram
     from mecanique.motion.record.trajectory import Trajectory
     from mecanique.reference import Reference
     from mecanique.reference.engine.answers import Momentum
@@ -51,7 +51,7 @@ class AccelerationLaw:
         return accelerations
 
     @cached_property
-    def _program(self) -> Program | None:
+    def _program(self) -> RatesProgram | None:
         return compile_once(self.mechanism).known
 
     def _by_program(

@@ -11,7 +11,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.motion.compile.derive import program_of
-from mecanique.motion.compile.program import SAMPLES, Program
+from mecanique.motion.compile.program import SAMPLES, RatesProgram
 from mecanique.motion.compile.python import overwriting, owning
 from mecanique.motion.record.curve import RightHandSide
 from mecanique.verification.rounding import rounding
@@ -31,7 +31,7 @@ than all their equations take to derive."""
 class Admitted(NamedTuple):
     """A program that may be used."""
 
-    program: Program
+    program: RatesProgram
     # makes functions of it, each of which overwrites its last answer
     make: Callable[[], RightHandSide]
 

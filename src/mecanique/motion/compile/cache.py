@@ -10,7 +10,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.heyoka import integrator
-from mecanique.motion.compile.program import Program, is_long_chain
+from mecanique.motion.compile.program import RatesProgram, is_long_chain
 from mecanique.motion.compile.python import Batched, overwriting, vectorize
 from mecanique.motion.compile.stepper import Stepper
 from mecanique.motion.record.curve import RightHandSide
@@ -25,7 +25,7 @@ OPTIMIZED = 50_000
 
 
 @final
-class Compiled:
+class CompiledMotion:
     """Compiled equations of one mechanism, which they do not keep alive, built on first use."""
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -36,14 +36,14 @@ class Compiled:
         """Whether its operations grow with its size, not with the cube of it."""
         self.rates = Rates.of(mechanism)
         """The maps between v and q̇."""
-        self._program: Program | DerivationError | None = None
+        self._program: RatesProgram | DerivationError | None = None
         self._stepper: Stepper | None = None
         self._make: Callable[[], RightHandSide] | None = None
         self._pools: dict[tuple[float, bool], list[Any]] = {}
         self._taken: dict[float, int] = {}
         self._optimized: set[float] = set()
 
-    def program(self, reference: Reference) -> Program:
+    def program(self, reference: Reference) -> RatesProgram:
         """Return the equations as a program, after it was compared with the reference."""
         if self._program is None:
             mechanism = self._mechanism()
@@ -82,9 +82,9 @@ class Compiled:
         return self._stepper
 
     @property
-    def known(self) -> Program | None:
+    def known(self) -> RatesProgram | None:
         """The program, if it was derived and compared with the reference."""
-        return self._program if isinstance(self._program, Program) else None
+        return self._program if isinstance(self._program, RatesProgram) else None
 
     @property
     def possible(self) -> bool:
@@ -123,19 +123,19 @@ class Compiled:
         return vectorize(self.program(reference))
 
 
-_known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = {}
+_known: dict[int, tuple[weakref.ref[Mechanism], CompiledMotion]] = {}
 
 
-def compile_once(mechanism: Mechanism) -> Compiled:
+def compile_once(mechanism: Mechanism) -> CompiledMotion:
     """Return the compiled code of a mechanism: one object as long as the mechanism lives."""
     key = id(mechanism)
     entry = _known.get(key)
     if entry is None or entry[0]() is not mechanism:
         # bound here: at the interpreter's end the module may be gone before the mechanism
         def forget(
-            _: object, known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = _known
+            _: object, known: dict[int, tuple[weakref.ref[Mechanism], CompiledMotion]] = _known
         ) -> None:
             known.pop(key, None)
 
-        entry = _known[key] = weakref.ref(mechanism, forget), Compiled(mechanism)
+        entry = _known[key] = weakref.ref(mechanism, forget), CompiledMotion(mechanism)
     return entry[1]

@@ -8,7 +8,7 @@ import numpy as np
 
 from mecanique.generation.dop853 import ASTRAY, CLOSED, FIRM, HALVED, PROBE, ROUNDING, SWEEPS
 from mecanique.model.mechanism_units import velocity_scales
-from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.compile.python import list_values
 from mecanique.motion.record.curve import RightHandSide
 from mecanique.motion.record.rates import Rates
@@ -30,7 +30,11 @@ class ClosedProgram:
     """f(t, y) = y' and the way back onto the loops, for one integration."""
 
     def __init__(
-        self, program: Program, landing: LoopProjection, reference: Reference, quick: RightHandSide
+        self,
+        program: RatesProgram,
+        landing: LoopProjection,
+        reference: Reference,
+        quick: RightHandSide,
     ) -> None:
         assert reference.closed is not None, "the mechanism has loops"
         from mecanique.reference.loops.singular import ClosedRhs

@@ -7,7 +7,7 @@ they are rough; as nothing but ratios decides, the same call chooses the same me
 from __future__ import annotations
 
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.program import SAMPLES, Program, is_long_chain
+from mecanique.motion.compile.program import SAMPLES, RatesProgram, is_long_chain
 
 LOOP_STEP = {"dop853": 2e6, "closed_form": 3e4, "compiled": 1e4}
 """A step of a closed mechanism by method: dop853 on the reference for each velocity, the closed
@@ -83,6 +83,6 @@ def estimate_deriving_series(mechanism: Mechanism) -> float:
     return estimate_deriving(mechanism) + estimate_series(15 * mechanism.nv**2, optimized=False)
 
 
-def estimate_series_of(program: Program) -> float:
+def estimate_series_of(program: RatesProgram) -> float:
     """Return what it costs to build an optimized integrator of a program."""
     return estimate_series(len(program.tape.find_needed(program.rates)))

@@ -16,12 +16,12 @@ from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import loops_of
 from mecanique.generation.mechanics.articulated import Articulated, articulate
 from mecanique.generation.mechanics.closed_form import ClosedFormProgram
-from mecanique.generation.mechanics.constrained import Constrained, landing_of
+from mecanique.generation.mechanics.constrained import FactorizedConstraints, landing_of
 from mecanique.generation.mechanics.dynamics import Tree
 from mecanique.generation.program import LoopProjection
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.motion.compile.program import Program, is_long_chain
+from mecanique.motion.compile.program import RatesProgram, is_long_chain
 from mecanique.program.solving import factorize
 from mecanique.program.tape import Value
 from mecanique.program.traced import values_of
@@ -37,7 +37,7 @@ the engine takes 250 velocities."""
 
 def program_of(
     mechanism: Mechanism, swept: Collection[str] = (), states: States | None = None
-) -> Program:
+) -> RatesProgram:
     """Derive a mechanism's equations as a program; only the swept parameters stay inputs."""
     kept = {p.symbol for p in mechanism.parameters if p.symbol in swept}
     most = inf
@@ -58,27 +58,27 @@ def program_of(
     open_ = tuple(symbol for symbol in letters.open if symbol in kept)
     signals = tuple(letters.signals)
     # a copy, so that who keeps the program for a mechanism does not keep that mechanism alive
-    return Program(copy(mechanism), letters.tape, tuple(rates), open_, signals, landing)
+    return RatesProgram(copy(mechanism), letters.tape, tuple(rates), open_, signals, landing)
 
 
-def power_of(mechanism: Mechanism) -> Program:
+def power_of(mechanism: Mechanism) -> RatesProgram:
     """Return the power of a mechanism's forces, all of them, as a program with one result."""
     letters = Letters(mechanism)
     power = 0.0 * letters.t
     for Q, v in zip(Tree(letters).forces(), letters.v, strict=True):
         power = power + Q * v
-    return Program(mechanism, letters.tape, tuple(values_of([power])), (), ())
+    return RatesProgram(mechanism, letters.tape, tuple(values_of([power])), (), ())
 
 
 def _solve_loops(letters: Letters, states: States | None) -> tuple[list[Value], LoopProjection]:
     """The rates of a closed mechanism's state, and what keeps it on its loops."""
     tree = Tree(letters)
     loops = loops_of(letters, tree.recursion)
-    constrained: Constrained | Articulated | None = None
+    constrained: FactorizedConstraints | Articulated | None = None
     if states is not None and is_long_chain(letters.mechanism):
         constrained = articulate(letters, tree.recursion, loops, states)
     if constrained is None:
-        constrained = Constrained(letters, tree.mass_matrix(), loops, states)
+        constrained = FactorizedConstraints(letters, tree.mass_matrix(), loops, states)
     drive = [Q - h for Q, h in zip(tree.forces(), tree.bias(), strict=True)]
     rates = [*letters.rates, *constrained.solve(drive).acceleration]
     return values_of(rates), landing_of(letters, loops, constrained)

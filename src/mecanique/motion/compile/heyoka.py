@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from mecanique.errors import DerivationError, InputError
-from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.program import RatesProgram
 
 if TYPE_CHECKING:
     from mecanique.program.tape import Value
@@ -41,7 +41,9 @@ def is_installed() -> bool:
     return find_spec("heyoka") is not None
 
 
-def integrator(program: Program, tolerance: float, runs: int = 1, *, optimized: bool = True) -> Any:
+def integrator(
+    program: RatesProgram, tolerance: float, runs: int = 1, *, optimized: bool = True
+) -> Any:
     """Return a heyoka integrator of runs side by side; its par[i] are the open parameters."""
     heyoka = _heyoka()
     equations = system(program, heyoka)
@@ -72,7 +74,7 @@ def _heyoka() -> Any:
     return heyoka
 
 
-def system(program: Program, heyoka: Any) -> list[tuple[Any, Any]]:
+def system(program: RatesProgram, heyoka: Any) -> list[tuple[Any, Any]]:
     """Return the equations as heyoka takes them: pairs of a letter and its rate."""
     if program.signals:
         names = ", ".join(program.signals)

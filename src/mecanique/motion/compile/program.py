@@ -32,7 +32,7 @@ def is_long_chain(mechanism: Mechanism) -> bool:
 
 @final
 @dataclass(frozen=True)
-class Program:
+class RatesProgram:
     """A straight-line program that gives the rates of a mechanism's state.
 
     Its inputs are named as the mechanism names them: coordinates, velocities, "t", parameters left

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from mecanique.model.expression import FUNCTIONS, numpy_function
-from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.record.curve import RightHandSide
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ _FLOATS: dict[str, Any] = {
 """Functions of floats, by their names in programs."""
 
 
-def scalar(program: Program) -> RightHandSide:
+def scalar(program: RatesProgram) -> RightHandSide:
     """Return f(t, y) = y' of a program without open parameters; each answer is a new array."""
     return owning(overwriting(program)())
 
@@ -40,7 +40,7 @@ def owning(rhs: RightHandSide) -> RightHandSide:
     return lambda t, y: rhs(t, y).copy()
 
 
-def overwriting(program: Program) -> Callable[[], RightHandSide]:
+def overwriting(program: RatesProgram) -> Callable[[], RightHandSide]:
     """Return a maker of functions f(t, y) = y', each of which overwrites its last answer."""
     lines, rates = _write(program.tape, program.rates, program)
     signals = _signals(program)
@@ -65,7 +65,7 @@ def overwriting(program: Program) -> Callable[[], RightHandSide]:
 
 
 def list_values(
-    program: Program, values: Sequence[Value]
+    program: RatesProgram, values: Sequence[Value]
 ) -> Callable[[float, np.ndarray], tuple[float, ...]]:
     """Return f(t, y) that lists values of the tape of a program without open parameters."""
     lines, answers = _write(program.tape, values, program)
@@ -84,7 +84,7 @@ def list_values(
     return compute
 
 
-def vectorize(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
+def vectorize(program: RatesProgram, values: Sequence[np.ndarray] = ()) -> Batched:
     """Return f(t, Y, out) of a program, for many states at once."""
     from mecanique.program.half_angles import by_tangents
 
@@ -110,7 +110,7 @@ def vectorize(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
     return rhs
 
 
-def _signals(program: Program) -> dict[str, Any]:
+def _signals(program: RatesProgram) -> dict[str, Any]:
     inputs = {signal.symbol: signal for signal in program.mechanism.inputs}
     return {f"{_name(s)}_": inputs[s].function(program.mechanism.values) for s in program.signals}
 
@@ -120,11 +120,13 @@ def _name(symbol: str) -> str:
     return "i_" + symbol.replace("'", "_p")
 
 
-def _state(program: Program) -> str:
+def _state(program: RatesProgram) -> str:
     return f"[{', '.join(f's{k}' for k in range(len(program.states)))}]"
 
 
-def _write(tape: Tape, outputs: Sequence[Value], program: Program) -> tuple[list[str], list[str]]:
+def _write(
+    tape: Tape, outputs: Sequence[Value], program: RatesProgram
+) -> tuple[list[str], list[str]]:
     """Assignments and the outputs' expressions; what is used once is written where it is used."""
     names = {name: f"s{k}" for k, name in enumerate(program.states)} | {"t": "t"}
     needed = tape.find_needed(outputs)
@@ -157,7 +159,7 @@ def _write(tape: Tape, outputs: Sequence[Value], program: Program) -> tuple[list
     return lines, [text(value) for value in outputs]
 
 
-def _split(program: Program, lines: list[str]) -> tuple[list[str], list[str]]:
+def _split(program: RatesProgram, lines: list[str]) -> tuple[list[str], list[str]]:
     """Assignments that depend on parameters alone, and the others."""
     import re
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.errors import DerivationError, InputError
 from mecanique.generation.dop853 import BEFORE, NEAREST
-from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.program import RatesProgram
 
 ENDED = ("end", "room", "near", "small", "many", "stiff", "off", "past")
 """Why a motion stops, by the number that says so: it came to its end; there is no more room for
@@ -170,7 +170,7 @@ class March:
 class Stepper:
     """A program with the steps that integrate it, compiled; closed loops stay closed."""
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: RatesProgram) -> None:
         refuse_signals(program)
         self._size = len(program.rates)
         from mecanique.generation.compiled import build_library
@@ -217,7 +217,7 @@ class Stepper:
         return whole, steps, ended
 
 
-def refuse_signals(program: Program) -> None:
+def refuse_signals(program: RatesProgram) -> None:
     """Raise if C does not know an input of a program."""
     if program.signals:
         raise DerivationError(
@@ -243,7 +243,7 @@ def _at(array: npt.NDArray[Any]) -> ctypes.c_void_p:
     return ctypes.c_void_p(array.ctypes.data)
 
 
-def _source(program: Program) -> str:
+def _source(program: RatesProgram) -> str:
     """The whole text: sizes, coefficients, the program, the steps."""
     from mecanique.generation.targets.steps import SteppedProgram, write_steps
 

@@ -18,7 +18,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.derive import program_of
 from mecanique.motion.compile.heyoka import integrator, lanes
-from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.compile.python import Batched, vectorize
 from mecanique.motion.compile.stepper import ENDED, Stepper, Tolerances
 from mecanique.motion.ensemble.dop853 import Block, integrate
@@ -95,7 +95,7 @@ def _mechanism(pickled: bytes) -> Mechanism:
 
 
 @lru_cache(maxsize=4)
-def _program(pickled: bytes, swept: tuple[str, ...]) -> Program:
+def _program(pickled: bytes, swept: tuple[str, ...]) -> RatesProgram:
     return program_of(_mechanism(pickled), swept)
 
 

@@ -28,7 +28,7 @@ from mecanique.motion.compile.admission import require_agreement
 from mecanique.motion.compile.costs import NUMPY, estimate_series_of
 from mecanique.motion.compile.derive import program_of
 from mecanique.motion.compile.heyoka import is_installed
-from mecanique.motion.compile.program import SAMPLES, Program
+from mecanique.motion.compile.program import SAMPLES, RatesProgram
 from mecanique.motion.compile.python import vectorize
 from mecanique.motion.compile.stepper import can_compile, refuse_signals
 from mecanique.motion.ensemble.chunks import Part, run_part, threads_here
@@ -310,7 +310,7 @@ def _choose(
     return "taylor", "; chosen for the number of runs"
 
 
-def _compare(mechanism: Mechanism, program: Program, varied: Mapping[str, np.ndarray]) -> None:
+def _compare(mechanism: Mechanism, program: RatesProgram, varied: Mapping[str, np.ndarray]) -> None:
     """Compare the equations with the reference at the extreme values of each parameter.
 
     Those with which loops can never be closed have no motion, and nothing to compare.

@@ -12,7 +12,7 @@ from mecanique.errors import InputError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Record
-from mecanique.motion.compile.cache import Compiled, compile_once
+from mecanique.motion.compile.cache import CompiledMotion, compile_once
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.events import Event, Occurrence
 from mecanique.motion.record.loops import ClosedLoops
@@ -97,7 +97,7 @@ class Problem:
         return tuple(event for event in self.events if event not in self.ends)
 
     @property
-    def code(self) -> Compiled:
+    def code(self) -> CompiledMotion:
         """What is compiled for the mechanism."""
         return compile_once(self.mechanism)
 

@@ -25,10 +25,10 @@ from mecanique.derivation.mechanics.switching import (
     OPEN,
     SLIPS,
     STICKS,
-    Drive,
     ElementRows,
     ElementState,
     Mode,
+    ModeProblem,
     Terms,
     accelerate,
     friction_limit,
@@ -94,7 +94,7 @@ def solve(
     terms: Terms,
     elements: Sequence[ElementRows],
     mode: Mode,
-    drive: Drive,
+    drive: ModeProblem,
     permanent: Sequence[int] = (),
 ) -> ModeSolution | None:
     """Return accelerations and forces in a mode; None if its equations have no solution."""
@@ -212,7 +212,7 @@ class Laws:
         self,
         terms: Terms,
         choices: Sequence[Sequence[ElementState]],
-        drive: Drive,
+        drive: ModeProblem,
         near: Collection[int],
         beginning: Collection[int],
         still: float,
@@ -263,7 +263,7 @@ class Laws:
                 "counted one by one; expected fewer elements that switch at once"
             )
 
-    def _in_space(self, terms: Terms, mode: Mode, drive: Drive) -> Iterator[ModeSolution]:
+    def _in_space(self, terms: Terms, mode: Mode, drive: ModeProblem) -> Iterator[ModeSolution]:
         """Yield the solutions of a mode, for each direction in which a contact begins to slip."""
         unknown = [k for k, s in enumerate(mode) if s.name == SLIPS and not s.direction]
         if not unknown:
@@ -306,7 +306,7 @@ class Laws:
         self,
         terms: Terms,
         solution: ModeSolution,
-        drive: Drive,
+        drive: ModeProblem,
         near: Collection[int],
         beginning: Collection[int],
         still: float,
@@ -351,7 +351,7 @@ class Laws:
                     return False
         return True
 
-    def _find_spare(self, terms: Terms, solution: ModeSolution, drive: Drive) -> float:
+    def _find_spare(self, terms: Terms, solution: ModeSolution, drive: ModeProblem) -> float:
         """Return the least reserve of normal forces and static friction under the best share.
 
         The share of redundant forces that leaves most is found by a linear program; in space the
@@ -463,7 +463,7 @@ class Laws:
         return change
 
     def _strike(
-        self, terms: Terms, contacts: Collection[int], drive: Drive, still: float
+        self, terms: Terms, contacts: Collection[int], drive: ModeProblem, still: float
     ) -> ModeSolution:
         """Return the only change of velocities that meets all conditions, with the impulses."""
         choices: list[list[ElementState]] = []
@@ -485,7 +485,7 @@ class Laws:
         return solutions[0]
 
 
-def _typical_force(terms: Terms, drive: Drive) -> float:
+def _typical_force(terms: Terms, drive: ModeProblem) -> float:
     """A size of the forces along rows, for rounding."""
     lengths = np.abs(terms.jacobian).max(axis=1, initial=0.0)
     longest = float(lengths.max(initial=0.0))

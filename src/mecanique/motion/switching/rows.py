@@ -24,7 +24,7 @@ from mecanique.derivation.mechanics.switching import (
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.constraints.friction import Contact
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.compile.python import list_values
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.tolerances import IDLE
@@ -93,9 +93,11 @@ class SwitchingRows:
         values = values_of(np.concatenate([part.ravel() for part in parts]))
         return list_values(self.program(()), values)
 
-    def program(self, rates: Sequence[Value]) -> Program:
+    def program(self, rates: Sequence[Value]) -> RatesProgram:
         """Return values on the tape as a program."""
-        return Program(self.whole, self.letters.tape, tuple(rates), (), tuple(self.letters.signals))
+        return RatesProgram(
+            self.whole, self.letters.tape, tuple(rates), (), tuple(self.letters.signals)
+        )
 
     def at(self, q: Array, v: Array, t: float) -> Terms:
         """Return the terms in a state."""
