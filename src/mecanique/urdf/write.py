@@ -9,6 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias, final
 
+import numpy as np
+
+from mecanique.arrays import Array
 from mecanique.errors import InputError, UrdfError
 from mecanique.files import write_whole
 from mecanique.model.bodies import Body
@@ -29,7 +32,7 @@ from mecanique.model.forces import (
 from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Helical, Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Matrix3, Placement, rotate, rpy_rotation
+from mecanique.model.placement import Placement, rpy_of, rpy_rotation
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
@@ -604,21 +607,22 @@ def _joint_spring(
         return
     where = f"spring {spring.name!r}"
     reference, stiffness = mechanism.evaluate_all((spring.reference, spring.stiffness))
-    across = _x_along(joint.axis)
+    x, y, z = joint.axis
+    # a rotation that takes x to the axis
+    across = _turn((0.0, math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)))
     origin = mechanism.evaluate_all(joint.origin.xyz)
-    place = rpy_rotation(mechanism.evaluate_all(joint.origin.rpy))
-    in_parent = _product(place, across)
+    place = _turn(mechanism.evaluate_all(joint.origin.rpy))
+    in_parent = place @ across
     if joint.turns:
         c, s = math.cos(reference), math.sin(reference)
-        in_parent = _product(in_parent, ((1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c)))
+        in_parent = in_parent @ np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
         turning, pushing = (stiffness, 0.0, 0.0), (0.0, 0.0, 0.0)
         yield Comment(
             f"spring {spring.name}: {number(stiffness, where)} N·m/rad about joint {joint.name} "
             f"from {number(reference, where)} rad; the same within half a turn"
         )
     else:
-        axis = _times(place, joint.axis)
-        origin = [o + reference * a for o, a in zip(origin, axis, strict=True)]
+        origin = (origin + reference * (place @ joint.axis)).tolist()
         turning, pushing = (0.0, 0.0, 0.0), (stiffness, 0.0, 0.0)
         yield Comment(
             f"spring {spring.name}: {number(stiffness, where)} N/m along joint {joint.name} "
@@ -634,7 +638,7 @@ def _joint_spring(
             name=name,
             link=anchors.get(link, link),
             xyz=numbers(xyz, where),
-            rpy=numbers(_rpy(turn), where),
+            rpy=numbers(rpy_of(turn), where),
         )
     contents = {
         "frame_a": frame_a,
@@ -647,27 +651,5 @@ def _joint_spring(
     yield BUSHING.write(contents)
 
 
-def _x_along(axis: tuple[float, float, float]) -> Matrix3:
-    """A rotation that takes x to the axis."""
-    x, y, z = axis
-    pitch, yaw = math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)
-    return rpy_rotation((0.0, pitch, yaw))
-
-
-def _product(a: Matrix3, b: Matrix3) -> Matrix3:
-    columns = [_times(a, column) for column in zip(*b, strict=True)]
-    return tuple(zip(*columns, strict=True))
-
-
-def _times(matrix: Matrix3, vector: tuple[float, ...]) -> tuple[float, float, float]:
-    x, y, z = map(float, rotate(matrix, vector))
-    return x, y, z
-
-
-def _rpy(turn: Matrix3) -> tuple[float, float, float]:
-    """Roll, pitch, yaw of a rotation (inverse of the URDF formula)."""
-    (r00, r01, _), (r10, r11, _), (r20, r21, r22) = turn
-    level = math.hypot(r00, r10)
-    if level > 1e-12:
-        return math.atan2(r21, r22), math.atan2(-r20, level), math.atan2(r10, r00)
-    return 0.0, math.atan2(-r20, level), math.atan2(-r01, r11)
+def _turn(rpy: Vector) -> Array:
+    return np.array(rpy_rotation(rpy), dtype=float)

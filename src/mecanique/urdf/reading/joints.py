@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 from mecanique.model.joint_base import Limits
 from mecanique.model.joints import (
@@ -34,6 +34,15 @@ MOVING = (*SINGLE, "planar", "floating", "ball", "universal")
 CUSTOM = ("ball", "universal", "planar")
 """Types that a <drake:joint> may have."""
 
+_CLASSES: Mapping[str, type[Joint]] = {
+    **dict.fromkeys(("revolute", "continuous"), Revolute),
+    "prismatic": Prismatic,
+    "fixed": Fixed,
+    "planar": Planar,
+    "floating": Floating,
+    "ball": Spherical,
+    "universal": Universal,
+}
 _STANDARD = (*SINGLE, "fixed", "planar", "floating")
 _X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -105,34 +114,12 @@ class JointText:
 
     def joint(self) -> Joint:
         """Return the joint it describes, with its default coordinate names."""
-        ends = self.name, self.parent, self.child
-        match self.kind:
-            case "revolute" | "continuous":
-                return Revolute(
-                    *ends,
-                    origin=self.origin,
-                    axis=self._unit,
-                    limits=self.limits,
-                    armature=self.armature,
-                )
-            case "prismatic":
-                return Prismatic(
-                    *ends,
-                    origin=self.origin,
-                    axis=self._unit,
-                    limits=self.limits,
-                    armature=self.armature,
-                )
-            case "planar":
-                return Planar(*ends, origin=self.origin, axis=self._unit)
-            case "universal":
-                return Universal(*ends, origin=self.origin)
-            case "ball":
-                return Spherical(*ends, origin=self.origin)
-            case "floating":
-                return Floating(*ends, origin=self.origin)
-            case _:
-                return Fixed(*ends, origin=self.origin)
+        stated: dict[str, Any] = {"origin": self.origin}
+        if self.kind in (*SINGLE, "planar"):
+            stated["axis"] = self._unit
+        if self.kind in SINGLE:
+            stated |= {"limits": self.limits, "armature": self.armature}
+        return _CLASSES[self.kind](self.name, self.parent, self.child, **stated)
 
     @property
     def _unit(self) -> tuple[float, float, float]:

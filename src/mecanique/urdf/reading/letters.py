@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError, MecaniqueError, UnknownNameError
-from mecanique.model.bodies import Body
-from mecanique.model.expression import Scalar, Vector
+from mecanique.model.expression import Scalar
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Parameter
@@ -33,8 +32,6 @@ most in its three letters."""
 _EXACT, _NONE = 1e-8, 1e-9
 """Relative errors of what a polynomial gives elsewhere, and terms that are rounding."""
 
-_ENTRIES = ("mass", "x", "y", "z", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-
 Read = Callable[[Mapping[str, float]], Mechanism]
 
 
@@ -53,25 +50,26 @@ def with_properties(mechanism: Mechanism, values: Mapping[str, float], read: Rea
     for point in points:
         varied = _read(read, dict(zip(names, (base * point).tolist(), strict=True)))
         _refuse_others(mechanism, varied, names)
-        rows.append(_numbers(varied))
+        rows.append(_values(varied))
     samples = np.array(rows)
     powers = np.prod(points[:, None, :] ** exponents, axis=2)
     fitted = len(lattice)
     terms = np.linalg.solve(powers[:fitted], samples[:fitted])
     size = np.abs(samples).max(axis=0)
     off = np.abs(powers[fitted:] @ terms - samples[fitted:]).max(axis=0)
-    for label, error, most in zip(_labels(mechanism), off, size, strict=True):
+    entries = list(_entries(mechanism))
+    for entry, error, most in zip(entries, off, size, strict=True):
         if error > _EXACT * most:
             raise InputError(
-                f"{label} is no polynomial of degree {degree} in {', '.join(names)}; "
+                f"{entry.label} is no polynomial of degree {degree} in {', '.join(names)}; "
                 "read the file in numbers"
             )
     moves = np.ptp(samples, axis=0) > _NONE * size
-    given = _numbers(mechanism)
-    written = [
-        _polynomial(column, lattice, names, base) if moving else value
-        for column, moving, value in zip(terms.T, moves, given.tolist(), strict=True)
-    ]
+    written = {
+        entry.key: _polynomial(column, lattice, names, base)
+        for entry, column, moving in zip(entries, terms.T, moves, strict=True)
+        if moving
+    }
     return _write(mechanism, written, [Parameter(name, values[name]) for name in names])
 
 
@@ -84,22 +82,6 @@ def _read(read: Read, values: Mapping[str, float]) -> Mechanism:
             f"the file cannot be read with {with_these}, so {' and '.join(values)} cannot be "
             f"{'a letter' if len(values) == 1 else 'letters'}: {error}"
         ) from error
-
-
-def _numbers(mechanism: Mechanism) -> Array:
-    numbers: list[Any] = []
-    for body in mechanism.bodies:
-        numbers += [body.mass, *body.center, *body.inertia]
-    for joint in mechanism.joints:
-        numbers += joint.origin.xyz
-    return np.array(mechanism.evaluate_all(numbers))
-
-
-def _labels(mechanism: Mechanism) -> Iterator[str]:
-    for body in mechanism.bodies:
-        yield from (f"{entry} of link {body.name!r}" for entry in _ENTRIES)
-    for joint in mechanism.joints:
-        yield from (f"{axis} of joint {joint.name!r}" for axis in "xyz")
 
 
 def _refuse_others(mechanism: Mechanism, varied: Mechanism, names: Collection[str]) -> None:
@@ -136,38 +118,77 @@ def _polynomial(
     return total
 
 
-def _write(mechanism: Mechanism, numbers: list[Any], parameters: list[Parameter]) -> Mechanism:
-    rest = iter(numbers)
-    bodies = []
+KINDS = ("masses", "lengths", "inertias")
+"""Kinds of numbers that get letters together."""
+
+_INERTIA = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+
+Key: TypeAlias = tuple[str, str, str]
+"""Where a number stands: "body" or "joint", its name, and the quantity, e.g. "m"."""
+
+
+class _Entry(NamedTuple):
+    """A number that may become a parameter or depend on one."""
+
+    kind: str  # of `KINDS`
+    key: Key
+    value: Scalar
+    unit: str
+    meaning: str  # before the name of the body or joint
+
+    @property
+    def label(self) -> str:
+        """What refusals call it."""
+        whose, owner, what = self.key
+        called = {"m": "mass"}.get(what, what.removeprefix("c").lower())
+        return f"{called} of {'link' if whose == 'body' else whose} {owner!r}"
+
+
+def _entries(mechanism: Mechanism) -> Iterator[_Entry]:
+    """Yield masses, centers and inertias of all bodies, and where the joints stand."""
     for body in mechanism.bodies:
-        mass, *entries = (next(rest) for _ in _ENTRIES)
-        bodies.append(body.replace(mass=mass, center=entries[:3], inertia=entries[3:]))
-    joints = []
+        name = body.name
+        yield _Entry("masses", ("body", name, "m"), body.mass, "kg", "mass of")
+        for axis, value in zip("xyz", body.center, strict=True):
+            meaning = f"{axis} of the center of mass of"
+            yield _Entry("lengths", ("body", name, f"c{axis}"), value, "m", meaning)
+        for entry, value in zip(_INERTIA, body.inertia, strict=True):
+            meaning = f"{entry} about the center of mass of"
+            yield _Entry("inertias", ("body", name, entry), value, "kg·m²", meaning)
     for joint in mechanism.joints:
-        xyz = (next(rest), next(rest), next(rest))
-        joints.append(replace(joint, origin=replace(joint.origin, xyz=xyz)))
+        for axis, value in zip("xyz", joint.origin.xyz, strict=True):
+            key = ("joint", joint.name, axis)
+            yield _Entry("lengths", key, value, "m", f"{axis} of joint")
+
+
+def _values(mechanism: Mechanism) -> Array:
+    return np.array(mechanism.evaluate_all(entry.value for entry in _entries(mechanism)))
+
+
+def _write(
+    mechanism: Mechanism, chosen: Mapping[Key, Scalar], parameters: Iterable[Parameter]
+) -> Mechanism:
+    """Return a mechanism with other scalars at some places, and the parameters they depend on."""
+    bodies, joints = [], []
+    for body in mechanism.bodies:
+        of = [("body", body.name, what) for what in ("m", "cx", "cy", "cz", *_INERTIA)]
+        if chosen.keys() & set(of):
+            given = (body.mass, *body.center, *body.inertia)
+            mass, *rest = (chosen.get(key, x) for key, x in zip(of, given, strict=True))
+            body = body.replace(mass=mass, center=rest[:3], inertia=rest[3:])
+        bodies.append(body)
+    for joint in mechanism.joints:
+        of = [("joint", joint.name, axis) for axis in "xyz"]
+        if chosen.keys() & set(of):
+            x, y, z = (chosen.get(key, x) for key, x in zip(of, joint.origin.xyz, strict=True))
+            joint = replace(joint, origin=replace(joint.origin, xyz=(x, y, z)))
+        joints.append(joint)
     return replace(
         mechanism,
         bodies=tuple(bodies),
         joints=tuple(joints),
         parameters=(*mechanism.parameters, *parameters),
     )
-
-
-KINDS = ("masses", "lengths", "inertias")
-"""Kinds of numbers that get letters together."""
-
-_INERTIA = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
-
-
-@final
-@dataclass(frozen=True)
-class _Letter:
-    """A number that may become a parameter."""
-
-    kind: str  # of `KINDS`
-    key: tuple[str, str, str]  # "body" or "joint", its name, and the quantity, e.g. "m"
-    parameter: Parameter
 
 
 def with_armature(mechanism: Mechanism, armature: float | Mapping[str, float] | None) -> Mechanism:
@@ -194,42 +215,19 @@ def with_letters(
     names = {wanted} if isinstance(wanted, str) else set(wanted)
     if not names:
         return mechanism
-    letters = {letter.parameter.symbol: letter for letter in _letters(mechanism)}
+    letters = {parameter.symbol: (entry, parameter) for entry, parameter in _letters(mechanism)}
     for name in names:
         if name not in (*KINDS, *letters):
             raise UnknownNameError("parameter", name, (*others, *KINDS, *letters))
-    chosen = {
-        letter.key: letter.parameter
-        for symbol, letter in letters.items()
-        if symbol in names or (letter.kind in names and letter.parameter.value)
+    chosen: dict[Key, Parameter] = {
+        entry.key: parameter
+        for symbol, (entry, parameter) in letters.items()
+        if symbol in names or (entry.kind in names and parameter.value)
     }
-
-    def put_letters(values: Vector, *keys: tuple[str, str, str]) -> list[Scalar]:
-        return [chosen.get(key, x) for key, x in zip(keys, values, strict=True)]
-
-    bodies: list[Body] = []
-    for body in mechanism.bodies:
-        of = [("body", body.name, what) for what in ("m", "cx", "cy", "cz", *_INERTIA)]
-        if chosen.keys() & set(of):
-            mass, *rest = put_letters((body.mass, *body.center, *body.inertia), *of)
-            body = body.replace(mass=mass, center=rest[:3], inertia=rest[3:])
-        bodies.append(body)
-    joints = []
-    for joint in mechanism.joints:
-        of = [("joint", joint.name, axis) for axis in "xyz"]
-        if chosen.keys() & set(of):
-            x, y, z = put_letters(joint.origin.xyz, *of)
-            joint = replace(joint, origin=replace(joint.origin, xyz=(x, y, z)))
-        joints.append(joint)
-    return replace(
-        mechanism,
-        bodies=tuple(bodies),
-        joints=tuple(joints),
-        parameters=(*mechanism.parameters, *chosen.values()),
-    )
+    return _write(mechanism, chosen, chosen.values())
 
 
-def _letters(mechanism: Mechanism) -> Iterator[_Letter]:
+def _letters(mechanism: Mechanism) -> Iterator[tuple[_Entry, Parameter]]:
     """Yield every number that may get a letter, with a symbol of its own."""
     joints = mechanism.joints
     names = Names(
@@ -239,28 +237,11 @@ def _letters(mechanism: Mechanism) -> Iterator[_Letter]:
             *mechanism.coordinates,
         )
     )
-
-    def letter(
-        kind: str, key: tuple[str, str, str], value: Scalar, unit: str, meaning: str
-    ) -> _Letter:
-        _, owner, what = key
+    for entry in _entries(mechanism):
+        whose, owner, what = entry.key
+        if (whose, owner) == ("body", mechanism.ground):
+            continue
         # a symbol must be an identifier, a link's name need not
         word = "".join(c if f"_{c}".isidentifier() else "_" for c in owner)
-        symbol = names.free(f"{what}_{word}")
-        parameter = Parameter(symbol, mechanism.evaluate(value), unit, f"{meaning} {owner!r}")
-        return _Letter(kind, key, parameter)
-
-    for body in mechanism.bodies:
-        if body.name == mechanism.ground:
-            continue
-        name = body.name
-        yield letter("masses", ("body", name, "m"), body.mass, "kg", "mass of")
-        for axis, value in zip("xyz", body.center, strict=True):
-            meaning = f"{axis} of the center of mass of"
-            yield letter("lengths", ("body", name, f"c{axis}"), value, "m", meaning)
-        for entry, value in zip(_INERTIA, body.inertia, strict=True):
-            meaning = f"{entry} about the center of mass of"
-            yield letter("inertias", ("body", name, entry), value, "kg·m²", meaning)
-    for joint in joints:
-        for axis, value in zip("xyz", joint.origin.xyz, strict=True):
-            yield letter("lengths", ("joint", joint.name, axis), value, "m", f"{axis} of joint")
+        symbol, value = names.free(f"{what}_{word}"), mechanism.evaluate(entry.value)
+        yield entry, Parameter(symbol, value, entry.unit, f"{entry.meaning} {owner!r}")
