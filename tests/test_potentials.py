@@ -173,3 +173,28 @@ def test_a_distance_is_a_letter_of_its_own() -> None:
 def test_the_arrow_of_an_attraction_points_to_the_other_end() -> None:
     drawn = mq.picture(mq.textbook.load("kepler_orbit")).svg
     assert "attraction" in drawn
+
+
+@pytest.mark.parametrize(
+    ("force", "slope"),
+    [
+        (mq.Potential("v", "slide", 3 * abs(X)), 3.0),
+        (mq.Potential("v", "slide", ((X - 0.1 + abs(X - 0.1)) / 2) ** 2), 2 * 0.6),
+        (
+            mq.CentralForce(
+                "v",
+                "ground",
+                (0, 0, 0),
+                "block",
+                (0, 0, 0),
+                ((mq.distance() - 0.2 + abs(mq.distance() - 0.2)) / 2) ** 2,
+            ),
+            2 * 0.5,
+        ),
+    ],
+)
+def test_potentials_may_have_corners(force: mq.AnyForce, slope: float) -> None:
+    mechanism = duffing(force)
+    reference = mq.Reference(mechanism)
+    assert reference.inverse_dynamics([0.7], [0.0], [0.0]) == pytest.approx([slope], rel=1e-14)
+    assert mq.verify(mechanism, samples=5).agrees

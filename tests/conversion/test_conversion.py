@@ -146,6 +146,22 @@ def test_sdf_refuses_moving_bodies_without_mass() -> None:
     assert conversion.lost == ("joint first: SDF has none of the kind 'Planar'",)
 
 
+@pytest.mark.parametrize("form", ["MJCF", "SDF"])
+@pytest.mark.parametrize(("mass", "most"), [(1.0, 0.9), (1.0, -0.1), (0.0, 0.9)])
+def test_what_no_real_body_has_is_converted_and_told(form: Form, mass: float, most: float) -> None:
+    inertia = f'<inertia ixx="0.1" iyy="0.1" izz="{most}" ixy="0" ixz="0" iyz="0"/>'
+    mechanism = mq.read_urdf(
+        f'<robot name="r"><link name="base"/><link name="arm"><inertial><mass value="{mass}"/>'
+        f'{inertia}</inertial></link><joint name="j" type="continuous"><parent link="base"/>'
+        '<child link="arm"/><axis xyz="0 0 1"/></joint></robot>'
+    )
+    conversion = mq.convert(mechanism, form, states=5)
+    said = f"body arm: no real body has its inertia, and engines of {form} refuse it"
+    assert said in conversion.lost
+    light = f"body arm: {form} refuses moving bodies without mass"
+    assert (light in conversion.lost) == (mass == 0)
+
+
 def test_links_called_as_joints_get_other_names_in_sdf() -> None:
     mechanism = _chain("slide")
     a, tool = (replace(joint, name=joint.child) for joint in mechanism.joints[:2])

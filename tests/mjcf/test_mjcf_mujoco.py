@@ -291,6 +291,37 @@ TEXTS |= {
         HINGE + GEOM + SECOND.replace("<body ", '<body gravcomp="1.3" '),
         '<option gravity="1 0 -9"/>',
     ),
+    "polynomials of a spring": body(
+        '<joint type="slide" axis="1 1 0" ref="0.1" springref="0.3" stiffness="3 0.5 0.2"/>' + GEOM
+    ),
+    "polynomials of a damper": body('<joint axis="0 1 0" damping="3 0.5 0.2"/>' + GEOM),
+    "polynomials of a class": body(
+        '<joint axis="0 1 0" stiffness="3" damping="1"/>' + GEOM,
+        '<default><joint stiffness="1 2 3" damping="0 0 4"/></default>',
+    ),
+    "slack along joints": tendon(
+        '<fixed name="t" stiffness="5 1" springlength="-0.1 0.3" damping="0.2 0.1">'
+        '<joint joint="h" coef="1"/><joint joint="s" coef="-0.5"/></fixed>'
+    ),
+    "slack along a joint": tendon(
+        '<fixed name="t" stiffness="5" springlength="0 0.3"><joint joint="h" coef="2"/></fixed>'
+    ),
+    "a length below zero": tendon(
+        '<fixed name="t" stiffness="5" springlength="-0.3"><joint joint="h" coef="2"/>'
+        '<joint joint="s" coef="1"/></fixed>'
+    ),
+    "slack between points": tendon(
+        '<spatial name="t" stiffness="50" springlength="0 0.4"><site site="w"/><site site="t"/>'
+        "</spatial>"
+    ),
+    "pushed apart": tendon(
+        '<spatial name="t" stiffness="50" springlength="2 3"><site site="w"/><site site="t"/>'
+        "</spatial>"
+    ),
+    "armature along a joint": tendon(
+        '<fixed name="t" armature="0.3"><joint joint="h" coef="2"/></fixed>',
+        '<actuator><motor tendon="t" armature="0.1" gear="3"/></actuator>',
+    ),
     "quaternion of any length": world(f'<body quat="2 -1 0.5 3">{HINGE}{GEOM}{SECOND}</body>'),
     "zaxis down": world(f'<body zaxis="0 0 -2">{HINGE}{GEOM}</body>'),
     "zaxis aslant": world(f'<body zaxis="1 2 -2">{HINGE}{GEOM}</body>'),
@@ -333,6 +364,26 @@ def close(ours: Any, theirs: Any, mass: Any) -> None:
 def _log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """MuJoCo writes its warnings into a file where it is."""
     monkeypatch.chdir(tmp_path)
+
+
+def test_the_armature_of_a_free_joint_resists_as_a_mass_without_weight() -> None:
+    text = body('<joint type="free" armature="0.4"/>' + GEOM + SECOND)
+    mechanism, random = read_mjcf(text), np.random.default_rng(3)
+    engine = mq.Reference(mechanism)
+    for _ in range(5):
+        q, v = mechanism.neutral(), random.uniform(-1, 1, mechanism.nv)
+        q[:3], turned = random.uniform(-1, 1, 3), random.uniform(-1, 1, 4)
+        q[3:7] = turned / np.linalg.norm(turned)
+        mass, bias, passive = norm(text, q, v)
+        close(engine.mass_matrix(q), mass, mass)
+        close(engine.inverse_dynamics(q, v, np.zeros(mechanism.nv)), bias - passive, mass)
+
+
+def test_gravity_compensated_by_actuators_is_told() -> None:
+    text = '<body gravcomp="1"><joint axis="0 1 0" actuatorgravcomp="true"/>' + GEOM + "</body>"
+    mechanism = read_mjcf(world(text))
+    assert "1 bound of actuators on the compensation of gravity" in mechanism.about
+    assert mq.Reference(mechanism).acceleration([0.3]) == pytest.approx([0.0], abs=1e-12)
 
 
 @pytest.mark.parametrize("name", TEXTS)

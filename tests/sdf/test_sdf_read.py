@@ -13,6 +13,7 @@ from test_sdf_drake import MASS, ROOT, TWO, A, B, joint, link, model
 import mecanique as mq
 from mecanique.cli import app
 from mecanique.formats.sdf import read_sdf
+from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.placement import pose_of
 
 PLAIN = model(TWO + joint("r", "a", "b", "<axis><xyz>0 1 0</xyz></axis>"))
@@ -89,8 +90,32 @@ def test_a_mimic_follows_from_its_reference() -> None:
     assert float(law.subs({"q": 0.7})) == pytest.approx(2.0, rel=1e-14)
 
 
+def test_mimics_of_mimics_follow_the_joint_that_moves() -> None:
+    def follow(leader: str) -> str:
+        law = "<multiplier>2</multiplier><offset>0.1</offset><reference>0.3</reference>"
+        return f'<axis><xyz>0 1 0</xyz><mimic joint="{leader}">{law}</mimic></axis>'
+
+    third = link("c", '<pose relative_to="b">0 0 1 0 0 0</pose>')
+    parts = TWO + third + joint("s", "b", "c", follow("r"))
+    mechanism = read_sdf(model(parts + joint("r", "a", "b", follow("q"))))
+    at = mechanism.coordinates.driven["s"].subs({"q": 0.7})
+    assert float(at) == pytest.approx(2 * (2 * 0.4 + 0.1 - 0.3) + 0.1, rel=1e-14)
+    with pytest.raises(mq.InputError, match="joint 'r' would follow itself by its mimics"):
+        read_sdf(model(parts + joint("r", "a", "b", follow("s"))))
+
+
+def test_an_inertia_of_no_real_body_is_read_as_given_and_told() -> None:
+    moments = "<ixx>0.1</ixx><iyy>0.2</iyy><izz>0.9</izz>"
+    inertial = f"<inertial><mass>2</mass><inertia>{moments}</inertia></inertial>"
+    mechanism = read_sdf(model(f'<link name="a">{inertial}</link>' + ROOT))
+    tensor = tensor_of(mechanism.evaluate_all(mechanism.bodies[1].inertia))
+    assert np.linalg.eigvalsh(tensor) == pytest.approx([0.1, 0.2, 0.9], rel=1e-14)
+    assert "Body 'a': its principal moments break the triangle inequality" in mechanism.about
+
+
 def test_a_link_without_gravity_weighs_nothing() -> None:
     text = model(A.replace("</link>", "<gravity>0</gravity></link>") + ROOT)
+    assert read_sdf(text).about == "<gravity> of a is off, which Drake ignores."
     engine = mq.Reference(read_sdf(text))
     assert np.abs(engine.inverse_dynamics([0.3], [0.0], [0.0])).max() < 1e-14
 

@@ -79,6 +79,11 @@ def test_a_load_that_varies_is_refused() -> None:
         ('contact name="f" link="block" on="world" law="x"', "expected law newton or poisson, got"),
         ('contact name="f" link="block" on="world" center="0 0"', "expected 3 numbers for center"),
         ('contact name="f" link="block" on="world" radius="-1"', "expected a radius"),
+        (
+            'contact name="f" link="block" on="world" radius="1" axis="0 1 0" bowl="3"',
+            "expected a ball in a bowl, got a wheel",
+        ),
+        ('contact name="f" link="block" on="block"', "both of its ends are on link 'block'"),
     ],
 )
 def test_faults_of_tags_are_named_with_their_line(tag: str, message: str, tmp_path: Path) -> None:

@@ -143,7 +143,9 @@ _SQUARE = "distance^2"
 def _slope(V: Scalar, name: str) -> Scalar:
     import sympy
 
-    return sympy.sympify(V).diff(sympy.Symbol(name))
+    # a real symbol, so that |x| has the derivative sign(x)
+    x, real = sympy.Symbol(name), sympy.Symbol(name, real=True)
+    return sympy.sympify(V).subs(x, real).diff(real).xreplace({real: x})
 
 
 @final

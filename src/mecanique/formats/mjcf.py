@@ -41,14 +41,16 @@ from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Sphere, Visual
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import Scalar, coordinate, symbols_in, velocity
+from mecanique.model.expression import DISTANCE, Scalar, coordinate, symbols_in, velocity
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import (
+    CentralForce,
     Damper,
     Force,
     JointDamper,
     JointForce,
     JointSpring,
+    Potential,
     Spring,
     Torque,
 )
@@ -82,7 +84,7 @@ _ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 _NO_MASS = 1e-15
 """MuJoCo's mjMINVAL."""
 
-_IN_PARTS = {"size", "polycoef"}
+_IN_PARTS = {"size", "polycoef", "stiffness", "damping"}
 """Attributes of which an element may give the first numbers, and its class the rest."""
 
 _READ = {
@@ -231,8 +233,9 @@ class _Reader(Source):
         self._solids: dict[str, _Mesh] = {}
         self._tendons: dict[str, _Tendon] = {}
         self._bodies, self._names = Names([GROUND]), Names()
-        self._rubbing: list[str] = []
         self._rotors: dict[str, float] = {}
+        self._carried_along: dict[str, float] = {}
+        self._drives_lift = False
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
         root = self.parse(self.file if self.file is not None else str(source))
@@ -545,24 +548,32 @@ class _Reader(Source):
         if texts.get("align", "auto") == "true":
             raise self.refuse(element, "align=… of a free joint is not read")
         values = {
-            what: self.number(element, texts, what, 0.0)
-            for what in ("stiffness", "damping", "armature", "frictionloss")
+            what: self.number(element, texts, what, 0.0) for what in ("armature", "frictionloss")
         }
+        stiffness, damping = (
+            self.numbers(element, texts, what, (0, 0, 0), 3, least=1)
+            for what in ("stiffness", "damping")
+        )
         if any(self.numbers(element, texts, "springdamper", (0, 0), 2)):
             raise self.refuse(element, "springdamper=… of <joint> is not read")
         if values["frictionloss"]:
-            self._rubbing.append(name)
+            self.rubbing.append(name)
+        if texts.get("actuatorgravcomp") == "true":
+            self._drives_lift = True
         if form in ("free", "ball"):
-            if values["stiffness"]:
+            if any(stiffness):
                 raise self.refuse(element, f"stiffness of a {form} joint is not read")
-            if values["armature"] and (form == "free" or self._turns(parent)):
-                on = "" if form == "free" else " on a body that turns"
-                raise self.refuse(element, f"armature of a {form} joint{on} is not read")
+            if any(damping[1:]):
+                raise self.refuse(element, f"a polynomial of damping of a {form} joint is not read")
+            if values["armature"] and form == "ball" and self._turns(parent):
+                message = "armature of a ball joint on a body that turns is not read"
+                raise self.refuse(element, message)
             self._rotors[child] = values["armature"]
+            self._carried_along[child] = values["armature"] if form == "free" else 0.0
             if form == "free" and parent != GROUND:
                 raise self.refuse(element, "a free joint expects a body of the world")
-            if values["damping"] and self._settings.dampers:
-                self._damp(name, form, parent, child, values["damping"])
+            if damping[0] and self._settings.dampers:
+                self._damp(name, form, parent, child, float(damping[0]))
             if form == "free":
                 self._joints.append(Floating(name, parent, child))
                 return np.eye(4)
@@ -601,12 +612,25 @@ class _Reader(Source):
         )
         self._references[name] = reference
         self._rests[name] = rest
-        if values["stiffness"] and self._settings.springs:
-            spring = JointSpring(f"{name}_spring", name, values["stiffness"], rest)
-            self._forces.append(spring)
-        if values["damping"] and self._settings.dampers:
-            self._forces.append(JointDamper(f"{name}_damper", name, values["damping"]))
+        self._resist(name, stiffness * self._settings.springs, rest, damping)
         return np.asarray(np.linalg.inv(at))
+
+    def _resist(self, joint: str, stiffness: Array, rest: float, damping: Array) -> None:
+        """Add spring and damper in a joint: Σ kₙ xⁿ⁺¹, and Σ cₙ |v|ⁿ v."""
+        if any(stiffness[1:]):
+            x = coordinate(joint) - rest
+            V = sum(k * x ** (n + 2) / (n + 2) for n, k in enumerate(stiffness.tolist()))
+            self._forces.append(Potential(f"{joint}_spring", joint, V))
+        elif stiffness[0]:
+            spring = JointSpring(f"{joint}_spring", joint, float(stiffness[0]), rest)
+            self._forces.append(spring)
+        if not self._settings.dampers:
+            return
+        if any(damping[1:]):
+            pull = -_resistance(damping, velocity(joint))
+            self._forces.append(JointForce(f"{joint}_damper", joint, pull))
+        elif damping[0]:
+            self._forces.append(JointDamper(f"{joint}_damper", joint, float(damping[0])))
 
     def _limits(self, element: Element, texts: Mapping[str, str], unit: float) -> Limits | None:
         """The bounds of a joint's position, and of its effort where both signs have the same."""
@@ -905,21 +929,42 @@ class _Reader(Source):
         for element in (child for part in root.all("tendon") for child in part.children):
             texts = self._attributes(element, "tendon", self._class_of(element, ["tendon"]))
             name = names.free(texts.get("name") or "tendon")
-            if self.number(element, texts, "armature", 0.0):
-                raise self.refuse(element, f"armature of <{element.tag}> is not read")
-            stiffness = self.number(element, texts, "stiffness", 0.0) * s.springs
-            damping = self.number(element, texts, "damping", 0.0) * s.dampers
+            armature = self.number(element, texts, "armature", 0.0)
+            stiffness, damping = (
+                factor * self.numbers(element, texts, what, (0, 0, 0), 3, least=1)
+                for what, factor in (("stiffness", s.springs), ("damping", s.dampers))
+            )
             ends = self.numbers(element, texts, "springlength", (-1, -1), 2, least=1)
             if len(texts.get("springlength", "").split()) == 1:
                 ends[1] = ends[0]
-            if stiffness and ends[0] != ends[1]:
-                raise self.refuse(element, "a spring that is slack between two lengths is not read")
             if element.tag == "fixed":
                 tendon = self._tendons[name] = self._joints_of(element)
-                rest = tendon.at(self._rests) if ends[0] < 0 else float(ends[0])
-                self._pull(name, tendon, stiffness, rest, damping)
-            elif stiffness or damping:
-                self._stretch(element, name, stiffness, ends[0], damping)
+                if armature:
+                    self._load_tendon(element, tendon, armature)
+                if (ends == -1).all():
+                    ends[:] = tendon.at(self._rests)
+                self._pull(name, tendon, stiffness, ends, damping)
+                continue
+            if armature:
+                raise self.refuse(element, f"armature of <{element.tag}> is not read")
+            if any(stiffness[1:]) or any(damping[1:]):
+                message = f"polynomials of stiffness or damping of <{element.tag}> are not read"
+                raise self.refuse(element, message)
+            if stiffness[0] or damping[0]:
+                self._stretch(element, name, float(stiffness[0]), ends, float(damping[0]))
+
+    def _load_tendon(self, element: Element, tendon: _Tendon, armature: float) -> None:
+        """Add the armature of a tendon to the one joint along it."""
+        moved = [(joint, factor) for joint, factor in tendon.factors.items() if factor]
+        if len(moved) != 1:
+            raise self.refuse(
+                element, f"armature of <{element.tag}> along several joints is not read"
+            )
+        ((name, factor),) = moved
+        places = {joint.name: k for k, joint in enumerate(self._joints)}
+        joint = self._joints[places[name]]
+        assert isinstance(joint, Single), "tendons run along hinges and slides"
+        self._joints[places[name]] = replace(joint, armature=joint.armature + factor**2 * armature)
 
     def _joints_of(self, element: Element) -> _Tendon:
         factors: dict[str, float] = {}
@@ -932,32 +977,43 @@ class _Reader(Source):
         return _Tendon(factors)
 
     def _pull(
-        self, name: str, tendon: _Tendon, stiffness: float, rest: float, damping: float
+        self, name: str, tendon: _Tendon, stiffness: Array, ends: Array, damping: Array
     ) -> None:
-        """Add the forces of a spring and a damper along joints."""
-        if len(tendon.factors) == 1:
+        """Add the forces of a spring and a damper along joints; between two ends it is slack."""
+        slack = ends[0] != ends[1]
+        simple = not slack and not any(stiffness[1:]) and not any(damping[1:])
+        if simple and len(tendon.factors) == 1:
             ((joint, factor),) = tendon.factors.items()
-            square = factor**2
-            if square * stiffness:
-                spring = JointSpring(f"{name}_spring", joint, square * stiffness, rest / factor)
+            square, rest = factor**2, float(ends[0])
+            if square * stiffness[0]:
+                spring = JointSpring(
+                    f"{name}_spring", joint, float(square * stiffness[0]), rest / factor
+                )
                 self._forces.append(spring)
-            if square * damping:
-                self._forces.append(JointDamper(f"{name}_damper", joint, square * damping))
+            if square * damping[0]:
+                damper = JointDamper(f"{name}_damper", joint, float(square * damping[0]))
+                self._forces.append(damper)
             return
-        if not stiffness and not damping:
+        if not any(stiffness) and not any(damping):
             return
         length = tendon.length({joint: coordinate(joint) for joint in tendon.factors})
         rate = tendon.length({joint: velocity(joint) for joint in tendon.factors})
-        pull = stiffness * (rest - length) - damping * rate
+        low, high = ends.tolist()
+        stretch = length - low
+        if slack:
+            stretch = _positive(length - high) - _positive(low - length)
+        springs = sum(k * stretch ** (n + 1) for n, k in enumerate(stiffness.tolist()) if k)
+        pull = -springs - _resistance(damping, rate)
         for joint, factor in tendon.factors.items():
             if factor:
                 self._forces.append(JointForce(f"{name}_on_{joint}", joint, factor * pull))
-        self.omitted["tendon springs in the energy"] += bool(stiffness)
+        self.omitted["tendon springs in the energy"] += bool(any(stiffness))
 
     def _stretch(
-        self, element: Element, name: str, stiffness: float, rest: float, damping: float
+        self, element: Element, name: str, stiffness: float, ends: Array, damping: float
     ) -> None:
         """Add a spring and a damper between the two sites of a straight tendon."""
+        low, high = ends.tolist()
         sites = [self._sites.get(child.attributes.get("site", "")) for child in element.all("site")]
         if len(element.children) != 2 or len(sites) != 2:
             what = "stiffness" if stiffness else "damping"
@@ -967,17 +1023,22 @@ class _Reader(Source):
         if start is None or end is None:
             raise self.refuse(element, f"<{element.tag}> names a site that is not there")
         (a, at_a), (b, at_b) = start, end
-        if rest < 0:
+        if low == high == -1:
             if any(self._rests[joint] != self._references[joint] for joint in self._rests):
                 raise self.refuse(element, "a tendon at rest where springs are is not read")
             home = {link.name: link.home for link in self._links}
             arm = (home[a] @ at_a)[:3, 3] - (home[b] @ at_b)[:3, 3]
-            rest = float(np.linalg.norm(arm))
-        ends = (a, tuple(at_a[:3, 3].tolist()), b, tuple(at_b[:3, 3].tolist()))
-        if stiffness:
-            self._forces.append(Spring(f"{name}_spring", *ends, stiffness, rest))
+            low = high = float(np.linalg.norm(arm))
+        points = (a, tuple(at_a[:3, 3].tolist()), b, tuple(at_b[:3, 3].tolist()))
+        if stiffness and low == high:
+            self._forces.append(Spring(f"{name}_spring", *points, stiffness, low))
+        elif stiffness:
+            length = coordinate(DISTANCE)
+            beyond = _positive(length - high) ** 2 + (_positive(low - length) ** 2 if low else 0.0)
+            V = stiffness * beyond / 2
+            self._forces.append(CentralForce(f"{name}_spring", *points, V))
         if damping:
-            self._forces.append(Damper(f"{name}_damper", *ends, damping))
+            self._forces.append(Damper(f"{name}_damper", *points, damping))
 
     def _add_drives(self, root: Element) -> None:
         """Add the rotor inertia and the damping of actuators at the joints they drive."""
@@ -993,13 +1054,16 @@ class _Reader(Source):
                     values[what] = value
             if not values:
                 continue
-            name = texts.get("joint", texts.get("jointinparent", ""))
+            name, factor = texts.get("joint", texts.get("jointinparent", "")), 1.0
+            tendon = self._tendons.get(texts.get("tendon", ""))
+            if tendon is not None and len(tendon.factors) == 1:
+                ((name, factor),) = tendon.factors.items()
             joint = self._joints[joints[name]] if name in joints else None
             if not isinstance(joint, Single):
                 named = " and ".join(values)
                 raise self.refuse(element, f"{named} of <{element.tag}> at no hinge or slide")
             gears = self.split(element, texts.get("gear", "1"), "expected numbers for gear")
-            gear = gears[0] if gears else 1.0
+            gear = factor * (gears[0] if gears else 1.0)
             rotor = gear**2 * values.get("armature", 0.0)
             armature = joint.armature + rotor
             self._joints[joints[name]] = replace(joint, armature=armature)
@@ -1130,15 +1194,15 @@ class _Reader(Source):
             # a rotor of a ball resists turning alike about all axes, as a sphere does
             rotor = self._rotors.get(link.name, 0.0) * np.eye(3)
             whole = Mass(scale * mass.mass, mass.center, scale * mass.inertia + rotor)
+            self._lift("gravcomp", link, mass.center, link.lift * whole.mass)
+            if load := self._carried_along.get(link.name, 0.0):
+                # that of a free joint resists the origin's acceleration as a mass there without
+                # weight would
+                whole = sum_masses([whole, Mass(load, np.zeros(3), np.zeros((3, 3)))])
+                self._lift("armature", link, np.zeros(3), load)
             bodies.append(whole.body(link.name, link.visuals))
-            if link.lift:
-                fx, fy, fz = (-link.lift * whole.mass * s.gravity).tolist()
-                x, y, z = mass.center.tolist()
-                lift = Force(f"{link.name}_gravcomp", link.name, (x, y, z), (fx, fy, fz))
-                self._forces.append(lift)
-        omitted = self.list_omissions()
-        if self._rubbing:
-            omitted.append(f"dry friction of {', '.join(self._rubbing)}")
+        if self._drives_lift and any(link.lift for link in self._links):
+            self.omitted["bound of actuators on the compensation of gravity"] += 1
         return Mechanism(
             root.attributes.get("model", "MuJoCo model"),
             tuple(bodies),
@@ -1148,8 +1212,15 @@ class _Reader(Source):
             coordinates=Coordinates((), tuple(follows.items())),
             gravity=tuple(s.gravity.tolist()),
             ground=GROUND,
-            about=f"Read from MJCF, without {', '.join(omitted)}." if omitted else "",
+            about=self.describe(bodies),
         )
+
+    def _lift(self, word: str, link: _Link, point: Array, mass: float) -> None:
+        """Carry the weight of a mass at a point of a body."""
+        if mass:
+            x, y, z = point.tolist()
+            fx, fy, fz = (-mass * self._settings.gravity).tolist()
+            self._forces.append(Force(f"{link.name}_{word}", link.name, (x, y, z), (fx, fy, fz)))
 
 
 def _in_free_joints(force: AnyForce, follows: Mapping[str, Scalar]) -> AnyForce:
@@ -1170,6 +1241,16 @@ def _in_free_joints(force: AnyForce, follows: Mapping[str, Scalar]) -> AnyForce:
             rate = rate + follows[joint].diff(coordinate(leader)) * velocity(leader)
         law = law.subs({velocity(joint): rate})
     return replace(force, force=law)
+
+
+def _positive(x: Scalar) -> Scalar:
+    """A length where it is positive, else zero."""
+    return (x + abs(x)) / 2
+
+
+def _resistance(damping: Array, rate: Scalar) -> Scalar:
+    """Σ cₙ |v|ⁿ v (MuJoCo documentation, "Polynomial stiffness and damping")."""
+    return sum((c * abs(rate) ** n * rate for n, c in enumerate(damping.tolist()) if c), 0.0)
 
 
 def _rename(element: Element, suffix: str) -> Element:

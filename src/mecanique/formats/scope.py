@@ -124,9 +124,11 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
         if form == "SDF" and _idles(mechanism, joint):
             yield f"joint {joint.name}: without effort it has no rotor in SDF"
         body = next(body for body in mechanism.bodies if body.name == joint.child)
-        if isinstance(joint, Fixed) or not is_empty(mechanism, body):
-            continue
-        if scope.massive or (form == "MJCF" and joint.child not in carrying):
+        if body.as_given and form != "URDF":
+            yield f"body {body.name}: no real body has its inertia, and engines of {form} refuse it"
+        light = not mechanism.evaluate(body.mass) > 0
+        bare = scope.massive or (form == "MJCF" and joint.child not in carrying)
+        if light and bare and not isinstance(joint, Fixed):
             yield f"body {body.name}: {form} refuses moving bodies without mass"
     if scope.dialect:
         return

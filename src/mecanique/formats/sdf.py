@@ -31,7 +31,7 @@ from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Sphere, Visual
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import Scalar, coordinate
+from mecanique.model.expression import Scalar, coordinate, symbols_in
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import Force, JointDamper, JointSpring
 from mecanique.model.joint_base import Limits
@@ -179,7 +179,6 @@ class _Reader(Source):
         self._loops: list[Loop] = []
         self._follows: dict[str, Scalar] = {}
         self._gravity = np.array([0.0, 0.0, -9.81])
-        self._rubbing: list[str] = []
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
         root = self.parse(self.file if self.file is not None else str(source))
@@ -689,7 +688,7 @@ class _Reader(Source):
         rest = self._number_in(dynamics, "spring_reference", 0.0)
         damping = self._number_in(dynamics, "damping", 0.0)
         if self._number_in(dynamics, "friction", 0.0):
-            self._rubbing.append(name)
+            self.rubbing.append(name)
         if stiffness:
             self._forces.append(JointSpring(f"{name}_spring", name, stiffness, rest))
         if damping:
@@ -712,6 +711,19 @@ class _Reader(Source):
             offset = self._number_in(mimic, "offset", 0.0)
             reference = self._number_in(mimic, "reference", 0.0)
             self._follows[name] = factor * (coordinate(leader) - reference) + offset
+
+    def _compose_followers(self) -> None:
+        """State each law by joints that follow no others."""
+        for follower in self._follows:
+            for _ in range(len(self._follows)):
+                law = self._follows[follower]
+                (leader,) = symbols_in(law) or {""}
+                if leader not in self._follows:
+                    break
+                put = {coordinate(leader): self._follows[leader]}
+                self._follows[follower] = law.subs(put)
+            else:
+                raise InputError(f"joint {follower!r} would follow itself by its mimics")
 
     def _pitch(self, element: Element) -> float:
         """Advance per radian; `thread_pitch` is the old form, in rad/m and left-handed."""
@@ -772,12 +784,12 @@ class _Reader(Source):
                 self._forces.append(lift)
         singles = {joint.name for joint in self._joints}
         for follower, law in self._follows.items():
-            missing = {str(symbol) for symbol in law.free_symbols} - singles
+            missing = symbols_in(law) - singles
             if missing:
-                raise InputError(f"joint {follower!r} mimics {missing.pop()!r}, which is not there")
-        omitted = self.list_omissions()
-        if self._rubbing:
-            omitted.append(f"dry friction of {', '.join(self._rubbing)}")
+                raise InputError(f"joint {follower!r} mimics {min(missing)!r}, which is not there")
+        self._compose_followers()
+        light = [link.name for link in self._links if link.weightless and not link.static]
+        weight = f"<gravity> of {', '.join(light)} is off, which Drake ignores." if light else ""
         x, y, z = self._gravity.tolist()
         return Mechanism(
             name,
@@ -788,5 +800,5 @@ class _Reader(Source):
             coordinates=Coordinates((), tuple(self._follows.items())),
             gravity=(x, y, z),
             ground=GROUND,
-            about=f"Read from SDF, without {', '.join(omitted)}." if omitted else "",
+            about=self.describe(bodies, *filter(None, [weight])),
         )

@@ -124,7 +124,7 @@ class _Writer:
         if body.name in self._lifted:
             inside.append(Tag("gravity", content="0"))
         evaluate = self._mechanism.evaluate_all
-        if not is_empty(self._mechanism, body):
+        if self._mechanism.evaluate(body.mass) > 0:  # SDF states no other masses
             where = f"body {body.name!r}"
             names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
             entries = zip(names, evaluate(body.inertia), strict=True)

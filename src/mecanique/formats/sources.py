@@ -15,6 +15,8 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
+from mecanique.model.bodies import Body
+from mecanique.model.mechanism.validation import inertia_fault
 from mecanique.model.placement import Placement, rpy_of
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
@@ -31,6 +33,7 @@ class Source:
     def __init__(self, file: Path | None, format_name: str) -> None:
         self.file = file
         self.omitted: Counter[str] = Counter()
+        self.rubbing: list[str] = []  # joints with dry friction
         self._format = format_name
         self._files = self._elements = 0
 
@@ -108,9 +111,17 @@ class Source:
         """Return an attribute's number."""
         return float(self.numbers(element, texts, name, (default,), 1)[0])
 
-    def list_omissions(self) -> list[str]:
-        """Say how much of what was left out."""
-        return [f"{count} {what}" for what, count in sorted(self.omitted.items())]
+    def describe(self, bodies: Sequence[Body], *more: str) -> str:
+        """Say what was left out, how much of it, and what else is to be known."""
+        omitted = [f"{count} {what}" for what, count in sorted(self.omitted.items())]
+        if self.rubbing:
+            omitted.append(f"dry friction of {', '.join(self.rubbing)}")
+        said = [f"Read from {self._format}, without {', '.join(omitted)}."] if omitted else []
+        said += more
+        for body in bodies:
+            fault = inertia_fault(body.mass, body.inertia) if body.as_given else None
+            said += [f"Body {body.name!r}: {fault}; engines refuse or replace it."] if fault else []
+        return " ".join(said)
 
 
 def placement_at(pose: Array) -> Placement:
@@ -123,7 +134,7 @@ def unit_vector(vector: Array | Sequence[float]) -> Array:
     """Return a direction as a vector of length one."""
     length = float(np.linalg.norm(vector))
     if not length > 1e-14:
-        raise InputError(f"expected a direction with a length, got {list(vector)}")
+        raise InputError(f"expected a direction with a length, got {np.array(vector).tolist()}")
     return np.asarray(vector, dtype=float) / length
 
 

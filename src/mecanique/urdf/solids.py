@@ -15,6 +15,7 @@ from mecanique.model.bodies import Body
 from mecanique.model.bodies.shape import Shape
 from mecanique.model.bodies.tensor import entries_of
 from mecanique.model.bodies.visuals import Visual
+from mecanique.model.mechanism.validation import inertia_fault
 
 Corners: TypeAlias = Array
 """Triangles by their corners, shape (m, 3, 3)."""
@@ -35,10 +36,11 @@ class Mass:
         return Mass(self.mass, turn @ self.center + pose[:3, 3], turn @ self.inertia @ turn.T)
 
     def body(self, name: str, visuals: Sequence[Visual] = ()) -> Body:
-        """Return a body with this mass."""
+        """Return a body with this mass, its inertia as given even if no real body has it."""
         x, y, z = self.center.tolist()
         entries: Any = entries_of(self.inertia)
-        return Body(name, Shape(self.mass, (x, y, z), entries, tuple(visuals)))
+        shape = Shape(self.mass, (x, y, z), entries, tuple(visuals))
+        return Body(name, shape, as_given=bool(inertia_fault(self.mass, entries)))
 
 
 def no_mass() -> Mass:

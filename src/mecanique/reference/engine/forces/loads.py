@@ -78,12 +78,16 @@ class _Field:
     def __init__(self, mechanism: Mechanism, potential: Scalar, name: str) -> None:
         import sympy
 
-        x, V = sympy.Symbol(name), sympy.sympify(potential)
-        V = V.subs({sympy.Symbol(letter): value for letter, value in mechanism.values.items()})
+        # a real symbol, so that |x| has the derivative sign(x)
+        x, V = sympy.Symbol(name, real=True), sympy.sympify(potential)
+        values = {sympy.Symbol(letter): value for letter, value in mechanism.values.items()}
+        V = V.subs({**values, sympy.Symbol(name): x})
         self.even = sympy.expand(V - V.subs(x, -x)) == 0
         per_x = sympy.cancel(V.diff(x) / x) if self.even else V.diff(x) / x
-        self._slopes = compile_scalars([V.diff(x), per_x], (name,))
-        self._energy = accept_arrays(compile_scalars([V], (name,)))
+        back = {x: sympy.Symbol(name)}
+        slopes = [part.xreplace(back) for part in (V.diff(x), per_x)]
+        self._slopes = compile_scalars(slopes, (name,))
+        self._energy = accept_arrays(compile_scalars([V.xreplace(back)], (name,)))
 
     def slope(self, x: float) -> float:
         """Return dV/dx."""
