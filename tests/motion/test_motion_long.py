@@ -9,9 +9,11 @@ import pytest
 
 import mecanique as mq
 from mecanique.motion.analysis.trust import estimate_errors
+from mecanique.motion.compile.heyoka import is_installed
 from mecanique.motion.output import report
 from mecanique.motion.output.report import say_uncertain
 from mecanique.motion.record.curve import Curve
+from mecanique.motion.record.extremes import find_bounds, find_maxima
 from mecanique.motion.record.rates import Rates
 
 ADDED = "because the errors of so many add up"
@@ -182,6 +184,24 @@ def test_an_orbit_by_default_is_where_kepler_puts_it(duration: float) -> None:
     assert abs(motion["phi"][-1] - true) < 3 * error < 6e-5
     assert printed == pytest.approx(motion["phi"][-1], abs=error)
     assert len(motion.curve.t) < 3.1 * motion.statistics.steps, "no finer than was asked for"
+
+
+@pytest.mark.skipif(not is_installed(), reason="heyoka is not installed")
+def test_a_summary_of_a_long_series_needs_no_curve_through_all_of_it() -> None:
+    """Extremes of Kepler's orbit with e = 0.6 from the samples about them: 1 … 4, μ = 10."""
+    orbit = mq.textbook.load("kepler_orbit")
+    motion = mq.simulate(
+        orbit, q={"r": 1.0}, v={"phi": 4.0}, duration=200.0, fps=120.0, method="taylor"
+    )
+    bounds = find_bounds(motion)
+    assert "curve" not in vars(motion)
+    # the errors of its steps add up to 2e-7, those between steps to 5e-8
+    known = [4.0, 4.0, 1.5, -1.0, -0.25, 1.5]
+    np.testing.assert_allclose(bounds[[1, 2, 3, 5, 6, 7]], known, rtol=0, atol=5e-7)
+    motion.summary()
+    assert "curve" not in vars(motion)
+    whole = find_maxima(motion.curve, lambda t, q, v: np.hstack([q, v, -q, -v])).values
+    np.testing.assert_allclose(bounds, whole, rtol=0, atol=1e-7)
 
 
 def test_a_summary_says_why_errors_are_not_known(

@@ -7,8 +7,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.model.states import States
-from mecanique.motion.compile.admission import require_agreement
-from mecanique.motion.compile.derive import program_of
+from mecanique.motion.compile.derive import program_of, require_agreement
 from mecanique.motion.compile.python import overwriting, owning, scalar, vectorize
 from mecanique.program.tape import Tape
 from mecanique.reference import Reference

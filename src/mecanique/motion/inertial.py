@@ -300,21 +300,22 @@ def inertial_check(
     )
 
 
+def _compare(name: str, unit: str, t: np.ndarray, size: float, change: np.ndarray) -> InertialRow:
+    """The row of a quantity by what it changes at times t."""
+    at = int(change.argmax())
+    return InertialRow(name, size, float(change[at]), unit, float(t[at]))
+
+
 def _coordinate_rows(still: Motion, turning: Motion, count: int) -> list[InertialRow]:
-    rows, unit = [], units(still.mechanism)
-    for k, name in enumerate(still.mechanism.coordinates):
-        change = np.abs(turning.q[:count, k] - still.q[:count, k])
-        at = int(change.argmax())
-        rows.append(
-            InertialRow(
-                name,
-                float(np.ptp(still.q[:, k])),
-                float(change[at]),
-                unit[name],
-                float(still.t[at]),
-            )
+    unit = units(still.mechanism)
+    return [
+        _compare(
+            name, unit[name], still.t, float(np.ptp(before)), np.abs(after[:count] - before[:count])
         )
-    return rows
+        for name, before, after in zip(
+            still.mechanism.coordinates, still.q.T, turning.q.T, strict=True
+        )
+    ]
 
 
 def _reaction_rows(
@@ -333,14 +334,9 @@ def _reaction_rows(
             before = getattr(at_rest, what)[:count]
             after = np.einsum("nij,nj->ni", back, getattr(on_earth, what)[:count])
             change = np.linalg.norm(after - before, axis=1)
-            at = int(change.argmax())
             size = float(np.linalg.norm(before, axis=1).max())
-            if max(size, float(change[at])) > 1e-12:
-                rows.append(
-                    InertialRow(
-                        f"{what} in {joint.name}", size, float(change[at]), unit, float(still.t[at])
-                    )
-                )
+            if max(size, change.max()) > 1e-12:
+                rows.append(_compare(f"{what} in {joint.name}", unit, still.t, size, change))
     return rows
 
 
@@ -351,16 +347,11 @@ def _period_rows(still: Motion, turning: Motion) -> list[InertialRow]:
         if f"{name}'" not in still.mechanism.velocities:
             continue
         before, after = (_maxima(motion, name) for motion in (still, turning))
-        count = min(len(before), len(after))
-        if count > 1:
-            first, second = (
-                (times[count - 1] - times[0]) / (count - 1) for times in (before, after)
-            )
-            rows.append(
-                InertialRow(
-                    f"period of {name}", first, abs(second - first), "s", float(still.t[-1])
-                ),
-            )
+        count = min(len(before), len(after)) - 1
+        if count > 0:
+            first, second = ((times[count] - times[0]) / count for times in (before, after))
+            change = np.array([abs(second - first)])
+            rows.append(_compare(f"period of {name}", "s", still.t[-1:], first, change))
     return rows
 
 

@@ -20,10 +20,10 @@ from mecanique.motion.analysis.energies import Energies, energies, losses
 from mecanique.motion.output.plot import plot
 from mecanique.motion.output.report import summary
 from mecanique.motion.output.storage import load, save, to_csv, to_frame, to_parquet
-from mecanique.motion.record.curve import Curve, Times
+from mecanique.motion.record.curve import Curve, State, Times
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence, break_names
 from mecanique.motion.record.loops import Beginning, ClosedLoops, begin_on_loops
-from mecanique.motion.record.trajectory import Statistics, Trajectory
+from mecanique.motion.record.trajectory import LaterCurve, Statistics, Trajectory
 from mecanique.motion.simulation.choice import COMPILED
 from mecanique.motion.simulation.integrate import (
     failure,
@@ -368,8 +368,10 @@ def simulate(
     if break_names(mechanism):
         path = path if isinstance(path, Curve) else path()
         known = {event.name for event in events}
-        breaks = find_breaks(mechanism, reference, path)
+        breaks = find_breaks(reference, path)
         happened += tuple(end for end in breaks if end.name not in known)
+    if not isinstance(path, Curve):
+        path = LaterCurve(State(t0, start[: mechanism.nq], start[mechanism.nq :]), path)
     modes: tuple[ModeSpan, ...] = ()
     if corners is not None:
         path = path if isinstance(path, Curve) else path()

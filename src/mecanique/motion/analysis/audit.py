@@ -195,10 +195,9 @@ def _contacts(motion: Trajectory) -> tuple[list[AuditRow], tuple[FrictionNeed, .
 
     def measure(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         columns = []
-        for pressed in pressings(motion.reference, q, v, t):
-            N = pressed.normal
+        for N, friction in pressings(motion.reference, q, v, t):
             with np.errstate(all="ignore"):
-                columns += [-N, np.abs(N), np.where(N > 0, pressed.friction / N, np.nan)]
+                columns += [-N, np.abs(N), np.where(N > 0, friction / N, np.nan)]
         return np.column_stack(columns)
 
     names = [

@@ -12,9 +12,9 @@ from mecanique.arrays import median
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.python import Batched, vectorize
-from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.spot_check import spot_check
+from mecanique.motion.record.trajectory import states_at
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
@@ -85,14 +85,13 @@ def energies(motion: Trajectory, times: np.ndarray) -> Energies:
     Mechanics, 1950, sect. 2-6; Whittaker, Analytical Dynamics, 1904, art. 41). The integral is
     taken along the motion by quadrature of order 12 on its steps, halved where it needs that.
     """
-    reference, curve = motion.reference, motion.curve
-    state = curve(times)
+    reference, state = motion.reference, states_at(motion, times)
     (parts,) = spot_check(
         lambda: [np.transpose(reference.quick_energies(state.q, state.v, times))],
         lambda at: [np.transpose(reference.energy(state.q[at], state.v[at], times[at]))],
         len(times),
     )
-    work = _work(motion.mechanism, reference, curve, times)
+    work = _work(motion, times)
     work = work - sum(_losses_at_impacts(motion, times).values())
     kinetic, gravity, springs = parts.T
     loads = _stored_in_loads(motion.mechanism, state.q)
@@ -174,9 +173,8 @@ class _Power:
         return vectorize(power_of(self.reference.mechanism))
 
 
-def _work(
-    mechanism: Mechanism, reference: Reference, curve: Curve, times: np.ndarray
-) -> np.ndarray:
+def _work(motion: Trajectory, times: np.ndarray) -> np.ndarray:
+    mechanism, reference = motion.mechanism, motion.reference
     free = tuple(force for force in mechanism.forces if not force.conservative)
     rheonomic = is_rheonomic(mechanism)
     work: np.ndarray = np.zeros(len(times))
@@ -194,10 +192,11 @@ def _work(
             else Reference(replace(mechanism, forces=free))
         )
 
-        work = work + integral(curve, _Power(others), times)[:, 0]
+        work = work + integral(motion.curve, _Power(others), times)[:, 0]
     if not rheonomic:
         return work
 
+    curve = motion.curve
     lengths = curve.t[curve.intervals + 1] - curve.t[curve.intervals]
     h = TIME_STEP * median(lengths) if len(lengths) else 1.0
 

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from mecanique.arrays import spread
 from mecanique.errors import InputError
 from mecanique.motion.record.loops import ClosedLoops
+from mecanique.motion.record.trajectory import start_of
 from mecanique.motion.simulation.choice import COMPILED, Choice, first_choice, method_in
 from mecanique.motion.simulation.integrate import failure, integrate
 from mecanique.motion.simulation.integrators.methods import (
@@ -33,6 +35,9 @@ SMALLER = 100.0
 LARGER = 4.0
 """The same of the quick estimate, how many times larger: less work than the motion was, and errors
 so many times larger, as they go with the tolerance, so that the difference bounds the motion's."""
+
+MOST_COMPARED = 2000
+"""The quick estimate looks at so many of the samples."""
 
 STRETCHES = 60
 """Number of stretches over which the departure is averaged."""
@@ -75,7 +80,7 @@ def trust(motion: Trajectory, accuracy: float) -> Trust:
     each stretch (Benettin, Galgani & Strelcyn, Phys. Rev. A 14 (1976) 2338).
     """
     begin, end = float(motion.curve.t[0]), float(motion.curve.t[-1])
-    finer = _integrate_again(motion, 1 / SMALLER)
+    finer = _integrate_again(motion, motion.t, 1 / SMALLER)
     states = np.hstack([motion.q, motion.v])[: len(finer)]
     size = np.maximum(np.abs(states).max(axis=0), NO_STATE + np.abs(states).max() * 1e-3)
     error = np.abs((states - finer[: len(states)]) / size).max(axis=1)
@@ -87,17 +92,18 @@ def trust(motion: Trajectory, accuracy: float) -> Trust:
 
 def estimate_errors(motion: Trajectory) -> np.ndarray:
     """Return how far each of (q, v) may be off anywhere, by steps to a larger tolerance."""
-    states = np.hstack([motion.q, motion.v])
-    coarser = _integrate_again(motion, LARGER)
+    seen = spread(len(motion.t), MOST_COMPARED)
+    states = np.hstack([motion.q, motion.v])[seen]
+    coarser = _integrate_again(motion, motion.t[seen], LARGER)
     errors: np.ndarray = np.abs(states[: len(coarser)] - coarser[: len(states)]).max(axis=0)
     return errors
 
 
-def _integrate_again(motion: Trajectory, factor: float) -> np.ndarray:
-    """The states (q, v) at the motion's samples, from its start by another tolerance."""
+def _integrate_again(motion: Trajectory, times: np.ndarray, factor: float) -> np.ndarray:
+    """The states (q, v) at times of a motion [s], from its start by another tolerance."""
     mechanism, reference, statistics = motion.mechanism, motion.reference, motion.statistics
-    begin, end = float(motion.curve.t[0]), float(motion.curve.t[-1])
-    start = np.concatenate([motion.curve.q[0], motion.curve.v[0]])
+    first = start_of(motion)
+    begin, end, start = float(first.t), float(times[-1]), np.concatenate([first.q, first.v])
     ends = limit_events(mechanism, start)
     events = (*(motion.watched or ()), *ends)
     problem = Problem(
@@ -107,7 +113,7 @@ def _integrate_again(motion: Trajectory, factor: float) -> np.ndarray:
         start=start,
         t0=begin,
         end=end,
-        times=motion.t,
+        times=times,
         rtol=statistics.rtol,
         atol=statistics.atol,
         max_step=longest_step(mechanism, end - begin, None, events),

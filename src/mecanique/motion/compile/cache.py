@@ -49,7 +49,7 @@ class CompiledMotion:
             mechanism = self._mechanism()
             assert mechanism is not None, "who asks holds the mechanism"
             try:
-                from mecanique.motion.compile.admission import admit
+                from mecanique.motion.compile.derive import admit
 
                 self._program, self._make = admit(mechanism, reference)
             except DerivationError as error:

@@ -1,4 +1,4 @@
-"""Derive the program of a mechanism's motion.
+"""Derive the program of a mechanism's motion, and admit it if it agrees with the reference.
 
 It comes from the closed form. Those of mechanisms with loops come from the recursion along
 the tree, with the multipliers of the loops solved for in the program; another part of it brings a
@@ -7,13 +7,17 @@ state back onto the loops.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from copy import copy
 from math import inf
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from mecanique.derivation import derive
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import loops_of
+from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.articulated import Articulated, articulate
 from mecanique.generation.mechanics.closed_form import ClosedFormProgram
 from mecanique.generation.mechanics.constrained import FactorizedConstraints, landing_of
@@ -21,10 +25,19 @@ from mecanique.generation.mechanics.dynamics import Tree
 from mecanique.generation.program import LoopProjection
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.motion.compile.program import RatesProgram, is_long_chain
+from mecanique.motion.compile.program import SAMPLES, RatesProgram, is_long_chain
+from mecanique.motion.compile.python import overwriting, owning
+from mecanique.motion.record.curve import RightHandSide
 from mecanique.program.solving import factorize
 from mecanique.program.tape import Value
 from mecanique.program.traced import values_of
+from mecanique.verification.rounding import rounding
+from mecanique.verification.rows import rows_of
+from mecanique.verification.states import random_states
+from mecanique.verification.verdict import TOLERANCE
+
+if TYPE_CHECKING:
+    from mecanique.reference import Reference
 
 MOST = 100_000
 """Operations of a closed mechanism's program; a longer one is no faster than the reference."""
@@ -82,3 +95,66 @@ def _solve_loops(letters: Letters, states: States | None) -> tuple[list[Value], 
     drive = [Q - h for Q, h in zip(tree.forces(), tree.bias(), strict=True)]
     rates = [*letters.rates, *constrained.solve(drive).acceleration]
     return values_of(rates), landing_of(letters, loops, constrained)
+
+
+_FEW = 4
+"""Loops of mechanisms with more velocities are closed from random positions one by one for longer
+than all their equations take to derive."""
+
+
+class Admitted(NamedTuple):
+    """A program that may be used."""
+
+    program: RatesProgram
+    # makes functions of it, each of which overwrites its last answer
+    make: Callable[[], RightHandSide]
+
+
+def require_agreement(
+    mechanism: Mechanism,
+    reference: Reference,
+    accelerations: Callable[[States], np.ndarray],
+    source: str,
+    states: States | None = None,
+) -> None:
+    """Compare accelerations with the reference's at random states, as strictly as `verify` does."""
+    if states is None:
+        states = random_states(mechanism, SAMPLES, 0)
+    theirs = {
+        "mass matrix": np.asarray(reference.mass_matrix(states.q, states.t)),
+        "bias": np.asarray(reference.bias(states.q, states.v, states.t)),
+        "forces": np.asarray(reference.forces(states.q, states.v, states.t)),
+        "acceleration": np.asarray(reference.acceleration(states.q, states.v, states.t)),
+    }
+    most = rounding(mechanism, states, theirs)
+    ours = {"acceleration": accelerations(states)}
+    (row,) = rows_of((source, "reference"), ours, theirs, states, mechanism, rounding=most)
+    if not row.worst <= max(TOLERANCE, row.rounding):
+        raise DerivationError(
+            f"the {source} of {mechanism.name!r} and the reference disagree: accelerations "
+            f"differ by {row.worst:.1e} at q = {list(row.q)}; "
+            "verify(mechanism) shows what else does"
+        )
+
+
+def admit(mechanism: Mechanism, reference: Reference) -> Admitted:
+    """Derive a mechanism's equations as a program, and return it if the reference agrees."""
+    many = SAMPLES if mechanism.constrained else 0
+    far = mechanism.nv > _FEW
+    states = random_states(mechanism, many, 0, lot=many, walk=far) if many else None
+    program = program_of(mechanism, states=states)
+    make = overwriting(program)
+    rhs = owning(make())
+
+    def accelerations(states: States) -> np.ndarray:
+        rows = zip(states.q, states.v, states.t.tolist(), strict=True)
+        try:
+            return np.array([rhs(t, np.concatenate([q, v]))[mechanism.nq :] for q, v, t in rows])
+        except (ArithmeticError, ValueError) as error:
+            raise DerivationError(
+                f"the closed form of {mechanism.name!r} is not defined everywhere: {error}"
+            ) from error
+
+    source = "closed form" if program.landing is None else "program"
+    require_agreement(mechanism, reference, accelerations, source, states)
+    return Admitted(program, make)

@@ -51,12 +51,11 @@ class Part:
     def __len__(self) -> int:
         return len(self.q)
 
-    def take(self, first: int, count: int) -> Part:
-        """Return at most `count` of its runs, from the index `first`."""
-        some = slice(first, first + count)
+    def take(self, some: slice | list[int]) -> Part:
+        """Return some of its runs."""
         return replace(
             self,
-            first=first,
+            first=some.start if isinstance(some, slice) else some[0],
             q=self.q[some],
             v=self.v[some],
             parameters={symbol: values[some] for symbol, values in self.parameters.items()},
@@ -230,13 +229,7 @@ def _integrate_in_c(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.nd
         states[piece], steps[piece] = solution, np.where(whole, taken, -taken - 1)
         left += piece[~whole & ~endless].tolist()
     if left:
-        again = replace(
-            part,
-            q=part.q[left],
-            v=part.v[left],
-            parameters={symbol: column[left] for symbol, column in part.parameters.items()},
-        )
-        states[left], steps[left] = _single(again, mechanism)
+        states[left], steps[left] = _single(part.take(left), mechanism)
     return states, steps
 
 
@@ -249,8 +242,7 @@ def _close_starts(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndar
 
     t0 = float(part.times[0])
     for k, (q, v) in enumerate(zip(part.q, part.v, strict=True)):
-        numbers = {symbol: float(values[k]) for symbol, values in part.parameters.items()}
-        changed = mechanism.replace(**numbers) if numbers else mechanism
+        changed = vary(mechanism, part.parameters, k)
         try:
             starts[k] = begin_on_loops(Reference.of(changed), q, v, t0).state
         except MecaniqueError:
@@ -267,11 +259,10 @@ def _single(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
     steps = np.zeros(len(part), dtype=int)
     begin, end = float(part.times[0]), float(part.times[-1])
     for k, (q, v) in enumerate(zip(part.q, part.v, strict=True)):
-        numbers = {symbol: float(values[k]) for symbol, values in part.parameters.items()}
         states[k, 0] = np.concatenate([q, v])
         try:
             motion = simulate(
-                mechanism.replace(**numbers) if numbers else mechanism,
+                vary(mechanism, part.parameters, k),
                 q=q,
                 v=v,
                 t0=begin,
@@ -288,6 +279,12 @@ def _single(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
             continue
         states[k], steps[k] = np.hstack([motion.q, motion.v]), motion.statistics.steps
     return states, steps
+
+
+def vary(mechanism: Mechanism, parameters: Mapping[str, np.ndarray], run: int) -> Mechanism:
+    """Return the mechanism of a run, with its values of the parameters."""
+    numbers = {symbol: float(values[run]) for symbol, values in parameters.items()}
+    return mechanism.replace(**numbers) if numbers else mechanism
 
 
 def threads_here() -> int:

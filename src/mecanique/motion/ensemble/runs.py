@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import zipfile
-import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,8 +15,8 @@ import numpy as np
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.ensemble.chunks import Chunk
-from mecanique.motion.output.storage import provenance
+from mecanique.motion.ensemble.chunks import Chunk, vary
+from mecanique.motion.output.storage import DAMAGED, provenance, read_arrays
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
@@ -91,8 +89,8 @@ class Store:
             return self._chunks[first]
         path = self._path(first)
         try:
-            with np.load(path, allow_pickle=False) as arrays:
-                parts = [arrays[name] for name in ("q", "v", "steps")]
+            arrays = read_arrays(path)
+            parts = [arrays[name] for name in ("q", "v", "steps")]
             for part, (runs, *shape) in zip(parts, self._shapes, strict=True):
                 expected = (min(self._size, runs - first), *shape)
                 if part.shape != expected or part.dtype.kind not in "fi":
@@ -100,16 +98,7 @@ class Store:
                         f"expected numbers of shape {expected}, got {part.dtype} of {part.shape}"
                     )
             return Chunk(first, *parts)
-        except (
-            EOFError,
-            KeyError,
-            MemoryError,
-            NotImplementedError,
-            OSError,
-            ValueError,
-            zipfile.BadZipFile,
-            zlib.error,
-        ) as error:
+        except (InputError, *DAMAGED) as error:
             raise InputError(
                 f"{str(path)!r} cannot be read ({error}); delete it and run again"
             ) from error
@@ -226,7 +215,6 @@ class Runs:
             raise InputError(
                 f"expected the index of one of {say_count(len(self), 'run')}, got {index!r}"
             )
-        numbers = {symbol: float(values[index]) for symbol, values in self.parameters.items()}
         nq = self.mechanism.nq
         span = {
             "t0": float(self.t[0]),
@@ -234,7 +222,7 @@ class Runs:
             "rtol": self.rtol,
         }
         return simulate(
-            self.mechanism.replace(**numbers) if numbers else self.mechanism,
+            vary(self.mechanism, self.parameters, index),
             q=self.start[index, :nq],
             v=self.start[index, nq:],
             **{**span, **options},

@@ -22,18 +22,17 @@ from mecanique.errors import (
 )
 from mecanique.generation.targets.c import compiler
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.state_space import by_leaders
 from mecanique.model.states import States, list_left_out
-from mecanique.model.values import whole
-from mecanique.motion.compile.admission import require_agreement
+from mecanique.model.values import column_of, numbers_of, whole
 from mecanique.motion.compile.costs import NUMPY, estimate_series_of
-from mecanique.motion.compile.derive import program_of
+from mecanique.motion.compile.derive import program_of, require_agreement
 from mecanique.motion.compile.heyoka import is_installed
 from mecanique.motion.compile.program import SAMPLES, RatesProgram
 from mecanique.motion.compile.python import vectorize
 from mecanique.motion.compile.stepper import can_compile, refuse_signals
-from mecanique.motion.ensemble.chunks import Part, run_part, threads_here
+from mecanique.motion.ensemble.chunks import Part, run_part, threads_here, vary
 from mecanique.motion.ensemble.runs import Runs, Store, identity
-from mecanique.motion.ensemble.starts import sweep
 from mecanique.motion.simulation.problem import refuse_still, sample_times, span_and_tolerances
 from mecanique.verification.states import random_states
 from mecanique.wording import say_count
@@ -128,7 +127,7 @@ def simulate_many(
     times = np.union1d([t0], sample_times(t0, end, 60.0, samples))
     if times[-1] < end:
         times = np.append(times, end)
-    start, varied = sweep(mechanism, q, v, parameters)
+    start, varied = _sweep(mechanism, q, v, parameters)
     if method not in ("auto", *_TITLES):
         raise UnknownNameError("method", method, ("auto", *_TITLES))
     max_steps = whole(max_steps, "max_steps")
@@ -168,10 +167,46 @@ def simulate_many(
         max_steps=max_steps,
         threads=threads_here() if executor is None else 1,
     )
-    parts = (every.take(k, size) for k in range(0, len(start), size) if k not in store)
+    parts = (every.take(slice(k, k + size)) for k in range(0, len(start), size) if k not in store)
     done = _here(parts, store) if executor is None else _elsewhere(parts, store, executor)
     _finish(runs, done, progress, directory)
     return runs
+
+
+def _sweep(
+    mechanism: Mechanism, q: Any, v: Any, parameters: Any
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return the starts of all runs, shape (n, nq + nv), and given parameters, shape (n,) each."""
+    names = mechanism.coordinates.names
+    q = by_leaders(mechanism, q, names)
+    positions = numbers_of(q, names, "coordinate", mechanism.neutral(), many=True)
+    rates = mechanism.velocity(v, many=True)
+    given = {} if parameters is None else parameters
+    if not isinstance(given, Mapping):
+        raise InputError(f"expected parameters by symbol, got {parameters!r}")
+    for symbol in given:
+        if symbol not in mechanism.values:
+            raise UnknownNameError("parameter", symbol, mechanism.values)
+    varied = {symbol: column_of(values, f"parameter {symbol}") for symbol, values in given.items()}
+    lengths = {len(x) for x in (positions, rates) if x.ndim == 2}
+    lengths |= {len(x) for x in varied.values() if x.ndim}
+    if len(lengths) > 1:
+        raise InputError(
+            f"expected one number of runs in q, v and parameters, got {sorted(lengths)}"
+        )
+    n = lengths.pop() if lengths else 1
+    if not n:
+        raise InputError("expected at least one run, got none")
+    parts = (np.broadcast_to(x, (n, x.shape[-1])) for x in (positions, rates))
+    start = np.concatenate([*parts], axis=1)
+    varied = {
+        symbol: np.ascontiguousarray(np.broadcast_to(x, (n,))) for symbol, x in varied.items()
+    }
+    for values in varied.values():
+        for index in {int(np.argmin(values)), int(np.argmax(values))}:
+            mechanism.replace(**{name: float(x[index]) for name, x in varied.items()})
+    mechanism.normalize(start[:, : mechanism.nq])
+    return start, varied
 
 
 def _finish(
@@ -322,10 +357,9 @@ def _compare(mechanism: Mechanism, program: RatesProgram, varied: Mapping[str, n
         extremes |= {int(np.argmin(values)), int(np.argmax(values))}
     compared, useless = False, None
     for index in sorted(extremes):
-        numbers = {symbol: float(values[index]) for symbol, values in varied.items()}
-        changed = mechanism.replace(**numbers) if numbers else mechanism
+        changed = vary(mechanism, varied, index)
 
-        def accelerations(states: States, numbers: dict[str, float] = numbers) -> np.ndarray:
+        def accelerations(states: States, numbers: dict[str, float] = changed.values) -> np.ndarray:
             Y = np.hstack([states.q, states.v]).T
             out = np.empty((mechanism.nq + mechanism.nv, len(states)))
             rhs = vectorize(program, [np.array(numbers[symbol]) for symbol in program.open])

@@ -13,7 +13,7 @@ import numpy as np
 from mecanique.errors import DerivationError, InputError, IntegrationError, UnknownNameError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.mechanism_units import add_unit, units
+from mecanique.model.mechanism_units import add_unit, characteristic_length, units
 from mecanique.motion.linear.equilibrium import drop_disturbances
 from mecanique.motion.motion import Motion, simulate
 from mecanique.motion.output.plot import new_figure
@@ -42,7 +42,6 @@ from mecanique.wording import Legible, write_table
 if TYPE_CHECKING:
     from mecanique.derivation.linear import Linearized
     from mecanique.derivation.printing.writers import Equation
-    from mecanique.reference import Reference
 
 
 @final
@@ -262,7 +261,14 @@ class Linearization(Legible):
         Raises:
             InputError: if a value is not what is expected, or ω is an undamped natural frequency.
         """
-        return response(self, force, frequencies)
+        if frequencies is None:
+            highest = float(self.frequencies.max(initial=0.0)) or 1.0
+            # none of them is a rational multiple of the highest natural frequency with a small
+            # denominator
+            frequencies = np.linspace(0.0, 2 * highest, SAMPLES + 1)[1:] * (1 - 1e-4 / np.pi)
+        omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
+        X = frequency_response(self, force, omega)
+        return Response(self.deviations, self.units, omega, X)
 
     def motion(
         self,
@@ -284,7 +290,29 @@ class Linearization(Legible):
         Raises:
             InputError: if there is no such mode, or it does not oscillate.
         """
-        return mode_motion(self, mode, amplitude, periods=periods, fps=fps)
+        begin = perf_counter()
+        chosen = _Mode.of(self, mode)
+        size = chosen.usual if amplitude is None else finite(amplitude, "the amplitude")
+        duration = finite(periods, "the number of periods") * chosen.period
+        if not duration > 0:
+            raise InputError(f"expected a positive number of periods, got {periods!r}")
+        times = sample_times(0.0, duration, fps, None)  # refuses too many
+        count = max(5, int(np.ceil(duration / chosen.period * NODES)) + 1)
+        nodes = np.linspace(0.0, duration, count)
+        q, v, a = chosen.move_on_loops(size, nodes)
+        rates = Rates.of(self.mechanism)
+        curve = Curve(t=nodes, q=q, v=v, a=a, breaks=np.array([0]), rates=rates)
+        q, v, _ = chosen.move_on_loops(size, times)
+        return Motion(
+            mechanism=self.mechanism,
+            t=times,
+            q=q,
+            v=v,
+            path=curve,
+            method=f"mode {chosen.index + 1} of the linear equations, "
+            f"{1 / chosen.period:.6g} Hz, amplitude {size:.4g}",
+            statistics=Statistics(0, 0, perf_counter() - begin, 0.0, 0.0),
+        )
 
     def compare(
         self, amplitude: float | None = None, *, mode: int | None = None, tolerance: float = 0.01
@@ -301,7 +329,37 @@ class Linearization(Legible):
             InputError: if there is no such mode, it does not oscillate, or the state is no
                 equilibrium.
         """
-        return compare(self, amplitude, mode=mode, tolerance=tolerance)
+        tolerance = finite(tolerance, "the tolerance")
+        if not 0 < tolerance < 1:
+            raise InputError(f"expected a tolerance in 0…1, got {tolerance:g}")
+        if not self.at_equilibrium:
+            raise InputError(
+                "expected a linearization about an equilibrium; "
+                "look for one with equilibria(mechanism)"
+            )
+        if self.mechanism.constrained:
+            raise InputError(
+                "expected a mechanism without loops to compare its linear and exact motion"
+            )
+        undisturbed = replace(self, mechanism=drop_disturbances(self.mechanism))
+        chosen = _Mode.of(undisturbed, mode)
+        limit = _limit(chosen.differ, chosen.usual, tolerance)
+        if amplitude is None:
+            amplitude = limit if np.isfinite(limit) else chosen.usual
+        amplitude = finite(amplitude, "the amplitude")
+        if not amplitude > 0:
+            raise InputError(f"expected a positive amplitude, got {amplitude:g}")
+        motion = chosen.move_exactly(amplitude, 2 * chosen.period, samples=241)
+        linear, _, _ = chosen.move(amplitude, motion.t - self.t)
+        return Comparison(
+            linearization=undisturbed,
+            mode=chosen.index,
+            amplitude=amplitude,
+            tolerance=tolerance,
+            limit=limit,
+            motion=motion,
+            linear=linear,
+        )
 
     def _repr_html_(self) -> str:
         head = ["ω [rad/s]", "damping", *map(add_unit, self.deviations, self.units)]
@@ -368,106 +426,118 @@ ANGLE = 0.2
 """Amplitude that is easily seen [rad]."""
 
 
-def mode_motion(
-    linearization: Linearization,
-    mode: int | None,
-    amplitude: float | None,
-    *,
-    periods: float,
-    fps: float,
-) -> Motion:
-    """Return a mode, the slowest that oscillates by default, as a motion."""
-    begin = perf_counter()
-    mode = slowest(linearization) if mode is None else mode
-    root, _ = chosen_mode(linearization, mode)
-    size = (
-        usual_amplitude(linearization, mode)
-        if amplitude is None
-        else finite(amplitude, "the amplitude")
-    )
-    period = 2 * np.pi / abs(root.imag)
-    duration = finite(periods, "the number of periods") * period
-    if not duration > 0:
-        raise InputError(f"expected a positive number of periods, got {periods!r}")
-    times = sample_times(0.0, duration, fps, None)  # refuses too many
-    nodes = np.linspace(0.0, duration, max(5, int(np.ceil(duration / period * NODES)) + 1))
-    mechanism, rates = linearization.mechanism, Rates.of(linearization.mechanism)
-    q, v, a = _closed_solution(linearization, mode, size, nodes)
-    curve = Curve(t=nodes, q=q, v=v, a=a, breaks=np.array([0]), rates=rates)
-    q, v, _ = _closed_solution(linearization, mode, size, times)
-    frequency = abs(root.imag) / (2 * np.pi)
-    text = f"mode {mode + 1} of the linear equations, {frequency:.6g} Hz, amplitude {size:.4g}"
-    statistics = Statistics(0, 0, perf_counter() - begin, 0.0, 0.0)
-    return Motion(
-        mechanism=mechanism, t=times, q=q, v=v, path=curve, method=text, statistics=statistics
-    )
+@final
+@dataclass(frozen=True, eq=False)
+class _Mode:
+    """A mode that oscillates, δ = A Re(shape e^(λ t)), beside the exact motion from the same start.
 
+    The exact one is that of the mechanism without what changes with time.
+    """
 
-def slowest(linearization: Linearization) -> int:
-    """Return the slowest mode that oscillates."""
-    moving = np.flatnonzero((linearization.frequencies > 0) & (np.abs(linearization.damping) < 1))
-    if not len(moving):
-        raise InputError(f"no mode of {linearization.mechanism.name!r} oscillates there")
-    return int(moving[0])
+    linearization: Linearization
+    index: int
+    root: complex  # λ [1/s]
+    shape: np.ndarray  # shape (nv,)
 
+    @classmethod
+    def of(cls, linearization: Linearization, mode: int | None) -> _Mode:
+        """Return a mode by its number, 0 for the slowest; by default the first that oscillates."""
+        name, count = linearization.mechanism.name, len(linearization.M)
+        frequencies, damping = linearization.frequencies, linearization.damping
+        if mode is None:
+            moving = np.flatnonzero((frequencies > 0) & (np.abs(damping) < 1))
+            if not len(moving):
+                raise InputError(f"no mode of {name!r} oscillates there")
+            mode = int(moving[0])
+        whole = isinstance(mode, (int, np.integer)) and not isinstance(mode, bool)
+        if not whole or not 0 <= mode < count:
+            raise InputError(f"expected a mode in 0…{count - 1}, 0 for the slowest, got {mode!r}")
+        omega, zeta = float(frequencies[mode]), float(damping[mode])
+        if not omega > 0 or not abs(zeta) < 1:
+            raise InputError(f"mode {mode} of {name!r} does not oscillate")
+        root = complex(-zeta * omega, omega * np.sqrt(1 - zeta**2))
+        return cls(linearization, mode, root, linearization.modes[:, mode])
 
-def chosen_mode(linearization: Linearization, mode: int) -> tuple[complex, np.ndarray]:
-    """Return exponent λ and shape of a mode that oscillates; 0 is the slowest."""
-    count = len(linearization.M)
-    if isinstance(mode, bool) or not isinstance(mode, (int, np.integer)) or not 0 <= mode < count:
-        raise InputError(f"expected a mode in 0…{count - 1}, 0 for the slowest, got {mode!r}")
-    omega, zeta = float(linearization.frequencies[mode]), float(linearization.damping[mode])
-    if not omega > 0 or not abs(zeta) < 1:
-        raise InputError(f"mode {mode} of {linearization.mechanism.name!r} does not oscillate")
-    return complex(-zeta * omega, omega * np.sqrt(1 - zeta**2)), linearization.modes[:, mode]
+    @property
+    def period(self) -> float:
+        """Its period [s]."""
+        return 2 * np.pi / abs(self.root.imag)
 
+    @property
+    def periodic(self) -> bool:
+        """Whether the exact motion is periodic, too, so that its period can be measured."""
+        return len(self.linearization.M) == 1 and self.linearization.undamped
 
-def linear_solution(
-    linearization: Linearization, mode: int, amplitude: float, t: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return q, v and v̇ of the linear motion in one mode, δ = A Re(shape e^(λt)), at t [s]."""
-    root, shape = chosen_mode(linearization, mode)
-    waves = amplitude * np.exp(root * t)[:, None] * shape
-    rates = Rates.of(linearization.mechanism)
-    at = np.repeat(linearization.q[None], len(t), axis=0)
-    q = rates.normalize(rates.displace(at, waves.real))
-    return q, (root * waves).real, (root**2 * waves).real
+    @property
+    def usual(self) -> float:
+        """An amplitude that is easily seen: 0.2 rad, or 0.2 characteristic lengths."""
+        length = float(characteristic_length(self.linearization.mechanism))
+        reach = np.array([length if unit == "m" else 1.0 for unit in self.linearization.units])
+        return ANGLE * float((reach / np.abs(self.shape).clip(NO_COMPONENT)).min())
 
+    def move(self, amplitude: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return q, v and v̇ of the linear motion at t [s]."""
+        waves = amplitude * np.exp(self.root * t)[:, None] * self.shape
+        rates = Rates.of(self.linearization.mechanism)
+        at = np.repeat(self.linearization.q[None], len(t), axis=0)
+        q = rates.normalize(rates.displace(at, waves.real))
+        return q, (self.root * waves).real, (self.root**2 * waves).real
 
-def _closed_solution(
-    linearization: Linearization, mode: int, amplitude: float, t: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the linear motion with its loops closed; wide straight deviations open them."""
-    from mecanique.reference import Reference
-    from mecanique.reference.loops.assembly import close_position
+    def move_on_loops(
+        self, amplitude: float, t: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the linear motion with its loops closed; wide straight deviations open them."""
+        from mecanique.reference import Reference
+        from mecanique.reference.loops.assembly import close_position
 
-    loops, rates = Reference.of(linearization.mechanism).closed, Rates.of(linearization.mechanism)
-    if loops is None:
-        return linear_solution(linearization, mode, amplitude, t)
-    h = TICK * 2 * np.pi / abs(chosen_mode(linearization, mode)[0].imag)
+        mechanism, time = self.linearization.mechanism, self.linearization.t
+        loops, rates = Reference.of(mechanism).closed, Rates.of(mechanism)
+        if loops is None:
+            return self.move(amplitude, t)
+        h = TICK * self.period
 
-    def place(shift: float) -> np.ndarray:
-        straight, _, _ = linear_solution(linearization, mode, amplitude, t + shift)
-        return np.array([close_position(loops, q, linearization.t) for q in straight])
+        def place(shift: float) -> np.ndarray:
+            straight, _, _ = self.move(amplitude, t + shift)
+            return np.array([close_position(loops, q, time) for q in straight])
 
-    before, q, after = place(-h), place(0.0), place(h)
-    v = rates.velocities(q, (after - before) / (2 * h))
-    a = rates.velocities(q, (after - 2 * q + before) / h**2)
-    return q, v, a
+        before, q, after = place(-h), place(0.0), place(h)
+        v = rates.velocities(q, (after - before) / (2 * h))
+        a = rates.velocities(q, (after - 2 * q + before) / h**2)
+        return q, v, a
 
+    def move_exactly(self, amplitude: float, span: float, **options: Any) -> Motion:
+        """Return the exact motion for a time [s]."""
+        q, v, _ = self.move(amplitude, np.zeros(1))
+        return simulate(
+            self.linearization.mechanism,
+            q=q[0],
+            v=v[0],
+            duration=span,
+            t0=self.linearization.t,
+            rtol=AMPLITUDE_RTOL,
+            method="dop853",
+            **options,
+        )
 
-def usual_amplitude(linearization: Linearization, mode: int) -> float:
-    """Return an amplitude that is easily seen: 0.2 rad, or 0.2 characteristic lengths."""
-    _, shape = chosen_mode(linearization, mode)
-    length = _length(linearization)
-    reach = np.array([length if unit == "m" else 1.0 for unit in linearization.units])
-    return ANGLE * float((reach / np.abs(shape).clip(NO_COMPONENT)).min())
+    def measure_period(self, amplitude: float) -> float:
+        """Return the exact period: until the velocity is zero again on the side it came from."""
+        span = LONGEST * self.period
+        back = Event("back", self.linearization.mechanism.velocities[0], -1, stop=True)
+        step = span / LONGEST / 8
+        motion = self.move_exactly(amplitude, span, events=[back], samples=2, max_step=step)
+        times = motion.times("back")
+        return float(times[0]) - self.linearization.t if len(times) else np.inf
 
-
-def _length(linearization: Linearization) -> float:
-    from mecanique.model.mechanism_units import characteristic_length
-
-    return float(characteristic_length(linearization.mechanism))
+    def differ(self, amplitude: float) -> float:
+        """Return the relative difference, infinite where the exact motion fails or is none."""
+        try:
+            if self.periodic:
+                return abs(self.measure_period(amplitude) / self.period - 1)
+            motion = self.move_exactly(amplitude, self.period, samples=121)
+        except IntegrationError:
+            return np.inf
+        linear, _, _ = self.move(amplitude, motion.t - self.linearization.t)
+        return float(np.abs(motion.q - linear).max()) / amplitude
 
 
 SAMPLES = 400
@@ -526,20 +596,6 @@ class Response(Legible):
         below.set_ylabel("phase lag [rad]")
         below.set_xlabel("ω [rad/s]")
         return figure
-
-
-def response(
-    linearization: Linearization, force: Values, frequencies: np.ndarray | None = None
-) -> Response:
-    """Return the steady response to a harmonic force, shape (nv,), over its frequency [rad/s]."""
-    if frequencies is None:
-        highest = float(linearization.frequencies.max(initial=0.0)) or 1.0
-        # none of them is a rational multiple of the highest natural frequency with a small
-        # denominator
-        frequencies = np.linspace(0.0, 2 * highest, SAMPLES + 1)[1:] * (1 - 1e-4 / np.pi)
-    omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
-    X = frequency_response(linearization, force, omega)
-    return Response(linearization.deviations, linearization.units, omega, X)
 
 
 def frequency_response(
@@ -637,25 +693,29 @@ class Comparison(Legible):
     @property
     def linear_period(self) -> float:
         """Period of the linear motion [s]."""
-        return _period(self.linearization, self.mode)
+        return self._mode.period
 
     @cached_property
     def exact_period(self) -> float | None:
         """Period of the exact motion; None if it has none, or does not return [s]."""
-        if not _periodic(self.linearization):
+        if not self._mode.periodic:
             return None
-        period = _exact_period(self.linearization, self.mode, self.amplitude, self.motion.reference)
+        period = self._mode.measure_period(self.amplitude)
         return period if np.isfinite(period) else None
 
     @cached_property
     def difference(self) -> float:
         """The relative difference; infinite if the exact motion does not return."""
-        return _difference(self.linearization, self.mode, self.motion.reference)(self.amplitude)
+        return self._mode.differ(self.amplitude)
 
     @property
     def measure(self) -> str:
         """What the difference is of: "period" or "motion"."""
-        return "period" if _periodic(self.linearization) else "motion"
+        return "period" if self._mode.periodic else "motion"
+
+    @cached_property
+    def _mode(self) -> _Mode:
+        return _Mode.of(self.linearization, self.mode)
 
     def __str__(self) -> str:
         largest = int(np.abs(self.linearization.modes[:, self.mode]).argmax())
@@ -679,126 +739,6 @@ class Comparison(Legible):
         else:
             lines.append("  linear and exact motion are the same at any amplitude tried")
         return "\n".join(lines)
-
-
-def compare(
-    linearization: Linearization,
-    amplitude: float | None = None,
-    *,
-    mode: int | None = None,
-    tolerance: float = 0.01,
-) -> Comparison:
-    """Return a mode by the linear and by the exact equations side by side."""
-    tolerance = finite(tolerance, "the tolerance")
-    if not 0 < tolerance < 1:
-        raise InputError(f"expected a tolerance in 0…1, got {tolerance:g}")
-    if not linearization.at_equilibrium:
-        raise InputError(
-            "expected a linearization about an equilibrium; look for one with equilibria(mechanism)"
-        )
-    if linearization.mechanism.constrained:
-        raise InputError(
-            "expected a mechanism without loops to compare its linear and exact motion"
-        )
-    from mecanique.reference import Reference
-
-    mode = slowest(linearization) if mode is None else mode
-    linearization = replace(linearization, mechanism=drop_disturbances(linearization.mechanism))
-    reference = Reference.of(linearization.mechanism)
-    usual = usual_amplitude(linearization, mode)
-    limit = _limit(_difference(linearization, mode, reference), usual, tolerance)
-    if amplitude is None:
-        amplitude = limit if np.isfinite(limit) else usual
-    amplitude = finite(amplitude, "the amplitude")
-    if not amplitude > 0:
-        raise InputError(f"expected a positive amplitude, got {amplitude:g}")
-    span = 2 * _period(linearization, mode)
-    motion = _exact(linearization, mode, amplitude, reference, span, samples=241)
-    linear, _, _ = linear_solution(linearization, mode, amplitude, motion.t - linearization.t)
-    return Comparison(
-        linearization=linearization,
-        mode=mode,
-        amplitude=amplitude,
-        tolerance=tolerance,
-        limit=limit,
-        motion=motion,
-        linear=linear,
-    )
-
-
-def _period(linearization: Linearization, mode: int) -> float:
-    root, _ = chosen_mode(linearization, mode)
-    return 2 * np.pi / abs(root.imag)
-
-
-def _periodic(linearization: Linearization) -> bool:
-    """Whether every motion is periodic, so that its period can be measured."""
-    return len(linearization.M) == 1 and linearization.undamped
-
-
-def _exact(
-    linearization: Linearization,
-    mode: int,
-    amplitude: float,
-    reference: Reference,
-    span: float,
-    **options: Any,
-) -> Motion:
-    q, v, _ = linear_solution(linearization, mode, amplitude, np.zeros(1))
-    return simulate(
-        linearization.mechanism,
-        q=q[0],
-        v=v[0],
-        duration=span,
-        t0=linearization.t,
-        rtol=AMPLITUDE_RTOL,
-        method="dop853",
-        reference=reference,
-        **options,
-    )
-
-
-def _exact_period(
-    linearization: Linearization, mode: int, amplitude: float, reference: Reference
-) -> float:
-    """Until the velocity is zero again on the side it started from."""
-    span = LONGEST * _period(linearization, mode)
-    back = Event("back", linearization.mechanism.velocities[0], -1, stop=True)
-    motion = _exact(
-        linearization,
-        mode,
-        amplitude,
-        reference,
-        span,
-        events=[back],
-        samples=2,
-        max_step=span / LONGEST / 8,
-    )
-    times = motion.times("back")
-    return float(times[0]) - linearization.t if len(times) else np.inf
-
-
-def _difference(
-    linearization: Linearization, mode: int, reference: Reference
-) -> Callable[[float], float]:
-    """The relative difference by amplitude."""
-    period = _period(linearization, mode)
-
-    def of_periods(amplitude: float) -> float:
-        try:
-            return abs(_exact_period(linearization, mode, amplitude, reference) / period - 1)
-        except IntegrationError:
-            return np.inf
-
-    def of_motions(amplitude: float) -> float:
-        try:
-            motion = _exact(linearization, mode, amplitude, reference, period, samples=121)
-        except IntegrationError:
-            return np.inf
-        linear, _, _ = linear_solution(linearization, mode, amplitude, motion.t - linearization.t)
-        return float(np.abs(motion.q - linear).max()) / amplitude
-
-    return of_periods if _periodic(linearization) else of_motions
 
 
 def _limit(difference: Callable[[float], float], start: float, tolerance: float) -> float:

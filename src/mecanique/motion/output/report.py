@@ -5,14 +5,12 @@ from __future__ import annotations
 from math import ceil, inf, log10
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from mecanique.arrays import spread
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.analysis.energies import energies, losses
 from mecanique.motion.analysis.trust import estimate_errors
-from mecanique.motion.record.extremes import find_exceeded, find_maxima
+from mecanique.motion.record.extremes import find_bounds, find_exceeded
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
@@ -47,7 +45,7 @@ def summary(motion: Trajectory) -> str:
         lines.append(f"        of that, {name}: {lost[0]:.6g} J lost")
     unit = units(mechanism)
     names = (*mechanism.coordinates.names, *mechanism.velocities)
-    bounds = find_maxima(motion.curve, lambda t, q, v: np.hstack([q, v, -q, -v])).values
+    bounds = find_bounds(motion)
     errors, unknown = _errors(motion)
     for name, low, high, error in zip(
         names[:MAX_LISTED], -bounds[len(names) :], bounds, errors, strict=False

@@ -11,11 +11,10 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import islice, product
 from os import PathLike
 from pathlib import Path
-from typing import IO, Any, TypeVar, final
+from typing import IO, Any, TypeVar
 
 import numpy as np
 
@@ -117,7 +116,18 @@ _Kind = TypeVar("_Kind", bound=Trajectory)
 MOST_UNPACKED, MOST_RATIO = 2**26, 200
 """A file may unpack to so many bytes and this many times its size; times do not pack so well."""
 
-_STEPS = ("t", "q", "v", "a", "breaks")
+_SHAPES = {
+    "t": "samples",
+    "q": "samples nq",
+    "v": "samples nv",
+    "step_t": "steps",
+    "step_q": "steps nq",
+    "step_v": "steps nv",
+    "step_a": "steps nv",
+    "step_breaks": "stretches",
+    "events": "events width",
+}
+"""The arrays of a file: samples, steps, and a row (t, q, v, v after it) for each event."""
 
 
 def save(motion: Trajectory, path: str | PathLike[str]) -> None:
@@ -126,7 +136,7 @@ def save(motion: Trajectory, path: str | PathLike[str]) -> None:
 
     path = Path(path)
     path = path if path.suffix else path.with_suffix(".npz")
-    s, watched = motion.statistics, motion.event_names
+    s, m, curve, watched = motion.statistics, motion.mechanism, motion.curve, motion.event_names
     if motion.watched is not None:
         watched = tuple(event.name for event in motion.watched)
     about = {
@@ -135,34 +145,49 @@ def save(motion: Trajectory, path: str | PathLike[str]) -> None:
         "numpy": np.__version__,
         "method": motion.method,
         "statistics": [s.steps, s.evaluations, s.seconds, s.rtol, s.atol, s.share],
-        "smooth": motion.curve.smooth,
-        "close": motion.curve.close,
+        "smooth": curve.smooth,
+        "close": curve.close,
         "events": [event.name for event in motion.events],
         "watched": watched,
-        **provenance(motion.mechanism),
+        **provenance(m),
     }
-    arrays = {f"step_{name}": getattr(motion.curve, name) for name in _STEPS}
     happened = [
         np.concatenate([[event.t], event.q, event.v, event.after]) for event in motion.events
     ]
-    width = 1 + motion.mechanism.nq + 2 * motion.mechanism.nv
-    arrays |= {
-        "t": motion.t,
-        "q": motion.q,
-        "v": motion.v,
-        "events": np.array(happened).reshape(-1, width),
-    }
+    events = np.array(happened).reshape(-1, 1 + m.nq + 2 * m.nv)
+    values = (motion.t, motion.q, motion.v, curve.t, curve.q, curve.v, curve.a, curve.breaks)
+    arrays: dict[str, Any] = dict(zip(_SHAPES, (*values, events), strict=True))
     text = np.array(json.dumps(about, ensure_ascii=False))
     _write(path, lambda file: np.savez_compressed(file, about=text, **arrays))
 
 
 def load(path: str | PathLike[str], mechanism: Mechanism | None, kind: type[_Kind]) -> _Kind:
     """Read a motion that `save` wrote, and check that the mechanism is the file's."""
-    saved = _read(path)
-    mechanism = recover(saved.about, mechanism, os.fspath(path))
-    if not saved.fits(mechanism):
-        raise InputError(f"{os.fspath(path)!r} is damaged: its arrays do not fit each other")
-    step_t, step_q, step_v, step_a, breaks = saved.steps
+    name = os.fspath(path)
+    try:
+        data = read_arrays(path)
+        about = json.loads(str(data["about"]))
+        if about["format"] != FORMAT:
+            raise InputError(
+                f"expected a file of format {FORMAT!r}, got {about['format']!r} in {name!r}"
+            )
+        arrays = {name: data[name] for name in _SHAPES}
+        watched, numbers = about.get("watched"), about["statistics"]
+        statistics = Statistics(int(numbers[0]), int(numbers[1]), *map(float, numbers[2:6]))
+        method, event_names = str(about["method"]), None
+        if watched is not None:  # older files do not say
+            event_names = tuple(map(str, watched))
+        names, smooth, close = list(about["events"]), bool(about["smooth"]), bool(about["close"])
+    except InputError:
+        raise
+    except DAMAGED as error:
+        raise InputError(
+            f"{name!r} is no motion saved by mecanique, or is damaged ({error})"
+        ) from None
+    mechanism = recover(about, mechanism, name)
+    if not _fit(arrays, mechanism, len(names)):
+        raise InputError(f"{name!r} is damaged: its arrays do not fit each other")
+    t, q, v, step_t, step_q, step_v, step_a, breaks, happened = arrays.values()
     curve = Curve(
         t=step_t,
         q=step_q,
@@ -170,142 +195,86 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None, kind: type[_Kin
         a=step_a,
         breaks=breaks,
         rates=Rates.of(mechanism),
-        smooth=saved.smooth,
-        close=saved.close,
+        smooth=smooth,
+        close=close,
     )
     cut = np.cumsum([1, mechanism.nq, mechanism.nv])
     events = []
-    for name, row in zip(saved.names, saved.happened, strict=True):
+    for event, row in zip(names, happened, strict=True):
         time, *state = np.split(row, cut)
-        events.append(Occurrence(name, float(time[0]), *state))
+        events.append(Occurrence(event, float(time[0]), *state))
     motion = kind(
         mechanism=mechanism,
-        t=saved.t,
-        q=saved.q,
-        v=saved.v,
+        t=t,
+        q=q,
+        v=v,
         path=curve,
-        method=saved.method,
-        statistics=saved.statistics,
+        method=method,
+        statistics=statistics,
         events=tuple(events),
-        event_names=saved.watched,
+        event_names=event_names,
     )
-    _check_accelerations(motion, os.fspath(path))
+    _check_accelerations(motion, name)
     return motion
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class _Saved:
-    """What a file holds, before it is known to fit a mechanism."""
-
-    about: dict[str, Any]  # its description, which says whose motion it is
-    t: np.ndarray
-    q: np.ndarray
-    v: np.ndarray
-    # times, positions, velocities and accelerations of the steps, and the breaks
-    steps: list[np.ndarray]
-    happened: np.ndarray  # a row for each event
-    names: list[str]
-    # names of the events that were watched for; None in older files
-    watched: tuple[str, ...] | None
-    method: str  # which method integrated it and why
-    smooth: bool
-    close: bool
-    statistics: Statistics
-
-    def fits(self, m: Mechanism) -> bool:
-        """Return whether the arrays fit each other and a mechanism."""
-        step_t, step_q, step_v, step_a, breaks = self.steps
-        n, count = len(np.atleast_1d(self.t)), len(np.atleast_1d(step_t))
-        shapes: list[tuple[np.ndarray, tuple[int, ...]]] = [
-            (self.t, (n,)),
-            (self.q, (n, m.nq)),
-            (self.v, (n, m.nv)),
-            (step_t, (count,)),
-            (step_q, (count, m.nq)),
-            (step_v, (count, m.nv)),
-            (step_a, (count, m.nv)),
-            (self.happened, (len(self.names), 1 + m.nq + 2 * m.nv)),
-        ]
-        whole = (
-            all(array.shape == expected for array, expected in shapes)
-            and breaks.ndim == 1
-            and n > 0
-            and count > 0
-        )
-        known = (self.t, self.q, self.v, step_t, step_q, step_v, step_a)
-        numeric = all(array.dtype == np.float64 for array in known)
-        if not (whole and numeric and breaks.dtype.kind == "i" and len(breaks) and breaks[0] == 0):
+def _fit(arrays: dict[str, np.ndarray], m: Mechanism, events: int) -> bool:
+    """Return whether arrays have the shapes of a mechanism's motion, and times in order."""
+    sizes = {"nq": m.nq, "nv": m.nv, "events": events, "width": 1 + m.nq + 2 * m.nv}
+    for name, shape in _SHAPES.items():
+        array, expected = arrays[name], shape.split()
+        whole = array.dtype.kind == "i" if name == "step_breaks" else array.dtype == np.float64
+        if not whole or array.ndim != len(expected) or not np.isfinite(array).all():
             return False
-        inside = bool((np.diff(breaks) > 0).all() and breaks[-1] < count)
-        ordered = bool((np.diff(self.t) > 0).all() and (np.diff(step_t) >= 0).all())
-        return inside and ordered and all(bool(np.isfinite(array).all()) for array in known)
+        # the first array of samples, steps or stretches says how many there are
+        if any(sizes.setdefault(k, n) != n for k, n in zip(expected, array.shape, strict=True)):
+            return False
+    t, step_t, breaks = arrays["t"], arrays["step_t"], arrays["step_breaks"]
+    if not (len(t) and len(step_t) and len(breaks)):
+        return False
+    inside = breaks[0] == 0 and (np.diff(breaks) > 0).all() and breaks[-1] < len(step_t)
+    return bool(inside and (np.diff(t) > 0).all() and (np.diff(step_t) >= 0).all())
 
 
-def _read(path: str | PathLike[str]) -> _Saved:
-    """Return what a file holds; refuse what is no motion."""
+DAMAGED = (
+    ArithmeticError,
+    MemoryError,
+    NotImplementedError,
+    RecursionError,
+    RuntimeError,
+    SyntaxError,
+    struct.error,
+    zlib.error,
+    ValueError,
+    KeyError,
+    TypeError,
+    IndexError,
+    AttributeError,
+    EOFError,
+    zipfile.BadZipFile,
+)
+"""What numpy and json raise of a file that is damaged, or holds something else."""
+
+
+def read_arrays(path: str | PathLike[str]) -> dict[str, np.ndarray]:
+    """Return the arrays of an npz file; refuse one that unpacks to far more than its size.
+
+    Raises:
+        InputError: if the file cannot be opened; of `DAMAGED` something if it is damaged.
+    """
     try:
         # NumPy leaves a file that it opened itself open if it is damaged
-        with open(path, "rb") as handle:
-            _refuse_bomb(handle)
-            file = np.load(handle, allow_pickle=False)
-            data = {name: file[name] for name in file.files}
-        about = json.loads(str(data["about"]))
-        if about["format"] != FORMAT:
-            raise InputError(
-                f"expected a file of format {FORMAT!r}, got {about['format']!r} in "
-                f"{os.fspath(path)!r}"
-            )
-        watched = about.get("watched")
-        numbers = about["statistics"]
-        return _Saved(
-            about=about,
-            t=data["t"],
-            q=data["q"],
-            v=data["v"],
-            steps=[data[f"step_{name}"] for name in _STEPS],
-            happened=data["events"],
-            names=list(about["events"]),
-            watched=None if watched is None else tuple(map(str, watched)),
-            method=str(about["method"]),
-            smooth=bool(about["smooth"]),
-            close=bool(about["close"]),
-            statistics=Statistics(int(numbers[0]), int(numbers[1]), *map(float, numbers[2:6])),
-        )
-    except MecaniqueError:
-        raise
+        with open(path, "rb") as file:
+            size = file.seek(0, os.SEEK_END)
+            with zipfile.ZipFile(file) as archive:
+                unpacked = sum(member.file_size for member in archive.infolist())
+            if unpacked > MOST_UNPACKED + MOST_RATIO * size:
+                raise ValueError(f"its {size} bytes unpack to {unpacked}")
+            file.seek(0)
+            arrays = np.load(file, allow_pickle=False)
+            return {name: arrays[name] for name in arrays.files}
     except OSError as error:
         raise InputError(f"cannot read {os.fspath(path)!r}: {error.strerror or error}") from None
-    except (
-        ArithmeticError,
-        MemoryError,
-        NotImplementedError,
-        RecursionError,
-        RuntimeError,
-        SyntaxError,
-        struct.error,
-        zlib.error,
-        ValueError,
-        KeyError,
-        TypeError,
-        IndexError,
-        AttributeError,
-        EOFError,
-        zipfile.BadZipFile,
-    ) as error:
-        raise InputError(
-            f"{os.fspath(path)!r} is no motion saved by mecanique, or is damaged ({error})"
-        ) from None
-
-
-def _refuse_bomb(file: IO[bytes]) -> None:
-    """Raise ValueError if what a file unpacks to is out of proportion to it; go to its start."""
-    size = file.seek(0, os.SEEK_END)
-    with zipfile.ZipFile(file) as archive:
-        unpacked = sum(member.file_size for member in archive.infolist())
-    if unpacked > MOST_UNPACKED + MOST_RATIO * size:
-        raise ValueError(f"its {size} bytes unpack to {unpacked}")
-    file.seek(0)
 
 
 def to_csv(motion: Trajectory, path: str | PathLike[str]) -> None:

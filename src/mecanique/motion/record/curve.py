@@ -20,6 +20,7 @@ from typing import NamedTuple, TypeAlias, final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.tolerances import OUTSIDE
@@ -277,6 +278,19 @@ def _newton(
             axis=1, initial=0.0
         ) * np.abs(last)
     return _Pieces(points, coefficients, error)
+
+
+PLACES = (0.25, 0.5, 0.75, 1.0)
+"""Fractions of a step at which events are looked for."""
+
+
+def interpolate(
+    x: float, h: float | Array, y: tuple[Array, Array], dy: tuple[Array, Array]
+) -> Array:
+    """Return the states at a fraction of steps of a length, by the cubic through both ends."""
+    a, b = (1 + 2 * x) * (1 - x) ** 2, x * x * (3 - 2 * x)
+    bend = h * x * (1 - x) * ((1 - x) * dy[0] - x * dy[1])
+    return a * y[0] + b * y[1] + bend
 
 
 RightHandSide: TypeAlias = Callable[[float, np.ndarray], np.ndarray]

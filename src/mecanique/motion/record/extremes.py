@@ -11,6 +11,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.model.joint_base import Single
 from mecanique.motion.record.curve import Curve
+from mecanique.motion.record.rates import Rates
 from mecanique.motion.tolerances import BEYOND_LIMIT, INSTANT
 
 if TYPE_CHECKING:
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 CANDIDATES = 3
 """Highest local maxima at the nodes that are refined; another can only lead by chance."""
+
+CLOSER, AROUND = 4, 5
+"""So many samples for each step are close; so many on each side of an extreme suffice there."""
 
 POINTS, ROUNDS = 9, 7
 """Points across a bracket, which which round narrows fourfold.
@@ -73,6 +77,30 @@ def find_maxima(
     return Maxima(np.array(best), np.array(times))
 
 
+def find_bounds(motion: Trajectory) -> Array:
+    """Return the largest values of q, v, −q and −v along a motion, one after another.
+
+    Where its samples are much closer than its steps, as with long motions by Taylor series, the
+    curve through the samples about each extreme is enough, and quicker to have than the whole.
+    """
+
+    def list_both(t: Array, q: Array, v: Array) -> Array:
+        return np.hstack([q, v, -q, -v])
+
+    whole = isinstance(motion.path, Curve) or "curve" in vars(motion)
+    if whole or len(motion.t) < CLOSER * motion.statistics.steps:
+        return find_maxima(motion.curve, list_both).values
+    values = list_both(motion.t, motion.q, motion.v)
+    bounds: Array = values.max(axis=0)
+    for k, top in enumerate(values.argmax(axis=0).tolist()):
+        near = slice(max(top - AROUND, 0), top + AROUND + 1)
+        t, q, v = motion.t[near], motion.q[near], motion.v[near]
+        a, rates = motion.reference.acceleration(q, v, t), Rates.of(motion.mechanism)
+        curve = Curve(t=t, q=q, v=v, a=a, breaks=np.array([0]), rates=rates)
+        (bounds[k],) = find_maxima(curve, lambda *state, k=k: list_both(*state)[:, [k]]).values
+    return bounds
+
+
 @final
 @dataclass(frozen=True)
 class Exceeded:
@@ -106,7 +134,7 @@ class Exceeded:
 def find_exceeded(motion: Trajectory) -> tuple[Exceeded, ...]:
     """Return the joints that go beyond their limits, in order of time."""
     exceeded = []
-    coordinates, curve = motion.mechanism.coordinates.names, motion.curve
+    coordinates = motion.mechanism.coordinates.names
     for joint in motion.mechanism.joints:
         if not isinstance(joint, Single) or joint.limits is None:
             continue
@@ -116,12 +144,13 @@ def find_exceeded(motion: Trajectory) -> tuple[Exceeded, ...]:
         at = coordinates.index(joint.coordinate)
 
         def beyond(t: float, k: int = at, lower: float = lower, upper: float = upper) -> float:
-            x = float(curve(t).q[k])
+            x = float(motion.curve(t).q[k])
             return max(lower - x, x - upper) - BEYOND_LIMIT
 
         def both(t: Array, q: Array, v: Array, k: int = at) -> Array:
             return np.column_stack([q[:, k], -q[:, k]])
 
+        curve = motion.curve
         most = find_maxima(curve, both)
         highest, lowest = most.values[0], -most.values[1]
         from scipy.optimize import brentq

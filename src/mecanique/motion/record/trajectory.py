@@ -49,6 +49,19 @@ _MARKS = ("", "'", "''")
 """What a coordinate's name is followed by for itself, its rate and its second rate."""
 
 
+@final
+@dataclass(frozen=True)
+class LaterCurve:
+    """A motion as a function of time that is made when it is asked for."""
+
+    start: State
+    make: Callable[[], Curve]
+
+    def __call__(self) -> Curve:
+        """Return the curve."""
+        return self.make()
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """The states of a mechanism by time, and what its reference says of them: what a `Motion` is.
@@ -274,6 +287,21 @@ class Trajectory:
 
     def _states(self, t: Times | None) -> State:
         return State(self.t, self.q, self.v) if t is None else self(t)
+
+
+def start_of(motion: Trajectory) -> State:
+    """Return the state at a motion's start, which need not be among its samples."""
+    if isinstance(motion.path, LaterCurve):
+        return motion.path.start
+    return State(float(motion.curve.t[0]), motion.curve.q[0], motion.curve.v[0])
+
+
+def states_at(motion: Trajectory, t: np.ndarray) -> State:
+    """Return the states at times [s]; where all are samples, without the curve."""
+    at = np.searchsorted(motion.t, t).clip(max=len(motion.t) - 1)
+    if np.array_equal(motion.t[at], t):
+        return State(t, motion.q[at], motion.v[at])
+    return motion.curve(t)
 
 
 def add_steps(motion: Trajectory, most: int) -> Trajectory:

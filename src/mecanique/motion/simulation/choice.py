@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import final
 
 from mecanique.errors import DerivationError, InputError
@@ -44,6 +46,9 @@ PAYOFF_OF_LOOPS = 1.5
 
 MANY_STEPS = 10_000
 """So many steps of a tight tolerance are taken to a smaller one, because their errors add up."""
+
+LONG_ENOUGH = "a motion long enough to pay for compiling"
+"""Why equations are compiled."""
 
 VERY_MANY_STEPS = 200_000
 """With more steps of dop853, optimizing the code of Taylor series, which take fewer, pays."""
@@ -136,7 +141,12 @@ def next_choice(problem: Problem, choice: Choice, integration: Integration) -> C
         equations = choice.equations or problem.reference.rhs(overwriting=True)
         return replace(choice, method="radau", equations=equations, reason=reason)
     if kind == "reconsider":
-        return _reconsider(problem, choice, integration.steps, integration.t)
+        for change in _list_changes(problem, choice, integration.steps, integration.t):
+            try:
+                choice = change(choice)
+            except (DerivationError, InputError):
+                choice = replace(choice, compiles=False)
+        return choice
     return None
 
 
@@ -151,43 +161,38 @@ def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) 
     It looks at no clock, and at nothing that ran before, so that the same call always gives the
     same motion.
     """
-    if problem.loops is not None and steps == LOOP_STEPS:
-        return _can_compile(problem, choice) and _best_for_loops(problem, t) != "dop853"
-    if steps < STEPS or (steps > STEPS and choice.method == "dop853"):
+    at_loops = problem.loops is not None and steps == LOOP_STEPS
+    if not at_loops and (steps < STEPS or (steps > STEPS and choice.method == "dop853")):
         return False
-    if _can_tighten(problem, choice) and _steps_in_all(problem, steps, t) > MANY_STEPS:
-        return True
-    code = problem.code
-    if problem.loops is not None or not (choice.compiles and code.possible):
-        return False
-    left = _work_left(problem, t)
-    if _can_take_closed_form(problem, choice):
-        return left > PAYOFF * costs.estimate_deriving(problem.mechanism)
-    return _can_take_series(problem) and left > PAYOFF * costs.estimate_deriving_series(
-        problem.mechanism
-    )
+    return bool(_list_changes(problem, choice, steps, t))
 
 
-def _reconsider(problem: Problem, choice: Choice, taken: int, t: float) -> Choice:
-    """Tighten the steps if there are many, and compile if that pays."""
-    closed = problem.loops is not None
-    if closed and taken == LOOP_STEPS:
-        return _with_program(problem, choice, t)
-    steps, left, code = _steps_in_all(problem, taken, t), _work_left(problem, t), problem.code
+_Change = Callable[[Choice], Choice]
+"""Returns a better choice; raises if the equations do not allow it."""
+
+
+def _list_changes(problem: Problem, choice: Choice, taken: int, t: float) -> list[_Change]:
+    """Return what makes a choice better after some steps: tighter steps, compiled equations."""
+    compiles = _can_compile(problem, choice) and problem.code.possible
+    if problem.loops is not None and taken == LOOP_STEPS:
+        pays = compiles and _best_for_loops(problem, t) != "dop853"
+        return [partial(_with_program, problem, t)] if pays else []
+    changes: list[_Change] = []
+    steps = taken * (problem.end - problem.t0) / (t - problem.t0)
     if _can_tighten(problem, choice) and steps > MANY_STEPS:
-        free = FREE_STEPS_ON_LOOPS if closed else FREE_STEPS
-        choice = replace(choice, share=max(free / steps, LEAST_RTOL / step_accuracy(problem)[0]))
-    if closed or not (choice.compiles and code.possible):
-        return choice
-    if _can_take_series(problem) and left > PAYOFF * costs.estimate_deriving_series(
-        problem.mechanism
-    ):
-        reason = "a motion long enough to pay for compiling"
-        return _with_series(problem, choice, reason, optimized=steps > VERY_MANY_STEPS)
-    deriving = costs.estimate_deriving(problem.mechanism)
-    if _can_take_closed_form(problem, choice) and left > PAYOFF * deriving:
-        return _with_closed_form(problem, choice)
-    return choice
+        free = FREE_STEPS if problem.loops is None else FREE_STEPS_ON_LOOPS
+        share = max(free / steps, LEAST_RTOL / step_accuracy(problem)[0])
+        changes.append(lambda choice: replace(choice, share=share))
+    if problem.loops is not None or not compiles:
+        return changes
+    m = problem.mechanism
+    left = (STEPS * steps / taken - STEPS) * costs.estimate_step(m)
+    series = not (problem.events or _is_blind(problem)) and is_installed()
+    if series and left > PAYOFF * costs.estimate_deriving_series(m):
+        changes.append(partial(_with_series, problem, steps > VERY_MANY_STEPS))
+    elif m.nv <= SMALL and not choice.closed_form and left > PAYOFF * costs.estimate_deriving(m):
+        changes.append(partial(_with_closed_form, problem))
+    return changes
 
 
 def _best_for_loops(problem: Problem, t: float, operations: int | None = None) -> str:
@@ -214,60 +219,38 @@ def _best_for_loops(problem: Problem, t: float, operations: int | None = None) -
     return min(work, key=lambda method: work[method])
 
 
-def _with_program(problem: Problem, choice: Choice, t: float) -> Choice:
+def _with_program(problem: Problem, t: float, choice: Choice) -> Choice:
     """Change to the equations derived in-house, in Python or C, if there are any and they pay."""
-    choice = replace(choice, compiles=False)
     code, reference = problem.code, problem.reference
-    try:
-        method = _best_for_loops(problem, t, code.program(reference).length)
-        if method == "dop853":
-            return choice
-        if method == "closed_form":
-            return replace(choice, equations=code.rhs(reference), closed_form=True)
-        code.stepper(reference)
-    except (DerivationError, InputError):
+    choice = replace(choice, compiles=False)
+    method = _best_for_loops(problem, t, code.program(reference).length)
+    if method == "dop853":
         return choice
-    reason = "a motion long enough to pay for compiling"
-    return replace(choice, method="compiled", equations=None, reason=reason)
+    if method == "closed_form":
+        return replace(choice, equations=code.rhs(reference), closed_form=True)
+    code.stepper(reference)
+    return replace(choice, method="compiled", equations=None, reason=LONG_ENOUGH)
 
 
-def _with_series(problem: Problem, choice: Choice, reason: str, optimized: bool) -> Choice:
+def _with_series(problem: Problem, optimized: bool, choice: Choice) -> Choice:
     """Change to Taylor series, if the equations have them.
 
     Where steps are tightened they are to the least tolerance: it takes next to no more of them.
     """
     if choice.share < 1.0:
         choice = replace(choice, share=LEAST_RTOL / problem.rtol)
-    try:
-        tolerance = choice.share * problem.rtol
-        problem.code.build_integrator(problem.reference, tolerance, optimized=optimized)
-    except DerivationError:
-        return replace(choice, compiles=False)
-    return replace(choice, method="taylor", equations=None, reason=reason, optimized=optimized)
+    tolerance = choice.share * problem.rtol
+    problem.code.build_integrator(problem.reference, tolerance, optimized=optimized)
+    return replace(choice, method="taylor", equations=None, reason=LONG_ENOUGH, optimized=optimized)
 
 
 def _with_closed_form(problem: Problem, choice: Choice) -> Choice:
     """Change to the closed form, if there is one."""
-    try:
-        return replace(choice, equations=problem.code.rhs(problem.reference), closed_form=True)
-    except DerivationError:
-        return replace(choice, compiles=False)
-
-
-def _has_series(problem: Problem) -> bool:
-    return not (problem.events or problem.loops or _is_blind(problem))
+    return replace(choice, equations=problem.code.rhs(problem.reference), closed_form=True)
 
 
 def _is_blind(problem: Problem) -> bool:
     return any(callable(signal.signal) for signal in problem.mechanism.inputs)
-
-
-def _can_take_series(problem: Problem) -> bool:
-    return _has_series(problem) and is_installed()
-
-
-def _can_take_closed_form(problem: Problem, choice: Choice) -> bool:
-    return problem.mechanism.nv <= SMALL and not choice.closed_form
 
 
 def _can_tighten(problem: Problem, choice: Choice) -> bool:
@@ -278,11 +261,3 @@ def _can_tighten(problem: Problem, choice: Choice) -> bool:
 def _can_compile(problem: Problem, choice: Choice) -> bool:
     fresh = problem.loops is None or not choice.closed_form
     return choice.method == "dop853" and choice.compiles and fresh
-
-
-def _steps_in_all(problem: Problem, taken: int, t: float) -> float:
-    return taken * (problem.end - problem.t0) / (t - problem.t0)
-
-
-def _work_left(problem: Problem, t: float) -> float:
-    return (_steps_in_all(problem, STEPS, t) - STEPS) * costs.estimate_step(problem.mechanism)

@@ -37,7 +37,14 @@ from mecanique.motion.simulation.integrators.methods import (
     step_accuracy,
 )
 from mecanique.motion.simulation.integrators.taylor import integrate_series
-from mecanique.motion.simulation.problem import Course, Integration, Outcome, Problem, kinks
+from mecanique.motion.simulation.problem import (
+    Course,
+    Integration,
+    Kind,
+    Outcome,
+    Problem,
+    kinks,
+)
 from mecanique.motion.simulation.watching import Interruption, Watcher
 from mecanique.motion.tolerances import INDEFINITE
 from mecanique.reference import Reference
@@ -64,32 +71,23 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
     if problem.loops is not None and isinstance(choice.equations, ClosedProgram):
         problem = problem.with_way_back(choice.equations.close)
     task, steps = _task(problem, choice), Steps(spread=not METHODS[choice.method].smooth)
+    stopped = partial(
+        Integration,
+        t=problem.t0,
+        steps=0,
+        evaluations=0,
+        rtol=task.rtol,
+        course=None,
+    )
     try:
         rate = task.rhs(problem.t0, problem.start)
     except MecaniqueError:
         raise
     except Exception as error:
-        return Integration(
-            outcome=Outcome("fault", error),
-            t=problem.t0,
-            y=None,
-            steps=0,
-            evaluations=0,
-            rtol=task.rtol,
-            course=None,
-        )
-    steps.add(problem.t0, problem.start, rate)
+        return stopped(Outcome("fault", error), y=None)
     if not np.isfinite(rate).all():
-        outcome = Outcome("not finite")
-        return Integration(
-            outcome=outcome,
-            t=problem.t0,
-            y=steps.y[0],
-            steps=0,
-            evaluations=0,
-            rtol=task.rtol,
-            course=None,
-        )
+        return stopped(Outcome("not finite"), y=problem.start)
+    steps.add(problem.t0, problem.start, rate)
     with _interruptible() as interruption:
         watcher = Watcher(problem, task, steps, interruption, look)
         outcome = watcher.start() or _integrate_stretches(problem, choice, task, steps, watcher)
@@ -224,47 +222,31 @@ def failure(
     if fault is not None and not isinstance(fault, (Exception, KeyboardInterrupt)):
         raise fault  # e.g. SystemExit, kept back until the compiled integrator had returned
     where = "" if y is None else f" at t = {t:.6g} s, {_listing(problem.mechanism, y)}"
-    cause = fault
-    if outcome.kind == "interrupted" or isinstance(fault, KeyboardInterrupt):
-        message, cause = f"interrupted{where}", KeyboardInterrupt()
-    elif outcome.kind == "contact":
-        name = motion.events[-1].name if motion is not None else ""
-        message = (
-            f"event {name!r} comes to rest{where}: a lasting contact is not modelled; "
-            "let the event stop"
-        )
-    elif outcome.kind == "progress":
-        message = f"progress raised {fault!r}{where}"
-    elif outcome.kind == "fault":
-        message = f"the equations failed{where}: {fault}"
-    elif outcome.kind == "undecided":
-        message = str(fault)
-    elif outcome.kind == "not finite":
-        message = (
-            f"the acceleration at the start is not finite{where}: expected a start where the mass "
-            "matrix is regular and every force is finite"
-            + ("" if problem.loops else explain_defaults(problem.mechanism, asked))
-        )
-    elif outcome.kind == "stiff":
-        message = (
-            f"the equations are too stiff for dop853{where}; use method='auto', 'lsoda' or 'radau'"
-        )
-    elif outcome.kind == "too many steps":
-        message = (
-            f"more than {say_count(problem.max_steps, 'step')}{where}; raise max_steps, "
-            "shorten the duration or loosen rtol"
-        )
-    elif outcome.kind == "no headway":
-        message = (
-            f"no headway{where}: the last steps covered less than a millionth of the duration; "
-            "a force chatters there, as dry friction does at rest, or the mechanism is next to a "
-            "singular position; smooth the force, or loosen rtol"
-        )
-    else:
-        message = (
-            f"the step size collapsed{where}: a force or the mass matrix becomes singular there, "
-            "or an input jumps; check the forces near this state, or loosen rtol"
-        )
+    kind, cause = outcome.kind, fault
+    if kind == "interrupted" or isinstance(fault, KeyboardInterrupt):
+        kind, cause = "interrupted", KeyboardInterrupt()
+    rests = motion.events[-1].name if motion is not None and motion.events else ""
+    unclosed = "" if problem.loops else explain_defaults(problem.mechanism, asked)
+    messages: dict[Kind, str] = {
+        "interrupted": f"interrupted{where}",
+        "contact": f"event {rests!r} comes to rest{where}: a lasting contact is not modelled; "
+        "let the event stop",
+        "progress": f"progress raised {fault!r}{where}",
+        "fault": f"the equations failed{where}: {fault}",
+        "undecided": str(fault),
+        "not finite": f"the acceleration at the start is not finite{where}: expected a start where "
+        f"the mass matrix is regular and every force is finite{unclosed}",
+        "stiff": f"the equations are too stiff for dop853{where}; use method='auto', 'lsoda' or "
+        "'radau'",
+        "too many steps": f"more than {say_count(problem.max_steps, 'step')}{where}; raise "
+        "max_steps, shorten the duration or loosen rtol",
+        "no headway": f"no headway{where}: the last steps covered less than a millionth of the "
+        "duration; a force chatters there, as dry friction does at rest, or the mechanism is next "
+        "to a singular position; smooth the force, or loosen rtol",
+        "step too small": f"the step size collapsed{where}: a force or the mass matrix becomes "
+        "singular there, or an input jumps; check the forces near this state, or loosen rtol",
+    }
+    message = messages[kind]
     kept = "; the motion until then is in the error's .motion" if motion is not None else ""
     error = IntegrationError(message + kept, time=t, state=y, motion=motion)
     error.__cause__ = cause

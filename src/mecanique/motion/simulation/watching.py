@@ -19,7 +19,7 @@ from mecanique.errors import InputError, IntegrationError, MecaniqueError
 from mecanique.model.constraint_base import PressingContact
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.record.curve import Curve, Steps
+from mecanique.motion.record.curve import PLACES, Curve, Steps, interpolate
 from mecanique.motion.record.events import Event, Occurrence, Quantity, break_names
 from mecanique.motion.record.trajectory import Trajectory
 from mecanique.motion.simulation.integrators.methods import StallDetector, Task, advance_within
@@ -28,16 +28,6 @@ from mecanique.motion.tolerances import AT_LIMIT, IDLE, INSTANT, SHORTEST_FLIGHT
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
-
-
-@final
-@dataclass(frozen=True)
-class Pressing:
-    """Normal force and friction of what rolls, along a motion."""
-
-    contact: PressingContact
-    normal: Array  # shape (n,); NaN where it is undetermined [N]
-    friction: Array  # shape (n,), its magnitude, likewise [N]
 
 
 def contact_events(mechanism: Mechanism, *, stop: bool = False) -> tuple[Event, ...]:
@@ -61,28 +51,25 @@ def contact_events(mechanism: Mechanism, *, stop: bool = False) -> tuple[Event, 
     return tuple(Event(name, LimitMargin(mechanism, k), -1, stop) for k, name in enumerate(names))
 
 
-def find_breaks(mechanism: Mechanism, reference: Reference, curve: Curve) -> tuple[Occurrence, ...]:
+def find_breaks(reference: Reference, curve: Curve) -> tuple[Occurrence, ...]:
     """Return where along a motion contacts and cords cease to hold, amiss at its start or later."""
-    margins = _Margins(mechanism, reference)
     from scipy.optimize import brentq
 
     times = np.unique(np.concatenate([curve.t, (curve.t[1:] + curve.t[:-1]) / 2]))
     states = curve(times)
-    along = zip(states.q, states.v, times.tolist(), strict=True)
-    rows = np.array([margins.at(*state) for state in along])
+    rows = margins_along(reference, states.q, states.v, times)
     breaks = []
-    for k, name in enumerate(margins.names):
+    for k, name in enumerate(break_names(reference.mechanism)):
         falls = np.flatnonzero((rows[:-1, k] > 0) & (rows[1:, k] <= 0))
         moments = [float(times[0])] if rows[0, k] < 0 else []
+
+        def margin(t: float, k: int = k) -> float:
+            state = curve(np.array([t]))
+            return float(margins_along(reference, state.q, state.v, np.array([t]))[0, k])
+
         for i in falls.tolist():
-
-            def margin(t: float, k: int = k) -> float:
-                state = curve(t)
-                return float(margins.at(state.q, state.v, t)[k])
-
-            moments.append(
-                float(brentq(margin, times[i], times[i + 1], xtol=INSTANT, rtol=INSTANT))
-            )
+            at = brentq(margin, times[i], times[i + 1], xtol=INSTANT, rtol=INSTANT)
+            moments.append(float(at))
         for t in moments:
             state = curve(t)
             breaks.append(Occurrence(name, t, state.q, state.v, state.v))
@@ -90,24 +77,51 @@ def find_breaks(mechanism: Mechanism, reference: Reference, curve: Curve) -> tup
 
 
 def margins_along(reference: Reference, q: Array, v: Array, t: Array) -> Array:
-    """Return what contacts and cords have left, shape (n, names) [N]; NaN if undetermined."""
-    margins = _Margins(reference.mechanism, reference)
-    return np.array([margins.at(*state) for state in zip(q, v, t.tolist(), strict=True)])
+    """Return what contacts and cords have left in n states, in the order of `break_names` [N].
+
+    Normal forces, reserves of friction and tensions, shape (n, names); NaN if undetermined.
+    """
+    mechanism, columns = reference.mechanism, list[Array]()
+    pressed = pressings(reference, q, v, t)
+    contacts = [c for c in mechanism.contacts if isinstance(c, PressingContact)]
+    for contact, (normal, friction) in zip(contacts, pressed, strict=True):
+        columns.append(normal)
+        if contact.friction is not None:
+            columns.append(mechanism.evaluate(contact.friction) * normal - friction)
+    tensions = [name for element in mechanism.elements for name in element.tensions]
+    if tensions:
+        forces = reference.guide_forces(q, v, t)
+        columns += [forces[name] for name in tensions]
+    margins: Array = np.array(columns).reshape(-1, len(t)).T
+    return margins
 
 
-def pressings(reference: Reference, q: Array, v: Array, t: Array) -> tuple[Pressing, ...]:
-    """Return normal force and friction of all that rolls, in n states."""
-    rolling = [c for c in reference.mechanism.contacts if isinstance(c, PressingContact)]
-    if not rolling:
-        return ()
-    states = zip(q, v, t.tolist(), strict=True)
-    forces = np.array([_contact_forces(reference, *state) for state in states])
-    names = _row_names(reference)
-    result: list[Pressing] = []
-    for contact in rolling:
-        N, x, y = (forces[:, names.index(f"{contact.name}: {row}")] for row in contact.rows)
-        result.append(Pressing(contact, N, np.hypot(x, y)))
-    return tuple(result)
+def pressings(reference: Reference, q: Array, v: Array, t: Array) -> Array:
+    """Return normal force and friction of all that rolls in n states, shape (contacts, 2, n) [N].
+
+    NaN where they are undetermined; states may be off the loops by the tolerance. Where guides
+    alone hold a body against a row, nothing presses it there.
+    """
+    contacts = [c for c in reference.mechanism.contacts if isinstance(c, PressingContact)]
+    closed = reference.closed
+    if not contacts:
+        return np.zeros((0, 2, len(t)))
+    assert closed is not None, "the mechanism has contacts"
+    forces = np.empty((len(t), len(closed.closures.names)))
+    for known, state in zip(forces, zip(q, v, t.tolist(), strict=True), strict=True):
+        solved = closed.solve(*state)
+        known[:] = solved.multipliers
+        if not solved.determined.all():
+            jacobian = closed.closures.at(*state).jacobian
+            units = closed.measure(jacobian).units
+            idle = np.abs(units.rows[:, None] * jacobian * units.columns).max(axis=1) < IDLE
+            known[~(solved.determined | idle)] = np.nan
+    by_name = dict(zip(closed.closures.names, forces.T, strict=True))
+    pressed = []
+    for contact in contacts:
+        N, x, y = (by_name[f"{contact.name}: {row}"] for row in contact.rows)
+        pressed.append((N, np.hypot(x, y)))
+    return np.array(pressed)
 
 
 @final
@@ -122,62 +136,8 @@ class LimitMargin:
         """Return the margin [N]."""
         from mecanique.reference import Reference
 
-        return float(_Margins(self.mechanism, Reference.of(self.mechanism)).at(q, v, t)[self.which])
-
-
-@final
-class _Margins:
-    """The margins to all limits [N]: normal forces, reserves of friction, tensions."""
-
-    def __init__(self, mechanism: Mechanism, reference: Reference) -> None:
-        self._reference = reference
-        self._rolling = [
-            contact for contact in mechanism.contacts if isinstance(contact, PressingContact)
-        ]
-        self._coefficients = [
-            None if contact.friction is None else mechanism.evaluate(contact.friction)
-            for contact in self._rolling
-        ]
-        self._tensions = [name for contact in mechanism.elements for name in contact.tensions]
-        self.names = break_names(mechanism)
-
-    def at(self, q: Array, v: Array, t: float) -> Array:
-        """Return the margins in a state, shape (n,); NaN where forces are undetermined."""
-        margins: list[float] = []
-        if self._rolling:
-            forces, names = _contact_forces(self._reference, q, v, t), _row_names(self._reference)
-            for contact, coefficient in zip(self._rolling, self._coefficients, strict=True):
-                N, x, y = (forces[names.index(f"{contact.name}: {row}")] for row in contact.rows)
-                margins.append(N)
-                if coefficient is not None:
-                    margins.append(coefficient * N - np.hypot(x, y))
-        if self._tensions:
-            tensions = self._reference.guide_forces(q, v, t)
-            margins += [float(tensions[name]) for name in self._tensions]
-        return np.array(margins)
-
-
-def _contact_forces(reference: Reference, q: Array, v: Array, t: float) -> Array:
-    """The multipliers in a state that may be off the loops by the tolerance, NaN if not known.
-
-    Where guides alone hold a body against a row, nothing presses it there.
-    """
-    closed = reference.closed
-    assert closed is not None, "the mechanism has contacts"
-    solved = closed.solve(q, v, t)
-    if solved.determined.all():
-        return solved.multipliers
-    jacobian = closed.closures.at(q, v, t).jacobian
-    units = closed.measure(jacobian).units
-    idle = np.abs(units.rows[:, None] * jacobian * units.columns).max(axis=1) < IDLE
-    known: Array = np.where(solved.determined | idle, solved.multipliers, np.nan)
-    return known
-
-
-def _row_names(reference: Reference) -> tuple[str, ...]:
-    closed = reference.closed
-    assert closed is not None, "the mechanism has contacts"
-    return tuple(closed.closures.names)
+        reference = Reference.of(self.mechanism)
+        return float(margins_along(reference, q[None], v[None], np.array([t]))[0, self.which])
 
 
 @final
@@ -205,9 +165,8 @@ def limit_events(mechanism: Mechanism, start: np.ndarray) -> tuple[Event, ...]:
             if np.isfinite(bound):
                 # a motion that starts nearer to a limit may come half as near
                 near = min(margin, abs(float(start[at]) - bound) / 2)
-                ends.append(
-                    Event(f"end of chart {name}", _Distance(at, bound, side, near), -1, stop=True)
-                )
+                inside = _Distance(at, bound, side, near)
+                ends.append(Event(f"end of chart {name}", inside, -1, stop=True))
     return tuple(ends)
 
 
@@ -225,35 +184,24 @@ def joint_events(
             f'expected "stop" or a coefficient of restitution in 0…1 for limits, got {limits!r}'
         )
     restitution = None if isinstance(limits, str) else float(limits)
-    places = {name: at for at, name in enumerate(mechanism.coordinates)}
-    events = []
+    values = start[: mechanism.nq].tolist()
+    places, events = dict(zip(mechanism.coordinates, values, strict=True)), list[Event]()
     for joint in mechanism.joints:
         if not isinstance(joint, Single) or joint.limits is None:
             continue
-        if joint.coordinate not in places:
-            continue
-        value = float(start[places[joint.coordinate]])
-        for bound, side, words in (
-            (float(joint.limits.lower), 1, "lower"),
-            (float(joint.limits.upper), -1, "upper"),
-        ):
-            if not np.isfinite(bound):
+        value = places.get(joint.coordinate)
+        for words, side in (("lower", 1), ("upper", -1)):
+            bound = float(getattr(joint.limits, words))
+            if value is None or not np.isfinite(bound):
                 continue
             if side * (value - bound) < 0:
                 raise InputError(
                     f"joint {joint.name!r} starts at {value:.6g}, beyond its {words} limit "
                     f"{bound:.6g}; start within the limits, or leave them out"
                 )
-            when = side * (Symbol(joint.coordinate) - bound)
-            events.append(
-                Event(
-                    f"{words} limit of {joint.name}",
-                    when,
-                    -1,
-                    stop=restitution is None,
-                    restitution=restitution,
-                )
-            )
+            when, stop = side * (Symbol(joint.coordinate) - bound), restitution is None
+            name = f"{words} limit of {joint.name}"
+            events.append(Event(name, when, -1, stop=stop, restitution=restitution))
     return tuple(events)
 
 
@@ -288,10 +236,6 @@ def report_end(progress: Callable[[float], object] | None, motion: Trajectory) -
             "the whole motion is in the error's .motion"
         )
         raise IntegrationError(message, time=t, motion=motion) from error
-
-
-PLACES = (0.25, 0.5, 0.75, 1.0)
-"""Fractions of a step at which events are checked."""
 
 
 MAX_HALVINGS = 50
@@ -497,9 +441,8 @@ class Watcher:
             (y0, y1), (d0, d1) = steps.y[at : at + 2], steps.dy[at : at + 2]
             low, h = t0, t1 - t0
             for x in PLACES:
-                # cubic Hermite interpolation is enough to see a sign change
-                a, b = (1 + 2 * x) * (1 - x) ** 2, x * x * (3 - 2 * x)
-                y = a * y0 + b * y1 + h * x * (1 - x) * ((1 - x) * d0 - x * d1) if x < 1 else y1
+                # cubic interpolation is enough to see a sign change
+                y = interpolate(x, h, (y0, y1), (d0, d1)) if x < 1 else y1
                 high = t0 + x * h if x < 1 else t1
                 now = self._measure(high, y)
                 self._compare(now, low, high)

@@ -13,7 +13,7 @@ from mecanique.generation.dop853 import LEAP, NEAREST, PASSED
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
 from mecanique.motion.compile.stepper import March, Stepper, Tolerances
-from mecanique.motion.record.curve import Curve, State, Steps
+from mecanique.motion.record.curve import PLACES, Curve, State, Steps, interpolate
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.simulation.integrators.methods import (
     METHODS,
@@ -35,10 +35,6 @@ _KINDS: dict[str, Kind] = {
     "off": "step too small",
 }
 """Outcomes by why compiled steps stop."""
-
-
-_PLACES = (0.25, 0.5, 0.75)
-"""Fractions of a step, besides its end, at which to see whether a chart has ended."""
 
 
 _Events: TypeAlias = Callable[[Curve], tuple[Occurrence, ...]]
@@ -132,11 +128,8 @@ def _find_end_of_chart(problem: Problem, steps: Steps, first: int, reason: str) 
     t, y, dy = (np.array(part[first:]) for part in (steps.t, steps.y, steps.dy))
     h, nq = np.diff(t)[:, None], problem.mechanism.nq
     outside = np.zeros(len(h), dtype=bool)
-    for x in (*_PLACES, 1.0):
-        # cubic Hermite interpolation is enough to see it
-        a, b = (1 + 2 * x) * (1 - x) ** 2, x * x * (3 - 2 * x)
-        bend = h * x * (1 - x) * ((1 - x) * dy[:-1] - x * dy[1:])
-        there = a * y[:-1] + b * y[1:] + bend
+    for x in PLACES:
+        there = interpolate(x, h, (y[:-1], y[1:]), (dy[:-1], dy[1:]))
         for end in problem.ends:
             quantity = end.quantity(problem.mechanism)
             outside |= np.asarray(quantity(0.0, there[:, :nq], there[:, nq:])) <= 0
