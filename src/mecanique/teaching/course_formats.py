@@ -244,12 +244,12 @@ def _export_prairielearn(made: Sequence[Exercise], place: Path) -> None:
     text = f"<pl-question-panel>\n{problem}\n</pl-question-panel>\n<mq-equation></mq-equation>\n"
     variants = [
         {
-            "system": one.mechanism.name,
-            "ask": one.ask,
-            "answer": one.answer,
-            "given": one.given,
+            "system": variant.mechanism.name,
+            "ask": variant.ask,
+            "answer": variant.answer,
+            "given": variant.given,
         }
-        for one in made
+        for variant in made
     ]
     _write(question / "info.json", json.dumps(info, indent=2))
     _write(question / "question.html", text)

@@ -72,13 +72,13 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
         assert quantity.values is not None
         if quantity.kind == "several":
             known = [measure(omega, quantity.letters) for omega in quantity.values]
-            return {"kind": "several", "measures": [table_of(one) for one in known]}
-        found: dict[str, Any] = {"values": _list(quantity.values, sample.count)}
+            return {"kind": "several", "measures": [table_of(omegas) for omegas in known]}
+        answer: dict[str, Any] = {"values": _list(quantity.values, sample.count)}
         if quantity.again is not None:
             values, states = quantity.again
             moved = table({**sample.letters, **states}, sample.count)
-            found["again"] = {"values": _list(values, sample.count), "states": moved}
-        return found
+            answer["again"] = {"values": _list(values, sample.count), "states": moved}
+        return answer
 
     fixed = truth.hold(frozenset())
     numbers = value(checker.ask(ask, frozenset()), fixed.sample)

@@ -45,12 +45,12 @@ def _list_slips(mechanism: Mechanism) -> Iterator[_Slip]:
             text = f"the inertia of '{body.name}' about its own center is missing"
             yield _Slip(text, _exchange(mechanism, body, point))
     for force in mechanism.forces:
-        others = tuple(other for other in mechanism.forces if other is not force)
+        others = tuple(kept for kept in mechanism.forces if kept is not force)
         yield _Slip(f"the force of '{force.name}' is missing", replace(mechanism, forces=others))
 
 
-def _exchange(mechanism: Mechanism, body: Body, other: Body) -> Mechanism:
-    bodies = tuple(other if present is body else present for present in mechanism.bodies)
+def _exchange(mechanism: Mechanism, body: Body, wrong: Body) -> Mechanism:
+    bodies = tuple(wrong if present is body else present for present in mechanism.bodies)
     return replace(mechanism, bodies=bodies)
 
 
@@ -133,7 +133,7 @@ def write_stack(made: Sequence[Exercise], problem: str, figure: str) -> str:
     slips: list[tuple[str, list[str]]] = []
     for slip in _list_slips(mechanism):
         solved = maxima.solve(slip.mechanism)
-        if solved is not None and solved != true and solved not in [other for _, other in slips]:
+        if solved is not None and solved != true and solved not in [wrong for _, wrong in slips]:
             slips.append((slip.text, solved))
     inputs = [f"ans{k + 1}" for k in range(mechanism.nv)]
     rates = maxima.accelerations

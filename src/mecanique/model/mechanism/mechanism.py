@@ -289,9 +289,9 @@ class Mechanism(StateSpace, Variants):
         object.__setattr__(
             self, "coordinates", Coordinates(names, tuple(driven.items()), self.coordinates.limits)
         )
-        found = faults(self)
-        if found:
-            raise MechanismError(self.name, found)
+        broken = faults(self)
+        if broken:
+            raise MechanismError(self.name, broken)
 
     def _collect_driven(self) -> dict[str, Scalar]:
         """The coordinate map, and what follows within joints: of what is driven there, too."""

@@ -71,7 +71,7 @@ def _switching(m: Description) -> Iterator[str]:
                 yield f"{where}: {joint!r} is no joint with one coordinate"
             elif isinstance(element, Capstan) and joint not in slides:
                 yield f"{where}: expected the name of a slide, got {joint!r}"
-        pressing = {other.name for other in m.switching if not isinstance(other, Friction)}
+        pressing = {switch.name for switch in m.switching if not isinstance(switch, Friction)}
         if element.pressed_by is not None and element.pressed_by not in pressing:
             yield f"{where}: {element.pressed_by!r}, its load, is no contact or stop"
 
@@ -260,9 +260,9 @@ def _potential(
         yield f"{where}: {DISTANCE!r} is the distance of its ends; rename what is called so"
     varying = symbols_in(V) & (everything - constants) - its
     for name in sorted(varying):
-        other = "time" if name == "t" else repr(name)
+        got = "time" if name == "t" else repr(name)
         yield (
-            f"{where}: its potential is to depend on {named} and parameters alone, got {other}; "
+            f"{where}: its potential is to depend on {named} and parameters alone, got {got}; "
             "what varies otherwise is a load"
         )
     yield from _unknown(where, (V,), constants | its | varying)

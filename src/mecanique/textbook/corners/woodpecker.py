@@ -85,13 +85,13 @@ def _mass_matrix(s: facts.Values) -> list[list[float]]:
     both = s.a + s.s
     lever, reach = s.l_M * cos(s.a), s.l_G * cos(both)
     cross = s.J_S + s.m_S * s.l_G**2 + s.m_S * s.l_M * s.l_G * cos(s.s)
-    own = s.J_S + s.m_S * s.l_G**2
+    swing = s.J_S + s.m_S * s.l_G**2
     tilt = s.J_M + s.m_S * s.l_M**2 + s.m_S * s.l_M * s.l_G * cos(s.s) + cross
     lift = s.m_S * (lever + reach)
     return [
         [s.m_M + s.m_S, lift, s.m_S * reach],
         [lift, tilt, cross],
-        [s.m_S * reach, cross, own],
+        [s.m_S * reach, cross, swing],
     ]
 
 

@@ -45,8 +45,11 @@ def build() -> mq.Mechanism:
 
 def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
     """Return M (Tedrake, eq. 3.4)."""
-    own, cross = s.m2 * s.l2**2 / 3, s.m2 * s.l1 * s.l2 / 2 * cos(s.q2)
-    return [[(s.m1 / 3 + s.m2) * s.l1**2 + own + 2 * cross, own + cross], [own + cross, own]]
+    outer, cross = s.m2 * s.l2**2 / 3, s.m2 * s.l1 * s.l2 / 2 * cos(s.q2)
+    return [
+        [(s.m1 / 3 + s.m2) * s.l1**2 + outer + 2 * cross, outer + cross],
+        [outer + cross, outer],
+    ]
 
 
 def weights(s: facts.Values) -> tuple[facts.Number, facts.Number]:

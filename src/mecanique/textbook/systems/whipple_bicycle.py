@@ -132,14 +132,12 @@ def piece(p: Mapping[str, mq.Parameter], of: str, x: Scalar, z: Scalar) -> mq.Sh
 
 def wheel(p: Mapping[str, mq.Parameter], of: str) -> tuple[mq.Shape, ...]:
     """Return a wheel with a spoke, by which its turning is seen."""
-    r, across, own = p[f"r{of}"], p[f"I{of}xx"], p[f"I{of}yy"]
-    rim = mq.Visual(
-        mq.Cylinder(r, 0.03), mq.Placement(rpy=(pi / 2, 0, 0)), (0.0, 0.447, 0.698, 0.35)
-    )
+    r, across, about_hub = p[f"r{of}"], p[f"I{of}xx"], p[f"I{of}yy"]
+    paint = (0.0, 0.447, 0.698, 0.35)
+    rim = mq.Visual(mq.Cylinder(r, 0.03), mq.Placement(rpy=(pi / 2, 0, 0)), paint)
     spoke = mq.Visual(mq.Box((0.04, 0.04, 1.9 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
-    return mq.Shape(p[f"m{of}"], (0, 0, 0), (across, own, across, 0, 0, 0), (rim,)), mq.massless(
-        spoke
-    )
+    moments = (across, about_hub, across, 0, 0, 0)
+    return mq.Shape(p[f"m{of}"], (0, 0, 0), moments, (rim,)), mq.massless(spoke)
 
 
 def tube(start: tuple[Scalar, Scalar], end: tuple[Scalar, Scalar]) -> mq.Shape:
@@ -172,11 +170,11 @@ def parts(s: facts.Values) -> list[Part]:
         start: facts.Number,
         at: facts.Number,
         w: facts.Number,
-        own: facts.Number,
+        turn_rate: facts.Number,
         I: facts.Number,
     ) -> Part:
         arm = at - (steering * EX if start is head else 0)
-        return mass, start + cross(w, arm), s.z + up @ at, own @ I @ own
+        return mass, start + cross(w, arm), s.z + up @ at, turn_rate @ I @ turn_rate
 
     frame = array([s.xB, 0, s.zB - s.rR])
     fork = steering * EX + turn @ array([s.xH - steering, 0, s.zH - s.rR])
