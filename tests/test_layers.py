@@ -166,7 +166,7 @@ ORDER: dict[str, list[str]] = {
     "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
     "checking.judgement": ["truth", "equilibria motion proof", "quantities", "formula"],
     "checking.mistakes": ["units", "hypotheses", "of_quantities", "search"],
-    "teaching": ["exercise marks question", "stack", "course_formats"],
+    "teaching": ["exercise marks question", "class_page stack", "course_formats"],
     "serving": ["agents"],
     "generation": [
         "dop853 identifiers quantities",

@@ -179,6 +179,14 @@ def test_values_and_seeds_are_taken_by_check() -> None:
     assert tools.check(ROD, "T = 2.316 s", "frequency")["outcome"] == "wrong"
 
 
+def test_equations_of_a_chain_are_derived_for_a_number_of_links() -> None:
+    two = tools.derive("n_link_pendulum", parameters={"n": 2})
+    assert "q2''" in two
+    assert "q3''" not in two
+    with pytest.raises(mq.UnknownNameError, match="unknown parameter 'L'"):
+        tools.derive(ROD, parameters={"L": 2.0})
+
+
 def test_a_urdf_that_cannot_be_read_has_findings_and_no_verdict() -> None:
     found = tools.verify_urdf("<robot name='r'><link></robot>")
     assert found["verdict"] is None

@@ -6,14 +6,16 @@ import csv
 import io
 import json
 import os
+import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.teaching import grade
+from mecanique.teaching import grade, write_class_page
 
 SHEET = """
 title = "Sheet 1"
@@ -335,3 +337,30 @@ def test_frequent_mistakes_keep_their_words(tmp_path: Path) -> None:
     grades = grade(tmp_path / "sheet.toml", tmp_path / "answers")
     reason = "a factor 2 pi is missing or surplus: omega = 2 pi f = 2 pi/T"
     assert grades.frequent == (("1", reason, 2),)
+
+
+def test_the_results_of_a_class_are_a_page(course: Path) -> None:
+    sheet, answers = course / "sheet.toml", course / "answers"
+    twin = answers / "<b>dan"
+    twin.mkdir()
+    for path in (answers / "ben").iterdir():
+        (twin / path.name).write_bytes(path.read_bytes())
+    page = course / "results.html"
+    result = CliRunner().invoke(app, ["grade", str(sheet), str(answers), "--html", str(page)])
+    assert result.exit_code == 0
+    assert "Wrote" in result.output
+    grades, text = grade(sheet, answers), page.read_text(encoding="utf-8")
+    assert text == write_class_page(grades)
+    root = ElementTree.fromstring(re.sub(r"<!doctype html>\n|<meta [^>]*>", "", text))
+    questions, mistakes, students = root.iter("table")
+    rows = {row[0].text: [cell.text or "" for cell in row] for row in students.iter("tr")}
+    for student, total in grades.totals.items():
+        assert float(rows[student][-1]) == total
+        assert sum(map(float, rows[student][1:-1])) == pytest.approx(total)
+    meters = [float(meter.get("value", "nan")) for meter in questions.iter("meter")]
+    assert meters == pytest.approx(list(grades.by_question.values()), abs=1e-4)
+    shown = [tuple(cell.text for cell in row) for row in mistakes.iter("tr")][1:]
+    assert shown == [(name, reason, str(count)) for name, reason, count in grades.frequent]
+    opened = {summary.text for summary in root.iter("summary")}
+    assert opened == {mark.student for mark in grades.marks if mark.reason}
+    assert "<script" not in text

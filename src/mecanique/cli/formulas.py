@@ -88,18 +88,23 @@ def check(
     help="A folder with one folder (1a.txt, 1b.tex …) or one .toml per student.",
 )
 @click.option("--csv", type=options.PATH, metavar="FILE", help="Write the marks to this file.")
+@click.option("--html", type=options.PATH, metavar="FILE", help="Write a page of the results.")
 @report_errors
-def grade(sheet: Path, answers: Path, csv: Path | None) -> None:
+def grade(sheet: Path, answers: Path, csv: Path | None, html: Path | None) -> None:
     """Grade answers to a sheet, with partial credit and reasons."""
     from mecanique.teaching import grade as grade_sheet
+    from mecanique.teaching import write_class_page
 
     with progress("Grading") as advance:
         grades = grade_sheet(sheet, answers, progress=advance)
-    if csv is None:
+    if csv is None and html is None:
         say(str(grades))
-    else:
+    if csv is not None:
         write_text(csv, grades.to_csv())
         say(f"Wrote {csv}")
+    if html is not None:
+        write_text(html, write_class_page(grades))
+        say(f"Wrote {html}")
 
 
 @click.command(epilog='Example: mecanique exercise cart_pole --seed 7 --ask "equation of motion"')

@@ -81,6 +81,7 @@ def derive(
     method: str = "lagrange",
     form: Literal["text", "latex"] = "text",
     steps: bool = False,
+    parameters: dict[str, float] | None = None,
 ) -> str:
     """Derive the equations of motion of a textbook system.
 
@@ -89,8 +90,10 @@ def derive(
         method: of derivation: lagrange, newton_euler or virtual_work.
         form: text or LaTeX.
         steps: whether to show how they came about.
+        parameters: values that differ from the catalogue's, in SI units; of a chain its number n
+            of links.
     """
-    equations = derive_equations(load(system), method)
+    equations = derive_equations(load(system, **(parameters or {})), method)
     text = equations.latex(steps) if form == "latex" else equations.text(steps)
     if len(text) > _WIDEST:
         raise InputError(f"the equations have {len(text):,} characters; ask without steps")

@@ -1,5 +1,6 @@
 """Sheets graded, and exercises made and exported."""
 
+from mecanique.teaching.class_page import write_class_page
 from mecanique.teaching.course_formats import COURSES, export_exercise
 from mecanique.teaching.exercise import Exercise, make_exercise
 from mecanique.teaching.marks import Grades, Mark, grade, mark_answer
@@ -13,4 +14,5 @@ __all__ = [
     "grade",
     "make_exercise",
     "mark_answer",
+    "write_class_page",
 ]
