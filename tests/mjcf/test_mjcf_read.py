@@ -223,8 +223,21 @@ def test_joints_that_follow_in_circles_are_refused() -> None:
     circle = "".join(
         f'<joint joint1="{a}_joint" joint2="{b}_joint"/>' for a, b in (("a", "b"), ("b", "a"))
     )
-    with pytest.raises(mq.InputError, match="is tied by several constraints"):
+    with pytest.raises(mq.InputError, match="would follow itself"):
         read_mjcf(model(TWO, f"<equality>{circle}</equality>"))
+
+
+def test_joints_may_follow_joints_that_follow_others() -> None:
+    three = TWO + ARM.format("c", "0.8 0 1", "")
+    laws = (
+        '<joint joint1="c_joint" joint2="b_joint" polycoef="0.1 2"/>'
+        '<joint joint1="b_joint" joint2="a_joint" polycoef="0.2 3"/>'
+    )
+    driven = read_mjcf(model(three, f"<equality>{laws}</equality>")).coordinates.driven
+    assert float(driven["c_joint"].subs({"a_joint": 0.5})) == pytest.approx(0.1 + 2 * (0.2 + 1.5))
+    twice = '<joint joint1="a_joint"/><joint joint1="a_joint" joint2="b_joint"/>'
+    with pytest.raises(mq.InputError, match="'a_joint' is tied by several constraints"):
+        read_mjcf(model(TWO, f"<equality>{twice}</equality>"))
 
 
 def test_a_tendon_ties_two_joints() -> None:

@@ -100,7 +100,7 @@ def test_mimics_of_mimics_follow_the_joint_that_moves() -> None:
     mechanism = read_sdf(model(parts + joint("r", "a", "b", follow("q"))))
     at = mechanism.coordinates.driven["s"].subs({"q": 0.7})
     assert float(at) == pytest.approx(2 * (2 * 0.4 + 0.1 - 0.3) + 0.1, rel=1e-14)
-    with pytest.raises(mq.InputError, match="joint 'r' would follow itself by its mimics"):
+    with pytest.raises(mq.InputError, match="would follow itself"):
         read_sdf(model(parts + joint("r", "a", "b", follow("s"))))
 
 

@@ -1072,10 +1072,9 @@ class _Reader(Source):
                 drive = Names(force.name for force in self._forces).free(f"{name}_drive_damper")
                 self._forces.append(JointDamper(drive, name, damping))
 
-    def _close(self, root: Element) -> tuple[list[Loop], dict[str, Scalar]]:
-        """Return the loops and the map of joints that the equality constraints make."""
+    def _close(self, root: Element) -> list[Loop]:
+        """Return the loops that the equality constraints make, and note which joints follow."""
         loops: list[Loop] = []
-        follows: dict[str, Scalar] = {}
         names = Names()
         links = {link.name: link for link in self._links}
         for element in (child for part in root.all("equality") for child in part.children):
@@ -1093,10 +1092,10 @@ class _Reader(Source):
             texts = self._attributes(element, key, defaults)
             name = names.free(texts.get("name") or element.tag)
             if element.tag == "joint":
-                self._follow(element, texts, follows)
+                self._follow(element, texts)
                 continue
             if element.tag == "tendon":
-                self._tie(element, texts, follows)
+                self._tie(element, texts)
                 continue
             if "site1" in texts:
                 ends = [self._sites.get(texts.get(site, "")) for site in ("site1", "site2")]
@@ -1113,7 +1112,7 @@ class _Reader(Source):
                 loops.append(Loop.ball(name, a, points[0], b, points[1]))
             else:
                 loops.append(Loop.weld(name, a, placement_at(at_a), b, placement_at(at_b)))
-        return loops, follows
+        return loops
 
     def _meet(
         self, element: Element, texts: Mapping[str, str], a: _Link, b: _Link
@@ -1131,9 +1130,7 @@ class _Reader(Source):
         relative[:3, :3], relative[:3, 3] = turn_of(numbers[3:]), numbers[:3]
         return a.shift @ relative, at  # where the anchor of b goes, MuJoCo counts it in
 
-    def _follow(
-        self, element: Element, texts: Mapping[str, str], follows: dict[str, Scalar]
-    ) -> None:
+    def _follow(self, element: Element, texts: Mapping[str, str]) -> None:
         """Note y − y₀ = Σ cₖ (x − x₀)ᵏ of two joints."""
         first, second = texts.get("joint1", ""), texts.get("joint2", "")
         for name in (first, *([second] if second else [])):
@@ -1144,9 +1141,9 @@ class _Reader(Source):
         if second:
             x = coordinate(second) - self._references[second]
             law = law + sum(c * x**k for k, c in enumerate(factors) if k and c)
-        self._note_law(element, first, law, follows)
+        self.follow(element, first, law)
 
-    def _tie(self, element: Element, texts: Mapping[str, str], follows: dict[str, Scalar]) -> None:
+    def _tie(self, element: Element, texts: Mapping[str, str]) -> None:
         """Solve L − L₀ = Σ cₖ (M − M₀)ᵏ of two tendons along joints for the first's last joint."""
         tendons = []
         for name in [texts.get("tendon1", ""), *([texts["tendon2"]] if "tendon2" in texts else [])]:
@@ -1160,31 +1157,21 @@ class _Reader(Source):
         for second in tendons[1:]:
             x = second.length(moved)
             law = law + sum(c * x**k for k, c in enumerate(factors) if k and c)
-        free = [joint for joint, factor in first.factors.items() if factor and joint not in follows]
+        free = [
+            joint for joint, factor in first.factors.items() if factor and joint not in self.laws
+        ]
         if not free:
             raise self.refuse(element, "no joint along the tendon is free to follow")
         joint = free[-1]
         rest = {name: factor for name, factor in first.factors.items() if name != joint}
         law = (law - _Tendon(rest).length(moved)) / first.factors[joint] + self._references[joint]
-        self._note_law(element, joint, law, follows)
-
-    def _note_law(
-        self, element: Element, joint: str, law: Scalar, follows: dict[str, Scalar]
-    ) -> None:
-        """Let a joint follow a law of others, of which none may follow it."""
-        if joint in follows or any(joint in symbols_in(earlier) for earlier in follows.values()):
-            raise self.refuse(element, f"joint {joint!r} is tied by several constraints")
-        for leader in sorted(symbols_in(law) & follows.keys()):
-            law = law.subs({coordinate(leader): follows[leader]})
-        if joint in symbols_in(law):
-            raise self.refuse(element, f"joint {joint!r} would follow itself")
-        follows[joint] = law
+        self.follow(element, joint, law)
 
     def _mechanism(self, root: Element) -> Mechanism:
         s = self._settings
         total = sum(link.mass.mass for link in self._links)
         scale = s.total / total if s.total > 0 and total > 0 else 1.0
-        loops, follows = self._close(root)
+        loops, follows = self._close(root), self.compose_laws()
         if s.density or s.viscosity:
             self._immerse(root.child("option") or root)
         self._forces = [_in_free_joints(force, follows) for force in self._forces]

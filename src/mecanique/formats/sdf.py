@@ -31,7 +31,7 @@ from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Sphere, Visual
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import Scalar, coordinate, symbols_in
+from mecanique.model.expression import coordinate, symbols_in
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import Force, JointDamper, JointSpring
 from mecanique.model.joint_base import Limits
@@ -177,7 +177,6 @@ class _Reader(Source):
         self._joints: list[Joint] = []
         self._forces: list[AnyForce] = []
         self._loops: list[Loop] = []
-        self._follows: dict[str, Scalar] = {}
         self._gravity = np.array([0.0, 0.0, -9.81])
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
@@ -702,7 +701,7 @@ class _Reader(Source):
                 self.number(tied, texts, key, default)
                 for key, default in (("multiplier", 1.0), ("offset", 0.0))
             )
-            self._follows[name] = factor * coordinate(leader) + offset
+            self.follow(tied, name, factor * coordinate(leader) + offset)
         if mimic is not None:
             leader = f"{joint.scope.name}{mimic.attributes.get('joint', '')}"
             if mimic.attributes.get("axis", "axis") != "axis":
@@ -710,20 +709,7 @@ class _Reader(Source):
             factor = self._number_in(mimic, "multiplier", 1.0)
             offset = self._number_in(mimic, "offset", 0.0)
             reference = self._number_in(mimic, "reference", 0.0)
-            self._follows[name] = factor * (coordinate(leader) - reference) + offset
-
-    def _compose_followers(self) -> None:
-        """State each law by joints that follow no others."""
-        for follower in self._follows:
-            for _ in range(len(self._follows)):
-                law = self._follows[follower]
-                (leader,) = symbols_in(law) or {""}
-                if leader not in self._follows:
-                    break
-                put = {coordinate(leader): self._follows[leader]}
-                self._follows[follower] = law.subs(put)
-            else:
-                raise InputError(f"joint {follower!r} would follow itself by its mimics")
+            self.follow(mimic, name, factor * (coordinate(leader) - reference) + offset)
 
     def _pitch(self, element: Element) -> float:
         """Advance per radian; `thread_pitch` is the old form, in rad/m and left-handed."""
@@ -783,11 +769,11 @@ class _Reader(Source):
                 lift = Force(f"{link.name}_weightless", link.name, (x, y, z), (fx, fy, fz))
                 self._forces.append(lift)
         singles = {joint.name for joint in self._joints}
-        for follower, law in self._follows.items():
+        for follower, (element, law) in self.laws.items():
             missing = symbols_in(law) - singles
             if missing:
-                raise InputError(f"joint {follower!r} mimics {min(missing)!r}, which is not there")
-        self._compose_followers()
+                message = f"joint {follower!r} mimics {min(missing)!r}, which is not there"
+                raise self.refuse(element, message)
         light = [link.name for link in self._links if link.weightless and not link.static]
         weight = f"<gravity> of {', '.join(light)} is off, which Drake ignores." if light else ""
         x, y, z = self._gravity.tolist()
@@ -797,7 +783,7 @@ class _Reader(Source):
             tuple(self._joints),
             forces=tuple(self._forces),
             loops=tuple(self._loops),
-            coordinates=Coordinates((), tuple(self._follows.items())),
+            coordinates=Coordinates((), tuple(self.compose_laws().items())),
             gravity=(x, y, z),
             ground=GROUND,
             about=self.describe(bodies, *filter(None, [weight])),

@@ -16,6 +16,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.bodies import Body
+from mecanique.model.expression import Scalar, coordinate, symbols_in
 from mecanique.model.mechanism.validation import inertia_fault
 from mecanique.model.placement import Placement, rpy_of
 from mecanique.urdf.findings import Report
@@ -25,6 +26,7 @@ from mecanique.urdf.parse import MOST_BYTES, parse
 GROUND = "world"
 MOST_FILES = 100
 MOST_ELEMENTS = 100_000
+MOST_FOLLOWED = 300
 
 
 class Source:
@@ -34,6 +36,7 @@ class Source:
         self.file = file
         self.omitted: Counter[str] = Counter()
         self.rubbing: list[str] = []  # joints with dry friction
+        self.laws: dict[str, tuple[Element, Scalar]] = {}  # of joints that follow others
         self._format = format_name
         self._files = self._elements = 0
 
@@ -110,6 +113,30 @@ class Source:
     ) -> float:
         """Return an attribute's number."""
         return float(self.numbers(element, texts, name, (default,), 1)[0])
+
+    def follow(self, element: Element, joint: str, law: Scalar) -> None:
+        """Let a joint follow others by a law."""
+        if joint in self.laws:
+            raise self.refuse(element, f"joint {joint!r} is tied by several constraints")
+        self.laws[joint] = element, law
+
+    def compose_laws(self) -> dict[str, Scalar]:
+        """Return the laws of all that follow, by joints that follow none."""
+        composed: dict[str, Scalar] = {}
+
+        def compose(joint: str, above: tuple[str, ...]) -> Scalar:
+            element, law = self.laws[joint]
+            if joint in above or len(above) > MOST_FOLLOWED:
+                raise self.refuse(element, f"joint {joint!r} would follow itself")
+            for leader in sorted(symbols_in(law) & self.laws.keys()):
+                if leader not in composed:
+                    composed[leader] = compose(leader, (*above, joint))
+                law = law.subs({coordinate(leader): composed[leader]})
+            return law
+
+        for joint in self.laws:
+            composed[joint] = composed[joint] if joint in composed else compose(joint, ())
+        return {joint: composed[joint] for joint in self.laws}
 
     def describe(self, bodies: Sequence[Body], *more: str) -> str:
         """Say what was left out, how much of it, and what else is to be known."""
