@@ -318,9 +318,7 @@ def test_what_a_change_explains_is_not_left() -> None:
     damped = replace(pendulum, forces=(mq.JointDamper("damper", "pin", 0.3),))
     evidence = evidence_of(pendulum, told_by(damped))
     (change,) = (one for one in joint_changes(evidence) if one.kind == "damping")
-    left = evidence.after(
-        change.answers - evidence.base, origins={}, moments={}, turns={}, slopes=None
-    )
+    left = evidence.after(change.answers - evidence.base, change.tree, None)
     assert evidence.before > 1e-3
     assert left.before < 1e-12
 
@@ -708,7 +706,7 @@ def test_each_kind_of_another_inertia_is_fitted_and_named_with_its_number(
     evidence = evidence_of(ours, told_by(theirs))
     slopes = [one.slopes for one in placement_changes(evidence)]
     assert all(each is not None and np.isfinite(each).all() for each in slopes)
-    moments = (J for one in fit_inertias(evidence) for J in one.moments.values())
+    moments = (J for one in fit_inertias(evidence) for J in one.tree.moments.values())
     assert all(np.allclose(J, J.T, rtol=0, atol=1e-12) for J in moments)
     fitting = [
         (one.kind, one.text)

@@ -132,17 +132,18 @@ class Checker:
         let: Sequence[str] | Mapping[str, str] = (),
     ) -> Check:
         """Return the verdict on a text."""
-        quantity = None if ask in _MOTION else self.ask(ask)
-        # what is right does not depend on the text: it is derived before the clock starts
-        self.truth.prepare()
         try:
-            # a stranger's formula may overflow; what has no value is judged as such, by all that
-            # is called from here
-            with bound_work(), np.errstate(all="ignore"):
-                check = self._judge(text, ask, quantity, let)
-                if check.outcome == "wrong":
-                    return self._close_denominators(check, text, ask, quantity, let)
-                return check
+            # a stranger's formula may overflow, and so may a quantity in a special state; what has
+            # no value is judged as such, by all that is called from here
+            with np.errstate(all="ignore"):
+                quantity = None if ask in _MOTION else self.ask(ask)
+                # what is right does not depend on the text: it is derived before the clock starts
+                self.truth.prepare()
+                with bound_work():
+                    check = self._judge(text, ask, quantity, let)
+                    if check.outcome == "wrong":
+                        return self._close_denominators(check, text, ask, quantity, let)
+                    return check
         except FormulaError as error:
             if error.text or not text.strip():
                 raise

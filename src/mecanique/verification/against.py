@@ -13,6 +13,7 @@ from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.errors import DerivationError, InputError, UnknownNameError
+from mecanique.formats.read import read
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.causes.search import causes_of
@@ -222,7 +223,7 @@ def _ask_file(
         return _Source(name, states, ask_in_child(name, ask_library, *given))
     if _is_urdf(path):
         states = random_states(mechanism, samples, seed)
-        return _ask_mechanism(mechanism, _read(path), states)
+        return _ask_mechanism(mechanism, read(path), states)
     states, tau = read_samples(path, mechanism)
     return _Source(name, states, {"inverse dynamics": tau}, given=name)
 
@@ -355,9 +356,3 @@ def _evaluate(
 def _is_urdf(path: str | os.PathLike[str]) -> bool:
     text = os.fspath(path)
     return "<" in text or text.lower().endswith((".urdf", ".xml"))
-
-
-def _read(path: str | os.PathLike[str]) -> Mechanism:
-    from mecanique.formats.read import read
-
-    return read(path)

@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar, final
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypeAlias, TypeVar, final
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +22,17 @@ from mecanique.arrays import Array
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.slips import Cause
 from mecanique.model.states import States
+
+
+class Tree(NamedTuple):
+    """What a change replaces in the tree of a mechanism, by place."""
+
+    origins: Mapping[int, Array] = MappingProxyType({})  # frames of joints
+    moments: Mapping[int, Array] = MappingProxyType({})  # mass moments of links
+    # how the axes of joints are turned in their frames
+    turns: Mapping[int, Array] = MappingProxyType({})
 
 
 @final
@@ -44,17 +55,11 @@ class Inputs:
         """Return some of the experiments, or the same ones several times."""
         return Inputs(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
-
-class _Experiment(NamedTuple):
-    """One quantity asked for at all states; its flags are those of `Inputs`."""
-
-    kind: str
-    v: Array
-    a: Array
-    tau: Array
-    heavy: bool = True
-    inertia: bool = True
-    loads: bool = False
+    @classmethod
+    def join(cls, parts: Sequence[Inputs]) -> Inputs:
+        """Return the experiments of several parts."""
+        names = cls.__dataclass_fields__
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 @final
@@ -83,55 +88,50 @@ class Evidence:
         a = np.abs(v).mean(axis=0) * np.random.default_rng(seed).normal(size=v.shape) if n else zero
         moved = _is_rheonomic(mechanism)
         given = {name: values for name, values in theirs.items() if np.isfinite(values).all()}
-        parts: list[_Experiment] = []
+        parts: list[tuple[str, Inputs, Array]] = []
+
+        def experiment(
+            kind: str,
+            v: Array,
+            a: Array,
+            tau: Array,
+            *,
+            heavy: bool = True,
+            inertia: bool = True,
+            loads: bool = False,
+        ) -> None:
+            flags = (np.full(n, flag) for flag in (heavy, inertia, loads))
+            parts.append((kind, Inputs(q, v, a, t, *flags), tau))
+
         if "mass matrix" in given:
             Ma = np.einsum("nij,nj->ni", given["mass matrix"], a)
             if not moved:
-                parts.append(_Experiment("mass matrix", zero, a, Ma, heavy=False))
+                experiment("mass matrix", zero, a, Ma, heavy=False)
             elif "bias" in given:
-                parts.append(_Experiment("mass matrix", v, a, Ma + given["bias"]))
+                experiment("mass matrix", v, a, Ma + given["bias"])
         if "bias" in given:
-            parts.append(_Experiment("bias", v, zero, given["bias"]))
+            experiment("bias", v, zero, given["bias"])
         if "gravity" in given and not moved:
-            parts.append(_Experiment("gravity", zero, zero, given["gravity"]))
+            experiment("gravity", zero, zero, given["gravity"])
         if "forces" in given:
-            parts.append(
-                _Experiment("forces", v, zero, -given["forces"], inertia=False, loads=True)
-            )
+            experiment("forces", v, zero, -given["forces"], inertia=False, loads=True)
         if "inverse dynamics" in given and not {"mass matrix", "bias"} & given.keys():
             tau = given["inverse dynamics"]
-            parts.append(_Experiment("inverse dynamics", v, states.a, tau, loads=True))
+            experiment("inverse dynamics", v, states.a, tau, loads=True)
         if not parts or not n:
             return None
-        inputs = Inputs(
-            q=np.concatenate([q] * len(parts)),
-            v=np.concatenate([part.v for part in parts]),
-            a=np.concatenate([part.a for part in parts]),
-            t=np.concatenate([t] * len(parts)),
-            heavy=np.repeat([part.heavy for part in parts], n),
-            inertia=np.repeat([part.inertia for part in parts], n),
-            loads=np.repeat([part.loads for part in parts], n),
-        )
-        kind = np.repeat([part.kind for part in parts], n)
-        return cls(mechanism, inputs, np.concatenate([part.tau for part in parts]), kind)
+        kinds, inputs, answers = zip(*parts, strict=True)
+        return cls(mechanism, Inputs.join(inputs), np.concatenate(answers), np.repeat(kinds, n))
 
-    def after(
-        self,
-        effect: Array,
-        *,
-        origins: Mapping[int, Array],
-        moments: Mapping[int, Array],
-        turns: Mapping[int, Array],
-        slopes: Array | None,
-    ) -> Evidence:
+    def after(self, effect: Array, tree: Tree, slopes: Array | None) -> Evidence:
         """Return what is left to explain after an effect (n, nv), with slopes (k, n, nv)."""
         evidence = copy(self)
         for name in ("regressor", "before"):
             evidence.__dict__.pop(name, None)
         evidence.__dict__["weights"] = self.weights
         evidence.chosen = None
-        if origins or moments or turns:
-            evidence.recursion = self.recursion.vary(origins, moments, turns=turns)
+        if any(tree):
+            evidence.recursion = self.recursion.vary(tree.origins, tree.moments, turns=tree.turns)
             evidence.base = evidence.answers(evidence.recursion, self.inputs)
         else:
             evidence.tau = self.tau - effect
@@ -394,23 +394,8 @@ _CLOSER = 8
 """Guesses that get a closer look."""
 
 
-class Guess(Protocol):
-    """What a change is called before it is known what it answers."""
-
-    @property
-    def kind(self) -> str:
-        """Of the mistake."""
-
-    @property
-    def where(self) -> str:
-        """Link, joint or coordinate, or empty for the whole mechanism."""
-
-    @property
-    def text(self) -> str:
-        """What the other source seems to do."""
-
-
-_G = TypeVar("_G", bound=Guess)
+_Guess = TypeVar("_Guess", bound=Cause)
+"""What a change is called before it is known what it answers."""
 
 
 @final
@@ -424,28 +409,19 @@ class Hypothesis:
     answers: Array  # what the changed mechanism predicts, shape (n, nv)
     free: int = 0  # how many numbers were chosen so that it fits
     amount: Amount = field(default_factory=Amount)  # how plain these are
-    # frames of the changed mechanism's joints, by place in the tree
-    origins: Mapping[int, Array] = field(default_factory=dict)
-    moments: Mapping[int, Array] = field(default_factory=dict)  # its links' mass moments, by place
-    # how the axes of its joints are turned in their frames, by place; a change with none of these
-    # only adds to the answers
-    turns: Mapping[int, Array] = field(default_factory=dict)
+    # of the changed mechanism; a change without one only adds to the answers
+    tree: Tree = field(default_factory=Tree)
     slopes: Array | None = None  # of the answers by each number chosen, shape (free, n, nv)
-
-    @property
-    def in_tree(self) -> bool:
-        """Whether it changes the tree itself, so that others can be looked for beside it."""
-        return bool(self.origins or self.moments or self.turns)
 
 
 def promising(
     evidence: Evidence,
-    guesses: Iterable[_G],
-    answer: Callable[[list[_G], npt.NDArray[np.intp]], Array],
+    guesses: Iterable[_Guess],
+    answer: Callable[[list[_Guess], npt.NDArray[np.intp]], Array],
 ) -> Iterator[Hypothesis]:
     """Yield the guesses that explain a few experiments best; answer gives (guesses, n, nv)."""
 
-    def answers(some: list[_G], rows: npt.NDArray[np.intp]) -> Array:
+    def answers(some: list[_Guess], rows: npt.NDArray[np.intp]) -> Array:
         lot = max(1, _MOST // len(rows))
         return np.concatenate([answer(some[k : k + lot], rows) for k in range(0, len(some), lot)])
 
@@ -453,22 +429,12 @@ def promising(
     if len(kept) > _CLOSER:
         coarse = evidence.residual(answers(kept, evidence.few), evidence.few)
         kept = [kept[k] for k in np.argsort(coarse, kind="stable")[:_CLOSER]]
-    if kept:
-        for guess, predicted in zip(
-            kept, answers(kept, np.arange(len(evidence.inputs))), strict=True
-        ):
-            origins, moments, turns = (
-                getattr(guess, name, {}) for name in ("origins", "moments", "turns")
-            )
-            yield Hypothesis(
-                guess.kind,
-                guess.where,
-                guess.text,
-                predicted,
-                origins=origins,
-                moments=moments,
-                turns=turns,
-            )
+    if not kept:
+        return
+    whole = answers(kept, np.arange(len(evidence.inputs)))
+    for guess, predicted in zip(kept, whole, strict=True):
+        tree = getattr(guess, "tree", Tree())
+        yield Hypothesis(guess.kind, guess.where, guess.text, predicted, tree=tree)
 
 
 def fit(evidence: Evidence, columns: Array) -> tuple[Array, Array]:

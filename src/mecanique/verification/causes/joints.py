@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, permutations
 from typing import final
@@ -26,6 +26,7 @@ from mecanique.verification.causes.evidence import (
     Amount,
     Evidence,
     Hypothesis,
+    Tree,
     descend,
     deviations,
     fit,
@@ -287,8 +288,7 @@ def placement_changes(evidence: Evidence) -> Iterator[Hypothesis]:
             answers=answers,
             free=family.numbers,
             amount=family.amount(x),
-            origins=frames.origins,
-            turns=frames.turns,
+            tree=frames.tree,
             slopes=(np.array(others) - answers) / _SMALL,
         )
 
@@ -327,23 +327,23 @@ def _slopes(
     trials: list[Frames] = []
     places: dict[int, int] = {}
     for unit in units:
-        if not unit.turns:
-            (k,) = unit.origins
+        if not unit.tree.turns:
+            (k,) = unit.tree.origins
             if k not in places:
                 places[k] = len(trials)
                 trials += [
                     _both(k, origins[k], "", _SMALL * both[:3], _SMALL * both[3:])
                     for both in np.eye(6)
                 ]
-    tilts = [unit for unit in units if unit.turns]
+    tilts = [unit for unit in units if unit.tree.turns]
     slopes = (residuals(trials + tilts) - off) / _SMALL
     of_tilts = iter(slopes[len(trials) :])
     rows = []
     for unit in units:
-        if unit.turns:
+        if unit.tree.turns:
             rows.append(next(of_tilts))
             continue
-        ((k, changed),) = unit.origins.items()
+        ((k, changed),) = unit.tree.origins.items()
         shift = (changed - origins[k])[:3, 3]
         spin = origins[k][:3, :3].T @ changed[:3, :3]
         turn = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
@@ -479,12 +479,12 @@ class _Joint:
     def _place_at(self, p: Array, text: str) -> Frames:
         moved = self._X.copy()
         moved[:3, 3] = p
-        return Frames("joint origin", self._where, text, {self._k: moved})
+        return Frames("joint origin", self._where, text, Tree({self._k: moved}))
 
     def _face(self, R: Array, text: str) -> Frames:
         frame = self._X.copy()
         frame[:3, :3] = R
-        return Frames("joint turn", self._where, text, {self._k: frame})
+        return Frames("joint turn", self._where, text, Tree({self._k: frame}))
 
 
 def _both(k: int, X: Array, where: str, shift: Array, turn: Array) -> Frames:
@@ -492,7 +492,7 @@ def _both(k: int, X: Array, where: str, shift: Array, turn: Array) -> Frames:
     moved[:3, 3] += shift
     moved[:3, :3] = X[:3, :3] @ turn_about(turn)
     text = f"origin of {where} moved by ({give_all(shift)}) m and turned by {say_turn(turn)}"
-    return Frames("joint origin", where, text, {k: moved})
+    return Frames("joint origin", where, text, Tree({k: moved}))
 
 
 def _size(evidence: Evidence) -> float:
@@ -504,14 +504,12 @@ def _size(evidence: Evidence) -> float:
 @final
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Other frames, other mass moments and turned axes, by place in the tree."""
+    """A mechanism with another tree."""
 
     kind: str
     where: str
     text: str
-    origins: dict[int, Array] = field(default_factory=dict)
-    moments: dict[int, Array] = field(default_factory=dict)
-    turns: dict[int, Array] = field(default_factory=dict)
+    tree: Tree
 
 
 def frame_changes(evidence: Evidence) -> Iterator[Hypothesis]:
@@ -526,23 +524,23 @@ def _variants(evidence: Evidence) -> Iterator[Frames]:
         X, where = recursion.origins[k], f"joint {link.joint!r}"
         rpy = np.array(mechanism.evaluate_all(link.origin.rpy))
         for what, slip in _origins(X, rpy):
-            yield Frames(slip.kind, where, f"{what} of {where}: {slip.text}", {k: slip.value})
+            yield Frames(slip.kind, where, f"{what} of {where}: {slip.text}", Tree({k: slip.value}))
             text = f"{what} of every joint: {slip.text}"
             together.setdefault((slip.kind, text), {})[k] = slip.value
         yield from _axes(evidence, k)
     for (kind, text), origins in together.items():
         if len(origins) > 1:
-            yield Frames(kind, "", text, origins)
+            yield Frames(kind, "", text, Tree(origins))
     for factor, kind, text in slips.MILLIMETERS:
         said = f"{text} ({say_factor(factor)})"
         origins = {k: _move(X, factor * X[:3, 3]) for k, X in enumerate(recursion.origins)}
         scale = np.diag([factor, factor, factor, 1.0])
         moments = {k: scale @ J @ scale for k, J in enumerate(recursion.moments)}
         where = "every length, of joints, centers and inertias"
-        yield Frames(kind, "", f"{where}: {said}", origins, moments)
+        yield Frames(kind, "", f"{where}: {said}", Tree(origins, moments))
         moments = {k: _shift(J, factor) for k, J in enumerate(recursion.moments)}
         where = "every length, of joints and centers"
-        yield Frames(kind, "", f"{where}: {said}", origins, moments)
+        yield Frames(kind, "", f"{where}: {said}", Tree(origins, moments))
 
 
 def _origins(X: Array, rpy: Array) -> Iterator[tuple[str, Slip]]:
@@ -586,7 +584,7 @@ def with_axis(evidence: Evidence, k: int, axis: Array, text: str) -> Frames:
     where = f"joint {recursion.tree[k].joint!r}"
     opposite = np.allclose(axis, -np.array(recursion.tree[k].axis), rtol=0, atol=1e-8)
     kind = "axis sign" if opposite else "joint axis"
-    return Frames(kind, where, text, turns={k: Q})
+    return Frames(kind, where, text, Tree(turns={k: Q}))
 
 
 def _from_to(a: Array, b: Array) -> Array:
@@ -630,7 +628,7 @@ def answers_of(evidence: Evidence, variants: list[Frames], rows: npt.NDArray[np.
     changed: dict[str, dict[int, Array]] = {}
     for name in ("origins", "moments", "turns"):
         originals, repeated = getattr(recursion, name), changed.setdefault(name, {})
-        changes = [getattr(variant, name) for variant in variants]
+        changes = [getattr(variant.tree, name) for variant in variants]
         for k in set().union(*changes):
             repeated[k] = np.repeat([change.get(k, originals[k]) for change in changes], n, axis=0)
     varied = recursion.vary(changed["origins"], changed["moments"], turns=changed["turns"])

@@ -18,6 +18,7 @@ from mecanique.verification.causes.evidence import (
     Amount,
     Evidence,
     Hypothesis,
+    Tree,
     descend,
     deviations,
     give,
@@ -120,7 +121,7 @@ def fit_inertias(evidence: Evidence) -> Iterator[Hypothesis]:
                     text,
                     effect.answers(evidence, solution),
                     len(solution),
-                    moments={k: recursion.moments[k] + change + np.triu(change, 1).T},
+                    tree=Tree(moments={k: recursion.moments[k] + change + np.triu(change, 1).T}),
                     slopes=np.moveaxis(effect.columns, -1, 0),
                 )
     for _, k, effect in sorted(fits, key=lambda fit: fit[0])[:_CLOSER]:
@@ -170,7 +171,7 @@ def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Hypothesis]
                 answers,
                 len(x),
                 family.amount(x),
-                moments={k: fitted},
+                tree=Tree(moments={k: fitted}),
                 slopes=np.array(slopes) / _SMALL,
             )
 
@@ -343,7 +344,8 @@ def link_changes(evidence: Evidence) -> Iterator[Hypothesis]:
         for what, slip in _variants(J, standing[k], recursion.origins[k][:3, :3], root=root):
             effect = np.einsum("nvab,ab->nv", Y[:, :, k], slip.value - J)
             answers, text = evidence.base + effect, f"{what} of {where}: {slip.text}"
-            yield Hypothesis(slip.kind, where, text, answers, moments={k: slip.value})
+            tree = Tree(moments={k: slip.value})
+            yield Hypothesis(slip.kind, where, text, answers, tree=tree)
             key = slip.kind, f"{what} of every link: {slip.text}"
             of_all[key] = of_all.get(key, 0.0) + effect
     if len(places) > 1:

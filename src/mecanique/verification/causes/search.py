@@ -165,13 +165,7 @@ def _alternate(evidence: Evidence, first: Hypothesis, limit: float) -> LikelyCau
     """Fit a second change beside the first, then the first beside the second, and so on."""
     this, cause, worst = first, None, _HALFWAY * evidence.before
     for turn in range(_TURNS):
-        left = evidence.after(
-            this.answers - evidence.base,
-            origins=this.origins,
-            moments=this.moments,
-            turns=this.turns,
-            slopes=this.slopes,
-        )
+        left = evidence.after(this.answers - evidence.base, this.tree, this.slopes)
         changes = [
             change
             for change in _in_places(_changes(left))
@@ -193,11 +187,11 @@ def _alternate(evidence: Evidence, first: Hypothesis, limit: float) -> LikelyCau
 
 def _in_places(changes: list[Hypothesis]) -> list[Hypothesis]:
     """Changes in one place; of the same in two forms, the one that changes the tree: it lasts."""
-    built = {change.text for change in changes if change.in_tree}
+    built = {change.text for change in changes if any(change.tree)}
     return [
         change
         for change in changes
-        if change.where and (change.in_tree or change.text not in built)
+        if change.where and (any(change.tree) or change.text not in built)
     ]
 
 
