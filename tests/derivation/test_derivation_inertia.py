@@ -160,4 +160,5 @@ def test_the_books_with_a_form_of_their_own_are_these() -> None:
     named = {name for name, _ in FORMS}
     assert named >= {"heavy_top", "gyroscope", "kepler_orbit", "ball_on_a_turntable", "cart_pole"}
     assert named >= {"rolling_coin", "slider_crank", "four_bar_linkage", "atwood_machine"}
-    assert len(FORMS) >= 24
+    assert named >= {"two_blocks", "bars_and_springs_small", "chaplygin_sleigh", "bead_on_hoop"}
+    assert len(FORMS) >= 36

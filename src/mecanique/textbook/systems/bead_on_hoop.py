@@ -76,4 +76,7 @@ SYSTEM = System(
             ),
         ),
     ),
+    forms={
+        "theta'' = (W^2 cos(theta) - g/R) sin(theta)": "Taylor, example 7.6",
+    },
 )

@@ -103,4 +103,9 @@ SYSTEM = System(
             until=lambda s: 4.0,
         ),
     ),
+    forms={
+        "theta'' = -m a (sin(theta) y' + cos(theta) x') theta'/(m a^2 + I)": (
+            "Neimark & Fufaev, ch. II, with the speed cos(theta) x' + sin(theta) y'"
+        ),
+    },
 )

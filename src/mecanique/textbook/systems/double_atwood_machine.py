@@ -120,4 +120,9 @@ SYSTEM = System(
             "in balance if m1 = m2 + m3 and m2 = m3", {}, given={"m1": 2.0, "m2": 1.0, "m3": 1.0}
         ),
     ),
+    forms={
+        "x'' = (m1 m2 + m1 m3 - 4 m2 m3) g/(m1 m2 + m1 m3 + 4 m2 m3)": (
+            "Taylor, problem 7.27: g/7 for masses as 4, 3 and 1"
+        ),
+    },
 )

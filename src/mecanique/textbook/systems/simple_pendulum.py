@@ -70,4 +70,7 @@ SYSTEM = System(
             until=lambda s: 1.5 * period(s),
         ),
     ),
+    forms={
+        "E = m l^2 q'^2/2 - m g l cos(q)": "Landau & Lifshitz, sect. 11, problem 1",
+    },
 )

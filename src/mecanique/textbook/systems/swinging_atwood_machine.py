@@ -111,4 +111,10 @@ SYSTEM = System(
             given={"M": 3.0, "m": 1.0},
         ),
     ),
+    forms={
+        "r'' = (m r theta'^2 + m g cos(theta) - M g)/(M + m)": (
+            "Tufillaro, Abbott & Griffiths, with both masses"
+        ),
+        "theta'' = -2 r' theta'/r - g sin(theta)/r": "Tufillaro, Abbott & Griffiths",
+    },
 )

@@ -84,4 +84,9 @@ SYSTEM = System(
         ),
         facts.Steady("steady, but unstable, spin about the intermediate axis", {"center_wy": 6.0}),
     ),
+    forms={
+        "(b^2 + c^2) center_wx' + (b^2 - c^2) center_wy center_wz = 0": (
+            "Landau & Lifshitz, eq. 36.5, with the moments of a box"
+        ),
+    },
 )

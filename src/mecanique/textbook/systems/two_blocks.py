@@ -118,4 +118,8 @@ SYSTEM = System(
             given={"F0": 0.0},
         ),
     ),
+    forms={
+        "m1 q1'' + (k1 + k2) q1 - k2 q2 = 0": "Example 1.1",
+        "V = k1 q1^2/2 + k2 (q2 - q1)^2/2": "Example 1.1, by Lagrange's equations",
+    },
 )
