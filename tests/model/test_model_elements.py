@@ -309,3 +309,64 @@ def test_cords_turn_with_the_earth_and_go_with_the_mimic_joints() -> None:
     assert forces["cord_1"] == pytest.approx(
         mq.Reference(turned).guide_forces([0.1])["cord_1"], rel=1e-12
     )
+
+
+def winch(*, wound: bool = True) -> mq.Mechanism:
+    """Return a weight that a cord lifts over a pulley onto a drum that a motor turns."""
+    m, J, R, D, g = (
+        mq.Parameter(name, value)
+        for name, value in (("m", 2.0), ("J", 0.3), ("R", 0.1), ("D", 5.0), ("g", 9.81))
+    )
+    drum = mq.Shape(1.0, inertia=(J, J, J, 0, 0, 0))
+    wheels = (Pulley("ground", R, -1, (0, 0, 1), grips=False), Pulley("drum", R, -1))
+    return mq.Mechanism(
+        "winch",
+        (mq.Body("ground"), mq.Body("weight", mq.particle(m)), mq.Body("drum", drum)),
+        (
+            mq.Prismatic(
+                "rise", "ground", "weight", origin=mq.Placement((-R, 0, 0)), axis=(0, 0, 1)
+            ),
+            mq.Revolute("axle", "ground", "drum", origin=mq.Placement((2, 0, 0.4)), axis=(0, 1, 0)),
+        ),
+        forces=(mq.JointForce("motor", "axle", D),),
+        elements=(Cord("rope", ("weight", HERE), wheels),) if wound else (),
+        parameters=(m, J, R, D, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def test_a_cord_that_is_wound_on_a_drum_turns_it_and_has_one_tension() -> None:
+    """By hand: (m + J/R²) a = D/R - m g, T = m (g + a)."""
+    mechanism = winch()
+    (law,) = mechanism.coordinates.driven.items()
+    assert law == ("axle", mq.coordinate("rise") / mq.Parameter("R", 0.1))
+    a = (5.0 / 0.1 - 2.0 * 9.81) / (2.0 + 0.3 / 0.01)
+    reference = mq.Reference(mechanism)
+    assert reference.acceleration([0.0])[0] == pytest.approx(a, rel=1e-13)
+    forces = reference.guide_forces([0.2], t=0.0)
+    assert forces.keys() == {"rope"}
+    assert float(forces["rope"]) == pytest.approx(2.0 * (9.81 + a), rel=1e-13)
+    assert mq.verify(mechanism, samples=10).agrees
+    steps = mq.derive(mechanism, "newton_euler").text(steps=True)
+    assert "T_rope = m rise'' + m g" in steps
+
+
+def test_a_cord_that_is_wound_on_a_drum_is_written_and_read() -> None:
+    text = mq.write_urdf(winch())
+    assert text.count("<mecanique:end") == 1
+    again = mq.read_urdf(text)
+    (rope,) = again.elements
+    assert isinstance(rope, Cord)
+    assert rope.end is None
+    assert [wheel.body for wheel in rope.over] == ["ground", "drum"]
+    assert mq.write_urdf(again).count("<mecanique:end") == 1
+    slips = text.replace('grips="true"', 'grips="false"')
+    assert any("that it is wound on and turns" in finding.message for finding in mq.lint(slips))
+
+
+def test_a_cord_without_an_end_needs_a_drum() -> None:
+    for over in ((), (Pulley("pulley", 0.2, grips=False),)):
+        with pytest.raises(
+            InputError, match=r"cord 'c': expected a last pulley that it is wound on"
+        ):
+            Cord("c", ("weight1", HERE), over)

@@ -48,7 +48,7 @@ class Pulley:
 @final
 @dataclass(frozen=True)
 class Cord(Strung):
-    """A massless, inextensible cord from a point over pulleys to another point.
+    """A massless, inextensible cord from a point over pulleys to another, or wound on the last one.
 
     Its stretches are straight and lie in planes at right angles to its normal. A stretch pulls at
     both its ends with its tension; one that would have to push is slack, and the map does not hold.
@@ -57,7 +57,8 @@ class Cord(Strung):
         name: its name.
         start: name of the body where it begins, and the point there, shape (3,), in its frame [m].
         over: the pulleys it runs over, in order.
-        end: where it ends, as for `start`.
+        end: where it ends, as for `start`; None if it is wound on the last pulley and turns it, as
+            the thread of a yo-yo or of a winch.
         normal: shape (3,), numbers, unit normal of its plane.
         axes: the body in whose axes the normal is; "world" for fixed axes.
 
@@ -73,13 +74,18 @@ class Cord(Strung):
     name: str
     start: tuple[str, Vector]
     over: tuple[Pulley, ...]
-    end: tuple[str, Vector]
+    end: tuple[str, Vector] | None = None
     normal: tuple[float, float, float] = (0.0, -1.0, 0.0)
     axes: str = "world"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "over", tuple(self.over))
-        for side in ("start", "end"):
+        if self.end is None and not (self.over and self.over[-1].grips):
+            raise InputError(
+                f"cord {self.name!r}: expected a last pulley that it is wound on and turns; "
+                "give an end, or such a pulley"
+            )
+        for side in ("start", "end") if self.end else ("start",):
             body, point = getattr(self, side)
             where = f"{side} of cord {self.name!r}"
             object.__setattr__(self, side, (body, vector(point, where)))
@@ -91,7 +97,7 @@ class Cord(Strung):
         wheels = [
             CordStop(wheel.body, wheel.center, wheel.radius, wheel.sense) for wheel in self.over
         ]
-        return CordStop(*self.start), *wheels, CordStop(*self.end)
+        return CordStop(*self.start), *wheels, *([CordStop(*self.end)] if self.end else [])
 
     @property
     def parts(self) -> tuple[int, ...]:
@@ -99,7 +105,7 @@ class Cord(Strung):
         tensions = [0]
         for wheel in self.over:
             tensions.append(tensions[-1] + int(wheel.grips))
-        return tuple(tensions)
+        return tuple(tensions[: len(self.stops) - 1])
 
     @property
     def forces(self) -> tuple[str, ...]:

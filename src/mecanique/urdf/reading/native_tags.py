@@ -297,8 +297,9 @@ def write_native(
     if isinstance(thing, Cord | Belt):
         stops = [(_PULLEY, pulley) for pulley in thing.over]
         if isinstance(thing, Cord):
-            ends = [(_END, Pulley(body, center=at)) for body, at in (thing.start, thing.end)]
-            stops = [ends[0], *stops, ends[1]]
+            first, *last = [thing.start, *([thing.end] if thing.end else [])]
+            ends = [(_END, Pulley(body, center=at)) for body, at in (first, *last)]
+            stops = [ends[0], *stops, *ends[1:]]
         inside = [Tag(tag, **writer.states(CHILDREN[tag], stop)) for tag, stop in stops]
     yield Tag(kind.tag, *inside, name=thing.name, **writer.states(kind, thing))
 
@@ -405,6 +406,8 @@ def read_native(
     stated, inside = reader.read(element, kind), reader.read_inside(element, kind)
     if name is None or stated is None or inside is None:
         return None
+    if kind.type is Cord and element.children[-1].tag == _PULLEY:
+        stated["end"] = None  # it is wound on the last pulley
     try:
         return _make(kind.type, names.free(name), stated, inside)
     except InputError as error:
@@ -432,8 +435,11 @@ def _make(
         return VelocityConstraint(name, tuple((x.joint, x.coefficient) for x in terms), **stated)
     stops = tuple(Pulley(**stop) for stop in inside)
     if type_ is Cord:
-        start, end = ((stop.body, stop.center) for stop in (stops[0], stops[-1]))
-        return Cord(name, start, stops[1:-1], end, **stated)
+        first, *over = stops
+        if "end" not in stated:
+            last = over.pop()
+            stated["end"] = (last.body, last.center)
+        return Cord(name, (first.body, first.center), tuple(over), **stated)
     return Belt(name, stops, **stated) if type_ is Belt else type_(name, **stated)
 
 
@@ -517,8 +523,12 @@ class _Reader:
             if (given := element.attributes.get("type", "")) not in kinds:
                 fault = f"expected a type among {', '.join(kinds)}, got {given!r}"
         elif kind.type is Cord:
-            if len(tags) < 2 or tags != [_END, *[_PULLEY] * (len(tags) - 2), _END]:
-                fault = f"expected <{_END}>, any number of <{_PULLEY}>, <{_END}>"
+            wheels = [_PULLEY] * (len(tags) - 2)
+            if len(tags) < 2 or tags not in ([_END, *wheels, _END], [_END, *wheels, _PULLEY]):
+                fault = (
+                    f"expected <{_END}>, any number of <{_PULLEY}>, and <{_END}> unless the last "
+                    "pulley is a drum"
+                )
         elif {*tags} - {*kind.children}:
             fault = f"expected <{kind.children[0]}> only"
         if fault:
