@@ -130,6 +130,27 @@ def test_damaged_files_are_refused(motion: mq.Motion, tmp_path: Path) -> None:
         mq.Motion.load(rewritten(good, bad, t=pickled))
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        # the mark of an array, and the brackets of its description
+        (b"NUMPY", b"NUMPX", "its arrays do not fit each other"),
+        (b"'shape': (", b"'shape': [", "is no motion saved by mecanique, or is damaged"),
+    ],
+)
+def test_an_array_whose_head_is_damaged_is_refused(
+    motion: mq.Motion, tmp_path: Path, old: bytes, new: bytes, words: str
+) -> None:
+    motion.save(tmp_path / "good.npz")
+    bad = tmp_path / "bad.npz"
+    with zipfile.ZipFile(tmp_path / "good.npz") as good, zipfile.ZipFile(bad, "w") as file:
+        for name in good.namelist():
+            data = good.read(name)
+            file.writestr(name, data.replace(old, new) if name == "step_v.npy" else data)
+    with pytest.raises(mq.InputError, match=words):
+        mq.Motion.load(bad)
+
+
 def test_what_cannot_be_written_leaves_nothing_behind(motion: mq.Motion, tmp_path: Path) -> None:
     with pytest.raises(mq.InputError, match=r"cannot write .*: No such file or directory"):
         motion.save(tmp_path / "nowhere" / "a.npz")

@@ -16,7 +16,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.ensemble.chunks import Chunk, vary
-from mecanique.motion.output.storage import DAMAGED, provenance, read_arrays
+from mecanique.motion.output.storage import provenance, read_arrays
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Store:
                         f"expected numbers of shape {expected}, got {part.dtype} of {part.shape}"
                     )
             return Chunk(first, *parts)
-        except (InputError, *DAMAGED) as error:
+        except Exception as error:
             raise InputError(
                 f"{str(path)!r} cannot be read ({error}); delete it and run again"
             ) from error
