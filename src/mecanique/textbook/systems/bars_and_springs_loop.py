@@ -12,56 +12,28 @@ the same assembly in the one coordinate 4 l sin(alpha), without a loop and with 
 letters.
 """
 
+from dataclasses import replace
+
 from numpy import cos, sin, sqrt
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
-from mecanique.textbook.joints import hinge
+from mecanique.textbook.systems.bars_and_springs import build as build_tree
+from mecanique.textbook.systems.bars_and_springs import k, l, m
 
-m = mq.Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much")
-k = mq.Parameter("k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much")
-l = mq.Parameter("l", 0.5, "m", "a quarter of the bars' length")
 a = mq.Parameter("a", 0.8, "m", "free length of the springs")
 
 
 def build() -> mq.Mechanism:
-    """Return the assembly with a loop at F."""
-    return mq.Mechanism(
+    """Return the assembly of `bars_and_springs` with a loop at F instead of its map."""
+    tree = build_tree()
+    return replace(
+        tree,
         name="bars_and_springs_loop",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("ABC", mq.bar(4 * l, (1, 0, 0)), mq.particle(m, (3 * l, 0, 0))),
-            mq.Body("DEF", mq.bar(4 * l, (1, 0, 0)), mq.particle(2 * m, (2 * l, 0, 0))),
-            mq.Body("CF", mq.bar(l, (0, 0, -1))),
-        ),
-        joints=(
-            hinge("A", "ground", "ABC", "alpha", at=(0, 0, l), axis=(0, 1, 0)),
-            mq.Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
-            hinge("C", "ABC", "CF", "gamma", at=(4 * l, 0, 0), axis=(0, 1, 0)),
-        ),
-        forces=(
-            mq.Spring(
-                "spring_B",
-                "ground",
-                (2 * l, 0, l + a),
-                "ABC",
-                (2 * l, 0, 0),
-                stiffness=k,
-                free_length=a,
-            ),
-            mq.Spring(
-                "spring_F",
-                "ground",
-                (4 * l, 0, -a),
-                "DEF",
-                (4 * l, 0, 0),
-                stiffness=2 * k,
-                free_length=a,
-            ),
-        ),
         loops=(mq.Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
+        elements=(),
+        coordinates=mq.Coordinates(()),
         parameters=(m, k, l, a),
-        gravity=(0, 0, 0),
     )
 
 

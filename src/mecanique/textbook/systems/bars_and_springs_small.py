@@ -8,33 +8,22 @@ middle of ABC and 2 k at F, act on the turning bars like torsional springs of st
 A and 2 k (4 l)² at D, and with their forces there. Gravity is ignored.
 """
 
+from dataclasses import replace
+
 from numpy import cos, sqrt
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
-from mecanique.textbook.joints import hinge
-
-m = mq.Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much")
-k = mq.Parameter("k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much")
-l = mq.Parameter("l", 0.5, "m", "a quarter of the bars' length")
+from mecanique.textbook.systems.bars_and_springs import build as build_tree
+from mecanique.textbook.systems.bars_and_springs import k, l, m
 
 
 def build() -> mq.Mechanism:
-    """Return the assembly as a tree whose bars follow q together."""
+    """Return the tree of `bars_and_springs`, whose bars turn by q / (4 l) and move vertically."""
     turn = mq.coordinate("q") / (4 * l)
-    return mq.Mechanism(
+    return replace(
+        build_tree(),
         name="bars_and_springs_small",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("ABC", mq.bar(4 * l, (1, 0, 0)), mq.particle(m, (3 * l, 0, 0))),
-            mq.Body("DEF", mq.bar(4 * l, (1, 0, 0)), mq.particle(2 * m, (2 * l, 0, 0))),
-            mq.Body("CF", mq.bar(l, (0, 0, -1))),
-        ),
-        joints=(
-            hinge("A", "ground", "ABC", "alpha", at=(0, 0, l), axis=(0, 1, 0)),
-            mq.Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
-            hinge("C", "ABC", "CF", "gamma", at=(4 * l, 0, 0), axis=(0, 1, 0)),
-        ),
         forces=(
             mq.JointSpring("spring_B", "A", k * (2 * l) ** 2),
             mq.JointSpring("spring_F", "D", 2 * k * (4 * l) ** 2),
@@ -42,10 +31,8 @@ def build() -> mq.Mechanism:
             mq.Force("pull_B", "ABC", (0, 0, 0), (0, 0, k * mq.coordinate("q") / 2)),
             mq.Force("push_F", "DEF", (0, 0, 0), (0, 0, 2 * k * mq.coordinate("q"))),
         ),
-        elements=(mq.Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
         coordinates=mq.Coordinates(("q",), {"alpha": turn, "delta": turn, "gamma": -turn}),
         parameters=(m, k, l),
-        gravity=(0, 0, 0),
     )
 
 

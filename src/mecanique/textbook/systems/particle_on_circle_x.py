@@ -7,30 +7,23 @@ circle turns back, its mass matrix grows without bound and the chart ends: a mot
 beyond needs the angle.
 """
 
+from dataclasses import replace
+
 from numpy import arccos, cos, sin, sqrt
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
-
-m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
-R = mq.Parameter("R", 1.0, "m", "radius of the circle")
-g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
+from mecanique.textbook.systems.particle_on_circle import R, g, m
+from mecanique.textbook.systems.particle_on_circle import build as build_by_angle
 
 
 def build() -> mq.Mechanism:
-    """Return the particle, held by a massless spoke whose angle follows x."""
-    return mq.Mechanism(
+    """Return the particle of `particle_on_circle`, the angle of whose spoke follows x."""
+    turn = mq.acos(mq.coordinate("x") / R)
+    return replace(
+        build_by_angle(),
         name="particle_on_circle_x",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("particle", mq.bar(R, (1, 0, 0), radius=0.005), mq.particle(m, (R, 0, 0))),
-        ),
-        joints=(mq.Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
-        coordinates=mq.Coordinates(
-            ("x",), {"theta": mq.acos(mq.coordinate("x") / R)}, limits={"x": (-R, R)}
-        ),
-        parameters=(m, R, g),
-        gravity=(0, 0, -g),
+        coordinates=mq.Coordinates(("x",), {"theta": turn}, limits={"x": (-R, R)}),
     )
 
 
