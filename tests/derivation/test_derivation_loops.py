@@ -14,8 +14,8 @@ from mecanique import assemble, textbook
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.constraints.independent import Reduced
-from mecanique.derivation.numeric.constraints.loops import _second_order
-from mecanique.derivation.numeric.constraints.multipliers import Constrained, constraints
+from mecanique.derivation.numeric.constraints.multipliers import Constrained, _second_order
+from mecanique.derivation.numeric.constraints.rows import constraints
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import Evaluation

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mecanique.derivation.numeric.constraints.loops import RowUnits
 from mecanique.derivation.numeric.constraints.multipliers import (
     HeldMotion,
     _energy_units,
     solve_held,
 )
+from mecanique.derivation.numeric.constraints.rows import RowUnits
 
 
 def rows(units: list[float], blocks: list[int] | None = None) -> RowUnits:

@@ -19,7 +19,7 @@ from mecanique import (
     derive,
     verify,
 )
-from mecanique.derivation.numeric.constraints.multipliers import Held
+from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.errors import DerivationError, EngineError
 from mecanique.reference.loops.closed import Closed
 from mecanique.verification.compare import ClosedForm, derive_all

@@ -52,22 +52,20 @@ _FOUND = {
 """The meaning and unit of each letter that a step may have on its left side."""
 
 _OF_COORDINATE = {
-    "Q": ("generalized forces of drives and loads, each for the coordinate it is named after", "W"),
-    "p": ("momenta, each of the coordinate it is named after", "J"),
-    "δW": ("virtual work in the displacement of the coordinate it is named after", ""),
-}
-"""Quantities that belong to one coordinate, each with the unit of its product with the velocity."""
-
-_ALONE = {
-    "generalized forces of drives and loads, each for the coordinate it is named after": (
-        "generalized force of drives and loads for {}"
+    "Q": (
+        "generalized forces of drives and loads, each for the coordinate it is named after",
+        "generalized force of drives and loads for {}",
+        "W",
     ),
-    "momenta, each of the coordinate it is named after": "momentum of {}",
-    "virtual work in the displacement of the coordinate it is named after": (
-        "virtual work in the displacement of {}"
+    "p": ("momenta, each of the coordinate it is named after", "momentum of {}", "J"),
+    "δW": (
+        "virtual work in the displacement of the coordinate it is named after",
+        "virtual work in the displacement of {}",
+        "",
     ),
 }
-"""What they are called where there is one, {} its coordinate."""
+"""Quantities that belong to coordinates: what several and one of them, of the coordinate {}, are
+called, and the unit of their product with the velocity."""
 
 _ACTS = {
     "F_weight": "weight of {}",
@@ -168,7 +166,8 @@ def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
 
 
 def _explain_coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
-    own = {name: sentence for joint in mechanism.joints for name, sentence in _explain_free(joint)}
+    # followers among them are no coordinates of the mechanism
+    own = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint))
     unit = units(mechanism)
     driven = mechanism.coordinates.driven.items()
     for name in mechanism.coordinates:
@@ -191,7 +190,7 @@ def _explain_followers(derivation: Derivation) -> Iterator[Meaning]:
     """Yield the joint coordinates that the coordinate map gives, each with its expression."""
     algebra = derivation.algebra
     mechanism = algebra.mechanism
-    own = {name: sentence for joint in mechanism.joints for name, sentence in _explain_joint(joint)}
+    own = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint))
     named = {
         algebra.ring.generators[index].name: atom.argument
         for index, atom in algebra.ring.atoms.items()
@@ -235,7 +234,7 @@ def _explain_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]
     for sentence, names in groups.items():
         if len(names) == 1:
             _, _, own = names[0].partition("_")
-            for plural, singular in _ALONE.items():
+            for plural, singular, _ in _OF_COORDINATE.values():
                 sentence = sentence.replace(plural, singular.format(own))
         yield Meaning(tuple(names), sentence)
 
@@ -257,7 +256,7 @@ def _find_unit(tie: Tie) -> str:
 
 def _explain_component(left: Left, rates: Mapping[str, Dimension]) -> str:
     """Explain a momentum, a generalized force or a virtual work that belongs to one coordinate."""
-    what, product = _OF_COORDINATE[left.quantity]
+    what, _, product = _OF_COORDINATE[left.quantity]
     if not product:
         return f"{what} [J]"
     rate = rates.get(left.by)
@@ -288,12 +287,6 @@ def _find_owner(name: str, owners: Iterable[str]) -> str:
     """Return the longest owner that a name begins with, "" if there is none."""
     held = [owner for owner in owners if name == owner or name.startswith(f"{owner}_")]
     return max(held, key=len, default="")
-
-
-def _explain_free(joint: Joint) -> Iterator[tuple[str, str]]:
-    """Yield name and meaning of each free coordinate of a joint."""
-    free = {name for name in joint.coordinates if name not in joint.followers}
-    yield from ((name, sentence) for name, sentence in _explain_joint(joint) if name in free)
 
 
 def _explain_joint(joint: Joint) -> Iterator[tuple[str, str]]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.derivation import derive
-from mecanique.derivation.numeric.constraints.multipliers import Held
+from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.errors import DerivationError, InputError, UnknownNameError
 from mecanique.formats.read import read
 from mecanique.model.mechanism import Mechanism

@@ -15,8 +15,8 @@ from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.constraints.independent import Reduced
-from mecanique.derivation.numeric.constraints.loops import RowUnits
 from mecanique.derivation.numeric.constraints.multipliers import solve_held
+from mecanique.derivation.numeric.constraints.rows import RowUnits
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series

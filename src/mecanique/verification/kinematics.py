@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.derivation.numeric.constraints.loops import Closure
+from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import links, place_of
@@ -62,11 +62,10 @@ def compare_kinematics(
         ],
     }
     if mechanism.loops and not mechanism.contacts:
-        closure = Closure(mechanism)
-        here = closure.at(poses)
+        held = Held(mechanism)
+        here, units = held.at(states), held.row_units.units
         residual = np.asarray(engine.constraint_residual(states.q, states.t))
         J = np.asarray(engine.constraint_jacobian(states.q, states.t))
-        units = closure.units
         pairs["gaps of loops"] = [(here.residual / units, residual / units)]
         pairs["Jacobians of loops"] = [(here.jacobian / units[:, None], J / units[:, None])]
     rows = [

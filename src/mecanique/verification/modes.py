@@ -38,7 +38,7 @@ from mecanique.derivation.mechanics.switching import (
     place_of,
     strike,
 )
-from mecanique.derivation.numeric.constraints.multipliers import Held
+from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.switching import ModeEquations, derive_modes, force_symbol, list_letters
 from mecanique.errors import DerivationError

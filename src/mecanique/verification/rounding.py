@@ -46,8 +46,7 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.derivation.mechanics.chart import JointMotion
-from mecanique.derivation.numeric.constraints.loops import Constraints
-from mecanique.derivation.numeric.constraints.multipliers import constraints
+from mecanique.derivation.numeric.constraints.rows import Constraints, constraints
 from mecanique.derivation.numeric.paths import driven_paths
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.tree.links import Link, motions

@@ -10,7 +10,7 @@ Identification and Control of Robots, 2002, sect. 9.5).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias, final
@@ -392,7 +392,8 @@ class TreeRecursion:
 
     def gravity_forces(self) -> Triple:
         """Return gravity's part of the bias."""
-        return self.chart.project(self.joint_weights())
+        still = [0.0] * len(self.chart.u)
+        return self.chart.project(self._forces(still, still))
 
     def mass_matrix(self) -> Rows:
         """Return M."""
@@ -475,11 +476,6 @@ class TreeRecursion:
     def joint_forces(self, ud: Sequence[Any], outside: Sequence[LinkWrench] = ()) -> list[Any]:
         """Return the joint forces for given joint accelerations and gravity, shape (nu,)."""
         return self._forces(self.chart.u, ud, outside)
-
-    def joint_weights(self) -> list[Any]:
-        """Return the joint forces that hold the tree at rest, shape (nu,)."""
-        still = [0.0] * len(self.chart.u)
-        return self._forces(still, still)
 
     def fields(self, u: Sequence[Any], ud: Sequence[Any]) -> list[Field]:
         """Return ω, U, α and a of each moving link; gravity accelerates the ground."""
@@ -739,22 +735,24 @@ class World:
 
     def columns(self, body: str, place: Triple) -> dict[int, Triple]:
         """Return the derivatives of that velocity by each joint velocity, by index."""
-        found, at = dict[int, Triple](), self._recursion.seats[body].place
-        while at >= 0:
-            motion = self._motions[at]
+        found = dict[int, Triple]()
+        for motion in self._carriers(body):
             arm = add(place, scale(-1.0, motion.p))
             for k, (slide, axis) in motion.columns.items():
                 found[k] = add(slide, cross(axis, arm))
-            at = self._recursion.links[at].parent
         return found
 
     def turns(self, body: str) -> dict[int, Triple]:
         """Return the derivatives of a body's angular velocity by each joint velocity, by index."""
-        found, at = dict[int, Triple](), self._recursion.seats[body].place
+        columns = [motion.columns for motion in self._carriers(body)]
+        return {k: axis for own in columns for k, (_, axis) in own.items()}
+
+    def _carriers(self, body: str) -> Iterator[LinkMotion]:
+        """Yield the motions of the links that move a body, from its own to the root."""
+        at = self._recursion.seats[body].place
         while at >= 0:
-            found |= {k: axis for k, (_, axis) in self._motions[at].columns.items()}
+            yield self._motions[at]
             at = self._recursion.links[at].parent
-        return found
 
     def jacobian(self, body: str) -> Rows:
         """Return a body's Jacobian: velocity of its origin, then angular, shape (6, nv)."""

@@ -15,10 +15,10 @@ from typing import final
 
 import numpy as np
 
-from mecanique.derivation.mechanics.elements import Ground, UnitForce, ground_of, unit_forces
-from mecanique.derivation.numeric.free_bodies import Snapshot
+from mecanique.derivation.mechanics.elements import Ground, unit_forces
+from mecanique.derivation.numeric.free_bodies import Snapshot, shift, times
 from mecanique.derivation.tolerances import EXPLAINED, RANK, SHARE
-from mecanique.derivation.tree.poses import Arithmetic, Matrix, combination
+from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.elements import force_names, preloads
@@ -41,28 +41,19 @@ class Along:
     joints: Sequence[tuple[int, tuple[str, ...]]]
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class Sizes:
-    """The magnitudes of the elements' forces."""
-
-    forces: np.ndarray  # shape (n, k) [N or N·m]
-    # shape (n, k, m), sets of forces that balance one another and so stay undetermined
-    idle: np.ndarray
-
-
-def unit_needs(mechanism: Mechanism, at: Snapshot, *, pressed: bool = False) -> list[np.ndarray]:
-    """Return the wrench that balances the elements' unit forces on each body, each (n, 6, k)."""
-    ground = _ground(mechanism, at)
+def unit_needs(mechanism: Mechanism, at: Snapshot, *, pressed: bool = False) -> np.ndarray:
+    """Return the wrenches that balance the elements' unit forces on each body, (n, b, 6, k)."""
+    ground = at.tree.ground
     if not pressed:
         _refuse_misfits(mechanism, ground)
-    n, place = len(at.springs), {body.name: k for k, body in enumerate(at.bodies)}
-    needs = [np.zeros((n, 6, len(force_names(mechanism.elements)))) for _ in at.bodies]
+    place = {name: k for k, name in enumerate(at.names)}
+    needs = np.zeros((*at.twists.shape, len(force_names(mechanism.elements))))
     for unit in unit_forces(mechanism, ground):
         if unit.body in place and unit.pressed == pressed:
-            force, moment = _shift_to(unit, at.bodies[place[unit.body]].center)
-            needs[place[unit.body]][:, :3, unit.index] -= force
-            needs[place[unit.body]][:, 3:, unit.index] -= moment
+            k = place[unit.body]
+            point, force, moment = map(_vectors, (unit.point, unit.force, unit.moment))
+            wrench = np.hstack(np.broadcast_arrays(force, moment))
+            needs[:, k, :, unit.index] -= times(shift(point - at.centers[:, k]), wrench)
     return needs
 
 
@@ -107,29 +98,6 @@ def _vectors(components: Sequence[np.ndarray]) -> np.ndarray:
     return np.stack(np.broadcast_arrays(*components), axis=-1)
 
 
-def _shift_to(unit: UnitForce, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    def stack(part: Sequence[np.ndarray]) -> np.ndarray:
-        return np.stack([np.broadcast_to(c, len(center)) for c in part], axis=1)
-
-    point, force, moment = map(stack, (unit.point, unit.force, unit.moment))
-    return force, moment + np.cross(point - center, force)
-
-
-def _ground(mechanism: Mechanism, at: Snapshot) -> Ground:
-    bodies, n = {body.name: body for body in at.bodies}, len(at.springs)
-
-    def pose(name: str) -> Matrix:
-        if name not in bodies:
-            return [list(row) for row in np.broadcast_to(np.eye(3, 4)[..., None], (3, 4, n))]
-        body = bodies[name]
-        return [
-            [*row, start]
-            for row, start in zip(body.turn.transpose(1, 2, 0), body.seat.T, strict=True)
-        ]
-
-    return ground_of(pose, mechanism.values, Arithmetic())
-
-
 def find_unexplained(
     mechanism: Mechanism, guides: Sequence[Guide], along: Along
 ) -> tuple[Guide, ...]:
@@ -145,9 +113,12 @@ def find_unexplained(
     return tuple(found)
 
 
-def size(mechanism: Mechanism, guides: Sequence[Guide], along: Along, demand: np.ndarray) -> Sizes:
-    """Return the elements' forces that meet a demand; if several do, the least ones."""
-    # Shapes: demand (n, nu)
+def size(
+    mechanism: Mechanism, guides: Sequence[Guide], along: Along, demand: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least forces of the elements that meet a demand, and which balance one another."""
+    # Shapes: demand (n, nu); forces (n, k) [N or N·m]; sets of forces that balance one another and
+    # so stay undetermined (n, k, m)
     refuse_work(mechanism, along)
     count, scale = along.forces.shape[2], _scale(mechanism, along)
     stated = preloads(mechanism.elements)
@@ -163,7 +134,7 @@ def size(mechanism: Mechanism, guides: Sequence[Guide], along: Along, demand: np
         inverse = np.linalg.pinv(A, rcond=RANK)
         forces.append((inverse @ np.concatenate([-scale * wanted, totals]))[:count])
         idle.append((np.eye(A.shape[1]) - inverse @ A)[:count])
-    return Sizes(np.array(forces), np.where(np.abs(idle) > SHARE, idle, 0.0))
+    return np.array(forces), np.where(np.abs(idle) > SHARE, idle, 0.0)
 
 
 def _scale(mechanism: Mechanism, along: Along) -> np.ndarray:

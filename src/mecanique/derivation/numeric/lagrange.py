@@ -14,7 +14,7 @@ the path along which they act.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from typing import Any, final
 
@@ -127,15 +127,20 @@ class LagrangeOnJets(BatchDynamics):
 
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the momenta, linear, angular about the origin and about the center of mass."""
+        # Ḣ J Hᵀ contains ∫ ẋ dm and ∫ ẋ xᵀ dm, whose skew part is the angular momentum ∫ x × ẋ dm
+        # (Goldstein, Classical Mechanics, 1980, sect. 1-2)
         _, H = self.motion(states, np.zeros_like(states.v))
-        free = moving(self._tree)
-        bodies = [(H[place].c, J) for place, J in self._bodies if free[place]]
-        return _momenta(
-            [c[0, 0] for c, _ in bodies],
-            [c[1, 0] for c, _ in bodies],
-            [J for _, J in bodies],
-            len(states),
-        )
+        free, mass = moving(self._tree), 0.0
+        K, first = np.zeros((len(states), 4, 4)), np.zeros((len(states), 3))
+        for place, J in self._bodies:
+            if free[place]:
+                pose, rate = H[place].c[0, 0], H[place].c[1, 0]
+                K = K + (rate @ J) @ np.swapaxes(pose, -1, -2)
+                first, mass = first + (pose @ J)[:, :3, 3], mass + J[3, 3]
+        linear, skew = K[:, :3, 3], K - np.swapaxes(K, -1, -2)
+        angular = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=-1)
+        center = first / mass if mass else first
+        return linear, angular, angular - np.cross(center, linear)
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
         """Return the kinetic energy T and the potential energy V, each shape (n,) [J]."""
@@ -267,26 +272,3 @@ class LagrangeOnJets(BatchDynamics):
         return (
             vectors if place < 0 else np.einsum("nij,nj->ni", H[place].c[0, 0][:, :3, :3], vectors)
         )
-
-
-def _momenta(
-    H: Sequence[np.ndarray], Hd: Sequence[np.ndarray], J: Sequence[np.ndarray], n: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the linear momentum, and the angular ones about origin and center of mass."""
-    # Each has shape (n, 3). Ḣ J Hᵀ contains ∫ ẋ dm and ∫ ẋ xᵀ dm, whose skew part is the angular
-    # momentum ∫ x × ẋ dm (Goldstein, Classical Mechanics, 1980, sect. 1-2).
-    # Shapes: H (n, 4, 4), Hd [1/s], J (4, 4)
-    if not H:
-        zero = np.zeros((n, 3))
-        return zero, zero, zero
-    K = sum(
-        (rate @ second) @ np.swapaxes(pose, -1, -2)
-        for pose, rate, second in zip(H, Hd, J, strict=True)
-    )
-    first = sum((pose @ second)[:, :3, 3] for pose, second in zip(H, J, strict=True))
-    mass = sum(second[3, 3] for second in J)
-    linear = K[:, :3, 3]
-    skew = K - np.swapaxes(K, -1, -2)
-    angular = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=-1)
-    center = first / mass if mass else first
-    return linear, angular, angular - np.cross(center, linear)

@@ -17,12 +17,13 @@ completes the equations.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from functools import cached_property
 from typing import ClassVar, NamedTuple, final
 
 import numpy as np
 
-from mecanique.derivation.numeric.constraints.multipliers import Held
+from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.numeric.dynamics import BatchDynamics, solve
 from mecanique.derivation.numeric.elements import (
     Along,
@@ -35,6 +36,7 @@ from mecanique.derivation.numeric.free_bodies import (
     BatchFreeBodies,
     Snapshot,
     cross_rows,
+    shift,
     times,
 )
 from mecanique.derivation.tolerances import OUTSIDE, RANK_UNSCALED
@@ -67,30 +69,50 @@ class FreeBodyDynamics(BatchDynamics):
     def _held(self) -> Held:
         return Held(self._mechanism)
 
+    @abstractmethod
+    def project(self, at: Snapshot, wrenches: np.ndarray) -> np.ndarray:
+        """Return the generalized forces of wrenches on the bodies, shape (n, nv, k)."""
+        # Shapes: wrenches (n, b, 6, k), about the centers of mass
+
+    def mass_matrix(self, states: States) -> np.ndarray:
+        """Return M: the generalized forces of the inertia forces of unit accelerations."""
+        at = self._bodies.at(states)
+        rotors = np.swapaxes(at.rates, 1, 2) @ (at.armature[:, None] * at.rates)
+        return np.asarray(self.project(at, at.inertia @ at.J) + rotors)
+
+    def bias(self, states: States) -> np.ndarray:
+        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""
+        at = self._bodies.at(states)
+        rotors = np.einsum("nuv,nu->nv", at.rates, at.armature * at.joint_gamma)
+        return np.asarray(self.project(at, at.drift[..., None])[..., 0] + rotors)
+
+    def forces(self, states: States) -> np.ndarray:
+        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
+        at = self._bodies.at(states)
+        return self.project(at, at.loads[..., None])[..., 0]
+
+    def gravity(self, states: States) -> np.ndarray:
+        """Return gravity's part of the bias, shape (n, nv)."""
+        at = self._bodies.at(states)
+        return -self.project(at, at.weights[..., None])[..., 0]
+
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
         """Return T = Σ ½ m v_C² + ½ H_C·ω and V of gravity and springs, each shape (n,) [J]."""
         # The kinetic energy is that of Fundamentals of Dynamics, eq. 1.31.
         at = self._bodies.at(states)
-        T = 0.5 * np.sum(at.armature * at.u**2, axis=-1)
-        V = at.springs
-        for body in at.bodies:
-            T = T + 0.5 * body.mass * (body.velocity**2).sum(-1)
-            T = T + 0.5 * (body.angular_momentum * body.spin).sum(-1)
-            V = V - body.mass * body.center @ self._bodies.gravity
-        return T, V
+        T = np.sum(at.armature * at.u**2, axis=-1) + np.sum(at.momenta * at.twists, axis=(1, 2))
+        return 0.5 * T, at.springs - (at.centers @ at.fall[:3]) @ at.masses
 
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the linear momentum, and the angular ones about origin and center of mass."""
         # They are the sums of m v_C and of H_C + r_C × m v_C, each shape (n, 3) (Fundamentals of
         # Dynamics, eqs. 1.7, 1.9, 1.11).
-        linear, angular, first = (np.zeros((len(states), 3)) for _ in range(3))
-        mass = 0.0
-        for body in self._bodies.moving(states):
-            push = body.mass * body.velocity
-            linear = linear + push
-            angular = angular + body.angular_momentum + cross_rows(body.center, push)
-            first, mass = first + body.mass * body.center, mass + body.mass
-        center = first / mass if mass else first
+        at = self._bodies.at(states)
+        centers, masses = at.centers[:, at.moves], at.masses[at.moves]
+        push, spin = np.split(at.momenta[:, at.moves], 2, axis=-1)
+        linear = push.sum(axis=1)
+        angular = (spin + cross_rows(centers, push)).sum(axis=1)
+        center = masses @ centers / (masses.sum() or 1.0)
         return linear, angular, angular - cross_rows(center, linear)
 
 
@@ -100,7 +122,7 @@ class Balances(FreeBodyDynamics):
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return the accelerations, shape (n, nv), solved for together with all reactions."""
-        return self._solve(states)[:, : self._mechanism.nv]
+        return self._split(states)[0]
 
     def reactions(self, states: States) -> dict[str, JointWrench]:
         """Return the reaction in each joint by name, without springs, dampers, drives and loads."""
@@ -157,7 +179,7 @@ class Balances(FreeBodyDynamics):
         assert fault is not None
         raise fault
 
-    def _push(self, at: Snapshot) -> tuple[list[np.ndarray], Along]:
+    def _push(self, at: Snapshot) -> tuple[np.ndarray, Along]:
         """Return the wrenches across the joints that balance the elements' unit forces."""
         # Also return their components along the joint velocities
         carried = self._transmit(at, unit_needs(self._mechanism, at))
@@ -166,94 +188,53 @@ class Balances(FreeBodyDynamics):
     def _hold(self, states: States) -> tuple[dict[str, JointWrench], np.ndarray]:
         """Return the reactions without the elements' actions, and the elements' forces, (n, k)."""
         m, at = self._mechanism, self._bodies.at(states)
-        solved = self._solve(states)
+        a, totals, _ = self._split(states)
         carried, along = self._push(at)
-        end = m.nv + 6 * len(m.joints)  # the multipliers follow
-        totals = [solved[:, k : k + 6] for k in range(m.nv, end, 6)]
-        u = times(at.rates, solved[:, : m.nv]) + at.gamma
-        demand = self._along(at, [total[..., None] for total in totals])[..., 0] + at.armature * u
-        sizes = size(m, self.guides, along, demand)
+        u = times(at.rates, a) + at.joint_gamma
+        demand = self._along(at, totals[..., None])[..., 0] + at.armature * u
+        sizes, idle = size(m, self.guides, along, demand)
         pressed = self._transmit(at, unit_needs(m, at, pressed=True))
-        found = {}
-        for joint, total, under, apart in zip(m.tree, totals, carried, pressed, strict=True):
-            whole = total + times(under, sizes.forces) + times(apart, np.abs(sizes.forces))
-            found[joint.name] = JointWrench(whole[:, :3], whole[:, 3:])
-        unknown = (sizes.idle != 0).any(axis=(0, 2))
-        forces = np.where(unknown, np.nan, sizes.forces)
-        return {joint.name: found[joint.name] for joint in m.joints}, forces
+        pull = sizes[:, None]
+        whole = totals + times(carried, pull) + times(pressed, np.abs(pull))
+        unknown = (idle != 0).any(axis=(0, 2))
+        return self._by_joint(whole), np.where(unknown, np.nan, sizes)
 
     def totals(self, states: States) -> dict[str, JointWrench]:
         """Return the total wrench across each joint: its reaction and the guides' actions."""
-        nv, count = self._mechanism.nv, len(self._mechanism.joints)
-        found = self._solve(states)[:, nv : nv + 6 * count].reshape(len(states), -1, 2, 3)
-        names = [joint.name for joint in self._mechanism.tree]
-        by_name = {
-            name: JointWrench(found[:, k, 0], found[:, k, 1]) for k, name in enumerate(names)
-        }
-        return {joint.name: by_name[joint.name] for joint in self._mechanism.joints}
+        return self._by_joint(self._split(states)[1])
 
     def multipliers(self, states: States) -> np.ndarray:
         """Return the multiplier of each row of `Held`, shape (n, m)."""
-        return self._solve(states)[:, self._mechanism.nv + 6 * len(self._mechanism.joints) :]
+        return self._split(states)[2]
 
-    def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M: the coefficients of the accelerations once the reactions are eliminated."""
-        at = self._bodies.at(states)
-        G = at.rates
-        needs = [
-            np.concatenate([body.mass * body.J, body.inertia @ body.J_spin], axis=1)
-            for body in at.bodies
-        ]
-        return np.asarray(
-            self._project(at, needs) + np.swapaxes(G, 1, 2) @ (at.armature[:, None] * G)
-        )
+    def _split(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return accelerations, wrenches of the joints (n, b, 6), and multipliers."""
+        nv, count = self._mechanism.nv, len(self._mechanism.joints)
+        a, wrenches, multipliers = np.split(self._solve(states), [nv, nv + 6 * count], axis=1)
+        return a, wrenches.reshape(len(a), count, 6), multipliers
 
-    def bias(self, states: States) -> np.ndarray:
-        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""
-        at = self._bodies.at(states)
-        g = self._bodies.gravity
-        needs = [
-            np.concatenate([b.mass * (b.gamma - g), b.tumbling], axis=1)[..., None]
-            for b in at.bodies
-        ]
-        rotors = np.einsum("nuv,nu->nv", at.rates, at.armature * at.gamma)
-        return np.asarray(self._project(at, needs)[..., 0] + rotors)
+    def _by_joint(self, wrenches: np.ndarray) -> dict[str, JointWrench]:
+        """Return wrenches along the tree by the joints' names, in the author's order."""
+        place = {joint.name: k for k, joint in enumerate(self._mechanism.tree)}
+        wrench = {joint.name: wrenches[:, place[joint.name]] for joint in self._mechanism.joints}
+        return {name: JointWrench(both[:, :3], both[:, 3:]) for name, both in wrench.items()}
 
-    def forces(self, states: States) -> np.ndarray:
-        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
-        at = self._bodies.at(states)
-        needs = [np.concatenate([body.force, body.moment], axis=1)[..., None] for body in at.bodies]
-        return self._project(at, needs)[..., 0]
+    def project(self, at: Snapshot, wrenches: np.ndarray) -> np.ndarray:
+        """Return the generalized forces of wrenches on the bodies, without reactions."""
+        along = self._along(at, self._transmit(at, wrenches))
+        return np.asarray(np.swapaxes(at.rates, 1, 2) @ along)
 
-    def gravity(self, states: States) -> np.ndarray:
-        """Return gravity's part of the bias, shape (n, nv)."""
-        at, n = self._bodies.at(states), len(states)
-        weights = [
-            body.mass * np.concatenate([self._bodies.gravity, np.zeros(3)]) for body in at.bodies
-        ]
-        return -self._project(at, [np.broadcast_to(w, (n, 6))[..., None] for w in weights])[..., 0]
+    def _transmit(self, at: Snapshot, wrenches: np.ndarray) -> np.ndarray:
+        """Sum wrenches from the tips inward: the wrench at each body's seat, (n, b, 6, k)."""
+        across, inward = shift(at.arms) @ wrenches, shift(at.steps)
+        for k in range(len(at.parents) - 1, -1, -1):
+            if at.parents[k] >= 0:
+                across[:, at.parents[k]] += inward[:, k] @ across[:, k]
+        return np.asarray(across)
 
-    def _project(self, at: Snapshot, needs: list[np.ndarray]) -> np.ndarray:
-        """Project the bodies' wrenches on the generalized velocities, without reactions."""
-        # Shape (n, nv, k). Shapes: needs (n, 6, k).
-        return np.asarray(np.swapaxes(at.rates, 1, 2) @ self._along(at, self._transmit(at, needs)))
-
-    def _transmit(self, at: Snapshot, needs: list[np.ndarray]) -> list[np.ndarray]:
-        """Sum wrenches from the tips inward: the wrench at each body's seat, each (n, 6, k)."""
-        across = [_shift(need, body.arm) for need, body in zip(needs, at.bodies, strict=True)]
-        for k in range(len(across) - 1, -1, -1):
-            body = at.bodies[k]
-            if body.parent >= 0:
-                across[body.parent] = across[body.parent] + _shift(across[k], body.step)
-        return across
-
-    def _along(self, at: Snapshot, wrenches: list[np.ndarray]) -> np.ndarray:
+    def _along(self, at: Snapshot, across: np.ndarray) -> np.ndarray:
         """Components of the joints' wrenches along their joint velocities, shape (n, nu, k)."""
-        columns = wrenches[0].shape[2] if wrenches else 1
-        out = np.zeros((len(at.springs), len(at.holders), columns))
-        for u, k in enumerate(at.holders):
-            out[:, u] = np.einsum("ni,nik->nk", at.axes[:, :, u], wrenches[k])
-        return out
+        return np.asarray(np.einsum("niu,nuik->nuk", at.axes, across[:, at.holders]))
 
     def _solve(self, states: States) -> np.ndarray:
         """Solve for accelerations, reactions and multipliers, shape (n, nv + 6 nb + m)."""
@@ -267,51 +248,37 @@ class Balances(FreeBodyDynamics):
             for _ in range(_REFINED):
                 found += times(inverse, known - times(A, found))
             return found
-        if self._mechanism.nv + 6 * len(at.bodies) <= _DENSE:
+        if self._mechanism.nv + 6 * len(at.parents) <= _DENSE:
             A, known = self._system(at)
             return solve(self._mechanism, A, known)
         a = solve(
             self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
         )
-        needs = []
-        for body in at.bodies:
-            push = body.mass * (times(body.J, a) + body.gamma - self._bodies.gravity) - body.force
-            turn = times(body.inertia, times(body.J_spin, a)) + body.tumbling - body.moment
-            needs.append(np.concatenate([push, turn], axis=1)[..., None])
-        return np.concatenate(
-            [a, *(wrench[..., 0] for wrench in self._transmit(at, needs))], axis=1
-        )
+        missing = at.drift + times(at.inertia, times(at.J, a[:, None])) - at.loads
+        return np.hstack([a, self._transmit(at, missing[..., None]).reshape(len(a), -1)])
 
     def _system(self, at: Snapshot) -> tuple[np.ndarray, np.ndarray]:
         """Assemble A x = known for x = [a, force and couple of each joint]."""
         # The rows are those of the bodies, then of the joints
-        n, nv, count = len(at.springs), self._mechanism.nv, len(at.bodies)
-        size = nv + 6 * count
-        A, known = np.zeros((n, size, size)), np.zeros((n, size))
-        for k, body in enumerate(at.bodies):
-            push, turn = _rows(k)
-            A[:, push, :nv] = body.mass * body.J
-            A[:, turn, :nv] = body.inertia @ body.J_spin
-            known[:, push] = body.mass * (self._bodies.gravity - body.gamma) + body.force
-            known[:, turn] = body.moment - body.tumbling
+        n, _, _, nv = at.J.shape
+        joints = 6 * len(at.parents)
+        A = np.zeros((n, joints + nv, nv + joints))
+        known = np.zeros((n, joints + nv))
+        A[:, :joints, :nv] = (at.inertia @ at.J).reshape(n, joints, nv)
+        known[:, :joints] = (at.loads - at.drift).reshape(n, joints)
+        for k, parent in enumerate(at.parents):
             # the reaction acts on the body, and its opposite on the parent
-            force, couple = _rows(k, nv)
-            for other, sign, step in ((k, -1.0, 0.0), (body.parent, 1.0, body.step)):
-                if other < 0:
-                    continue
-                push, turn = _rows(other)
-                arm = step - at.bodies[other].arm
-                A[:, push, force] += sign * np.eye(3)
-                A[:, turn, couple] += sign * np.eye(3)
-                A[:, turn, force] += sign * _cross(arm)
-        G = at.rates
-        joints = slice(6 * count, size)
+            reaction = slice(nv + 6 * k, nv + 6 * k + 6)
+            A[:, 6 * k : 6 * k + 6, reaction] = -shift(-at.arms[:, k])
+            if parent >= 0:
+                arm = at.steps[:, k] - at.arms[:, parent]
+                A[:, 6 * parent : 6 * parent + 6, reaction] = shift(arm)
         for u, k in enumerate(at.holders):
-            wrench = slice(nv + 6 * int(k), nv + 6 * int(k) + 6)
-            A[:, joints, wrench] += G[:, u, :, None] * at.axes[:, None, :, u]
-        rotors = G * at.armature[:, None]
-        A[:, joints, :nv] += np.swapaxes(G, 1, 2) @ rotors
-        known[:, joints] -= np.einsum("nuv,nu->nv", rotors, at.gamma)
+            along = at.rates[:, u, :, None] * at.axes[:, None, :, u]
+            A[:, joints:, nv + 6 * k : nv + 6 * k + 6] += along
+        rotors = at.rates * at.armature[:, None]
+        A[:, joints:, :nv] += np.swapaxes(at.rates, 1, 2) @ rotors
+        known[:, joints:] -= np.einsum("nuv,nu->nv", rotors, at.joint_gamma)
         return A, known
 
     def _held_system(self, at: Snapshot, states: States) -> tuple[np.ndarray, np.ndarray]:
@@ -324,7 +291,7 @@ class Balances(FreeBodyDynamics):
         A[:, :size, :size] = tree
         A[:, size:, :nv] = rows.jacobian
         forces = self._held.forces(states)
-        index = {body.name: k for k, body in enumerate(at.bodies)}
+        index = {name: k for k, name in enumerate(at.names)}
         for i in range(m):
             column = A[:, :size, size + i]
             if i not in forces:
@@ -333,10 +300,10 @@ class Balances(FreeBodyDynamics):
             place, direction, ends = forces[i]
             for body, sign in zip(ends, (1.0, -1.0), strict=True):
                 if body in index:
-                    push, turn = _rows(index[body])
-                    arm = place - at.bodies[index[body]].center
-                    column[:, push] -= sign * direction
-                    column[:, turn] -= sign * np.cross(arm, direction)
+                    k = index[body]
+                    push = np.hstack([direction, np.zeros((n, 3))])
+                    moved = times(shift(place - at.centers[:, k]), push)
+                    column[:, 6 * k : 6 * k + 6] -= sign * moved
         return A, np.concatenate([known, -rows.gamma], axis=1)
 
 
@@ -345,29 +312,6 @@ _REFINED = 3
 
 _DENSE = 200
 """Reactions are eliminated from systems with more equations than this before solving."""
-
-
-def _cross(r: np.ndarray) -> np.ndarray:
-    """Return the matrix of r ×, shape (n, 3, 3)."""
-    x, y, z = r.T
-    upper = np.zeros((len(r), 3, 3))
-    upper[:, 0, 1] = -z
-    upper[:, 0, 2] = y
-    upper[:, 1, 2] = -x
-    return upper - np.swapaxes(upper, 1, 2)
-
-
-def _rows(k: int, start: int = 0) -> tuple[slice, slice]:
-    """Return the slices of the k-th force and the k-th moment in an array of wrenches."""
-    middle = start + 6 * k + 3
-    return slice(middle - 3, middle), slice(middle, middle + 3)
-
-
-def _shift(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Refer a wrench to a new point; `arm` leads from there to the old one, shape (n, 6, k)."""
-    force, couple = wrench[:, :3], wrench[:, 3:]
-    moment = couple + cross_rows(arm[:, :, None], force)
-    return np.concatenate([force, moment], axis=1)
 
 
 def refuse_misfits(mechanism: Mechanism) -> None:

@@ -59,13 +59,7 @@ def stack_jets(rows: Sequence[Sequence[Any]], shape: tuple[int, ...]) -> Jet:
     """Return a pose of jets and numbers as a jet of homogeneous matrices."""
     c = np.zeros((*shape, 4, 4))
     c[0, 0, :, 3, 3] = 1.0
-    for i, row in enumerate(rows):
-        for k, entry in enumerate(row):
-            if isinstance(entry, Jet):
-                c[..., i, k] = entry.c
-            else:
-                c[0, 0, :, i, k] = entry
-    return Jet(c)
+    return _fill(c, rows)
 
 
 def constant_jet(value: Any, shape: tuple[int, ...]) -> Jet:
@@ -84,12 +78,17 @@ def frame_jet(poses: list[Jet], place: int, X: np.ndarray | None = None) -> Jet:
 
 def stack_column(entries: Sequence[Any], shape: tuple[int, ...]) -> Jet:
     """Return a vector of jets and numbers as a jet of columns, trailing shape (n, 3, 1)."""
-    c = np.zeros((*shape, 3, 1))
-    for i, entry in enumerate(entries):
-        if isinstance(entry, Jet):
-            c[..., i, 0] = entry.c
-        else:
-            c[0, 0, :, i, 0] = entry
+    return _fill(np.zeros((*shape, 3, 1)), [[entry] for entry in entries])
+
+
+def _fill(c: np.ndarray, rows: Sequence[Sequence[Any]]) -> Jet:
+    """Fill the coefficients of a matrix with jets and numbers."""
+    for i, row in enumerate(rows):
+        for k, entry in enumerate(row):
+            if isinstance(entry, Jet):
+                c[..., i, k] = entry.c
+            else:
+                c[0, 0, :, i, k] = entry
     return Jet(c)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple, final
+from typing import Any, final
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from mecanique.derivation.mechanics.vectors import (
     product,
 )
 from mecanique.derivation.numeric.dynamics import BatchDynamics, Latest
-from mecanique.derivation.tree.links import Link, links, place_of
+from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import Arithmetic, moments, placement_matrix
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, symbols_in
@@ -82,58 +82,57 @@ class ArrayLetters:
         }
 
 
-class _Numbers(NamedTuple):
-    """The numbers of a tree: poses of the links' frames, mass moments J and gravity."""
-
-    # Matrices have shape (4, 4) or (n, 4, 4), gravity (3,) or (n, 3). The axes of some joints, by
-    # index, are turned in the joint's frame.
-
-    origins: list[np.ndarray]
-    J: list[np.ndarray]
-    gravity: np.ndarray
-    turns: Mapping[int, np.ndarray]
-
-    @classmethod
-    def of(cls, mechanism: Mechanism, tree: tuple[Link, ...]) -> _Numbers:
-        """Return the numbers of a mechanism."""
-        constants, places = mechanism.values, place_of(tree, mechanism)
-        J: list[np.ndarray] = [np.zeros((4, 4)) for _ in tree]
-        for body in mechanism.bodies:
-            place = places[body.name]
-            if place >= 0:
-                J[place] = np.array(moments(body, constants, _FLOATS), dtype=float)
-        origins = [placement_matrix(link.origin, constants) for link in tree]
-        return cls(origins, J, np.array(mechanism.evaluate_all(mechanism.gravity)), {})
-
-    def as_arrays(self, armatures: list[float]) -> Numbers:
-        """Return the same with the states along the last axis."""
-        return Numbers(
-            origins=[_last(X)[:3] for X in self.origins],
-            moments={k: _last(J) for k, J in enumerate(self.J) if J.any()},
-            armatures=armatures,
-            gravity=np.atleast_2d(self.gravity).T if self.gravity.any() else STILL,
-            identity=np.eye(3, 4)[..., None],
-            axis=lambda axis: np.array(axis)[:, None],
-            turns={k: _last(Q)[:3, :3] for k, Q in self.turns.items()},
-        )
-
-
 @final
 class Recursion(BatchDynamics):
     """Mass matrix, bias, forces, accelerations and energies, for many states at once."""
 
-    def __init__(self, mechanism: Mechanism, numbers: _Numbers | None = None) -> None:
+    # Any of the numbers of the tree may be varied from state to state: matrices then have the shape
+    # (n, 4, 4) instead of (4, 4), gravity (n, 3) instead of (3,)
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        origins: Sequence[np.ndarray] = (),
+        moments: Sequence[np.ndarray] = (),
+        gravity: np.ndarray | None = None,
+        turns: Mapping[int, np.ndarray] | None = None,
+    ) -> None:
         self._mechanism = mechanism
-        self._tree = links(mechanism)
-        self._chart = CoordinateMap(mechanism, self._tree)
-        self._numbers = numbers or _Numbers.of(mechanism, self._tree)
+        self.tree = links(mechanism)
+        """The elementary links, in the order in which `vary` and `regressor` count them."""
+        self._chart = CoordinateMap(mechanism, self.tree)
+        self.origins = tuple(origins) or tuple(
+            placement_matrix(link.origin, mechanism.values) for link in self.tree
+        )
+        """The pose of each link's frame in its parent's, each shape (4, 4)."""
+        self.moments = tuple(moments) or self._weigh()
+        """Mass moments of each link, ∫ (p, 1)(p, 1)ᵀ dm, each shape (4, 4)."""
+        stated = np.array(mechanism.evaluate_all(mechanism.gravity))
+        self._gravity = stated if gravity is None else gravity
+        self._turned = turns or {}
         self._constants: dict[Scalar, float | None] = {}
         self._latest = Latest(self._place)
 
+    def _weigh(self) -> tuple[np.ndarray, ...]:
+        mechanism, places = self._mechanism, place_of(self.tree, self._mechanism)
+        weighed = [np.zeros((4, 4)) for _ in self.tree]
+        for body in mechanism.bodies:
+            if places[body.name] >= 0:
+                weighed[places[body.name]] += np.array(moments(body, mechanism.values, _FLOATS))
+        return tuple(weighed)
+
     @cached_property
     def _skeleton(self) -> Skeleton:
-        armatures = [self._mechanism.evaluate(link.armature) for link in self._tree]
-        return skeleton_of(self._mechanism, self._tree, self._numbers.as_arrays(armatures))
+        numbers = Numbers(
+            origins=[_last(X)[:3] for X in self.origins],
+            moments={k: _last(J) for k, J in enumerate(self.moments) if J.any()},
+            armatures=[self._mechanism.evaluate(link.armature) for link in self.tree],
+            gravity=np.atleast_2d(self._gravity).T if self._gravity.any() else STILL,
+            identity=np.eye(3, 4)[..., None],
+            axis=lambda axis: np.array(axis)[:, None],
+            turns={k: _last(Q)[:3, :3] for k, Q in self._turned.items()},
+        )
+        return skeleton_of(self._mechanism, self.tree, numbers)
 
     def mass_matrix(self, states: States) -> np.ndarray:
         """Return M, shape (n, nv, nv)."""
@@ -211,28 +210,13 @@ class Recursion(BatchDynamics):
     @property
     def velocity_places(self) -> dict[str, int]:
         """The index of each joint velocity, by name."""
-        names = [name for link in self._tree for name in link.velocities]
+        names = [name for link in self.tree for name in link.velocities]
         return {name: k for k, name in enumerate(names)}
-
-    @property
-    def tree(self) -> tuple[Link, ...]:
-        """The elementary links, in the order in which `vary` and `regressor` count them."""
-        return self._tree
-
-    @property
-    def origins(self) -> tuple[np.ndarray, ...]:
-        """The pose of each link's frame in its parent's, each shape (4, 4)."""
-        return tuple(self._numbers.origins)
-
-    @property
-    def moments(self) -> tuple[np.ndarray, ...]:
-        """Mass moments of each link, ∫ (p, 1)(p, 1)ᵀ dm, each shape (4, 4)."""
-        return tuple(self._numbers.J)
 
     @property
     def turns(self) -> tuple[np.ndarray, ...]:
         """The rotation of each joint's axis in the joint's frame, each shape (4, 4)."""
-        return tuple(self._numbers.turns.get(k, np.eye(4)) for k in range(len(self._tree)))
+        return tuple(self._turned.get(k, np.eye(4)) for k in range(len(self.tree)))
 
     def vary(
         self,
@@ -241,17 +225,14 @@ class Recursion(BatchDynamics):
         gravity: np.ndarray | None = None,
         turns: Mapping[int, np.ndarray] | None = None,
     ) -> Recursion:
-        """Return a copy with other numbers, which may differ from state to state."""
-        # Shapes: origins (4, 4) or (n, 4, 4), moments (4, 4) or (n, 4, 4), gravity (3,) or (n, 3),
-        # turns (4, 4) or (n, 4, 4)
-        kept = self._numbers
-        numbers = _Numbers(
-            [(origins or {}).get(k, X) for k, X in enumerate(kept.origins)],
-            [(moments or {}).get(k, J) for k, J in enumerate(kept.J)],
-            kept.gravity if gravity is None else gravity,
-            {**kept.turns, **(turns or {})},
+        """Return a copy with other numbers of some links, or another gravity."""
+        return Recursion(
+            self._mechanism,
+            [(origins or {}).get(k, X) for k, X in enumerate(self.origins)],
+            [(moments or {}).get(k, J) for k, J in enumerate(self.moments)],
+            self._gravity if gravity is None else gravity,
+            {**self._turned, **(turns or {})},
         )
-        return Recursion(self._mechanism, numbers)
 
     def regressor(self, states: States, a: np.ndarray) -> np.ndarray:
         """Return the regressor Y with M a + bias = Σ Y J, J the mass moments of each link."""
@@ -261,7 +242,7 @@ class Recursion(BatchDynamics):
         tree, n = self.at(states), len(states)
         chart = tree.chart
         fields = tree.fields(chart.u, chart.spread(a.T))
-        Y = np.zeros((n, len(chart.u), len(self._tree), 4, 4))
+        Y = np.zeros((n, len(chart.u), len(self.tree), 4, 4))
         for k, seat in enumerate(self._skeleton.seats):
             if seat.place < 0:
                 continue

@@ -21,6 +21,7 @@ from typing import final
 import numpy as np
 
 from mecanique.derivation.numeric.dynamics import solve
+from mecanique.derivation.numeric.free_bodies import Snapshot
 from mecanique.derivation.numeric.newton_euler import FreeBodyDynamics
 from mecanique.derivation.tolerances import RANK
 from mecanique.model.states import States
@@ -30,40 +31,9 @@ from mecanique.model.states import States
 class NumericVirtualWork(FreeBodyDynamics):
     """The equations of motion in numbers, by the virtual work of applied and inertia forces."""
 
-    def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M: minus the virtual work of the inertia forces of unit accelerations."""
-        at = self._bodies.at(states)
-        G = at.rates
-        M: np.ndarray = np.swapaxes(G, 1, 2) @ (at.armature[:, None] * G)
-        for body in at.bodies:
-            M = M + body.mass * np.swapaxes(body.J, 1, 2) @ body.J
-            M = M + np.swapaxes(body.J_spin, 1, 2) @ body.inertia @ body.J_spin
-        return M
-
-    def bias(self, states: States) -> np.ndarray:
-        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""
-        at = self._bodies.at(states)
-        out: np.ndarray = np.einsum("nuv,nu->nv", at.rates, at.armature * at.gamma)
-        for body in at.bodies:
-            out = out + self._work(body.J, body.mass * (body.gamma - self._bodies.gravity))
-            out = out + self._work(body.J_spin, body.tumbling)
-        return out
-
-    def forces(self, states: States) -> np.ndarray:
-        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
-        out: np.ndarray = np.zeros(states.v.shape)
-        for body in self._bodies.at(states).bodies:
-            out = out + self._work(body.J, body.force) + self._work(body.J_spin, body.moment)
-        return out
-
-    def gravity(self, states: States) -> np.ndarray:
-        """Return gravity's part of the bias, shape (n, nv)."""
-        out: np.ndarray = np.zeros(states.v.shape)
-        for body in self._bodies.at(states).bodies:
-            out = out - self._work(
-                body.J, np.broadcast_to(body.mass * self._bodies.gravity, body.center.shape)
-            )
-        return out
+    def project(self, at: Snapshot, wrenches: np.ndarray) -> np.ndarray:
+        """Return the virtual work of wrenches on the bodies in each δq, shape (n, nv, k)."""
+        return np.asarray((at.J.swapaxes(-1, -2) @ wrenches).sum(axis=1))
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return the accelerations, shape (n, nv)."""
@@ -93,7 +63,3 @@ class NumericVirtualWork(FreeBodyDynamics):
         u = solve(self._mechanism, inertia[None], force[None])[0]
         a: np.ndarray = S @ u + sigma
         return a
-
-    def _work(self, J: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Return the virtual work of a force or moment in each δq, shape (n, nv)."""
-        return np.asarray(np.einsum("nij,ni->nj", J, force))

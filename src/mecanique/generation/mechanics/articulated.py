@@ -28,7 +28,7 @@ from mecanique.derivation.mechanics.vectors import (
     product,
     scale,
 )
-from mecanique.derivation.numeric.constraints.multipliers import constraints
+from mecanique.derivation.numeric.constraints.rows import constraints
 from mecanique.generation.mechanics.constrained import ConstrainedSolution, independent, sample
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.states import States

@@ -17,7 +17,7 @@ import numpy as np
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import Loops
 from mecanique.derivation.mechanics.vectors import Rows, apply, dot, products, scale, transpose
-from mecanique.derivation.numeric.constraints.multipliers import constraints
+from mecanique.derivation.numeric.constraints.rows import constraints
 from mecanique.derivation.tolerances import INDEPENDENT
 from mecanique.generation.program import LoopProjection
 from mecanique.model.states import States
@@ -61,15 +61,10 @@ _STATES = 16
 @final
 @dataclass(frozen=True)
 class ConstrainedSolution:
-    """The accelerations and multipliers of a closed mechanism.
+    """The accelerations and multipliers of a closed mechanism."""
 
-    Args:
-        acceleration: a.
-        multipliers: λ of every row; zero for redundant ones.
-    """
-
-    acceleration: tuple[Any, ...]
-    multipliers: tuple[Any, ...]
+    acceleration: tuple[Any, ...]  # a
+    multipliers: tuple[Any, ...]  # λ of every row; zero for redundant ones
 
 
 class Projecting(Protocol):

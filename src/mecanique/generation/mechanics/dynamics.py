@@ -73,14 +73,7 @@ class Tree:
 
 @final
 class TapeDynamics:
-    """The quantities of one mechanism on a tape.
-
-    Args:
-        letters: its inputs.
-        form: its equations of motion.
-        tree: the same by recursion, which gives poses as well.
-        title: how the equations were obtained.
-    """
+    """The quantities of one mechanism on a tape: by some form, and poses by recursion."""
 
     def __init__(self, letters: Letters, form: Form, tree: Tree, title: str) -> None:
         self.letters = letters

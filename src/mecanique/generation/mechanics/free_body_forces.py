@@ -35,8 +35,7 @@ from mecanique.model.constraints.elements import force_names
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.mechanism.description import bodies_with_inertia, bodies_with_mass
 from mecanique.program.solving import factorize
-from mecanique.program.sweeps import push_forward
-from mecanique.program.traced import trace, value_of, values_of
+from mecanique.program.traced import value_of
 
 
 @final
@@ -206,13 +205,9 @@ class FreeBodyForces:
 
     def accelerate(self, scalars: Sequence[Any]) -> list[Any]:
         """Return second derivatives along the motion."""
-        letters, tape = self._letters, self._letters.tape
-        rates = {q.place: value_of(r) for q, r in zip(letters.q, letters.rates, strict=True)}
-        rates[letters.t.place] = 1.0
-        first = push_forward(tape, values_of(scalars), rates)
-        a = self._dynamics.acceleration
-        rates |= {v.place: value_of(x) for v, x in zip(letters.v, a, strict=True)}
-        return [trace(tape, value) for value in push_forward(tape, first, rates)]
+        letters, first = self._letters, self._letters.along(scalars)
+        pairs = zip(letters.v, self._dynamics.acceleration, strict=True)
+        return letters.along(first, {v.place: value_of(a) for v, a in pairs})
 
     def _close(self, loop: Loop) -> tuple[AppliedWrench, AppliedWrench]:
         """Return the actions of a loop on its two bodies, by its multipliers."""

@@ -20,6 +20,7 @@ from mecanique.model.mechanism.description import bodies_with_inertia, bodies_wi
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
+    from mecanique.reference.engine.answers import AppliedForce
 
 
 TOGETHER = "reactions and guides"
@@ -60,28 +61,11 @@ class Actions:
         poses = self._reference.poses(q, t)
         zero = np.zeros((len(t), 3))
         for body in self._heavy:
-            weight = np.broadcast_to(
-                self._mechanism.evaluate(body.mass) * self._gravity, zero.shape
-            )
-            yield Action(
-                body.name,
-                "weight",
-                body.name,
-                None,
-                self._point(poses, body.name, body.center),
-                weight,
-                zero,
-            )
+            weight = zero + self._mechanism.evaluate(body.mass) * self._gravity
+            center = self._point(poses, body.name, body.center)
+            yield Action(body.name, "weight", body.name, None, center, weight, zero)
         for load in self._reference.applied(q, v, t):
-            yield Action(
-                load.name,
-                self._kinds[load.name],
-                load.body,
-                load.other,
-                load.point,
-                load.force,
-                load.moment,
-            )
+            yield _act(load, self._kinds[load.name])
 
     def reactions(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> Iterator[Action]:
         """Yield the wrenches of joints on child and parent, of loops and elements on both bodies.
@@ -126,16 +110,8 @@ class Actions:
             yield Action(name, "reaction", body, partner, at, wrench.force, moment)
             there = ends.get(name, at)
             yield Action(name, "reaction", partner, body, there, -wrench.force, -moment)
-        for action in self._reference.guide_actions(q, v, t):
-            yield Action(
-                action.name,
-                "reaction",
-                action.body,
-                action.other,
-                action.point,
-                action.force,
-                action.moment,
-            )
+        for guided_by in self._reference.guide_actions(q, v, t):
+            yield _act(guided_by, "reaction")
         for body, (force, moment) in sums.items():
             if body != self._mechanism.ground:
                 at = self._origin(poses, body)
@@ -172,3 +148,8 @@ class Actions:
             :, self._at[body], :3, :3
         ] @ self._numbers(point)
         return at
+
+
+def _act(load: AppliedForce, kind: Kind) -> Action:
+    points = (load.point, load.force, load.moment)
+    return Action(load.name, kind, load.body, load.other, *points)

@@ -19,8 +19,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from mecanique.derivation.numeric.constraints.loops import Closure
-from mecanique.derivation.numeric.constraints.multipliers import constraints
+from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.paths import JETS, stack_jets
 from mecanique.derivation.scalars.functions import function
@@ -65,7 +64,7 @@ class Reduced:
                 )
         self._mechanism = mechanism
         self._tree = links(mechanism)
-        self._closure = Closure(mechanism)
+        self._held = Held(mechanism)
         at = {name: k for k, name in enumerate(mechanism.velocities)}
         self._plain = {name: at[f"{name}'"] for name in mechanism.coordinates if f"{name}'" in at}
         self._definition = LagrangeOnJets(mechanism)
@@ -89,7 +88,7 @@ class Reduced:
 
     def _groups(self, states: States) -> Iterator[_Group]:
         """Group the states by their dependent coordinates."""
-        J = constraints(self._mechanism, states).jacobian / self._closure.units[:, None]
+        J = self._held.at(states).jacobian / self._held.row_units.units[:, None]
         waiting = np.arange(len(states))
         while len(waiting):
             rows, dependent = _choose(J[waiting[0]])
@@ -154,7 +153,7 @@ class Reduced:
             c[at, 2, 0] = a[:, k] / 2
             c[at, 0, 1 + k] = 1.0
         c[dependent, 1, 0] = states.v[:, dependent].T
-        units = self._closure.units
+        units = self._held.row_units.units
         x = [Jet(path) for path in c]
         for order in range(3):
             # the state itself is not corrected: near a singular position the correction of its
@@ -162,7 +161,7 @@ class Reduced:
             given = order < 2
             last = np.inf
             for _ in range(_SWEEPS):
-                phi = self._closure.rows(self._evaluate_poses(states, x)[1])
+                phi = self._held.gaps(self._evaluate_poses(states, x)[1])
                 off = np.stack([phi[i].c[order] / units[i] for i in group.rows], axis=-1)
                 if given and float(np.abs(off[0]).max(initial=0.0)) < ON_LOOPS:
                     off[0] = 0.0

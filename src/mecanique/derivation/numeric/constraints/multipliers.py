@@ -4,25 +4,28 @@ Both are solved at once, by least squares where constraints are redundant: a is 
 motion that the constraints allow has inertia, and λ is the least solution (Lagrange, Mécanique
 analytique, 1788, part II, sect. IV; F. E. Udwadia & R. E. Kalaba, Analytical Dynamics, 1996, ch.
 3).
+
+Loops may also lock a mechanism in a singular position, where J alone would allow small motions.
+With q' along the free directions, q' = N c and J N = 0, a motion needs some q'' with
+J q'' + γ(N c) = 0. So ℓᵀ γ(N c) = 0 for every ℓ with ℓᵀ J = 0: a quadratic form in c for each
+redundant row. If a combination of them is definite, only c = 0 satisfies all; a mechanism that is
+rigid to second order is rigid (R. Connelly & W. Whiteley, SIAM J. Discrete Math. 9 (1996) 453,
+sect. 2, 3).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple, final
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import combinations_with_replacement
+from typing import final
 
 import numpy as np
 
-from mecanique.derivation.numeric.constraints.contacts import VelocityLaws
-from mecanique.derivation.numeric.constraints.loops import (
-    Closure,
-    Constraints,
-    RowUnits,
-    is_locked,
-)
+from mecanique.arrays import Array
+from mecanique.derivation.numeric.constraints.rows import Constraints, Held, RowUnits
 from mecanique.derivation.numeric.dynamics import BatchDynamics
-from mecanique.derivation.numeric.lagrange import LagrangeOnJets
-from mecanique.derivation.tolerances import LOOSE, RANK, SHARE
+from mecanique.derivation.tolerances import DEFINITE, LOOSE, RANK, SHARE
 from mecanique.errors import DerivationError, InputError
 from mecanique.model.constraints.loops import explain_lock
 from mecanique.model.mechanism import Mechanism
@@ -32,81 +35,14 @@ from mecanique.model.states import States
 
 @final
 @dataclass(frozen=True)
-class ConstrainedMotion:
-    """The accelerations and multipliers of a constrained tree in n states."""
-
-    acceleration: np.ndarray  # shape (n, nv)
-    multipliers: np.ndarray  # λ of each row, shape (n, m); Jᵀ λ is the generalized constraint force
-    # shape (n, m), False where redundant constraints leave a multiplier undetermined
-    determined: np.ndarray
-
-
-class Push(NamedTuple):
-    """A unit force of a contact."""
-
-    place: np.ndarray  # shape (n, 3), its point of action, in the world [m]
-    direction: np.ndarray  # shape (n, 3), world axes
-    ends: tuple[str, str]  # the body on which it acts, and the one on which its opposite acts
-
-
-@final
-class Held:
-    """All rows that constrain a mechanism's tree: of loops, contacts and velocity constraints."""
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self._mechanism = mechanism
-        self._definition = LagrangeOnJets(mechanism)
-        self._loops, self._laws = Closure(mechanism), VelocityLaws(mechanism)
-        self.names = (*self._loops.names, *self._laws.names)
-        """Name of each row."""
-        first, rest = self._loops.row_units, self._laws.row_units
-        self.row_units = RowUnits(
-            np.concatenate([first.units, rest.units]),
-            np.concatenate([first.blocks, 2 * len(mechanism.loops) + rest.blocks]),
-        )
-        """Natural units of the rows, and their blocks."""
-
-    def at(self, states: States) -> Constraints:
-        """Return Φ, J and γ."""
-        _, poses = self._definition.motion(states, np.zeros_like(states.v))
-        parts = [self._loops.at(poses)] if self._mechanism.loops else []
-        if self._laws.names:
-            parts.append(self._laws.at(states, poses))
-        return Constraints(
-            np.concatenate([part.residual for part in parts], axis=1),
-            np.concatenate([part.jacobian for part in parts], axis=1),
-            np.concatenate([part.gamma for part in parts], axis=1),
-        )
-
-    def forces(self, states: States) -> dict[int, Push]:
-        """Return the unit force of each row that belongs to a contact, by row."""
-        _, poses = self._definition.motion(states, np.zeros_like(states.v))
-        found, row = {}, len(self._loops.names)
-        for contact in self._mechanism.contacts:
-            place, directions, _ = self._laws.touch(contact, poses)
-            for direction in directions:
-                found[row] = Push(
-                    place.value[:, :, 0],
-                    direction.value[:, :, 0],
-                    (contact.body, contact.on),
-                )
-                row += 1
-        return found
-
-
-def constraints(mechanism: Mechanism, states: States) -> Constraints:
-    """Return Φ, J and γ of all constraints on a mechanism's tree."""
-    return Held(mechanism).at(states)
-
-
-class HeldMotion(NamedTuple):
-    """The motion of a constrained tree in one state."""
+class HeldMotion:
+    """The accelerations and multipliers of a constrained tree in one state, or in n."""
 
     acceleration: np.ndarray  # shape (nv,)
-    multipliers: np.ndarray  # λ of each row, shape (m,)
+    multipliers: np.ndarray  # λ of each row, shape (m,); Jᵀ λ is the generalized constraint force
     # shape (m,), False where redundant constraints leave a multiplier undetermined
     determined: np.ndarray
-    massless: np.ndarray | None  # shape (nv,), an allowed motion without inertia, if there is one
+    massless: np.ndarray | None = None  # shape (nv,), an allowed motion without inertia, if any
 
 
 def solve_held(
@@ -177,7 +113,7 @@ class Constrained:
         """Name of each row of the constraints."""
         return self._held.names
 
-    def motion(self, states: States) -> ConstrainedMotion:
+    def motion(self, states: States) -> HeldMotion:
         """Solve for accelerations and multipliers."""
         closed = self._held.at(states)
         M, rest = (
@@ -193,7 +129,7 @@ class Constrained:
             if not (self._movable or motion.determined.all()):
                 self._refuse_locked(states.at(np.array([k])))
             motions.append(motion)
-        return ConstrainedMotion(
+        return HeldMotion(
             np.array([motion.acceleration for motion in motions]).reshape(states.v.shape),
             np.array([motion.multipliers for motion in motions]).reshape(closed.gamma.shape),
             np.array([motion.determined for motion in motions]).reshape(closed.gamma.shape),
@@ -216,3 +152,56 @@ class Constrained:
             f"mechanism {self._mechanism.name!r}: its loops allow a motion of "
             f"{', '.join(names) or 'several joints'} without inertia; give a body in it mass"
         )
+
+
+_LOOKS = 100
+"""How often a combination that is not definite is improved."""
+
+
+def is_locked(state: States, at: Callable[[States], Constraints]) -> bool:
+    """Return whether loops prevent every motion in a state; there are no other constraints."""
+    units = velocity_scales(state.mechanism)
+    J = at(state).jacobian[0] * units
+    lengths = np.linalg.norm(J, axis=1)
+    lengths = np.where(lengths > 0, lengths, 1.0)[:, None]
+    left, values, right = np.linalg.svd(J / lengths)
+    rank = int((values > RANK * values.max(initial=0.0)).sum())
+    extra, free = left[:, rank:], units[:, None] * right[rank:].T
+    if not (extra.size and free.size):
+        return False
+    bent = _second_order(state, free, at) / lengths[:, None]
+    size = np.abs(bent).max()
+    return bool(size > 0) and _has_definite(np.einsum("mkl,mr->rkl", bent / size, extra))
+
+
+def _second_order(state: States, free: Array, at: Callable[[States], Constraints]) -> Array:
+    """Return the symmetric forms of γ along the free directions, shape (m, k, k)."""
+    k = free.shape[1]
+    pairs = list(combinations_with_replacement(range(k), 2))
+    c = np.array([np.eye(k)[i] + (np.eye(k)[j] if i != j else 0.0) for i, j in pairs])
+    v = np.concatenate([np.zeros((1, len(free))), c @ free.T, -c @ free.T])
+    each = state.at(np.zeros(len(v), dtype=int))
+    gamma = at(replace(each, v=v)).gamma
+    # the even part in c without its value at rest; the rest is due to prescribed motions
+    along = (gamma[1 : 1 + len(c)] + gamma[1 + len(c) :]) / 2 - gamma[0]
+    forms = np.zeros((gamma.shape[1], k, k))
+    own = {i: along[n] for n, (i, j) in enumerate(pairs) if i == j}
+    for n, (i, j) in enumerate(pairs):
+        value = along[n] if i == j else (along[n] - own[i] - own[j]) / 2
+        forms[:, i, j] = forms[:, j, i] = value
+    return forms
+
+
+def _has_definite(forms: Array) -> bool:
+    """Return whether some combination of symmetric forms is positive definite."""
+    weights = np.einsum("rkk->r", forms)
+    for _ in range(_LOOKS):
+        values, vectors = np.linalg.eigh(np.einsum("r,rkl->kl", weights, forms))
+        if values[0] > DEFINITE:
+            return True
+        # add more of the forms that are positive along the worst direction
+        along = np.einsum("rkl,k,l->r", forms, vectors[:, 0], vectors[:, 0])
+        if np.abs(along).max() < DEFINITE:
+            return False
+        weights = weights + along / np.linalg.norm(along)
+    return False

@@ -7,7 +7,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from mecanique.derivation.numeric.constraints.multipliers import Held
+from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.tolerances import CLOSED, RANK_CLOSED
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length, velocity_scales

@@ -1,0 +1,233 @@
+"""Compute the rows of loops, contacts and velocity constraints from our poses: Φ or ψ, J and γ.
+
+Along the path q + ε v the Φ of a loop is a jet: its partial derivatives at ε = 0 are J, and twice
+its coefficient of ε² is γ, the value of Φ'' without accelerations. All is measured in the axes of
+frame a, where frame b has the position p and the rotation matrix R; a hinge keeps R z = z, a weld
+keeps the skew part of R at zero.
+
+At the place of contact P a body's point has in the body the position s(ε) = R(ε)ᵀ (P(ε) − p(ε))
+and the velocity H'(ε) s(ε); s changes as the contact moves, but adds nothing to the velocity of the
+material point. That velocity is [ε⁰] of H' s, its rate [ε¹], and the virtual displacement δH s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from mecanique.derivation.mechanics.contacts import touch
+from mecanique.derivation.mechanics.loops import closure
+from mecanique.derivation.numeric.lagrange import LagrangeOnJets
+from mecanique.derivation.numeric.paths import (
+    constant_jet,
+    coordinate_paths,
+    frame_jet,
+    ground_on_jets,
+    stack_column,
+)
+from mecanique.derivation.scalars.functions import function
+from mecanique.derivation.scalars.jets import Jet
+from mecanique.derivation.tolerances import ROUNDING
+from mecanique.derivation.tree.links import links, place_of
+from mecanique.derivation.tree.poses import placement_matrix
+from mecanique.model.constraints.contacts import Contact
+from mecanique.model.constraints.loops import CLOSED, Loop
+from mecanique.model.expression import evaluate
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import characteristic_length
+from mecanique.model.states import States
+
+
+@final
+@dataclass(frozen=True)
+class Constraints:
+    """The constraints at n states: Φ = 0 with Φ'' = J a + γ, or ψ = 0 with ψ' = J a + γ."""
+
+    residual: np.ndarray  # Φ, 0 of rows that restrict velocities only, shape (n, m)
+    jacobian: np.ndarray  # J, shape (n, m, nv)
+    gamma: np.ndarray  # γ, shape (n, m)
+
+
+class RowUnits(NamedTuple):
+    """Natural units of the rows of constraints."""
+
+    units: np.ndarray  # shape (m,), the characteristic length or one radian
+    # shape (m,), number of each row's block, which are scaled together: a loop's lengths, its
+    # angles, a contact or a velocity constraint
+    blocks: np.ndarray
+
+
+class Push(NamedTuple):
+    """A unit force of a contact."""
+
+    place: np.ndarray  # shape (n, 3), its point of action, in the world [m]
+    direction: np.ndarray  # shape (n, 3), world axes
+    ends: tuple[str, str]  # the body on which it acts, and the one on which its opposite acts
+
+
+@final
+class Held:
+    """All rows that constrain a mechanism's tree: of loops, contacts and velocity constraints."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        self._definition = LagrangeOnJets(mechanism)
+        self._place = place_of(links(mechanism), mechanism)
+        length, rows = characteristic_length(mechanism), list[tuple[str, int, float]]()
+        for k, loop in enumerate(mechanism.loops):
+            for row in CLOSED[loop.kind]:
+                turns = row.startswith("r")
+                rows.append((f"{loop.name}: {row}", 2 * k + turns, 1.0 if turns else length))
+        first = 2 * len(mechanism.loops)
+        for k, contact in enumerate(mechanism.contacts, first):
+            rows += [(f"{contact.name}: {row}", k, length) for row in contact.rows]
+        for k, law in enumerate(mechanism.velocity_constraints, first + len(mechanism.contacts)):
+            rows.append((law.name, k, 1.0))
+        self.names = tuple(name for name, _, _ in rows)
+        """Name of each row: the loop's or the contact's and the motion it prevents."""
+        self.row_units = RowUnits(
+            np.array([unit for _, _, unit in rows]), np.array([k for _, k, _ in rows], dtype=int)
+        )
+        """Natural units of the rows, and their blocks."""
+
+    def at(self, states: States) -> Constraints:
+        """Return Φ, J and γ."""
+        poses = self._poses(states)
+        parts = [self._close(poses)] if self._mechanism.loops else []
+        parts += [self._roll(contact, poses) for contact in self._mechanism.contacts]
+        if self._mechanism.velocity_constraints or not parts:
+            parts.append(self._state_laws(states))
+        return Constraints(
+            np.concatenate([part.residual for part in parts], axis=1),
+            np.concatenate([part.jacobian for part in parts], axis=1),
+            np.concatenate([part.gamma for part in parts], axis=1),
+        )
+
+    def gaps(self, poses: list[Jet]) -> list[Jet]:
+        """Return Φ of the loops, one jet per row; poses (n, 4, 4)."""
+        ground, shape = ground_on_jets(self._mechanism, self._place, poses), poses[0].c.shape[:3]
+        rows = [row for loop in self._mechanism.loops for row in closure(loop, ground, _angle)]
+        return [row if isinstance(row, Jet) else constant_jet(row, shape) for row in rows]
+
+    def forces(self, states: States) -> dict[int, Push]:
+        """Return the unit force of each row that belongs to a contact, by row."""
+        poses, found = self._poses(states), dict[int, Push]()
+        row = sum(len(CLOSED[loop.kind]) for loop in self._mechanism.loops)
+        for contact in self._mechanism.contacts:
+            place, directions, _ = self._touch(contact, poses)
+            for direction in directions:
+                at, along = place.value[:, :, 0], direction.value[:, :, 0]
+                found[row] = Push(at, along, (contact.body, contact.on))
+                row += 1
+        return found
+
+    def _poses(self, states: States) -> list[Jet]:
+        return self._definition.motion(states, np.zeros_like(states.v))[1]
+
+    def _close(self, poses: list[Jet]) -> Constraints:
+        """Return the rows of the loops."""
+        c = np.stack([row.c for row in self.gaps(poses)], axis=-1)
+        terms = [size for loop in self._mechanism.loops for size in self._sizes(loop, poses)]
+        jacobian = _drop_rounding(np.moveaxis(c[0, 1:], 0, -1), np.stack(terms, axis=1))
+        return Constraints(c[0, 0], jacobian, 2 * c[2, 0])
+
+    def _sizes(self, loop: Loop, poses: list[Jet]) -> list[np.ndarray]:
+        """Return the size of what is summed in the entries of each row of J, each (n, nv)."""
+        values = self._mechanism.values
+        ends = (loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)
+        A, B = (
+            frame_jet(poses, self._place[body], placement_matrix(frame, values))
+            for body, frame in ends
+        )
+        turn = _turn_sizes(A)
+        # p = Rᵀ (p_B − p_A) turns with frame a, and p_B − p_A is as certain as its two terms
+        far = sum(np.linalg.norm(X.value[:, :3, 3], axis=-1) for X in (A, B))
+        shift = _shift_sizes(A) + _shift_sizes(B) + turn * np.reshape(far, (-1, 1))
+        turn = turn + _turn_sizes(B)
+        return [turn if row.startswith("r") else shift for row in CLOSED[loop.kind]]
+
+    def _touch(self, contact: Contact, poses: list[Jet]) -> tuple[Jet, list[Jet], np.ndarray]:
+        """Return the place and the directions of a contact, trailing shape (n, 3, 1), and its Φ."""
+        ground = ground_on_jets(self._mechanism, self._place, poses)
+        place, directions, gap = touch(self._mechanism, contact, ground)
+        shape = poses[0].c.shape[:3]
+        columns = [stack_column(vector, shape) for vector in (place, *directions)]
+        return columns[0], columns[1:], gap.value if isinstance(gap, Jet) else np.zeros(shape[2])
+
+    def _roll(self, contact: Contact, poses: list[Jet]) -> Constraints:
+        """Return the rows of a contact, n·(v_A − v_B) = 0 in each of its directions."""
+        place, directions, gap = self._touch(contact, poses)
+        A, B = (frame_jet(poses, self._place[body]) for body in (contact.body, contact.on))
+        velocity, rate, shifts = (
+            a - b for a, b in zip(_carry(A, place), _carry(B, place), strict=True)
+        )
+        far = np.linalg.norm(place.value[:, :, 0], axis=-1)[:, None]
+        terms = sum(_shift_sizes(H) + far * _turn_sizes(H) for H in (A, B))
+        jacobian, gamma = [], []
+        for direction in directions:
+            n, turning = direction.c[0, 0, :, :, 0], direction.c[1, 0, :, :, 0]
+            slopes = np.einsum("ni,kni->nk", n, shifts)
+            jacobian.append(_drop_rounding(slopes, np.asarray(terms)))
+            gamma.append(np.einsum("ni,ni->n", n, rate) + np.einsum("ni,ni->n", turning, velocity))
+        residual = np.zeros((len(gap), len(directions)))
+        residual[:, 0] = gap
+        return Constraints(residual, np.stack(jacobian, axis=1), np.stack(gamma, axis=1))
+
+    def _state_laws(self, states: States) -> Constraints:
+        """Return the rows Σ A_i v_i − b of the velocity constraints."""
+        laws, velocities = self._mechanism.velocity_constraints, self._mechanism.velocities
+        n, size = len(states), len(laws)
+        jacobian, gamma = np.zeros((n, size, len(velocities))), np.zeros((n, size))
+        values = coordinate_paths(states) if laws else {}
+
+        def path(scalar: Any) -> np.ndarray:
+            value = evaluate(scalar, values, function=function)
+            return value.c[:2, 0] if isinstance(value, Jet) else np.array([[value], [0.0]])
+
+        for row, law in enumerate(laws):
+            for k, entry in enumerate(law.along(velocities)):
+                now, rate = path(entry)
+                jacobian[:, row, k] = now
+                gamma[:, row] += rate * states.v[:, k]
+            gamma[:, row] -= path(law.rate)[1]
+        return Constraints(np.zeros((n, size)), jacobian, gamma)
+
+
+def constraints(mechanism: Mechanism, states: States) -> Constraints:
+    """Return Φ, J and γ of all constraints on a mechanism's tree."""
+    return Held(mechanism).at(states)
+
+
+def _angle(y: Any, x: Any) -> Any:
+    return y.atan2(x) if isinstance(y, Jet) else np.arctan2(y, x)
+
+
+def _carry(H: Jet, place: Jet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return H' s, its rate without accelerations, and δH s, of the body's point at a place."""
+    s = H[:, :3, :3].T @ (place - H[:, :3, 3:])
+    one = np.ones((*s.c.shape[2:-2], 1, 1))
+    at = np.concatenate([s.c[0, 0], one], axis=-2)
+    moving = np.concatenate([s.c[1, 0], 0 * one], axis=-2)
+    velocity = H.c[1, 0] @ at
+    rate = 2 * H.c[2, 0] @ at + H.c[1, 0] @ moving
+    shifts = H.c[0, 1:] @ at
+    return velocity[..., :3, 0], rate[..., :3, 0], shifts[..., :3, 0]
+
+
+def _drop_rounding(jacobian: np.ndarray, terms: np.ndarray) -> np.ndarray:
+    """Return J with zeros where its entries are no more than the rounding of their terms."""
+    # Rows that joints satisfy by themselves, such as those across a planar linkage's plane, would
+    # otherwise count as constraints once they are scaled to one
+    return np.where(np.abs(jacobian) > ROUNDING * terms, jacobian, 0.0)
+
+
+def _shift_sizes(pose: Jet) -> np.ndarray:
+    """Return by how much variations displace a pose's origin, shape (n, nv)."""
+    return np.asarray(np.linalg.norm(pose.c[0, 1:, :, :3, 3], axis=-1).T)
+
+
+def _turn_sizes(pose: Jet) -> np.ndarray:
+    """Return by how much variations turn a pose, shape (n, nv)."""
+    return np.asarray(np.linalg.norm(pose.c[0, 1:, :, :3, :3], axis=(-2, -1)).T)
