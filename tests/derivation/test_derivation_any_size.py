@@ -16,7 +16,7 @@ from systems import derive_system
 import mecanique as mq
 from mecanique import derive, textbook, write_recursion
 from mecanique.derivation.document import Document
-from mecanique.generation.writing.named_results import Written
+from mecanique.generation.named_results import Written
 from mecanique.model.states import States
 from mecanique.verification.states import random_states
 from mecanique.viewing.scene.texts import document_of
@@ -139,6 +139,17 @@ def test_what_rolls_reads_back_by_every_method(name: str, method: str) -> None:
     motions = 1 if method == "virtual_work" else mechanism.nv
     assert len(written.results[0].lines) == motions
     assert ("lambda" in str(written)) == (method != "virtual_work")
+
+
+@pytest.mark.parametrize("method", ["lagrange", "newton_euler"])
+def test_conditions_that_hold_by_themselves_are_left_out(method: str) -> None:
+    """A disk that rolls in a plane does not slip across it."""
+    equations = derive_system("rolling_disk", method)
+    written, states = write_recursion(equations), states_of("rolling_disk")
+    assert len(written.results[-1].lines) == 2
+    assert "0 = 0" not in written.text()
+    assert np.abs(held(written, equations, states)).max() < 1e-9
+    assert np.abs(held(written, equations, states, off=1.0)).max() > 1e-3
 
 
 def test_a_closed_mechanism_reads_back() -> None:

@@ -2,4 +2,4 @@
 
 from mecanique.generation.code import Code as Code
 from mecanique.generation.languages import generate as generate
-from mecanique.generation.writing.named_results import write_recursion as write_recursion
+from mecanique.generation.named_results import write_recursion as write_recursion

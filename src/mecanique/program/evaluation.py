@@ -16,14 +16,7 @@ _ARITHMETIC = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide}
 def evaluate(
     tape: Tape, outputs: Sequence[Value], inputs: Mapping[str, Any], states: int
 ) -> np.ndarray:
-    """Return the outputs in many states, shape (states, outputs).
-
-    Args:
-        tape: the program.
-        outputs: its outputs.
-        inputs: value of each input, shape () or (states,), by name.
-        states: their number.
-    """
+    """Return the outputs in many states, shape (states, outputs); inputs () or (states,)."""
     results: dict[int, Any] = {}
 
     def value(operand: Value) -> Any:

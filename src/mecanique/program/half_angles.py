@@ -28,14 +28,10 @@ def by_tangents(tape: Tape, outputs: Sequence[Value]) -> tuple[Tape, list[Value]
 
 
 class _Angles(NamedTuple):
-    """The angles of a program.
+    """The angles of a program."""
 
-    Args:
-        wanted: the functions of each that are needed, by its index.
-        parts: sign and both parts of each sum that is treated by the addition theorems.
-    """
-
-    wanted: dict[int, set[str]]
+    wanted: dict[int, set[str]]  # the functions of each that are needed, by its index
+    # sign and both parts of each sum that is treated by the addition theorems
     parts: dict[int, tuple[str, int, int]]
 
 
@@ -61,11 +57,7 @@ def _find_angles(tape: Tape, needed: Sequence[int]) -> _Angles:
 
 @final
 class _Rewritten:
-    """The new program, as far as it is written.
-
-    Args:
-        angles: the angles of the old program.
-    """
+    """The new program, as far as it is written."""
 
     def __init__(self, angles: _Angles) -> None:
         self.tape = Tape()
@@ -80,21 +72,10 @@ class _Rewritten:
     def add(self, place: int, operation: Operation) -> None:
         """Add an operation of the old program, in its order there."""
         kind, values, name = operation
-        new, move = self.tape, self.move
-        if kind == "input":
-            self._places[place] = new.input(name)
-        elif kind == "+":
-            self._places[place] = new.add(move(values[0]), move(values[1]))
-        elif kind == "-":
-            self._places[place] = new.subtract(move(values[0]), move(values[1]))
-        elif kind == "*":
-            self._places[place] = new.multiply(move(values[0]), move(values[1]))
-        elif kind == "/":
-            self._places[place] = new.divide(move(values[0]), move(values[1]))
-        elif kind in _BOTH and isinstance(values[0], int):
+        if kind in _BOTH and isinstance(values[0], int):
             self._places[place] = self._circular(kind, values[0])
         else:
-            self._places[place] = new.call(kind, *map(move, values))
+            self._places[place] = self.tape.record(kind, map(self.move, values), name)
 
     def _circular(self, function: str, angle: int) -> Value:
         """The sine or cosine of an angle, written once."""

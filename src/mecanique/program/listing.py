@@ -19,33 +19,23 @@ _ATOM = 4
 @final
 @dataclass(frozen=True)
 class Notation:
-    """The notation of numbers, function calls and assignments in a language.
+    """The notation of numbers, function calls and assignments in a language."""
 
-    Args:
-        functions: format of each function's call, by its sympy name, with {} for the arguments.
-        assignment: format of an assignment to a new name, e.g. "const double {} = {};".
-        number: writes a number.
-    """
-
+    # format of each function's call, by its sympy name, with {} for the arguments
     functions: Mapping[str, str]
-    assignment: str
-    number: Callable[[float], str] = repr
+    assignment: str  # format of an assignment to a new name, e.g. "const double {} = {};"
+    number: Callable[[float], str] = repr  # writes a number
 
 
 @final
 @dataclass(frozen=True)
 class Listing:
-    """A program as text.
+    """A program as text."""
 
-    Args:
-        inputs: names of the inputs that it uses.
-        lines: the assignments, in order.
-        outputs: an expression for each output.
-    """
-
-    inputs: tuple[str, ...]
-    lines: tuple[str, ...]
-    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]  # names of the inputs that it uses
+    lines: tuple[str, ...]  # the assignments, in order
+    outputs: tuple[str, ...]  # an expression for each output
+    names: Mapping[int, str]  # the name of each operation that is assigned to one, in order
 
 
 def list_program(
@@ -69,6 +59,7 @@ def list_program(
     written: dict[int, tuple[str, int]] = {}
     used: list[str] = []
     lines: list[str] = []
+    named: dict[int, str] = {}
 
     def write(value: Value, level: int = 0) -> str:
         if isinstance(value, int):
@@ -99,6 +90,7 @@ def list_program(
         if uses[place] > 1 or len(text) > _LONGEST or own_name is not None:
             symbol = own_name or f"{fresh}{len(lines)}"
             lines.append(notation.assignment.format(symbol, text))
-            text, level_of = symbol, _ATOM
+            named[place] = text = symbol
+            level_of = _ATOM
         written[place] = text, level_of
-    return Listing(tuple(used), tuple(lines), tuple(write(value) for value in outputs))
+    return Listing(tuple(used), tuple(lines), tuple(map(write, outputs)), named)

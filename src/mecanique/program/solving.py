@@ -17,23 +17,14 @@ class Factors:
 
     Rows are eliminated from the last one up: for a tree whose joints come after their parents no
     zero is filled in (R. Featherstone, Int. J. Robotics Research 24 (2005) 487).
-
-    Args:
-        tape: the tape to write on.
-        pivots: D.
-        rows: entries of U below its diagonal, row by row.
     """
 
-    tape: Tape
-    pivots: tuple[Value, ...]
-    rows: tuple[tuple[Value, ...], ...]
+    tape: Tape  # the tape to write on
+    pivots: tuple[Value, ...]  # D
+    rows: tuple[tuple[Value, ...], ...]  # entries of U below its diagonal, row by row
 
     def solve(self, rest: Sequence[Any]) -> list[Any]:
-        """Return x with M x = rest.
-
-        Args:
-            rest: scalars, shape (n,).
-        """
+        """Return x with M x = rest, shape (n,)."""
         tape, left = self.tape, values_of(rest)
         for k in range(len(left) - 1, -1, -1):
             for i in range(k):
@@ -46,12 +37,7 @@ class Factors:
 
 
 def factorize(tape: Tape, M: Sequence[Sequence[Any]]) -> Factors:
-    """Factorize a symmetric matrix, reading its lower triangle.
-
-    Args:
-        tape: the tape to write on.
-        M: rows of scalars, shape (n, n).
-    """
+    """Factorize a symmetric matrix, reading its lower triangle."""
     left = [values_of(row[: k + 1]) for k, row in enumerate(M)]
     rows: list[tuple[Value, ...]] = [()] * len(left)
     for k in range(len(left) - 1, -1, -1):

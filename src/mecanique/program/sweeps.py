@@ -53,12 +53,6 @@ def pull_back(
 def substitute(tape: Tape, outputs: Sequence[Value], known: Mapping[int, Value]) -> list[Value]:
     """Return outputs with other values in place of some operations."""
     values: dict[int, Value] = dict(known)
-    arithmetic = {
-        "+": tape.add,
-        "-": tape.subtract,
-        "*": tape.multiply,
-        "/": tape.divide,
-    }
 
     def value(operand: Value) -> Value:
         return values.get(operand, operand) if isinstance(operand, int) else operand
@@ -67,11 +61,7 @@ def substitute(tape: Tape, outputs: Sequence[Value], known: Mapping[int, Value])
         kind, operands, _ = tape.operations[place]
         if place in values or kind == "input":
             continue
-        replaced = [value(operand) for operand in operands]
-        if kind in arithmetic:
-            values[place] = arithmetic[kind](*replaced)
-        else:
-            values[place] = tape.call(kind, *replaced)
+        values[place] = tape.record(kind, map(value, operands))
     return [value(output) for output in outputs]
 
 

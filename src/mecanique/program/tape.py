@@ -40,20 +40,31 @@ _NUMBERS: dict[str, Callable[..., float]] = {
 @final
 @dataclass
 class Tape:
-    """A recorder of operations.
+    """A recorder of operations."""
 
-    Args:
-        operations: the operations in order; each uses only earlier ones.
-        most: largest number of operations.
-    """
-
+    # the operations in order; each uses only earlier ones
     operations: list[Operation] = field(default_factory=list)
-    most: float = math.inf
+    most: float = math.inf  # largest number of operations
     _places: dict[object, int] = field(default_factory=dict)
 
     def input(self, name: str) -> int:
         """Return an input, by name."""
         return self._place("input", (), name)
+
+    def record(self, kind: str, operands: Iterable[Value], name: str = "") -> Value:
+        """Return an operation of any kind."""
+        match kind:
+            case "input":
+                return self.input(name)
+            case "+":
+                return self.add(*operands)
+            case "-":
+                return self.subtract(*operands)
+            case "*":
+                return self.multiply(*operands)
+            case "/":
+                return self.divide(*operands)
+        return self.call(kind, *operands)
 
     def add(self, a: Value, b: Value) -> Value:
         """Return a + b."""
@@ -183,19 +194,12 @@ def _order(a: Value, b: Value) -> tuple[Value, Value]:
 @final
 @dataclass(frozen=True)
 class Counts:
-    """Numbers of operations; a result that is used several times counts once.
+    """Numbers of operations; a result that is used several times counts once."""
 
-    Args:
-        additions: additions and subtractions.
-        multiplications: products of two factors.
-        divisions: divisions, except by numbers.
-        functions: sines, roots and so on.
-    """
-
-    additions: int
-    multiplications: int
-    divisions: int
-    functions: int
+    additions: int  # additions and subtractions
+    multiplications: int  # products of two factors
+    divisions: int  # divisions, except by numbers
+    functions: int  # sines, roots and so on
 
     @property
     def total(self) -> int:

@@ -156,7 +156,7 @@ def _symbols_of(
     mechanism: Mechanism, equations: Sequence[Equations]
 ) -> tuple[tuple[str, str], ...]:
     """The symbols of equations that are a list of results, by Lagrange's method if there."""
-    from mecanique.generation.writing.named_results import write_recursion
+    from mecanique.generation.named_results import write_recursion
 
     if mechanism.switching:
         return tuple(_symbols_of_modes(mechanism))
@@ -168,7 +168,7 @@ def _symbols_of(
 
 def _named_results(equations: Equations) -> ShownDerivation:
     """Equations that are too long for a closed form, as a list of results."""
-    from mecanique.generation.writing.named_results import write_recursion
+    from mecanique.generation.named_results import write_recursion
 
     try:
         written = write_recursion(equations)

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Collection, Iterator, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from html import escape
 from typing import Any, final
@@ -20,20 +22,178 @@ from mecanique.derivation.mechanics.contacts import velocity_rows
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import Loops
 from mecanique.derivation.mechanics.recursion import LinkWrench, TreeRecursion
-from mecanique.derivation.mechanics.vectors import add, apply_transpose, cross, scale
-from mecanique.derivation.printing.formulas import Letter, Product, names_in
+from mecanique.derivation.mechanics.vectors import add as add_vectors
+from mecanique.derivation.mechanics.vectors import apply_transpose, cross, scale
+from mecanique.derivation.printing.formulas import (
+    MOVING,
+    SUMS,
+    Base,
+    Call,
+    Letter,
+    Product,
+    Sum,
+    add,
+    multiply,
+    names_in,
+    number,
+)
 from mecanique.derivation.printing.lines import display, width
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, write
 from mecanique.generation.mechanics.dynamics import TapeDynamics, Tree
-from mecanique.generation.writing.formulas import ResultLine, tidy
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
 from mecanique.program.listing import Notation, list_program
-from mecanique.program.tape import Tape
+from mecanique.program.tape import Tape, Value
 from mecanique.program.traced import Traced, trace, values_of
 from mecanique.wording import Legible
+
+_HALF = Fraction(1, 2)
+
+
+@final
+@dataclass(frozen=True)
+class ResultLine:
+    """A named result: name = sum."""
+
+    name: str
+    right: Sum
+
+
+@final
+@dataclass(frozen=True)
+class WeightedSum:
+    """A sum of products, factor × name, plus a rest."""
+
+    terms: dict[str, int]  # index of the factor in the outputs, by name
+    rest: int | None = None  # index of the rest in the outputs; None for none
+    negative: bool = False  # whether the products are subtracted
+
+
+@final
+@dataclass(frozen=True)
+class Results:
+    """The results of a program, and the letters for them."""
+
+    tape: Tape
+    outputs: Sequence[Value]
+    inputs: Mapping[str, str]  # letter of each input
+    names: Mapping[int, str]  # letter of each operation that has one, in order
+    known: Mapping[str, Product]  # parameters, in their order within products
+    fresh: str  # letter before the numbers of results without a name of their own
+
+    def tidy(self, rows: Sequence[WeightedSum]) -> tuple[list[ResultLine], list[Sum]]:
+        """Return named results and rows, without results that only repeat others or are unused."""
+        once = frozenset[str]()
+        for _ in range(2):
+            kept, ends = self._substitute(rows, once)
+            rights = [line.right for line in kept]
+            uses = Counter(name for part in (*ends, *rights) for name in _letters(part))
+            once = frozenset(
+                part.name for part in kept if uses[part.name] == 1 and len(part.right.terms) == 1
+            )
+        return kept, ends
+
+    def _substitute(
+        self, rows: Sequence[WeightedSum], once: Collection[str]
+    ) -> tuple[list[ResultLine], list[Sum]]:
+        """Return named results and rows, with results that are used once where they are used."""
+        fresh_name = re.compile(rf"{self.fresh}\d+")
+        letters, lines = dict(self.known), list[ResultLine]()
+        for place, name in self.names.items():
+            right = _draw_together(self._operate(place, letters))
+            short = len(right.terms) < 2 and (name in once or _is_plain(right))
+            if short and fresh_name.fullmatch(name):
+                letters[name] = right.terms[0] if right.terms else number(0)
+            else:
+                lines.append(ResultLine(name, right))
+        ends = [_draw_together(self._add_up(row, letters)) for row in rows]
+        needed = frozenset[str]().union(*(names_in(end) for end in ends))
+        kept = list[ResultLine]()
+        for line in reversed(lines):
+            if line.name in needed:
+                needed |= names_in(line.right)
+                kept.append(line)
+        return kept[::-1], ends
+
+    def _add_up(self, row: WeightedSum, known: Mapping[str, Product]) -> Iterator[Product]:
+        """Yield the terms of a row."""
+        if row.rest is not None:
+            yield from self._terms(self.outputs[row.rest], known)
+        for name, place in row.terms.items():
+            factor = self._product(self.outputs[place], known)
+            yield multiply(number(-1 if row.negative else 1), _letter(name, known), factor)
+
+    def _terms(self, value: Value, known: Mapping[str, Product]) -> list[Product]:
+        """Return the terms of a value."""
+        if isinstance(value, int) and value not in self.names:
+            return self._operate(value, known)
+        return [self._product(value, known)]
+
+    def _product(self, value: Value, known: Mapping[str, Product]) -> Product:
+        """Return a value as a product, with a sum as one factor."""
+        if isinstance(value, float):
+            return number(Fraction(repr(value)))
+        if value in self.names:
+            return _letter(self.names[value], known)
+        if self.tape.operations[value][0] in "+-":
+            return multiply(_draw_together(self._operate(value, known)))
+        (term,) = self._operate(value, known)
+        return term
+
+    def _operate(self, place: int, known: Mapping[str, Product]) -> list[Product]:
+        """Return the terms of an operation."""
+        kind, operands, name = self.tape.operations[place]
+        if kind == "input":
+            return [_letter(self.inputs[name], known)]
+        if kind in "+-":
+            left, right = operands
+            last = self._product(right, known)
+            return [*self._terms(left, known), last if kind == "+" else multiply(number(-1), last)]
+        if kind in "*/":
+            first, second = (self._product(operand, known) for operand in operands)
+            return [multiply(first, second if kind == "*" else _invert(second))]
+        inner = _draw_together(self._terms(operands[0], known))
+        return [multiply((inner, _HALF) if kind == "sqrt" else Call(kind, inner))]
+
+
+def _letter(name: str, known: Mapping[str, Product]) -> Product:
+    place = (MOVING if name.endswith("'") else SUMS + 1, 0)
+    return known[name] if name in known else multiply(Letter(name, place))
+
+
+def _letters(part: Sum | Product | Base) -> Iterator[str]:
+    """Yield every letter in a formula, as often as it occurs."""
+    if isinstance(part, Letter):
+        yield part.name
+    elif isinstance(part, Call):
+        yield from _letters(part.argument)
+    else:
+        inner = part.terms if isinstance(part, Sum) else [base for base, _ in part.factors]
+        for inner_part in inner:
+            yield from _letters(inner_part)
+
+
+def _is_plain(whole: Sum) -> bool:
+    """Whether a sum is a number, or a number times one letter."""
+    factors = [factor for term in whole.terms for factor in term.factors]
+    alone = len(factors) <= len(whole.terms) <= 1
+    return alone and all(isinstance(base, Letter) and power == 1 for base, power in factors)
+
+
+def _invert(factor: Product) -> Product:
+    powers = tuple((base, -power) for base, power in factor.factors)
+    return Product(1 / Fraction(factor.number), powers)
+
+
+def _draw_together(terms: Iterable[Product]) -> Sum:
+    """Return a sum, with terms that differ only in their numbers collected."""
+    sizes: dict[tuple[tuple[Base, int | Fraction], ...], int | Fraction] = {}
+    for term in add(terms).terms:
+        sizes[term.factors] = sizes.get(term.factors, 0) + term.number
+    return add(Product(size, factors) for factors, size in sizes.items())
+
 
 _MEANINGS = {
     "w": "angular velocity of {} [rad/s]",
@@ -279,16 +439,6 @@ _HELD = {
 }
 
 
-@final
-@dataclass(frozen=True)
-class _Row:
-    """A sum of products, factor × name, plus a rest."""
-
-    terms: dict[str, int]  # index of the factor in the outputs, by name
-    rest: int | None = None  # index of the rest in the outputs; None for none
-    sign: str = "+"
-
-
 def write_recursion(equations: Equations) -> Written:
     """Write equations of motion of any size as a recursion, which can be parsed again.
 
@@ -317,7 +467,7 @@ def write_recursion(equations: Equations) -> Written:
     holds = _Holds(dynamics, equations.method) if mechanism.constrained else None
     tau = tree.recursion.inverse_dynamics(letters.a, holds.wrenches if holds else ())
     outputs = [x - Q for x, Q in zip(tau, dynamics.forces, strict=True)]
-    rows = [_Row({}, place) for place in range(len(outputs))]
+    rows = [WeightedSum({}, place) for place in range(len(outputs))]
     parts = {"Equations of motion": rows}
     if holds is not None:
         parts = holds.gather(outputs)
@@ -328,13 +478,14 @@ def write_recursion(equations: Equations) -> Written:
     inputs |= {name: name for name in ("t", *mechanism.values, *letters.signals)}
     inputs |= {name: name for name in (holds.multipliers if holds else ())}
     fresh = "e" if any(re.fullmatch(r"x\d+", name) for name in inputs) else "x"
-    listing = list_program(letters.tape, values_of(outputs), inputs, _NOTATION, names, fresh)
-    rows = [row for rows_of_part in parts.values() for row in rows_of_part]
+    values = values_of(outputs)
+    listing = list_program(letters.tape, values, inputs, _NOTATION, names, fresh)
     known = {
         name: Product(1, ((Letter(name, (0, place)), 1),))
         for place, name in enumerate(mechanism.values)
     }
-    lines, ends = tidy(listing.lines, [_write(row, listing.outputs) for row in rows], known, fresh)
+    results = Results(letters.tape, values, inputs, listing.names, known, fresh)
+    lines, ends = results.tidy([row for rows_of_part in parts.values() for row in rows_of_part])
     rights = [line.right for line in lines]
     used = frozenset[str]().union(*map(names_in, (*ends, *rights)))
     defined = {line.name for line in lines}
@@ -344,24 +495,17 @@ def write_recursion(equations: Equations) -> Written:
         meanings += holds.explain()
     if any(re.fullmatch(rf"{fresh}\d+", name) for name in defined):
         meanings.append(((f"{fresh}1", f"{fresh}2", "…"), "results that are used repeatedly"))
-    left, results = iter(ends), list[WrittenPart]()
+    left, written = iter(ends), list[WrittenPart]()
     for heading, rows_of_part in parts.items():
-        said = _HELD[equations.method] if holds is not None and not results else ""
-        results.append(
-            WrittenPart(heading, said, tuple(ResultLine("0", next(left)) for _ in rows_of_part))
-        )
+        said = _HELD[equations.method] if holds is not None and not written else ""
+        zeros = [ResultLine("0", next(left)) for _ in rows_of_part]
+        # a condition that holds by itself, as that across a planar mechanism's plane, is left out
+        stated = [line for line in zeros if line.right.terms or not written]
+        written.append(WrittenPart(heading, said, tuple(stated)))
     title = f"{mechanism.name.replace('_', ' ').capitalize()}: {equations.title}"
     about = (*mechanism.about.splitlines(), _ABOUT)
     recursion = WrittenPart("Recursion", _RECURSION, tuple(lines), numbered=True)
-    return Written(title, about, tuple(meanings), recursion, tuple(results))
-
-
-def _write(row: _Row, outputs: Sequence[str]) -> str:
-    text = "" if row.rest is None else outputs[row.rest]
-    for name, place in row.terms.items():
-        if outputs[place] not in ("0.0", "0"):
-            text += f" {row.sign} {name} * ({outputs[place]})"
-    return text.removeprefix(f" {row.sign} ") if row.sign == "+" else text or "0"
+    return Written(title, about, tuple(meanings), recursion, tuple(written))
 
 
 @final
@@ -383,7 +527,7 @@ class _Holds:
         self.wrenches = [*self._act(recursion)]
         """The forces of contacts on links, for Newton and Euler's equations."""
 
-    def gather(self, outputs: list[Any]) -> dict[str, list[_Row]]:
+    def gather(self, outputs: list[Any]) -> dict[str, list[WeightedSum]]:
         """Return the rows under each heading, and append their factors to the outputs."""
         mechanism, loops = self._letters.mechanism, self._loops
         count = len(outputs)
@@ -393,15 +537,17 @@ class _Holds:
             outputs += slopes
         if self._method == "virtual_work":
             moved = [f"δ{name.rstrip(chr(39))}" for name in mechanism.velocities]
-            motion = [_Row(dict(zip(moved, range(count), strict=True)))]
-            allowed = [_Row(dict(zip(moved, row, strict=True))) for row in A]
+            motion = [WeightedSum(dict(zip(moved, range(count), strict=True)))]
+            allowed = [WeightedSum(dict(zip(moved, row, strict=True))) for row in A]
         else:
             acting = {demand.name for demand in self._velocity_rows if demand.place is not None}
             every = zip(self.multipliers, loops.names, A, strict=True)
             pairs = [(multiplier, row) for multiplier, name, row in every if name not in acting]
             motion = []
             for k in range(count):
-                motion.append(_Row({multiplier: row[k] for multiplier, row in pairs}, k, "-"))
+                motion.append(
+                    WeightedSum({multiplier: row[k] for multiplier, row in pairs}, k, negative=True)
+                )
             allowed = []
         conditions = [*self._conditions(outputs, A)]
         parts = {"Equations of motion": motion, "Conditions on the displacements": allowed}
@@ -417,19 +563,19 @@ class _Holds:
             for name in mechanism.velocities:
                 yield (f"δ{name.rstrip(chr(39))}",), f"virtual displacement along {name}"
 
-    def _conditions(self, outputs: list[Any], A: list[list[int]]) -> Iterator[_Row]:
+    def _conditions(self, outputs: list[Any], A: list[list[int]]) -> Iterator[WeightedSum]:
         """Yield Φ = 0 of rows that restrict positions, then ψ = 0 of the others."""
         mechanism, loops = self._letters.mechanism, self._loops
         steady = not any("t" in symbols_in(law) for law in mechanism.coordinates.driven.values())
         for k, (gap, rate) in enumerate(zip(loops.residual, loops.rate, strict=True)):
             if not (isinstance(gap, float) and gap == 0.0):
                 outputs.append(gap)
-                yield _Row({}, len(outputs) - 1)
+                yield WeightedSum({}, len(outputs) - 1)
             elif steady and k < len(loops.names) - len(mechanism.velocity_constraints):
-                yield _Row(dict(zip(mechanism.velocities, A[k], strict=True)))
+                yield WeightedSum(dict(zip(mechanism.velocities, A[k], strict=True)))
             else:
                 outputs.append(rate)
-                yield _Row({}, len(outputs) - 1)
+                yield WeightedSum({}, len(outputs) - 1)
 
     def _act(self, recursion: TreeRecursion) -> Iterator[LinkWrench]:
         mechanism, tape = self._letters.mechanism, self._letters.tape
@@ -445,7 +591,7 @@ class _Holds:
                 if place < 0:
                     continue
                 pose = recursion.poses[place]
-                arm = add(demand.place, scale(-1.0, [row[3] for row in pose]))
+                arm = add_vectors(demand.place, scale(-1.0, [row[3] for row in pose]))
                 turn = [row[:3] for row in pose]
                 force = apply_transpose(turn, scale(sign, demand.direction))
                 reach = apply_transpose(turn, arm)

@@ -1,1 +1,0 @@
-"""Write equations of any size as lists of named results."""
