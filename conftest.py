@@ -34,11 +34,11 @@ def pytest_configure() -> None:
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Run the Python code that is generated in this process, which has imported numpy already."""
-    start = subprocess.run
+    from mecanique.generation.targets.target import run_command
 
-    def run(command: list[str], **options: object) -> subprocess.CompletedProcess[str]:
+    def run(command: list[str]) -> subprocess.CompletedProcess[str]:
         if command[0] != sys.executable or len(command) != 2:
-            return start(command, **options)  # type: ignore[call-overload, no-any-return]
+            return run_command(command)
         said, complaint = io.StringIO(), io.StringIO()
         with (
             contextlib.redirect_stdout(said),
@@ -49,7 +49,7 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
         returned = int(ended.value.code or 0)
         return subprocess.CompletedProcess(command, returned, said.getvalue(), complaint.getvalue())
 
-    monkeypatch.setattr("mecanique.generation.verdict.verdict.subprocess.run", run)
+    monkeypatch.setattr("mecanique.generation.verdict.run_command", run)
 
 
 def pytest_collection_finish() -> None:

@@ -18,6 +18,7 @@ from mecanique.generation import dop853
 from mecanique.generation.build import build_program
 from mecanique.generation.targets import fmu as target
 from mecanique.generation.targets.c import WARNINGS, compiler
+from mecanique.generation.targets.target import run_command
 from mecanique.reference.engine.package import has_pinocchio
 
 fmpy = pytest.importorskip("fmpy")
@@ -193,13 +194,12 @@ def test_the_sources_travel_and_compile_without_warnings(
 def test_the_library_has_the_ending_of_its_system(monkeypatch: pytest.MonkeyPatch) -> None:
     """On Windows gcc would add .exe to what has none."""
     commands: list[list[str]] = []
-    run = subprocess.run
 
-    def record(command: list[str], **options: object) -> object:
+    def record(command: list[str]) -> object:
         commands.append(command)
-        return run(command, **options)  # type: ignore[call-overload]
+        return run_command(command)
 
-    monkeypatch.setattr("mecanique.generation.targets.fmu.subprocess.run", record)
+    monkeypatch.setattr("mecanique.generation.targets.fmu.run_command", record)
     target._build("one", "int one(void) { return 1; }")
     (command,) = commands
     assert Path(command[command.index("-o") + 1]).name == f"one{target.platform_of()[1]}"

@@ -125,7 +125,7 @@ def test_what_no_code_can_hold_is_refused() -> None:
 def test_code_that_differs_from_pinocchio_is_not_handed_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from mecanique.generation.verdict import cases
+    from mecanique.generation import verdict as cases
 
     def shift(*given: object, **named: object) -> object:
         solved, rounding = modes.solve_mode(*given, **named)  # type: ignore[arg-type]

@@ -57,13 +57,7 @@ def require_known(mechanism: Mechanism, parameters: Sequence[str] | None) -> tup
 
 
 def assemble(dynamics: TapeDynamics, name: str, answers: Sequence[Answer]) -> Program:
-    """Assemble a program from answers on the tape of a mechanism's dynamics.
-
-    Args:
-        dynamics: the dynamics with the tape.
-        name: stem of the functions' names.
-        answers: the outputs of the program.
-    """
+    """Assemble a program from answers on the tape of a mechanism's dynamics."""
     mechanism, tape = dynamics.letters.mechanism, dynamics.letters.tape
     return Program(
         mechanism, name, dynamics.title, tape, _collect_letters(dynamics), tuple(answers)

@@ -12,7 +12,7 @@ from mecanique.errors import InputError
 from mecanique.files import as_bytes, write_whole
 from mecanique.generation.compiled import OPTIONS, Compiled, compile_program
 from mecanique.generation.program import Program
-from mecanique.generation.verdict.verdict import CodeVerdict
+from mecanique.generation.verdict import CodeVerdict
 from mecanique.program.tape import Counts
 
 

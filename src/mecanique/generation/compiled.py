@@ -16,6 +16,7 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.generation.program import Answer, Program
 from mecanique.generation.targets.c import compiler, limit_optimization
+from mecanique.generation.targets.target import run_command
 
 OPTIONS = ("-O1", "-march=native")
 """More optimization of programs without branches takes long and gains nothing."""
@@ -155,14 +156,7 @@ def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) ->
         options = [*options, *limit_optimization(sources)]
         command = [compiler(), *options, *shared, *map(str, sources), "-lm"]
         try:
-            done = subprocess.run(
-                command,
-                capture_output=True,
-                encoding="utf-8",
-                errors="replace",
-                check=False,
-                timeout=SECONDS,
-            )
+            done = run_command(command, SECONDS)
         except subprocess.TimeoutExpired:
             raise InputError(
                 f"the C compiler did not end within {SECONDS:.0f} s; expected a shorter program, "

@@ -19,8 +19,7 @@ from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.jax import JAX
 from mecanique.generation.targets.python import Python
 from mecanique.generation.targets.target import Target
-from mecanique.generation.verdict.cases import cases_of, start_of
-from mecanique.generation.verdict.verdict import CodeVerdict, judge
+from mecanique.generation.verdict import CodeVerdict, cases_of, judge, start_of
 from mecanique.model.values import Given, whole
 from mecanique.plugins import list_plugins, load_plugin
 from mecanique.verification.verdict import versions

@@ -36,45 +36,29 @@ class Answer:
 @final
 @dataclass(frozen=True)
 class LoopProjection:
-    """The correction that projects a nearby state on the loops.
+    """The correction that projects a nearby state on the loops."""
 
-    Args:
-        changes: changes of q, then of v, to first order, shape (nq + nv,).
-        firmness: measure of regularity, zero in singular positions.
-        gaps: gap of each equation of the loops.
-    """
-
-    changes: tuple[Value, ...]
-    firmness: Value
-    gaps: tuple[Value, ...]
+    changes: tuple[Value, ...]  # changes of q, then of v, to first order, shape (nq + nv,)
+    firmness: Value  # measure of regularity, zero in singular positions
+    gaps: tuple[Value, ...]  # gap of each equation of the loops
 
 
 @final
 @dataclass(frozen=True)
 class Program:
-    """A straight-line program.
+    """A straight-line program."""
 
-    Args:
-        mechanism: the mechanism whose equations it computes.
-        name: stem of its functions' names.
-        origin: how the equations were obtained.
-        tape: the operations, each different one once.
-        letters: the inputs by kind: t, q, v, a, tau and p.
-        answers: the outputs.
-        start: for programs to be integrated, the default initial state, shape (nq + nv,).
-        landing: for closed mechanisms to be integrated, the correction that keeps loops closed.
-        switching: the elements whose modes it computes.
-    """
-
-    mechanism: Mechanism
-    name: str
-    origin: str
-    tape: Tape
-    letters: dict[str, tuple[ProgramInput, ...]]
-    answers: tuple[Answer, ...]
+    mechanism: Mechanism  # the mechanism whose equations it computes
+    name: str  # stem of its functions' names
+    origin: str  # how the equations were obtained
+    tape: Tape  # the operations, each different one once
+    letters: dict[str, tuple[ProgramInput, ...]]  # the inputs by kind: t, q, v, a, tau and p
+    answers: tuple[Answer, ...]  # the outputs
+    # for programs to be integrated, the default initial state, shape (nq + nv,)
     start: tuple[float, ...] = ()
+    # for closed mechanisms to be integrated, the correction that keeps loops closed
     landing: LoopProjection | None = None
-    switching: tuple[Switching, ...] = ()
+    switching: tuple[Switching, ...] = ()  # the elements whose modes it computes
 
     @property
     def parameters(self) -> tuple[ProgramInput, ...]:
@@ -82,10 +66,6 @@ class Program:
         return self.letters["p"]
 
     def count(self, quantity: str | None = None) -> Counts:
-        """Return the number of operations of one output, or of all together.
-
-        Args:
-            quantity: its name.
-        """
+        """Return the number of operations of one output, or of all together."""
         chosen = [a for a in self.answers if quantity in (None, a.quantity.name)]
         return count(self.tape, [value for answer in chosen for value in answer.values])

@@ -13,29 +13,17 @@ from mecanique.model.mechanism import Mechanism
 @final
 @dataclass(frozen=True)
 class Output:
-    """A quantity that a program can compute.
+    """A quantity that a program can compute."""
 
-    Args:
-        name: name of its function.
-        symbol: letter of its value.
-        takes: its arguments among t, y, q, v, a and tau; y is q followed by v.
-        meaning: its meaning, in a few words.
-        constrained: whether only mechanisms with loops or other constraints have it.
-        by: for a derivative, the variable: y, q, v, a, tau or p.
-        base: for a derivative, the name of the differentiated quantity.
-        mode: the state of each element that switches, by name.
-        struck: whether it is an impact in that state.
-    """
-
-    name: str
-    symbol: str
-    takes: tuple[str, ...]
-    meaning: str
-    constrained: bool = False
-    by: str = ""
-    base: str = ""
-    mode: tuple[tuple[str, str], ...] = ()
-    struck: bool = False
+    name: str  # name of its function
+    symbol: str  # letter of its value
+    takes: tuple[str, ...]  # its arguments among t, y, q, v, a and tau; y is q followed by v
+    meaning: str  # its meaning, in a few words
+    constrained: bool = False  # whether only mechanisms with loops or other constraints have it
+    by: str = ""  # for a derivative, the variable: y, q, v, a, tau or p
+    base: str = ""  # for a derivative, the name of the differentiated quantity
+    mode: tuple[tuple[str, str], ...] = ()  # the state of each element that switches, by name
+    struck: bool = False  # whether it is an impact in that state
 
 
 QUANTITIES = {

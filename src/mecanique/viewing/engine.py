@@ -27,8 +27,7 @@ from mecanique.generation.program import Answer, Program, ProgramInput
 from mecanique.generation.quantities import QUANTITIES, Output
 from mecanique.generation.targets.javascript import JavaScript, functions
 from mecanique.generation.targets.python import Python
-from mecanique.generation.verdict.cases import cases_of
-from mecanique.generation.verdict.verdict import CodeVerdict, judge
+from mecanique.generation.verdict import CodeVerdict, cases_of, judge
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.constraint_base import PressingContact
 from mecanique.model.expression import Scalar, symbols_in

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import final
@@ -13,7 +12,7 @@ import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.generation.program import Answer, Program
-from mecanique.generation.targets.target import Cases, describe, list_answer
+from mecanique.generation.targets.target import Cases, describe, list_answer, run_command
 from mecanique.program.listing import Notation
 
 _FUNCTIONS = {
@@ -84,13 +83,7 @@ class C:
 
     def version(self) -> str:
         """Return the first line in which the compiler names itself."""
-        said = subprocess.run(
-            [compiler(), "--version"],
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",
-            check=False,
-        )
+        said = run_command([compiler(), "--version"])
         return (said.stdout.splitlines() or [Path(compiler()).name])[0]
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import io
 import platform
-import subprocess
 import sys
 import tempfile
 import zipfile
@@ -29,7 +28,7 @@ from mecanique.generation.targets.steps import (
     write_function,
     write_steps,
 )
-from mecanique.generation.targets.target import Cases
+from mecanique.generation.targets.target import Cases, run_command
 from mecanique.model.mechanism_units import per_second
 from mecanique.model.units import read_unit
 from mecanique.urdf.markup import quote
@@ -334,9 +333,7 @@ def _build(name: str, source: str) -> bytes:
         path.write_text(source, encoding="utf-8")
         options = [*_OPTIONS, *limit_optimization([path]), "-o", str(library)]
         command = [compiler(), *options, str(path), "-lm"]
-        done = subprocess.run(
-            command, capture_output=True, encoding="utf-8", errors="replace", check=False
-        )
+        done = run_command(command)
         if done.returncode:
             raise DerivationError(f"the C compiler refused: {done.stderr.strip()[:2000]}")
         return library.read_bytes()

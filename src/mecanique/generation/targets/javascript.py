@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 from typing import final
@@ -13,7 +12,7 @@ import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.generation.program import Answer, Program
-from mecanique.generation.targets.target import Cases, describe, list_answer
+from mecanique.generation.targets.target import Cases, describe, list_answer, run_command
 from mecanique.program.listing import Notation
 
 _FUNCTIONS = {
@@ -64,10 +63,7 @@ class JavaScript:
 
     def version(self) -> str:
         """Return the version of node."""
-        said = subprocess.run(
-            [_find_node(), "--version"], capture_output=True, text=True, check=False
-        )
-        return f"node {said.stdout.strip()}"
+        return f"node {run_command([_find_node(), '--version']).stdout.strip()}"
 
 
 def functions(program: Program) -> list[str]:

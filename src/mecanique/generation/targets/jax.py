@@ -35,19 +35,12 @@ _ARITHMETIC = "+-*/"
 @final
 @dataclass(frozen=True)
 class Rows:
-    """Additions, subtractions, multiplications and divisions, some of each at a time.
+    """Additions, subtractions, multiplications and divisions, some of each at a time."""
 
-    Args:
-        first: place of the first result; the results of a row follow those of the row before.
-        widths: numbers of each operation in a row.
-        left: places of the left operands, row by row.
-        right: places of the right operands.
-    """
-
-    first: int
-    widths: tuple[int, ...]
-    left: list[list[int]]
-    right: list[list[int]]
+    first: int  # place of the first result; the results of a row follow those of the row before
+    widths: tuple[int, ...]  # numbers of each operation in a row
+    left: list[list[int]]  # places of the left operands, row by row
+    right: list[list[int]]  # places of the right operands
 
 
 @final

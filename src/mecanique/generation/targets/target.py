@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,17 +21,12 @@ class Cases:
     """States with the values of the reference.
 
     Differences are relative: the norm of weight × difference over the entries of an answer.
-
-    Args:
-        inputs: values of t, q, v, a, tau and p, each shape (n, any).
-        expected: values of the reference, by quantity, each shape (n, any).
-        weights: weights of the same shapes.
-        allowed: largest relative difference in each state, by quantity, each shape (n,).
     """
 
-    inputs: dict[str, np.ndarray]
-    expected: dict[str, np.ndarray]
-    weights: dict[str, np.ndarray]
+    inputs: dict[str, np.ndarray]  # values of t, q, v, a, tau and p, each shape (n, any)
+    expected: dict[str, np.ndarray]  # values of the reference, by quantity, each shape (n, any)
+    weights: dict[str, np.ndarray]  # weights of the same shapes
+    # largest relative difference in each state, by quantity, each shape (n,)
     allowed: dict[str, np.ndarray]
 
     def __len__(self) -> int:
@@ -56,6 +52,20 @@ class Cases:
             link(self.weights, more.weights),
             link(self.allowed, more.allowed),
         )
+
+
+def run_command(
+    command: Sequence[str], seconds: float | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end, or for some seconds, and keep what it prints."""
+    return subprocess.run(
+        command,
+        capture_output=True,
+        encoding="utf-8",
+        errors="replace",
+        check=False,
+        timeout=seconds,
+    )
 
 
 @runtime_checkable

@@ -1,4 +1,4 @@
-"""Choose the states in which code is compared, and compute Pinocchio's values there.
+"""Run the written code, and compare it with Pinocchio.
 
 Half of the states have the mechanism's own parameters; in the others every parameter that the code
 takes is changed by up to a tenth, in a few different ways. Derivatives are finite differences of
@@ -8,16 +8,19 @@ the sixth order.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import reduce
-from typing import Any
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, final
 
 import numpy as np
 
-from mecanique.errors import DerivationError, InputError, MecaniqueError
+from mecanique.errors import DerivationError, EngineError, InputError, MecaniqueError
+from mecanique.files import as_bytes
 from mecanique.generation.program import Program
-from mecanique.generation.quantities import Output
-from mecanique.generation.targets.target import Cases
+from mecanique.generation.quantities import QUANTITIES, Output
+from mecanique.generation.targets.target import Cases, Target, run_command
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, seated_velocities
 from mecanique.model.values import Given
@@ -27,6 +30,7 @@ from mecanique.verification.rounding import UNIT, rounding
 from mecanique.verification.rows import moving_mass, scales
 from mecanique.verification.states import random_states
 from mecanique.verification.stencil import WEIGHTS
+from mecanique.verification.verdict import NOT_INSTALLED, versions
 
 ROUNDED = {
     "rhs": "acceleration",
@@ -40,34 +44,21 @@ ROUNDED = {
 def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
     """Compute a quantity by Pinocchio, shape (n, …); tau (n, nv)."""
     q, v, t = states.q, states.v, states.t
+    given = {"q": q, "v": v, "t": t, "a": states.a, "tau": tau}
+    mechanism = reference.mechanism
+    moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
     match name:
         case "rhs":
             rates = np.asarray(reference.rates(q, v))
             return np.hstack([rates, answer_of("acceleration", reference, states, tau)])
-        case "acceleration":
-            return np.asarray(reference.acceleration(q, v, t, tau=tau))
-        case "mass_matrix":
-            return np.asarray(reference.mass_matrix(q, t))
-        case "bias":
-            return np.asarray(reference.bias(q, v, t))
-        case "forces":
-            return np.asarray(reference.forces(q, v, t))
-        case "gravity":
-            return np.asarray(reference.gravity(q, t))
-        case "inverse_dynamics":
-            return np.asarray(reference.inverse_dynamics(q, v, states.a, t))
         case "energy":
             energy = reference.energy(q, v, t)
             V = np.asarray(energy.gravity) + np.asarray(energy.springs)
             return np.stack([np.asarray(energy.kinetic), V], axis=-1)
         case "poses":
-            mechanism = reference.mechanism
-            moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
             poses = [np.asarray(reference.pose(body, q, t))[:, :3] for body in moved]
             return np.stack(poses, axis=1)
         case "jacobians":
-            mechanism = reference.mechanism
-            moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
             return np.stack([np.asarray(reference.jacobian(body, q, t)) for body in moved], axis=1)
         case "reactions":
             return _compute_reactions(reference, states, tau)
@@ -76,7 +67,10 @@ def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) 
             return np.hstack([residual, _compute_gap_rates(reference, states)])
         case "multipliers":
             return _compute_multipliers(reference, states, tau)
-    raise InputError(f"{name!r} cannot be compared with Pinocchio")
+    if name not in QUANTITIES:
+        raise InputError(f"{name!r} cannot be compared with Pinocchio")
+    taken = {kind: given[kind] for kind in QUANTITIES[name].takes}
+    return np.asarray(getattr(reference, name)(**taken))
 
 
 def _compute_reactions(reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
@@ -176,29 +170,24 @@ def _list_moves(
     quantity: Output, program: Program, reference: Reference, states: States, tau: np.ndarray
 ) -> list[tuple[_Move, float]]:
     """Return the displacement along each direction, with its scale; zero if it is not compared."""
-    nv, mechanism = reference.mechanism.nv, reference.mechanism
-    unit = np.eye(nv)
+    mechanism, unit = reference.mechanism, np.eye(reference.mechanism.nv)
 
-    def along_q(k: int) -> _Move:
-        rates = np.asarray(reference.rates(states.q, np.broadcast_to(unit[k], states.v.shape)))
+    def along(kind: str, k: int) -> _Move:
+        if kind == "tau":
+            return lambda step: (reference, states, tau + step * unit[k])
+        ahead: Any = unit[k]
+        if kind == "q":
+            ahead = np.asarray(reference.rates(states.q, np.broadcast_to(ahead, states.v.shape)))
 
         def move(step: float) -> tuple[Reference, States, np.ndarray]:
-            q = states.q + step * rates
-            mechanism.normalize(q)
-            return reference, replace(states, q=q), tau
+            moved = getattr(states, kind) + step * ahead
+            if kind == "q":
+                mechanism.normalize(moved)
+            return reference, replace(states, **{kind: moved}), tau
 
         return move
 
-    def along_v(k: int) -> _Move:
-        return lambda step: (reference, replace(states, v=states.v + step * unit[k]), tau)
-
-    def along_a(k: int) -> _Move:
-        return lambda step: (reference, replace(states, a=states.a + step * unit[k]), tau)
-
-    def along_tau(k: int) -> _Move:
-        return lambda step: (reference, states, tau + step * unit[k])
-
-    def along_p(symbol: str) -> _Move:
+    def along_parameter(symbol: str) -> _Move:
         def move(step: float) -> tuple[Reference, States, np.ndarray]:
             if not step:
                 return reference, states, tau
@@ -208,19 +197,15 @@ def _list_moves(
         return move
 
     if quantity.by == "p":
-        values = [(p.name, mechanism.values.get(p.name, 0.0)) for p in program.parameters]
-        signals = [p.name for p in program.parameters if p.name not in mechanism.values]
-        return [
-            (along_p(name), 0.0 if name in signals else abs(value) or 1.0) for name, value in values
-        ]
-    if quantity.by == "tau":
-        placed = [
-            quantity.base != "reactions" or name in seated_velocities(mechanism)
-            for name in mechanism.velocities
-        ]
-        return [(along_tau(k), float(known)) for k, known in enumerate(placed)]
-    kinds = {"y": (along_q, along_v), "q": (along_q,), "v": (along_v,), "a": (along_a,)}
-    return [(along(k), 1.0) for along in kinds[quantity.by] for k in range(nv)]
+        values = [mechanism.values.get(p.name) for p in program.parameters]
+        sizes = [0.0 if value is None else abs(value) or 1.0 for value in values]
+        moves = [along_parameter(p.name) for p in program.parameters]
+        return list(zip(moves, sizes, strict=True))
+    known = np.ones(mechanism.nv)
+    if quantity.by == "tau" and quantity.base == "reactions":
+        known = 1.0 * _has_seat(mechanism)
+    kinds = {"y": ("q", "v")}.get(quantity.by, (quantity.by,))
+    return [(along(kind, k), scale) for kind in kinds for k, scale in enumerate(known.tolist())]
 
 
 def start_of(mechanism: Mechanism, q: Given, v: Given) -> tuple[float, ...]:
@@ -394,3 +379,80 @@ def _find_sizes(name: str, sizes: np.ndarray, mass: float) -> np.ndarray:
     # each energy by itself; the potential energy has an arbitrary constant
     typical = np.sqrt(np.mean(sizes**2, axis=0))
     return np.asarray(np.maximum(np.maximum(sizes, typical), _SMALL * least))
+
+
+@final
+@dataclass(frozen=True)
+class CodeVerdict:
+    """The result of comparing code with Pinocchio."""
+
+    samples: int  # number of states in which it was compared
+    seed: int  # of the random states
+    # largest relative difference that counts as agreement, unless rounding allows more
+    tolerance: float
+    worst: dict[str, float]  # worst relative difference of each quantity, by name
+    # largest difference that rounding excuses in some state, by name; 0 if the tolerance was enough
+    # everywhere
+    rounded: dict[str, float]
+    versions: dict[str, str]  # versions of the tools involved, by name
+    varied: int = 0  # number of states with parameters other than the mechanism's
+
+    def lines(self) -> list[str]:
+        """Return the verdict in sentences, for the head of a file."""
+        by = ", ".join(f"{name} {version}" for name, version in self.versions.items())
+        missing = self.versions.get("pin") == NOT_INSTALLED
+        engine = "a stand-in for Pinocchio" if missing else "Pinocchio"
+        varied = f", {self.varied} of them with other parameters" if self.varied else ""
+        lines = [
+            f"Run and compared with {engine} at {self.samples} random states "
+            f"(seed {self.seed}){varied}:"
+        ]
+        for name, worst in self.worst.items():
+            excused = self.rounded.get(name, 0.0)
+            beyond = (
+                f"; rounding allows {excused:.1e}" if excused and worst > self.tolerance else ""
+            )
+            lines.append(f"  {name}: worst relative difference {worst:.1e}{beyond}")
+        return [*lines, f"With {by}."]
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines())
+
+
+def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerdict:
+    """Run the test of a program."""
+    with TemporaryDirectory() as folder:
+        directory = Path(folder)
+        files = {**target.files(program, ["unjudged"]), **target.test_files(program, cases)}
+        for name, content in files.items():
+            (directory / name).write_bytes(as_bytes(content))
+        done = None
+        for command in target.commands(program, directory):
+            try:
+                done = run_command(command)
+            except OSError as error:  # in a browser there are no processes
+                raise EngineError(
+                    "code is compared in a process of its own before it is handed out, and none "
+                    f"can be started here ({error}); generate it where Python runs by itself"
+                ) from error
+            if done.returncode and not done.stdout:
+                raise DerivationError(
+                    f"the {target.title} of {program.mechanism.name!r} does not run: "
+                    f"{done.stderr.strip()[:2000]}"
+                )
+    assert done is not None, "every language has a command"
+    worst = {name: float(number) for name, number, _ in map(str.split, done.stdout.splitlines())}
+    if done.returncode:
+        raise DerivationError(
+            f"the {target.title} of {program.mechanism.name!r} and the reference disagree: "
+            f"{'; '.join(done.stderr.splitlines()[:3])}"
+        )
+    return CodeVerdict(
+        samples=len(cases),
+        seed=seed,
+        tolerance=TOLERANCE,
+        worst=worst,
+        rounded={name: float(np.max(rows, initial=0.0)) for name, rows in cases.allowed.items()},
+        versions={**versions(), "run by": target.version()},
+        varied=count_varied(program, cases),
+    )

@@ -1,1 +1,0 @@
-"""Run the written code, and compare it with Pinocchio."""
