@@ -13,7 +13,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -183,6 +183,16 @@ class _Mesh:
     visual: Mesh | None
 
 
+class _Motion(NamedTuple):
+    """A degree of freedom in the position of the text, in the world."""
+
+    joint: str
+    child: str
+    turns: bool
+    axis: Array
+    anchor: Array
+
+
 @final
 @dataclass
 class _Tendon:
@@ -236,6 +246,8 @@ class _Reader(Source):
         self._rotors: dict[str, float] = {}
         self._carried_along: dict[str, float] = {}
         self._drives_lift = False
+        self._motions: list[_Motion] = []
+        self._timed: dict[str, Array] = {}  # time constant and damping ratio of springs
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
         root = self.parse(self.file if self.file is not None else str(source))
@@ -516,7 +528,7 @@ class _Reader(Source):
         for k, (child, kind, place) in enumerate(held):
             last = k == len(held) - 1
             moved = name if last else self._bodies.free(f"{name}_{k + 1}")
-            shift = self._joint(child, kind, place, carrier, moved, origin @ shift)
+            shift = self._joint(child, kind, place, (carrier, moved), origin @ shift, home)
             if not last:
                 self._links.append(_Link(moved, no_mass(), [], shift, home))
             carrier, origin = moved, np.eye(4)
@@ -529,7 +541,13 @@ class _Reader(Source):
         self._fill(element, link, inherited, shift)
 
     def _joint(
-        self, element: Element, inherited: str, frame: Array, parent: str, child: str, pose: Array
+        self,
+        element: Element,
+        inherited: str,
+        frame: Array,
+        ends: tuple[str, str],
+        pose: Array,
+        home: Array,
     ) -> Array:
         """Add a joint, and return the pose of the body's frame in that of the joint's child.
 
@@ -537,10 +555,11 @@ class _Reader(Source):
             element: of the joint.
             inherited: its class of defaults.
             frame: the frame in the body in which it stands.
-            parent: what it moves against.
-            child: what it moves.
+            ends: what it moves against, and what it moves.
             pose: of the body's frame in the parent before the joint moves.
+            home: of the body's frame in the world as the text shows it.
         """
+        parent, child = ends
         kind = "freejoint" if element.tag == "freejoint" else "joint"
         texts = self._resolve(element, kind, inherited)
         form = "free" if kind == "freejoint" else texts.get("type", "hinge")
@@ -554,14 +573,13 @@ class _Reader(Source):
             self.numbers(element, texts, what, (0, 0, 0), 3, least=1)
             for what in ("stiffness", "damping")
         )
-        if any(self.numbers(element, texts, "springdamper", (0, 0), 2)):
-            raise self.refuse(element, "springdamper=… of <joint> is not read")
+        timing = self.numbers(element, texts, "springdamper", (0, 0), 2)
         if values["frictionloss"]:
             self.rubbing.append(name)
         if texts.get("actuatorgravcomp") == "true":
             self._drives_lift = True
         if form in ("free", "ball"):
-            if any(stiffness):
+            if any(stiffness) or all(timing > 0):
                 raise self.refuse(element, f"stiffness of a {form} joint is not read")
             if any(damping[1:]):
                 raise self.refuse(element, f"a polynomial of damping of a {form} joint is not read")
@@ -574,11 +592,18 @@ class _Reader(Source):
                 raise self.refuse(element, "a free joint expects a body of the world")
             if damping[0] and self._settings.dampers:
                 self._damp(name, form, parent, child, float(damping[0]))
-            if form == "free":
-                self._joints.append(Floating(name, parent, child))
-                return np.eye(4)
         at = np.eye(4)
         at[:3, 3] = (frame @ [*self.numbers(element, texts, "pos", (0, 0, 0), 3), 1.0])[:3]
+        if form == "free":
+            at = np.eye(4)
+        if form in ("free", "ball"):
+            shown = home @ at
+            for turns in (False, True) if form == "free" else (True,):
+                for axis in shown[:3, :3].T:
+                    self._motions.append(_Motion(name, child, turns, axis, shown[:3, 3]))
+        if form == "free":
+            self._joints.append(Floating(name, parent, child))
+            return np.eye(4)
         if form == "ball":
             self._joints.append(Spherical(name, parent, child, origin=placement_at(pose @ at)))
             return np.asarray(np.linalg.inv(at))
@@ -612,8 +637,54 @@ class _Reader(Source):
         )
         self._references[name] = reference
         self._rests[name] = rest
-        self._resist(name, stiffness * self._settings.springs, rest, damping)
+        motion = _Motion(name, child, form == "hinge", home[:3, :3] @ axis, (home @ at)[:3, 3])
+        self._motions.append(motion)
+        if all(timing > 0):
+            self._timed[name] = timing
+        else:
+            self._resist(name, stiffness * self._settings.springs, rest, damping)
         return np.asarray(np.linalg.inv(at))
+
+    def _time_springs(self, masses: Mapping[str, Mass]) -> None:
+        """Add springs and dampers that the inertia in the position of the text determines.
+
+        It is that of the joint while all others are free, 1/(M⁻¹)ₖₖ.
+        """
+        if not self._timed:
+            return
+        inertia = 1 / np.diag(np.linalg.inv(self._mass_matrix(masses)))
+        places = {motion.joint: k for k, motion in enumerate(self._motions)}
+        for joint, (constant, ratio) in self._timed.items():
+            stiffness, damping = np.zeros((2, 3))
+            stiffness[0] = inertia[places[joint]] / (constant * ratio) ** 2
+            damping[0] = 2 * inertia[places[joint]] / constant
+            stiffness *= self._settings.springs
+            self._resist(joint, stiffness, self._rests[joint], damping)
+
+    def _mass_matrix(self, masses: Mapping[str, Mass]) -> Array:
+        """The mass matrix in the position of the text, in the order of `_motions`."""
+        carriers = {joint.child: joint for joint in self._joints}
+        rotors = [
+            joint.armature if isinstance(joint := carriers[motion.child], Single) else 0.0
+            for motion in self._motions
+        ]
+        loads = [self._rotors.get(motion.child, 0.0) for motion in self._motions]
+        M = np.diag(np.array(rotors, dtype=float) + np.array(loads))
+        for link in self._links:
+            part, below, body = masses[link.name].move(link.home), {link.name}, link.name
+            while body in carriers:
+                body = carriers[body].parent
+                below.add(body)
+            spins = np.zeros((len(M), 3))
+            slides = np.zeros((len(M), 3))
+            for k, motion in enumerate(self._motions):
+                if motion.child in below and motion.turns:
+                    spins[k] = motion.axis
+                    slides[k] = np.cross(motion.axis, part.center - motion.anchor)
+                elif motion.child in below:
+                    slides[k] = motion.axis
+            M += part.mass * slides @ slides.T + spins @ part.inertia @ spins.T
+        return M
 
     def _resist(self, joint: str, stiffness: Array, rest: float, damping: Array) -> None:
         """Add spring and damper in a joint: Σ kₙ xⁿ⁺¹, and Σ cₙ |v|ⁿ v."""
@@ -1174,14 +1245,18 @@ class _Reader(Source):
         loops, follows = self._close(root), self.compose_laws()
         if s.density or s.viscosity:
             self._immerse(root.child("option") or root)
+        masses = {
+            link.name: Mass(scale * link.mass.mass, link.mass.center, scale * link.mass.inertia)
+            for link in self._links
+        }
+        self._time_springs(masses)
         self._forces = [_in_free_joints(force, follows) for force in self._forces]
         bodies = []
         for link in self._links:
-            mass = link.mass
+            whole = masses[link.name]
+            self._lift("gravcomp", link, whole.center, link.lift * whole.mass)
             # a rotor of a ball resists turning alike about all axes, as a sphere does
-            rotor = self._rotors.get(link.name, 0.0) * np.eye(3)
-            whole = Mass(scale * mass.mass, mass.center, scale * mass.inertia + rotor)
-            self._lift("gravcomp", link, mass.center, link.lift * whole.mass)
+            whole.inertia = whole.inertia + self._rotors.get(link.name, 0.0) * np.eye(3)
             if load := self._carried_along.get(link.name, 0.0):
                 # that of a free joint resists the origin's acceleration as a mass there without
                 # weight would
