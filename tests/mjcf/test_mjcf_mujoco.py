@@ -291,6 +291,30 @@ TEXTS |= {
         HINGE + GEOM + SECOND.replace("<body ", '<body gravcomp="1.3" '),
         '<option gravity="1 0 -9"/>',
     ),
+    "timed springs": body(
+        '<joint axis="0 1 1" pos="0.1 0 0.3" ref="20" springref="5" springdamper="0.5 0.7" '
+        f'armature="0.1"/>{GEOM}<body pos="0.1 0 -0.3" euler="0 40 0"><joint type="slide" '
+        'ref="0.1" springdamper="0.3 1" stiffness="3"/><joint axis="1 0 1" springdamper="0.3 1"/>'
+        f'{GEOM}<body><joint type="ball"/><geom size="0.1" pos="0.2 0 0"/></body></body>',
+        '<compiler settotalmass="4"/>',
+    ),
+    "a timed spring on a free body": world(
+        f'<body><freejoint/>{GEOM}<body pos="1 0 0"><joint springdamper="0.2 0.5"/>{GEOM}</body>'
+        "</body>"
+    ),
+    "a capsule in a medium": body(
+        '<freejoint/><geom type="capsule" size="0.04 0.2" pos="0.05 0 -0.2" euler="0 15 0"/>',
+        '<option density="1000" viscosity="0.9" wind="1 0 -2"/>',
+    ),
+    "a tree in a medium": body(
+        f'<joint type="ball" pos="0.1 0 0.2"/>{GEOM}<body pos="0.1 0 -0.3" euler="0 40 0"><joint '
+        f'type="slide" axis="1 0 0" ref="0.1"/><joint axis="1 0 1" ref="20"/>{GEOM}<body '
+        'pos="0 0 1" euler="20 0 0"><geom size="0.1" pos="0.2 0 0"/></body></body>',
+        '<option density="1000" viscosity="0.9" wind="1 2 3"/>',
+    ),
+    "a free tree in a medium": body(
+        f"<freejoint/>{GEOM}{SECOND}", '<option density="1.2" viscosity="0.00002"/>'
+    ),
     "polynomials of a spring": body(
         '<joint type="slide" axis="1 1 0" ref="0.1" springref="0.3" stiffness="3 0.5 0.2"/>' + GEOM
     ),

@@ -24,6 +24,7 @@ from mecanique.formats.solids import (
     Rule,
     faces_of,
     mesh_of,
+    principal_axes,
     read_solid,
     shell_of,
 )
@@ -57,6 +58,7 @@ from mecanique.model.forces import (
 from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import pose_of
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
 from mecanique.urdf.solids import Corners, Mass, no_mass, solid_of, sum_masses
@@ -81,6 +83,9 @@ _SECTIONS = {
 """Sections below <mujoco>, and what the dynamics do without of them, in words."""
 
 _ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
+_MOST_IMMERSED = 8
+"""Joints in a row below which forces of a medium are written out: their terms double with each."""
+
 _NO_MASS = 1e-15
 """MuJoCo's mjMINVAL."""
 
@@ -153,6 +158,7 @@ class _Settings:
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
     density: float = 0.0  # of the medium around
     viscosity: float = 0.0
+    wind: Array = field(default_factory=lambda: np.zeros(3))
     springs: bool = True
     dampers: bool = True
     fits_box: bool = False
@@ -181,6 +187,32 @@ class _Mesh:
 
     mass: Mass
     visual: Mesh | None
+
+
+class _Flow(NamedTuple):
+    """How a frame moves, and the wind, in its own axes: numbers or expressions, shape (3,) each."""
+
+    velocity: Array
+    spin: Array
+    wind: Array
+    depth: int  # how many joints move it
+
+    def shift(self, arm: Array) -> _Flow:
+        """Return that of a frame at a place in this one."""
+        return self._replace(velocity=self.velocity + np.cross(self.spin, arm))
+
+    def turn(self, turn: Array) -> _Flow:
+        """Return that of a frame turned in this one."""
+        velocity, spin, wind = (turn.T @ part for part in self[:3])
+        return _Flow(velocity, spin, wind, self.depth)
+
+    def move(self, pose: Array) -> _Flow:
+        """Return that of a frame with a pose in this one."""
+        return self.shift(pose[:3, 3]).turn(pose[:3, :3])
+
+    def add(self, velocity: Array, spin: Array) -> _Flow:
+        """Return that of a frame which moves in this one."""
+        return self._replace(velocity=self.velocity + velocity, spin=self.spin + spin)
 
 
 class _Motion(NamedTuple):
@@ -327,9 +359,7 @@ class _Reader(Source):
         s.gravity = self.numbers(element, texts, "gravity", s.gravity, 3)
         s.density = self.number(element, texts, "density", s.density)
         s.viscosity = self.number(element, texts, "viscosity", s.viscosity)
-        wind = self.numbers(element, texts, "wind", (0, 0, 0), 3)
-        if (s.density or s.viscosity) and any(wind):
-            raise self.refuse(element, "wind=… of <option> is not read")
+        s.wind = self.numbers(element, texts, "wind", s.wind, 3)
         for flag in element.all("flag"):
             off = {name for name, text in flag.attributes.items() if text == "disable"}
             if "gravity" in off:
@@ -748,26 +778,19 @@ class _Reader(Source):
 
         MuJoCo documentation, "Fluid forces", inertia model.
         """
-        s, still = self._settings, {GROUND}
-        for joint in self._joints:
-            if isinstance(joint, Fixed) and joint.parent in still:
-                still.add(joint.child)
-        free = {joint.child: joint.name for joint in self._joints if isinstance(joint, Floating)}
+        s, moving = self._settings, self._flows(option)
         for link in self._links:
             mass = link.mass
-            if link.name in still or mass.mass < _NO_MASS:
+            if link.name not in moving or mass.mass < _NO_MASS:
                 continue
-            if link.name not in free:
-                message = f"forces of a medium on {link.name!r}, which no free joint carries"
-                raise self.refuse(option, f"{message}, are not read")
-            names = [f"{free[link.name]}_{what}" for what in ("vx", "vy", "vz", "wx", "wy", "wz")]
-            rates = np.array([coordinate(name) for name in names], dtype=object)
-            moments, axes = np.linalg.eigh(mass.inertia)
+            flow = moving[link.name]
+            axes = principal_axes(mass.inertia) if mass.axes is None else mass.axes
+            moments = np.diagonal(axes.T @ mass.inertia @ axes)
             box = np.sqrt(6 * np.maximum(moments.sum() - 2 * moments, _NO_MASS) / mass.mass)
             size, faces = box.mean(), box.prod() / box
             paddles = box * ((box**4).sum() - box**4) / 64
-            slide = axes.T @ (rates[:3] + np.cross(rates[3:], mass.center))
-            spin = axes.T @ rates[3:]
+            slide = axes.T @ (flow.velocity + np.cross(flow.spin, mass.center) - flow.wind)
+            spin = axes.T @ flow.spin
             force = -3 * math.pi * size * s.viscosity * slide
             force = axes @ (force - 0.5 * s.density * faces * np.abs(slide) * slide)
             torque = -math.pi * size**3 * s.viscosity * spin
@@ -776,6 +799,35 @@ class _Reader(Source):
             on = {"body": link.name, "axes": link.name}
             drag = Force(f"{link.name}_drag", point=(x, y, z), force=tuple(force), **on)
             self._forces += [drag, Torque(f"{link.name}_spin_drag", torque=tuple(torque), **on)]
+
+    def _flows(self, option: Element) -> dict[str, _Flow]:
+        """Return how bodies that move do so, and the wind, in their own axes, as expressions."""
+        still = np.zeros(3)
+        flows = {GROUND: _Flow(still, still, self._settings.wind, 0)}
+        for joint in self._joints:
+            flow = flows[joint.parent].move(pose_of(joint.origin))
+            if not isinstance(joint, Fixed):
+                flow = flow._replace(depth=flow.depth + 1)
+            names = [coordinate(rate) for rate in joint.velocities]
+            match joint:
+                case Revolute() | Prismatic():
+                    axis = np.array(joint.axis, dtype=float)
+                    q, rate = coordinate(joint.name), velocity(joint.name)
+                    if joint.turns:
+                        flow = flow.turn(_turn_by(axis, q)).add(still, rate * axis)
+                    else:
+                        flow = flow.shift(q * axis).add(rate * axis, still)
+                case Spherical() | Floating():
+                    flow = flow.turn(_turn_of([coordinate(c) for c in joint.quaternion]))
+                    linear = names[:3] if isinstance(joint, Floating) else still
+                    flow = flow.add(np.array(linear), np.array(names[-3:]))
+            flows[joint.child] = flow
+            followed = not self.laws.keys().isdisjoint(joint.coordinates)
+            if flow.depth > _MOST_IMMERSED or followed:
+                why = "which follows" if followed else f"more than {_MOST_IMMERSED} joints deep"
+                message = f"forces of a medium on {joint.child!r}, {why}, are not read"
+                raise self.refuse(option, message)
+        return {name: flow for name, flow in flows.items() if flow.depth}
 
     # masses
 
@@ -788,10 +840,9 @@ class _Reader(Source):
         pose = self._pose(element, texts)
         if "fullinertia" in texts:
             entries = self.numbers(element, texts, "fullinertia", (0,) * 6, 6).tolist()
-            inertia = tensor_of(entries)
-        else:
-            inertia = np.diag(self.numbers(element, texts, "diaginertia", (0, 0, 0), 3))
-        return Mass(mass, np.zeros(3), inertia).move(pose)
+            return Mass(mass, np.zeros(3), tensor_of(entries)).move(pose)
+        moments = self.numbers(element, texts, "diaginertia", (0, 0, 0), 3)
+        return Mass(mass, np.zeros(3), np.diag(moments), np.eye(3)).move(pose)
 
     def _geom(
         self, element: Element, texts: Mapping[str, str], frame: Array, link: _Link, counts: bool
@@ -841,7 +892,7 @@ class _Reader(Source):
             return None
         volume, radii = shell_of(form, size) if shell else solid_of(form, size)
         total = density * volume if mass is None else mass
-        return Mass(total, np.zeros(3), np.diag(total * radii)).move(place)
+        return Mass(total, np.zeros(3), np.diag(total * radii), np.eye(3)).move(place)
 
     def _mesh_geom(
         self,
@@ -871,7 +922,7 @@ class _Reader(Source):
             volume, moments = self._fit(element, texts, form, solid)
         total = self.number(element, texts, "density", 1000.0) * volume
         total = self.number(element, texts, "mass", total)
-        return Mass(total, solid.center, total * moments).move(place)
+        return Mass(total, solid.center, total * moments, principal_axes(moments)).move(place)
 
     def _fit(
         self, element: Element, texts: Mapping[str, str], form: str, solid: Mass
@@ -1303,6 +1354,22 @@ def _in_free_joints(force: AnyForce, follows: Mapping[str, Scalar]) -> AnyForce:
             rate = rate + follows[joint].diff(coordinate(leader)) * velocity(leader)
         law = law.subs({velocity(joint): rate})
     return replace(force, force=law)
+
+
+def _turn_by(axis: Array, angle: Scalar) -> Array:
+    """Rodrigues' formula in letters."""
+    from sympy import cos, sin
+
+    x, y, z = axis
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + sin(angle) * k + (1 - cos(angle)) * (k @ k))
+
+
+def _turn_of(quaternion: Sequence[Scalar]) -> Array:
+    """The rotation matrix of a unit quaternion in letters, w last."""
+    x, y, z, w = quaternion
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + 2 * w * k + 2 * (k @ k))
 
 
 def _positive(x: Scalar) -> Scalar:

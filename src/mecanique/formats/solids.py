@@ -100,7 +100,14 @@ def mesh_of(corners: Corners, rule: Rule) -> Mass:
 
 
 def as_principal(inertia: Array) -> Array:
-    """Return a tensor as MuJoCo keeps it: by principal moments, their axes found to about 1e-7 rad.
+    """Return a tensor as MuJoCo keeps it: by principal moments about `principal_axes`."""
+    axes = principal_axes(inertia)
+    moments = np.diagonal(axes.T @ inertia @ axes)
+    return np.asarray(axes @ np.diag(moments) @ axes.T)
+
+
+def principal_axes(inertia: Array) -> Array:
+    """Return principal axes of a tensor as MuJoCo finds them, to about 1e-7 rad.
 
     Its Jacobi iteration ends before a turn whose cosine is one but for 1e-14, as measured.
     """
@@ -120,8 +127,7 @@ def as_principal(inertia: Array) -> Array:
         step[r, r] = step[c, c] = cosine
         step[r, c], step[c, r] = tangent * cosine, -tangent * cosine
         axes = axes @ step
-    moments = np.diagonal(axes.T @ inertia @ axes)
-    return np.asarray(axes @ np.diag(moments) @ axes.T)
+    return axes
 
 
 def _count_all(corners: Corners, apex: Array) -> Array:

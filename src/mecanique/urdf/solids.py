@@ -29,11 +29,13 @@ class Mass:
     mass: float
     center: Array
     inertia: Array
+    axes: Array | None = None  # principal axes, where they are stated
 
     def move(self, pose: Array) -> Mass:
         """Return it in the frame in which its own has this pose."""
-        turn = pose[:3, :3]
-        return Mass(self.mass, turn @ self.center + pose[:3, 3], turn @ self.inertia @ turn.T)
+        turn, axes = pose[:3, :3], None if self.axes is None else pose[:3, :3] @ self.axes
+        center, inertia = turn @ self.center + pose[:3, 3], turn @ self.inertia @ turn.T
+        return Mass(self.mass, center, inertia, axes)
 
     def body(self, name: str, visuals: Sequence[Visual] = ()) -> Body:
         """Return a body with this mass, its inertia as given even if no real body has it."""
@@ -50,6 +52,8 @@ def no_mass() -> Mass:
 
 def sum_masses(parts: Sequence[Mass]) -> Mass:
     """Return several masses as one, by Steiner's theorem."""
+    if len(parts) == 1:
+        return parts[0]
     total = sum(part.mass for part in parts)
     if not total > 0:
         return no_mass()
