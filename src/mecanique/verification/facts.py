@@ -297,17 +297,14 @@ def check_facts(
     system.mechanism(**(values or {}))  # refuses unknown parameters even where no fact needs them
     called = system.title if isinstance(name, System) else name
     known = [f for f in system.facts if simulate or not isinstance(f, (Occurs, Lasting))]
-    return tuple(_row(called, fact, build) for fact in known)
+    return tuple(_row(called, fact, build(fact.given)) for fact in known)
 
 
-_Build = Callable[[Mapping[str, float]], Bench]
-
-
-def _row(system: str, fact: Fact, build: _Build) -> FactRow:
+def _row(system: str, fact: Fact, bench: Bench) -> FactRow:
     residual, reason = math.nan, "its formula is not defined"
     try:
         with np.errstate(all="ignore"):
-            residual = _residual(fact, build)
+            residual = _RESIDUALS[type(fact)](bench, fact)
     except InputError:
         raise
     except (ArithmeticError, ValueError, ClosureError, EngineError, IntegrationError) as error:
@@ -316,51 +313,6 @@ def _row(system: str, fact: Fact, build: _Build) -> FactRow:
     return FactRow(
         system, type(fact).__name__, fact.statement, residual, reason if undefined else ""
     )
-
-
-def _residual(fact: Fact, build: _Build) -> float:
-    bench = build(fact.given)
-    match fact:
-        case Acceleration():
-            return _at_states(bench, fact.formula, bench.dynamics.acceleration)
-        case MassMatrix():
-            return _mass_matrix(bench, fact)
-        case KineticEnergy():
-            return _at_states(
-                bench, fact.formula, lambda q, v, t: bench.dynamics.energy(q, v, t)[0]
-            )
-        case Reaction():
-            return _at_states(
-                bench,
-                fact.formula,
-                lambda q, v, t: _of_joint(bench.reference, fact.joint, q, v, t),
-            )
-        case GuideForce():
-            return _at_states(
-                bench,
-                fact.formula,
-                lambda q, v, t: bench.reference.guide_forces(q, v, t)[fact.force],
-            )
-        case Conserved():
-            return _drift(bench, fact)
-        case Solution():
-            return _solution(bench, fact)
-        case Period():
-            return _period(bench, fact)
-        case Frequencies():
-            return _frequencies(bench, fact)
-        case Eigenvalues():
-            return _eigenvalues(bench, fact)
-        case Steady():
-            return _steady(bench, fact)
-        case StabilityLimit():
-            return _limit(bench, fact, build)
-        case ModeAcceleration():
-            return _in_mode(bench, fact)
-        case Occurs():
-            return _at_event(bench, fact)
-        case Lasting():
-            return _last(bench, fact)
 
 
 def _in_mode(bench: Bench, fact: ModeAcceleration) -> float:
@@ -422,12 +374,6 @@ def _at_states(
         np.asarray(formula(bench.numbers(q, v, t)), dtype=float) for q, v, t in bench.states
     ]
     return _relative([engine(q, v, t) for q, v, t in bench.states], expected)
-
-
-def _of_joint(reference: Reference, joint: str, q: Array, v: Array, t: float) -> Array:
-    """The force in a joint; in all, where something not described guides across it."""
-    ask = reference.totals if joint in reference.guided else reference.reactions
-    return ask(q, v, t)[joint].force
 
 
 def _mass_matrix(bench: Bench, fact: MassMatrix) -> float:
@@ -522,10 +468,10 @@ def _state_matrix(bench: Bench, at: State) -> Array:
     return np.block([[np.zeros((n, n)), np.eye(n)], [lower]])
 
 
-def _limit(bench: Bench, fact: StabilityLimit, build: _Build) -> float:
+def _limit(bench: Bench, fact: StabilityLimit) -> float:
     value = float(fact.formula(Values(bench.constants)))
     below, at, above = (
-        _margin(build({**fact.given, fact.parameter: value * factor}), fact)
+        _margin(replace(bench, values={**bench.values, fact.parameter: value * factor}), fact)
         for factor in (1 - _ASIDE, 1, 1 + _ASIDE)
     )
     stable, unstable = (below, above) if fact.stable == "below" else (above, below)
@@ -543,3 +489,43 @@ def _margin(bench: Bench, fact: StabilityLimit) -> float:
     turn = jacobian(lambda y: bench.flow(y[:n], y[n:], [0.0, T])[-1], np.concatenate((q, v)))
     # Floquet: det(turn − 1) passes through zero where a multiplier passes through one
     return float(np.linalg.det(turn - np.eye(2 * n)))
+
+
+def _acceleration(bench: Bench, fact: Acceleration) -> float:
+    return _at_states(bench, fact.formula, bench.dynamics.acceleration)
+
+
+def _kinetic_energy(bench: Bench, fact: KineticEnergy) -> float:
+    return _at_states(bench, fact.formula, lambda q, v, t: bench.dynamics.energy(q, v, t)[0])
+
+
+def _reaction(bench: Bench, fact: Reaction) -> float:
+    """Compare the force in a joint; in all, where something not described guides across it."""
+    reference = bench.reference
+    ask = reference.totals if fact.joint in reference.guided else reference.reactions
+    return _at_states(bench, fact.formula, lambda q, v, t: ask(q, v, t)[fact.joint].force)
+
+
+def _guide_force(bench: Bench, fact: GuideForce) -> float:
+    ask = bench.reference.guide_forces
+    return _at_states(bench, fact.formula, lambda q, v, t: ask(q, v, t)[fact.force])
+
+
+_RESIDUALS: dict[type, Callable[[Bench, Any], float]] = {
+    Acceleration: _acceleration,
+    MassMatrix: _mass_matrix,
+    KineticEnergy: _kinetic_energy,
+    Reaction: _reaction,
+    GuideForce: _guide_force,
+    Conserved: _drift,
+    Solution: _solution,
+    Period: _period,
+    Frequencies: _frequencies,
+    Eigenvalues: _eigenvalues,
+    Steady: _steady,
+    StabilityLimit: _limit,
+    ModeAcceleration: _in_mode,
+    Occurs: _at_event,
+    Lasting: _last,
+}
+"""What tells how far each kind of fact is from the equations of motion."""

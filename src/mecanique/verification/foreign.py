@@ -394,28 +394,25 @@ class Functions:
         """Return what the functions give at all states, by quantity."""
         n = len(self.by) or mechanism.nv
         call = _Caller(mechanism, states)
+        shapes = {
+            "mass_matrix": ("q", (n, n)),
+            "gravity": ("q", (n,)),
+            "bias": ("qv", (n,)),
+            "forces": ("qv", (n,)),
+            "inverse_dynamics": ("qva", (n,)),
+            "acceleration": ("qv", (n,)),
+            "energy": ("qv", (2,)),
+        }
         values: dict[str, Array] = {}
-        if self.mass_matrix:
-            values["mass matrix"] = call(self.mass_matrix, "mass_matrix", "q", (n, n))
-        if self.gravity:
-            values["gravity"] = call(self.gravity, "gravity", "q", (n,))
-        if self.bias:
-            values["bias"] = call(self.bias, "bias", "qv", (n,))
-        elif self.coriolis:
+        for name, (usual, shape) in shapes.items():
+            if function := getattr(self, name):
+                values[name.replace("_", " ")] = call(function, name, usual, shape)
+        if self.coriolis and not self.bias:
             C = call(self.coriolis, "coriolis", "qv", (n, n), (n,))
             Cv = np.einsum("nij,nj->ni", C, states.v) if C.ndim == 3 else C
             values["bias"] = Cv + values["gravity"]
-        if self.forces:
-            values["forces"] = call(self.forces, "forces", "qv", (n,))
-        if self.inverse_dynamics:
-            values["inverse dynamics"] = call(
-                self.inverse_dynamics, "inverse_dynamics", "qva", (n,)
-            )
-        if self.acceleration:
-            values["acceleration"] = call(self.acceleration, "acceleration", "qv", (n,))
-        if self.energy:
-            T, V = call(self.energy, "energy", "qv", (2,)).T
-            values |= {"kinetic energy": T, "potential energy": V}
+        if "energy" in values:
+            values |= zip(_ENERGIES, values.pop("energy").T, strict=True)
         return values
 
 

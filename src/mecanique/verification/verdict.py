@@ -214,15 +214,11 @@ class LikelyCause(Legible):
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data."""
-        return {
-            "kind": self.kind,
-            "where": self.where,
-            "text": self.text,
-            "before": self.before,
-            "after": self.after,
-            "alike": [cause.to_dict() for cause in self.alike],
-            "parts": [cause.to_dict() for cause in self.parts],
+        nested = {
+            name: [cause.to_dict() for cause in causes]
+            for name, causes in (("alike", self.alike), ("parts", self.parts))
         }
+        return {**asdict(self), **nested}
 
     def __str__(self) -> str:
         left = f"the difference falls from {self.before:.1e} to {self.after:.1e}"
