@@ -167,6 +167,7 @@ SOLVED = (
     *("foucault_pendulum", "furuta_pendulum", "gyroscope", "heavy_top", "kepler_orbit"),
     *("planetary_gear", "rolling_coin", "rolling_disk", "spherical_pendulum", "two_link_arm"),
     *("ball_on_a_turntable", "swinging_atwood_machine", "two_blocks", "two_wheeled_cart"),
+    "snakeboard",
 )
 
 
@@ -203,6 +204,19 @@ def test_what_is_solved_is_what_the_reference_says(mechanism: mq.Mechanism) -> N
             np.testing.assert_allclose(
                 compute(quotient), forces[name], rtol=0, atol=1e-10 * most * size
             )
+
+
+def test_the_snakeboard_leaves_its_heading_where_its_axles_are_turned() -> None:
+    """J. Ostrowski et al., Proc. IEEE ICRA 1994: m l²/tan² φ joins the inertia of the heading."""
+    solved = derive_system("snakeboard").solved()
+    assert solved.independent == ("theta",)
+    assert [str(equation) for equation in solved.equations] == [
+        "(J + Ja + 2 Jw + m l^2 cos(phi)^2/sin(phi)^2) theta'' + m B l^2 W sin(W t) cos(phi) theta'"
+        "/sin(phi)^3 = Ja A W^2 sin(W t)"
+    ]
+    assert "m l theta'^2/(2 sin(phi))" in str(solved.forces["lambda_front_wheels_side"])
+    text = derive_system("snakeboard").text(steps=True)
+    assert "these equations remain wherever no denominator is zero." in " ".join(text.split())
 
 
 def test_forces_that_redundancy_shares_are_not_listed() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -154,7 +154,8 @@ def _find_cyclic(lagrange: Lagrange) -> list[str]:
         name = coordinate_of(v)
         if name == v:
             continue
-        if free and momentum and not (along_T or along_V or any(map(_by(v, name), other))):
+        acting = any(series.diff(by) for series in other for by in (v, name))
+        if free and momentum and not (along_T or along_V or acting):
             found.append(name)
         else:
             held.append(name)
@@ -169,15 +170,6 @@ def _find_cyclic(lagrange: Lagrange) -> list[str]:
 
 def _inverse(inertia: Series) -> Series:
     return inertia**-1 if inertia.is_unit else inertia.ring.inverse(inertia)
-
-
-def _by(velocity: str, coordinate: str) -> Callable[[Series], bool]:
-    """Return a test of whether a series depends on a coordinate or its velocity."""
-
-    def depends(series: Series) -> bool:
-        return bool(series.diff(velocity)) or bool(series.diff(coordinate))
-
-    return depends
 
 
 def _momenta(lagrange: Lagrange, names: Sequence[str]) -> list[Series]:
@@ -213,7 +205,7 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
         every = (inertia, *pulls, falls[k], losses[k], -drive)
         shown = [expression(inertia), Expression(tuple(slopes))]
         shown += [expression(series) for series in (losses[k], falls[k])]
-        left = join(filter(_is_there, shown))
+        left = join(part for part in shown if any(term.number for term in part.terms))
         parts.append(every)
         rows.append(ring.sum(every))
         written.append(Equation(left, expression(drive), ring.number(1)))
@@ -250,10 +242,6 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
         written=tuple(written),
     )
     return Routh(derivation, tuple(ignored), tuple(parts))
-
-
-def _is_there(part: Expression) -> bool:
-    return any(term.number for term in part.terms)
 
 
 def _list_momenta(lagrange: Lagrange, ignored: Sequence[Ignored]) -> Iterator[Result]:

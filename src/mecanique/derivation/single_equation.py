@@ -203,7 +203,8 @@ class _Reducing:
     def _put(self, series: Series) -> Series:
         """Replace the velocities of the other coordinates by K θ'."""
         ring, v = self.ring, self.ring[f"{self.kept}'"]
-        ratios = [self.K.get(coordinate, ring.number(1)) for coordinate in self._names]
+        names = self.algebra.mechanism.coordinates
+        ratios = [self.K.get(name, ring.number(1)) for name in names]
         terms = []
         for powers, coefficient in series.coefficients(self.algebra.velocities).items():
             term = coefficient
@@ -211,10 +212,6 @@ class _Reducing:
                 term = term * (ratio * v) ** p
             terms.append(term)
         return ring.sum(terms)
-
-    @property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(self.algebra.mechanism.coordinates)
 
     def _derivation(
         self,
@@ -239,6 +236,10 @@ class _Reducing:
         M, h = mass_and_bias(self.algebra, [J * a + C * v**2 + rest - forces])
         closed = [stage for stage in loop_stages(full.ties, of_work=True) if stage.title == "Loops"]
         before = [stage for stage in full.stages if stage.title in _ENERGIES]
+
+        def state(coefficients: Sequence[Coefficient]) -> tuple[Result, ...]:
+            return tuple(coefficient.result() for coefficient in coefficients)
+
         pairs = ((inertia, J), (change, C))
         inertias = tuple(
             Result(Left(name_of(a)), b, partial(self._by_coefficients, b)) for a, b in pairs
@@ -251,8 +252,8 @@ class _Reducing:
             stages=(
                 *before,
                 *closed,
-                Stage("Kinematic coefficients", _FOLLOW.format(kept), _lines(K)),
-                Stage("Derivatives of the coefficients", _CHANGE.format(kept), _lines(L)),
+                Stage("Kinematic coefficients", _FOLLOW.format(kept), state(K)),
+                Stage("Derivatives of the coefficients", _CHANGE.format(kept), state(L)),
                 Stage(f"Inertia referred to {kept}", _INERTIA.format(kept), inertias),
             ),
             closing=_CLOSING.format(kept),
@@ -312,10 +313,6 @@ def _angle_of(demand: Series) -> Series:
         return demand
     ring = demand.ring
     return ring.sum([k * ring.angles[j].argument for j, k in exponents(trig >> 1)])
-
-
-def _lines(coefficients: Sequence[Coefficient]) -> tuple[Result, ...]:
-    return tuple(coefficient.result() for coefficient in coefficients)
 
 
 _STEPS = 30

@@ -85,9 +85,14 @@ def without_common_divisor(series: Series) -> Series:
 
 
 def divide_exactly(series: Series, divisor: Series) -> Series | None:
-    """Return series / divisor, None with a remainder; the divisor has no sines or cosines."""
-    if divisor.parts.keys() != {0} or not series:
+    """Return series / divisor, None with a remainder, or for sums with sines or cosines."""
+    if not series:
         return None
+    if divisor.parts.keys() != {0}:
+        (key, *others) = divisor.parts
+        wave = None if others or len(divisor.parts[key]) > 1 else divide_by_wave(series, key)
+        unit = Series(series.ring, {0: divisor.parts[key]}, divisor.denominator, divisor.reach)
+        return None if wave is None else wave / unit
     content = gcd(*divisor.parts[0].values())
     primitive = {m: c // content for m, c in divisor.parts[0].items()}
     parts: dict[int, Polynomial] = {}

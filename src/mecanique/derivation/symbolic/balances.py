@@ -151,9 +151,9 @@ class Guiding:
         self._cuts = cuts
         self._algebra = cuts.algebra
         mechanism, ring = self._algebra.mechanism, self._algebra.ring
-        self.names = _list_names(mechanism)
-        self.meanings = dict(zip(self.names, _list_meanings(mechanism), strict=True))
+        self.meanings = dict(_list_meanings(mechanism))
         """The meaning of each unknown, by its name."""
+        self.names = [*self.meanings]
         self.symbols = [ring.unknown(name, Kind.REACTION) for name in self.names]
         ground = replace(cuts.kinematics.ground, wave=self._wave)
         units = unit_forces(mechanism, ground) if mechanism.elements else []
@@ -254,46 +254,30 @@ class Guiding:
         return algebra.series(cos(sympify(angle))), algebra.ring.number(1)
 
 
-def _list_names(mechanism: Mechanism) -> list[str]:
-    """Name the unknown forces."""
-    names = []
-    for element in mechanism.elements:
-        for name in element.forces:
-            row = name.rpartition(": ")[2]
-            if isinstance(element, Strung):
-                names.append(f"T_{name}")
-            elif isinstance(element, (Gear, Rack)):
-                names.append(f"F_{name}")
-            else:
-                names.append(f"{'M' if row.startswith('r') else 'R'}_{element.name}_{row}")
-    return names
-
-
-def _list_meanings(mechanism: Mechanism) -> list[str]:
-    """Return the meanings of the unknown forces, with units."""
-    meanings = []
+def _list_meanings(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
+    """Yield the name of each unknown force with its meaning and unit."""
     for element in mechanism.elements:
         if isinstance(element, Strung):
             stops = element.stops
-            for part in dict.fromkeys(element.parts):
+            for name, part in zip(element.forces, dict.fromkeys(element.parts), strict=True):
                 places = [k for k, run in enumerate(element.parts) if run == part]
                 start, end = stops[places[0]].body, stops[places[-1] + 1].body
-                meanings.append(f"tension of {element.name} from {start} to {end} [N]")
-            continue
-        if isinstance(element, (Gear, Rack)):
-            a, b = (mechanism.joint(name).child for name in element.joints)
-            meanings.append(f"force of {a} on {b} in {element.name} along the line of action [N]")
+                yield f"T_{name}", f"tension of {element.name} from {start} to {end} [N]"
             continue
         for name in element.forces:
+            if isinstance(element, (Gear, Rack)):
+                a, b = (mechanism.joint(joint).child for joint in element.joints)
+                where = f"force of {a} on {b} in {element.name} along the line of action"
+                yield f"F_{name}", f"{where} [N]"
+                continue
             row = name.rpartition(": ")[2]
-            what = "moment" if row.startswith("r") else "force"
+            turns = row.startswith("r")
             axis = "along its length" if row == "length" else f"along {row[-1]} of its frame"
-            unit = "N·m" if what == "moment" else "N"
-            meanings.append(
-                f"{what} that {element.body_a} exerts on {element.body_b} in {element.name}, "
-                f"{axis} [{unit}]"
+            yield (
+                f"{'M' if turns else 'R'}_{element.name}_{row}",
+                f"{'moment' if turns else 'force'} that {element.body_a} exerts on "
+                f"{element.body_b} in {element.name}, {axis} [{'N·m' if turns else 'N'}]",
             )
-    return meanings
 
 
 _LETTERS = {"force": "R", "moment": "M"}
@@ -444,15 +428,8 @@ class FreeBodies:
 
     def sum_guides(self) -> list[Result]:
         """Return the sums of reactions along guided joints, zero for each virtual displacement."""
-        algebra, ring = self.algebra, self.algebra.ring
-        sums: list[list[Series]] = [[] for _ in algebra.velocities]
-        for rate in self.rates:
-            reaction = self.symbols[rate.body].part(rate.kind)
-            size = algebra.lift(combination(rate.axis, reaction))
-            for terms, slope in zip(sums, rate.partials, strict=True):
-                if slope:
-                    terms.append(tidy(slope * size))
-        return [Result(whole, ring.number(0)) for terms in sums if (whole := ring.sum(terms))]
+        sums = project(self.cuts, self.rates, self.symbols, rotors=False)
+        return [Result(whole, self.algebra.ring.number(0)) for whole in sums if whole]
 
 
 def needs(cut: Cut) -> SymbolicWrench:

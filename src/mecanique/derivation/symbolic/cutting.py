@@ -13,7 +13,7 @@ from mecanique.derivation.laws import laws_of
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.constraints import bonds_of, ties_of
 from mecanique.derivation.symbolic.derivation import Assumption, Tie
-from mecanique.derivation.symbolic.forces import SymbolicSpan, SymbolicTravel
+from mecanique.derivation.symbolic.forces import SymbolicSpan, travel
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.vectors import (
     SymbolicWrench,
@@ -29,9 +29,7 @@ from mecanique.derivation.tree.poses import (
     Arithmetic,
     Matrix,
     combination,
-    local,
-    placement_matrix,
-    stack,
+    poses,
     transpose,
 )
 from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
@@ -129,17 +127,12 @@ def normal_of(kinematics: Kinematics) -> np.ndarray | None:
     if any(link.kind in ("ball", "free") for link in kinematics.tree):
         return None
     values = {name: 0.0 for joint in mechanism.joints for name in joint.coordinates}
-    turns: list[np.ndarray] = []
-    slides: list[np.ndarray] = []
-    frames: list[np.ndarray] = []
-    for link in kinematics.tree:
-        parent = frames[link.parent] if link.parent >= 0 else np.eye(4)
-        place = placement_matrix(link.origin, mechanism.values)
-        frames.append(parent @ place @ stack(local(link, values, Arithmetic()), 1)[0])
+    turns, slides = list[np.ndarray](), list[np.ndarray]()
+    frames = poses(kinematics.tree, mechanism.values | values, Arithmetic())
+    for link, frame in zip(kinematics.tree, frames, strict=True):
+        axis = np.array(frame, dtype=float)[:, :3] @ np.array(link.axis)
         if link.kind in ("turn", "slide"):
-            (turns if link.kind == "turn" else slides).append(
-                frames[-1][:3, :3] @ np.array(link.axis)
-            )
+            (turns if link.kind == "turn" else slides).append(axis)
     if not turns:
         return np.array([0.0, 0.0, 1.0])
     normal = turns[0]
@@ -389,8 +382,8 @@ class Cuts:
         """Return a joint's force on its child, along or about its axis."""
         algebra, nothing = self.algebra, zero(self.algebra.ring)
         link = self.kinematics.tree[self.kinematics.place[joint.child]]
-        travel = SymbolicTravel.in_joint(algebra, force.joint)
-        pulls = [law.pull(travel) for law in laws_of(force, algebra.series)]
+        along = travel(algebra, force.joint)
+        pulls = [law.pull(along) for law in laws_of(force, algebra.series)]
         along_axis = self._in_world(link.axis, joint.child) * -algebra.ring.sum(pulls)
         if link.kind == "slide":
             return SymbolicWrench(along_axis, nothing)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import final
 
-from mecanique.derivation.laws import Elastic, Law, laws_of
+from mecanique.derivation.laws import Elastic, Law, Travel, laws_of
 from mecanique.derivation.scalars.cancel import integrate, tidy
 from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Assumption
@@ -62,7 +62,8 @@ class SymbolicSpan:
         pull = zero(self._kinematics.algebra.ring) if slope is None else self.reach * slope
         if size is None:
             return pull
-        unit = Vector(*(_ratio(component, self.x) for component in self.reach))
+        ratio = self._kinematics.ground.ratio
+        unit = Vector(*(ratio(component, self.x) for component in self.reach))
         return pull + unit * size
 
     @property
@@ -79,45 +80,11 @@ class SymbolicSpan:
         return Assumption(self._subject, root) if moves and rational else None
 
 
-@final
-class SymbolicTravel:
-    """A coordinate or a length that a force acts along, as a series."""
-
-    length: None = None
-    assumption: None = None
-
-    def __init__(self, x: Series, name: str = "") -> None:
-        self.x, self.name = x, name
-
-    @classmethod
-    def in_joint(cls, algebra: Algebra, joint: str) -> SymbolicTravel:
-        """Return the coordinate of a joint."""
-        name = algebra.mechanism.joint(joint).coordinates[-1]
-        return cls(algebra.lift(algebra.values[name]), name)
-
-    @property
-    def square(self) -> Series:
-        """Its square."""
-        return self.x * self.x
-
-    @cached_property
-    def rate(self) -> Series:
-        """Its rate."""
-        return tidy(self.x.ddt())
-
-    def direct(self, slope: Series | None, size: Series | None) -> Series:
-        """Return slope · x + size."""
-        parts = [self.x * slope] if slope is not None else []
-        return self.x.ring.sum(parts + ([size] if size is not None else []))
-
-
-def _ratio(component: Series, length: Series) -> Series:
-    """Return component/length, exact where it is 0 or ±1."""
-    if not component or component == length:
-        return component.ring.number(1 if component else 0)
-    if component == -length:
-        return component.ring.number(-1)
-    return tidy(component / length)
+def travel(algebra: Algebra, joint: str) -> Travel:
+    """Return the coordinate of a joint, which a force acts along."""
+    name = algebra.mechanism.joint(joint).coordinates[-1]
+    x = algebra.lift(algebra.values[name])
+    return Travel(x, tidy(x.ddt()), name)
 
 
 def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str, str]:
@@ -165,22 +132,21 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
         along = (
             SymbolicSpan(kinematics, force)
             if isinstance(force, LineLoad)
-            else SymbolicTravel.in_joint(algebra, force.joint)
+            else travel(algebra, force.joint)
         )
         scalar = law.scalar(along)
         forces = _find_forces(algebra, law, along, scalar)
         # in the other laws only the square of the length occurs, so its sign does not matter
-        taken = along.assumption if law.kind == "potential" else None
-        assumptions = () if taken is None else (taken,)
-        square = _find_square(law, along)
+        spanned = along if isinstance(along, SymbolicSpan) else None
+        taken = spanned.assumption if spanned and law.kind == "potential" else None
         yield Work(
             name=force.name,
             kind=law.kind,
             scalar=scalar,
             forces=forces,
-            assumptions=assumptions,
-            length=along.length,
-            square=square,
+            assumptions=() if taken is None else (taken,),
+            length=None if spanned is None else spanned.length,
+            square=_find_square(law, along),
             elastic=isinstance(law, Elastic),
         )
 
@@ -227,20 +193,20 @@ def stored_in_loads(mechanism: Mechanism) -> Mapping[str, Series]:
     return stored
 
 
-def _find_square(law: Law, along: SymbolicSpan | SymbolicTravel) -> tuple[Series, Series] | None:
+def _find_square(law: Law, along: SymbolicSpan | Travel) -> tuple[Series, Series] | None:
     """Return stiffness and elongation of a spring with a free length or in a joint, else None."""
-    if not isinstance(law, Elastic) or not (law.rest or isinstance(along, SymbolicTravel)):
+    if not isinstance(law, Elastic) or not (law.rest or isinstance(along, Travel)):
         return None
     return law.stiffness, along.x - law.rest
 
 
 def _find_forces(
-    algebra: Algebra, law: Law, along: SymbolicSpan | SymbolicTravel, scalar: Series | None
+    algebra: Algebra, law: Law, along: SymbolicSpan | Travel, scalar: Series | None
 ) -> tuple[Series, ...]:
     """Return the generalized forces: −∂V/∂q of a potential, −f ∂x/∂q of a pull f."""
     if law.kind == "potential" and scalar is not None:
         return tuple(-slope for slope in algebra.ring.along(scalar))
-    pull = law.pull(SymbolicTravel(along.x, along.name))
+    pull = law.pull(Travel(along.x, along.rate, along.name))
     return tuple(-(pull * slope) for slope in algebra.ring.along(along.x))
 
 

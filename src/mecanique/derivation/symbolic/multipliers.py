@@ -8,8 +8,8 @@ Independent virtual displacements δq = S δπ with A δq = 0 do without multipl
 displacements allowed so far are combined so that they satisfy the next row (G. A. Maggi, Principii
 della teoria matematica del movimento, 1896; Neimark & Fufaev, Dynamics of Nonholonomic Systems,
 1972, ch. III). No divisor may vanish: a row needs a constant entry, or two whose squares add up to
-a constant, such as −sin θ and cos θ. Rows of loops without such entries are solved by Cramer's
-rule, with all displacements multiplied by the determinant instead of divided.
+a constant, such as −sin θ and cos θ. Rows without such entries are solved by Cramer's rule, with
+all displacements multiplied by the determinant instead of divided.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from mecanique.derivation.printing.expressions import to_formula, to_power
 from mecanique.derivation.printing.formulas import add, multiply
 from mecanique.derivation.printing.trigforms import common_monomial, common_number, monomial_series
 from mecanique.derivation.printing.writers import Equation, Expression
-from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.polynomials import exponents
+from mecanique.derivation.scalars.cancel import divide_by_wave, tidy
+from mecanique.derivation.scalars.polynomials import exponents, power
 from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage, Tie
 from mecanique.derivation.symbolic.symbols import Algebra
@@ -65,11 +65,13 @@ class Quotient:
     @property
     def divided(self) -> bool:
         """Whether it is divided by what may vanish."""
-        generators = self.above.ring.generators
+        ring = self.above.ring
         powers = {item for _, monomial, _ in self.above.terms() for item in exponents(monomial)}
-        return self.below != 1 or any(
-            e < 0 and generators[i].kind is Kind.COORDINATE for i, e in powers
-        )
+        below = {i for i, e in powers if e < 0}
+        coordinates = any(ring.generators[i].kind is Kind.COORDINATE for i in below)
+        sums = [ring.atoms[i] for i in below & ring.atoms.keys() if ring.atoms[i].function == "1"]
+        waves = any(atom.argument.parts.keys() != {0} for atom in sums)
+        return self.below != 1 or coordinates or waves
 
     def expression(self) -> Expression:
         """Return it as printed, with a factored denominator."""
@@ -155,6 +157,21 @@ def divide_common(column: Sequence[Series]) -> list[Series]:
     shared = monomial_series(whole[0].ring, common_monomial(whole, {Kind.PARAMETER}))
     divisor = shared * common_number(whole)
     return [entry / divisor for entry in column]
+
+
+def divide_waves(column: Sequence[Series]) -> list[Series]:
+    """Divide series by the sines and cosines of single angles that all of them contain."""
+    divided = list(column)
+    packed = {trig >> 1 for entry in column for trig in entry.parts}
+    for index in sorted({index for K in packed for index, _ in exponents(K)}):
+        for wave in (2 * power(index), 2 * power(index) + 1):
+            while any(divided):
+                less = [divide_by_wave(entry, wave) for entry in divided]
+                whole = [entry for entry in less if entry is not None]
+                if len(whole) < len(less):
+                    break
+                divided = whole
+    return divided
 
 
 def _list_polynomials(entry: Series) -> list[Series]:
@@ -353,9 +370,17 @@ class Allowed:
 
 
 def sweep(
-    ring: Ring, rows: Sequence[Column], count: int, ranks: Sequence[int] = ()
+    ring: Ring,
+    rows: Sequence[Column],
+    count: int,
+    ranks: Sequence[int] = (),
+    *,
+    divide: bool = False,
 ) -> tuple[Allowed, list[int]]:
-    """Meet rows one after another as long as no divisor may vanish; also return the rows left."""
+    """Meet rows one after another as long as no divisor may vanish; also return the rows left.
+
+    Those left are met as well if one may divide by what vanishes in some positions.
+    """
     # Of the displacements that could meet a row, the one with the least rank gives way
     one, zero = ring.number(1), ring.number(0)
     basis = [[zero] * count for _ in range(count)]
@@ -373,7 +398,13 @@ def sweep(
                 waiting.remove(row)
                 break
         else:
-            break
+            if not divide:
+                break
+            row = waiting.pop(0)
+            entries = [_dot(ring, rows[row], column) for column in basis]
+            met = [k for k, entry in enumerate(entries) if entry]
+            pivot = min(met, key=lambda k: (len(entries[k]), ranks[k]))
+            step = _give_way(basis, entries, met, pivot)
         if step is not None:
             basis, u, gone = step
             del ranks[gone]
@@ -381,16 +412,9 @@ def sweep(
     return Allowed(basis, pulls), waiting
 
 
-def independent_displacements(
-    ring: Ring, rows: Sequence[Column], count: int, *, cramer: bool = False
-) -> list[Column]:
+def independent_displacements(ring: Ring, rows: Sequence[Column], count: int) -> list[Column]:
     """Return a basis S of the displacements with A δq = 0, each with a part for every velocity."""
     allowed, left = sweep(ring, rows, count)
-    if left and not cramer:
-        raise DerivationError(
-            "the constraints on velocities have no independent displacements in closed form that "
-            "hold everywhere; such equations are computed, not written out"
-        )
     return _solve_by_cramer(ring, allowed.basis, [rows[k] for k in left]) if left else allowed.basis
 
 
@@ -402,8 +426,8 @@ def _solve_by_cramer(
     size = len(rows)
     if size > _MOST_ROWS or sum(len(entry) for row in entries for entry in row) > _LONGEST:
         raise DerivationError(
-            "the independent displacements of the loops are too long to be read; such equations "
-            "are computed, not written out"
+            "the independent displacements that the constraints allow are too long to be read; "
+            "such equations are computed, not written out"
         )
     choices = []
     for places in combinations(range(len(basis)), size):
@@ -411,7 +435,7 @@ def _solve_by_cramer(
         if minor:
             choices.append((len(minor), places[::-1], places, minor))
     if not choices:
-        raise DerivationError("the loops' equations depend on each other")
+        raise DerivationError("the equations of the constraints depend on each other")
     *_, held, minor = min(choices, key=lambda choice: choice[:2])
     found = []
     for free in range(len(basis)):
@@ -421,7 +445,8 @@ def _solve_by_cramer(
         shares = cramer(ring, _select(entries, held), [row[free] for row in entries])
         for k, share in zip(held, shares, strict=True):
             column = [a - share * b for a, b in zip(column, basis[k], strict=True)]
-        found.append(make_positive(divide_common([tidy(entry) for entry in column])))
+        shared = divide_waves([tidy(entry) for entry in column])
+        found.append(make_positive(divide_common(shared)))
     return found
 
 
@@ -469,13 +494,7 @@ def _satisfy(
     # Also return the displacement along which the row is 1, and which of the basis gives way
     single = next((k for k in met if is_constant(entries[k])), None)
     if single is not None:
-        pivot = entries[single]
-        rest = [
-            _subtract(column, entries[k] / pivot, basis[single]) if k in met else column
-            for k, column in enumerate(basis)
-            if k != single
-        ]
-        return rest, [entry / pivot for entry in basis[single]], single
+        return _give_way(basis, entries, met, single)
     for i, k in combinations(sorted(met), 2):
         size = tidy(entries[i] ** 2 + entries[k] ** 2)
         if not is_constant(size):
@@ -491,6 +510,19 @@ def _satisfy(
         rest[i] = [tidy(s * a - c * b) for a, b in pairs]
         return rest[:k] + rest[k + 1 :], [entry / size for entry in held], k
     return None
+
+
+def _give_way(
+    basis: list[Column], entries: list[Series], met: list[int], place: int
+) -> tuple[list[Column], Column, int]:
+    """Return displacements that satisfy a row by one of them, which is divided by its entry."""
+    pivot = entries[place]
+    rest = [
+        _subtract(column, tidy(entries[k] / pivot), basis[place]) if k in met else column
+        for k, column in enumerate(basis)
+        if k != place
+    ]
+    return rest, [tidy(entry / pivot) for entry in basis[place]], place
 
 
 def _dot(ring: Ring, row: Sequence[Series], column: Column) -> Series:

@@ -189,27 +189,17 @@ class NewtonEuler:
             )
 
     def _close(self) -> str:
-        if self.algebra.mechanism.loops:
-            return (
-                "Substituted into the balances along and about the free directions of the joints, "
-                "the reactions leave one equation for each velocity. The forces λ of the loops "
-                "remain as unknowns; the loops add as many equations, Φ = 0."
-            )
-        if self.algebra.mechanism.contacts:
-            return (
-                "Substituted into the balances along and about the free directions of the joints, "
-                "the reactions leave one equation for each velocity. The forces λ of the contacts "
-                "remain as unknowns; the conditions of rolling, Φ = 0 and ψ = 0, add as many "
-                "equations."
-            )
-        if len(self.balances.rates) == len(self.algebra.velocities):
-            return (
-                "Substituted into the balances along and about the free directions of the joints, "
-                "where these transmit nothing, the reactions leave one equation for each velocity, "
-                "without unknown forces."
-            )
-        return (
+        at = (
             "Substituted into the balances along and about the free directions of the joints, "
-            "where these transmit nothing, and into the sums for the guided coordinates, the "
-            "reactions leave one equation for each velocity, without unknown forces."
+            "{}the reactions leave one equation for each velocity{} "
         )
+        unknown = "The forces λ of the {} remain as unknowns; the {} add as many equations{}"
+        if self.algebra.mechanism.loops:
+            return at.format("", ".") + unknown.format("loops", "loops", ", Φ = 0.")
+        if self.algebra.mechanism.contacts:
+            held = "conditions of rolling, Φ = 0 and ψ = 0,"
+            return at.format("", ".") + unknown.format("contacts", held, ".")
+        idle = "where these transmit nothing, "
+        if len(self.balances.rates) != len(self.algebra.velocities):
+            idle += "and into the sums for the guided coordinates, "
+        return at.format(idle, ", without unknown forces.").rstrip()

@@ -8,7 +8,7 @@ Dynamics of Nonholonomic Systems, 1972, ch. III).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -20,14 +20,13 @@ from typing import final
 from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.writers import Equation
 from mecanique.derivation.scalars.cancel import (
-    divide_by_wave,
     divide_exactly,
     tidy,
     without_common_divisor,
 )
 from mecanique.derivation.scalars.evaluation import Substitution
 from mecanique.derivation.scalars.functions import function
-from mecanique.derivation.scalars.polynomials import exponents, power
+from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
@@ -42,6 +41,7 @@ from mecanique.derivation.symbolic.multipliers import (
     cramer,
     determinant,
     divide_common,
+    divide_waves,
     is_constant,
     make_positive,
     name_of,
@@ -125,6 +125,8 @@ class _Solving:
             self.allowed, left = sweep(ring, self.A, len(v), ranks)
             if not left or not self._turn_rows(left):
                 break
+        if left and all(tie.of_contact for tie in self.ties):
+            self.allowed, left = sweep(ring, self.A, len(v), ranks, divide=True)
         if left:
             raise DerivationError(self._explain(left))
         self.kept = self._find_kept()
@@ -441,24 +443,11 @@ def _reduce(above: Series, below: Series) -> Quotient:
     whole = divide_exactly(above, below)
     if whole is not None:
         return Quotient(whole, one)
-    above, below = divide_common(_divide_waves(above, below))
+    above, below = divide_common(divide_waves([above, below]))
     if is_constant(below):
         return Quotient(tidy(above / below), one)
     below, above = make_positive([below, above])
     return Quotient(above, below)
-
-
-def _divide_waves(above: Series, below: Series) -> list[Series]:
-    """Cancel the sines and cosines of single angles that divide both."""
-    packed = [trig >> 1 for trig in below.parts]
-    for index in sorted({index for K in packed for index, _ in exponents(K)}):
-        for wave in (2 * power(index), 2 * power(index) + 1):
-            while (less := divide_by_wave(below, wave)) is not None:
-                rest = divide_by_wave(above, wave)
-                if rest is None:
-                    break
-                above, below = rest, less
-    return [above, below]
 
 
 def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
@@ -474,15 +463,14 @@ def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
             said.append(
                 f"The constraints leave {enumerate_words([*map(coordinate_of, solved.kept)])} free."
             )
-            explicit = bool(solved.accelerations) and not any(
-                value.divided for value in solved.accelerations.values()
-            )
+            explicit = solved.accelerations and not _say_where(solved.accelerations.values())
             if not (single or explicit):
-                said.append("Without the forces of the constraints these equations remain.")
+                one = derivation.algebra.ring.number(1)
+                where = _say_where(Quotient(row, one) for row in solved.rows)
+                said.append(f"Without the forces of the constraints these equations remain{where}.")
                 lines += solved.equations
         if solved.accelerations:
-            divided = any(value.divided for value in solved.accelerations.values())
-            where = " wherever no denominator is zero" if divided else ""
+            where = _say_where(solved.accelerations.values())
             said.append(f"The accelerations are explicit{where}.")
         if solved.forces:
             by = "" if solved.accelerations else " from the accelerations"
@@ -496,6 +484,10 @@ def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
         are = "is" if len(integrals) == 1 else "are"
         said.append(f"Along any motion {letters} {are} constant.")
     return " ".join(said), [*lines, *integrals]
+
+
+def _say_where(values: Iterable[Quotient]) -> str:
+    return " wherever no denominator is zero" if any(value.divided for value in values) else ""
 
 
 def _list_integrals(stages: tuple[Stage, ...]) -> Iterator[Result]:

@@ -371,12 +371,10 @@ class VirtualWork:
     def _independent(self, slopes: Sequence[list[Series]]) -> list[list[Series]]:
         """Return the displacements that the constraints allow; none if those of loops are long."""
         algebra = self.algebra
-        loops = bool(algebra.mechanism.loops)
-        count = len(algebra.velocities)
         try:
-            return independent_displacements(algebra.ring, slopes, count, cramer=loops)
+            return independent_displacements(algebra.ring, slopes, len(algebra.velocities))
         except DerivationError:
-            if not loops:
+            if not algebra.mechanism.loops:
                 raise
             return []
 
