@@ -206,3 +206,26 @@ def test_every_kind_of_loop_is_cut_open(kind: str) -> None:
         assert all(isinstance(result, Result) for result in balances)
         sides.append([np.broadcast_to(evaluated(row), (3,)) for row in rows])
     np.testing.assert_allclose(sides[0], sides[1], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "free", "line"),
+    [
+        ("governor", 2, "δs = 2 l s sin(theta1) sin(theta2) δπ2"),
+        ("snakeboard", 1, "δtheta = 2 sin(phi) δπ1"),
+        ("two_wheeled_cart", 3, "δleft = 4 b cos(roll) δπ2"),
+    ],
+)
+def test_rows_without_a_constant_entry_are_met_by_cramers_rule(
+    name: str, free: int, line: str
+) -> None:
+    """Redundant ones follow; what all parts of a displacement share is divided out."""
+    equations = derive_system(name, "virtual_work")
+    derivation = equations.derivation
+    assert len(derivation.quasi) == free
+    for displacement in derivation.quasi:
+        for tie in derivation.ties:
+            slopes = tie.slopes(derivation.algebra.ring)
+            assert along_displacement(displacement, slopes).vanishes()
+    assert line in map(str.strip, equations.text(steps=True).splitlines())
+    assert "give the same equations of motion" in agreement(textbook.load(name))

@@ -149,12 +149,12 @@ def is_constant(entry: Series) -> bool:
     )
 
 
-def divide_common(column: Sequence[Series]) -> list[Series]:
-    """Divide series by the number and the parameters that all of them share."""
+def divide_common(column: Sequence[Series], *kinds: Kind) -> list[Series]:
+    """Divide series by the number and the letters, parameters by default, that all contain."""
     whole = [polynomial for entry in column for polynomial in _list_polynomials(entry)]
     if not whole:
         return list(column)
-    shared = monomial_series(whole[0].ring, common_monomial(whole, {Kind.PARAMETER}))
+    shared = monomial_series(whole[0].ring, common_monomial(whole, {*kinds} or {Kind.PARAMETER}))
     divisor = shared * common_number(whole)
     return [entry / divisor for entry in column]
 
@@ -422,21 +422,22 @@ def _solve_by_cramer(
     ring: Ring, basis: list[Column], rows: Sequence[Sequence[Series]]
 ) -> list[Column]:
     """Return displacements that satisfy rows without constant entries, by Cramer's rule."""
-    entries = [[*map(partial(_dot, ring, row), basis)] for row in rows]
+    whole = [[*map(partial(_dot, ring, row), basis)] for row in rows]
     size = len(rows)
-    if size > _MOST_ROWS or sum(len(entry) for row in entries for entry in row) > _LONGEST:
+    if size > _MOST_ROWS or sum(len(entry) for row in whole for entry in row) > _LONGEST:
         raise DerivationError(
             "the independent displacements that the constraints allow are too long to be read; "
             "such equations are computed, not written out"
         )
-    choices = []
-    for places in combinations(range(len(basis)), size):
-        minor = determinant(ring, _select(entries, places))
-        if minor:
-            choices.append((len(minor), places[::-1], places, minor))
-    if not choices:
-        raise DerivationError("the equations of the constraints depend on each other")
-    *_, held, minor = min(choices, key=lambda choice: choice[:2])
+    # rows without a minor of their size follow from others, as those of two wheels on one axle
+    choices = list[tuple[int, tuple[int, ...], tuple[int, ...], list[list[Series]], Series]]()
+    while not choices:
+        for entries in map(list, combinations(whole, size)):
+            for places in combinations(range(len(basis)), size):
+                if minor := determinant(ring, _select(entries, places)):
+                    choices.append((len(minor), places[::-1], places, entries, minor))
+        size -= 1
+    *_, held, entries, minor = min(choices, key=lambda choice: choice[:2])
     found = []
     for free in range(len(basis)):
         if free in held:
@@ -446,7 +447,7 @@ def _solve_by_cramer(
         for k, share in zip(held, shares, strict=True):
             column = [a - share * b for a, b in zip(column, basis[k], strict=True)]
         shared = divide_waves([tidy(entry) for entry in column])
-        found.append(make_positive(divide_common(shared)))
+        found.append(make_positive(divide_common(shared, Kind.PARAMETER, Kind.COORDINATE)))
     return found
 
 
