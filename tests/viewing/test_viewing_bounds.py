@@ -16,7 +16,7 @@ from viewing_engines import engine_of, needs_node, run
 import mecanique as mq
 from mecanique.motion.motion import Motion
 from mecanique.textbook import entry, load
-from mecanique.viewing.live.view import begin
+from mecanique.viewing.live.view import Computed
 from mecanique.viewing.show import scene
 
 Q, SPEED = sympy.Symbol("q"), sympy.Symbol("q'")
@@ -161,13 +161,10 @@ def test_a_hand_keeps_to_the_limits_and_no_cord_pushes_unseen(show: Callable[...
 
 
 def test_a_live_view_leaves_the_end_to_its_page() -> None:
-    computing = begin(load("atwood_machine"), None, None, np.inf, 1e-10, 1.0)
-    assert computing is not None
-    engine = computing.scene.engine
+    engine = Computed(load("atwood_machine"), None, None, np.inf, 1e-10, 1.0).scene.engine
     assert engine is not None
     assert engine.endless
     assert [bound.direction for bound in engine.bounds] == [-1, -1]
-    computing.close()
 
 
 def test_what_ends_by_a_function_is_recorded() -> None:

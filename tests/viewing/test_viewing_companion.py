@@ -37,11 +37,7 @@ def brick(path: Path, duration: float = 0.5, planar: bool = False) -> Scene:
 
 
 def at(path: Path, t: float) -> SceneFrame:
-    scene = brick(lambda _: path(t), 0.0)
-    frame = scene.frame(0)
-    return SceneFrame(
-        t, frame.positions, frame.quaternions, frame.arrows, frame.lines, frame.traces, frame.series
-    )
+    return SceneFrame(t, brick(lambda _: path(t), 0.0).frame(0).row)
 
 
 def frames(path: Path, start: float, end: float) -> Iterator[SceneFrame]:

@@ -12,7 +12,7 @@ from viewing_browser import Visit
 import mecanique as mq
 from mecanique.motion.motion import Motion
 from mecanique.textbook import entry, load
-from mecanique.viewing.live.view import Stretches, begin
+from mecanique.viewing.live.view import Computed, follow
 from mecanique.viewing.scene.inspection import inspection_of
 from mecanique.viewing.scene.scene import ModeStrip
 from mecanique.viewing.show import scene
@@ -99,9 +99,12 @@ def test_what_switches_is_drawn_and_inspected_like_any_mechanism() -> None:
 
 def test_a_live_view_streams_what_its_page_cannot_compute() -> None:
     mechanism = load("dry_oscillator")
-    assert begin(mechanism, None, None, np.inf, 1e-10, 1.0) is None
+    with pytest.raises(mq.DerivationError, match="which mode follows"):
+        Computed(mechanism, None, None, np.inf, 1e-10, 1.0)
     first = move("dry_oscillator", 0.2)
-    last = list(Stretches(first, 2.0))[-1]
+    with pytest.raises(mq.DerivationError, match="which mode follows"):
+        Computed(first, None, None, np.inf, 1e-10, 1.0)
+    last = list(follow(first, 2.0, lambda: 1.0))[-1]
     (x,) = [curve for curve in last.series if curve.name == "x"]
     assert x.values[-1] == pytest.approx(-0.0019, abs=1e-4)
 

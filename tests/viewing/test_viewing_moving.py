@@ -29,15 +29,15 @@ import mecanique as mq
 from mecanique.verification import compare as sources
 from mecanique.viewing.live import view as view_module
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.live.view import Checking, LiveMotion
+from mecanique.viewing.live.view import Checking, Streamed
 
 IN_HOUSE = sources.derive_all
 
 
 @contextmanager
-def shown(source: LiveMotion, speed: float = 1.0, patient: bool = False) -> Iterator[LiveView]:
+def shown(source: Streamed, speed: float = 1.0, patient: bool = False) -> Iterator[LiveView]:
     """A view that streams in a thread, as `mecanique.viewing` does in the main one."""
-    with LiveView(source.presenter.scene) as live:
+    with LiveView(source.scene) as live:
 
         def stream() -> None:
             if patient:
@@ -48,12 +48,12 @@ def shown(source: LiveMotion, speed: float = 1.0, patient: bool = False) -> Iter
         streaming.start()
         yield live
     streaming.join(60)
-    source.presenter.close()
+    source.close()
     assert not streaming.is_alive()
 
 
-def pendulum(q: float = 2.0, end: float = math.inf, **parameters: float) -> LiveMotion:
-    return LiveMotion(
+def pendulum(q: float = 2.0, end: float = math.inf, **parameters: float) -> Streamed:
+    return Streamed(
         mq.textbook.load("rigid_bar_pendulum", **parameters), {"q": q}, None, end, 1e-10
     )
 
@@ -197,7 +197,7 @@ def test_a_reset_starts_again_without_loading_the_page_anew() -> None:
 def test_slow_motion_is_as_smooth_and_what_takes_long_comes_piece_by_piece(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    slow = LiveMotion(
+    slow = Streamed(
         mq.textbook.load("rigid_bar_pendulum"), {"q": 2.0}, None, math.inf, 1e-10, speed=0.05
     )
     with shown(slow, speed=0.05, patient=True) as live, Watcher(live.url) as seen:
@@ -209,7 +209,7 @@ def test_slow_motion_is_as_smooth_and_what_takes_long_comes_piece_by_piece(
         assert angle(frame.row) == pytest.approx(swung(frame.t, 2.0), abs=1e-5)
     monkeypatch.setattr(view_module, "PATIENCE", 0.0)
     impatient = pendulum()
-    assert impatient.presenter.scene.t[-1] < 0.3
+    assert impatient.scene.t[-1] < 0.3
     with shown(impatient) as live, Watcher(live.url) as seen:
         frame = seen.reach(0.6, 60.0)
         assert angle(frame.row) == pytest.approx(swung(frame.t, 2.0), abs=1e-5)
@@ -297,7 +297,7 @@ def test_what_goes_wrong_is_told_in_words_and_the_server_stays() -> None:
         return 0.0
 
     with (
-        shown(LiveMotion(pushed(signal_of), None, None, math.inf, 1e-8), speed=4.0) as live,
+        shown(Streamed(pushed(signal_of), None, None, math.inf, 1e-8), speed=4.0) as live,
         Watcher(live.url) as seen,
     ):
         seen.until(lambda watcher: bool(watcher.notes.get("warning")))
@@ -316,7 +316,7 @@ def test_what_goes_wrong_is_told_in_words_and_the_server_stays() -> None:
 
 def test_a_value_that_makes_no_motion_is_told_and_the_next_one_moves_again() -> None:
     motion = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q={"q": 1.0}, duration=1.0)
-    for source in (pendulum(1.0), LiveMotion(motion)):
+    for source in (pendulum(1.0), Streamed(motion)):
         with shown(source) as live, Watcher(live.url) as seen:
             seen.reach(0.1)
             seen.ask(do="parameter", name="m", value=-1.0)
@@ -342,7 +342,7 @@ def pushed(force: Callable[[float], float]) -> mq.Mechanism:
 
 
 def test_a_force_that_acts_late_gets_its_arrow(visit: Callable[..., Visit]) -> None:
-    source = LiveMotion(pushed(lambda t: 0.0 if t < 2.5 else 8.0), None, {"x": 0.1}, math.inf, 1e-8)
+    source = Streamed(pushed(lambda t: 0.0 if t < 2.5 else 8.0), None, {"x": 0.1}, math.inf, 1e-8)
     with shown(source, patient=True) as live:
         seen = visit(live.url)
         names = "() => window.mecanique?.scene.arrows.map(arrow => arrow.name) ?? []"
@@ -369,7 +369,7 @@ def asked(seen: Visit, expression: str) -> Any:
 
 def test_equations_and_verdict_arrive_while_it_moves(visit: Callable[..., Visit]) -> None:
     source = pendulum()
-    first = source.presenter.scene.document
+    first = source.scene.document
     assert (first.verdict.agrees, first.verdict.headline) == (None, "checking …")
     with shown(source) as live:
         seen = visit(live.url)
@@ -393,7 +393,7 @@ def test_a_disagreement_is_told_loudly(
     monkeypatch.setattr(
         sources, "derive_all", lambda mechanism: IN_HOUSE(mq.textbook.load("cart_pole", m=1.5))
     )
-    source = LiveMotion(mq.textbook.load("cart_pole"), {"q": 1.0}, None, math.inf, 1e-8)
+    source = Streamed(mq.textbook.load("cart_pole"), {"q": 1.0}, None, math.inf, 1e-8)
     with shown(source) as live:
         seen = visit(live.url)
         seen.page.wait_for_selector(".badge.bad")
@@ -405,7 +405,7 @@ def test_a_disagreement_is_told_loudly(
         until(lambda: bool(seen.js("mecanique.clock.time") > moved))
         # a scene that takes its place keeps it, though it was made before the verdict came
         before = seen.js("mecanique.scene.live.id")
-        live.show(source.presenter.scene, keep=True)
+        live.show(source.scene, keep=True)
         until(lambda: asked(seen, "window.mecanique?.scene.live.id") not in (None, before))
         seen.page.wait_for_selector("#alarm:not([hidden])")
         assert seen.page.inner_text(".badge") == "✗ disagrees"
@@ -448,7 +448,6 @@ def test_nothing_piles_up_however_fast_it_runs() -> None:
         numbers, late = len(seen.times), live._server._number
     assert 0 < deepest <= 2
     assert numbers < late, "a page that is slow misses frames"
-    assert len(live._server.window.commands()) == 0
     assert threading.active_count() <= before + 1
 
 

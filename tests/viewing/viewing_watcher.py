@@ -133,13 +133,11 @@ class Watcher:
                 else:
                     self.states.append(told)
                 continue
-            kind, number, count = struct.unpack_from("<III", message)
-            if kind == 1:
-                (t,) = struct.unpack_from("<d", message, 16)
-                numbers = np.frombuffer(message, "<f4", offset=24)
-                row, passed = np.split(numbers, [len(numbers) - count])
-                self.frames.append(Frame(t, time.monotonic(), row, passed))
-                if self._pause:
-                    await asyncio.sleep(self._pause)
-                with suppress(WebSocketClosedError):  # it left while this frame was shown
-                    await link.write_message(json.dumps({"do": "ack", "value": number}))
+            number, count, t = struct.unpack_from("<IId", message)
+            numbers = np.frombuffer(message, "<f4", offset=16)
+            row, passed = np.split(numbers, [len(numbers) - count])
+            self.frames.append(Frame(t, time.monotonic(), row, passed))
+            if self._pause:
+                await asyncio.sleep(self._pause)
+            with suppress(WebSocketClosedError):  # it left while this frame was shown
+                await link.write_message(json.dumps({"do": "ack", "value": number}))

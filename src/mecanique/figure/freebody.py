@@ -236,7 +236,7 @@ def _plane_of(setting: Setting, action: Action) -> list[_Axis]:
     mechanism = setting.mechanism
     for contact in mechanism.contacts:
         if contact.name == action.name and isinstance(contact, PressingContact):
-            frame = setting.poses[setting.index(contact.on)] @ mechanism.matrix(contact.plane)
+            frame = setting.frame(contact.on, contact.plane)
             ways = zip(("x", "y", "normal"), frame[:3, :3].T, strict=True)
             axes = [_Axis(letter, way) for letter, way in ways] if not contact.curved else []
             return [axis for axis in axes if abs(axis.along @ setting.camera.toward) < NEGLIGIBLE]

@@ -210,8 +210,7 @@ def _planes(setting: Setting) -> Iterator[Mark]:
     for contact in (*mechanism.contacts, *setting.switching):
         if not isinstance(contact, PressingContact | Contact):
             continue
-        on = setting.poses[setting.index(contact.on)]
-        plane = on @ mechanism.matrix(contact.plane)
+        plane = setting.frame(contact.on, contact.plane)
         normal, at = camera.at(plane[:3, 2]) / camera.scale, camera.at(plane[:3, 3])
         known = any(abs(n @ normal) > 0.999 and abs((at - o) @ n) < 1.0 for o, n in lines)
         if is_zero(contact.bowl) and math.hypot(*normal) > 0.99 and not known:

@@ -21,6 +21,7 @@ from mecanique.model.forces import Spring
 from mecanique.model.joints import Joint, Prismatic
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
+from mecanique.model.placement import Placement
 from mecanique.reference import Reference
 
 WIDTH, HEIGHT = 400.0, 300.0
@@ -76,6 +77,11 @@ class Setting:
         """Return the axis of a joint in the world, shape (3,)."""
         axis: Floats = self.poses[self.index(joint.child), :3, :3] @ np.array(joint.axis)
         return axis
+
+    def frame(self, body: str, place: Placement) -> Floats:
+        """Return a frame of a body in the world, as that of a plane it carries, shape (4, 4)."""
+        frame: Floats = self.poses[self.index(body)] @ self.mechanism.matrix(place)
+        return frame
 
     def has_teeth(self, body: str) -> bool:
         """Return whether a body is drawn with teeth."""
@@ -136,54 +142,37 @@ def setting(
     points_at_eye = [abs(float(s.pose[:3, 2] @ axes[2])) > POINTED for s in drawn if s.form == CONE]
     if axes is ISOMETRIC and any(points_at_eye):
         axes = ACROSS
-    ground = [body.name for body in mechanism.bodies].index(mechanism.ground)
-    spots = [np.delete(poses, ground, axis=0)[:, :3, 3], *(solid.corners for solid in drawn)]
-    spots += (
-        [(poses[ground, :3, 3])[None]]
-        if any(j.parent == mechanism.ground for j in mechanism.joints)
-        else []
-    )
-    spots += [
-        _ends(mechanism, poses, force) for force in mechanism.forces if isinstance(force, LineLoad)
-    ]
-    spots += [*_list_feet(mechanism, poses, switching)]
-    seen = (np.concatenate(spots) if any(map(len, spots)) else np.zeros((1, 3))) @ axes[:2].T
+    seen = Setting(mechanism, reference, q, v, t, poses, Camera(axes, 1.0), drawn, switching)
     room = {"ball": 14.0, "rod": 0.0}
     sizes = [solid.size * room.get(solid.kind, 2.6) for solid in drawn]
     least = max(sizes, default=0.0) or 1e-3
-    wide, high = (max(float(extent), least) for extent in np.ptp(seen, axis=0))
-    scale = min(extent[0] / wide, extent[1] / high)
-    return Setting(
-        mechanism=mechanism,
-        reference=reference,
-        q=q,
-        v=v,
-        t=t,
-        poses=poses,
-        camera=Camera(axes, scale),
-        solids=drawn,
-        switching=switching,
-    )
+    paper = seen.camera.at(np.concatenate([*_spots(seen)] or [np.zeros((1, 3))]))
+    wide, high = (max(float(length), least) for length in np.ptp(paper, axis=0))
+    return replace(seen, camera=Camera(axes, min(extent[0] / wide, extent[1] / high)))
 
 
-def _list_feet(
-    mechanism: Mechanism, poses: Floats, switching: tuple[Switching, ...]
-) -> Iterator[Floats]:
-    """Yield where bodies would touch planes, and the circles on which turning slides stop."""
-    at = {body.name: k for k, body in enumerate(mechanism.bodies)}
-    for element in switching:
+def _spots(seen: Setting) -> Iterator[Floats]:
+    """Yield the places that a figure holds: of bodies, of what acts on them, of what they touch."""
+    mechanism = seen.mechanism
+    yield from (solid.corners for solid in seen.solids)
+    grounded = any(joint.parent == mechanism.ground for joint in mechanism.joints)
+    for body in mechanism.bodies:
+        if body.name != mechanism.ground or grounded:
+            yield seen.point(body.name)[None]
+    for force in mechanism.forces:
+        if isinstance(force, LineLoad):
+            yield from (seen.point(end.body, end.point)[None] for end in force.ends)
+    for element in seen.switching:
         if isinstance(element, Contact) and is_zero(element.bowl):
-            body, on = poses[at[element.body]], poses[at[element.on]]
-            plane = on @ mechanism.matrix(element.plane)
-            center = (body @ [*mechanism.evaluate_all(element.center), 1.0])[:3]
+            center = seen.point(element.body, element.center)
+            plane = seen.frame(element.on, element.plane)
             normal = plane[:3, 2]
             yield (center - (center - plane[:3, 3]) @ normal * normal)[None]
         elif isinstance(element, Stop):
             joint = mechanism.joint(element.joint)
             if isinstance(joint, Prismatic) and joint.parent != mechanism.ground:
-                seat = poses[at[joint.parent]] @ [*mechanism.evaluate_all(joint.origin.xyz), 1.0]
-                radius = mechanism.evaluate(element.at)
-                yield seat[:3] + radius * np.concatenate([np.eye(3), -np.eye(3)])
+                radius = mechanism.evaluate(element.at)  # of the circle on which it stops
+                yield seen.seat(joint) + radius * np.concatenate([np.eye(3), -np.eye(3)])
 
 
 def _trim_plates(
@@ -225,16 +214,6 @@ def _trim_plates(
             corners=center + (low + corners * (high - low)) @ axes.T,
             pose=pose,
         )
-
-
-def _ends(mechanism: Mechanism, poses: Floats, link: LineLoad) -> Floats:
-    """Both ends of a spring or damper in the world, shape (2, 3)."""
-    names = [body.name for body in mechanism.bodies]
-    points = []
-    for end in link.ends:
-        pose, point = poses[names.index(end.body)], mechanism.evaluate_all(end.point)
-        points.append(pose[:3, 3] + pose[:3, :3] @ np.array(point))
-    return np.array(points)
 
 
 def is_zero(scalar: Scalar) -> bool:
@@ -297,8 +276,6 @@ def _usual_start(mechanism: Mechanism) -> Mapping[str, float]:
 
 def _crushes(mechanism: Mechanism, q: NDArray[np.float64]) -> bool:
     """Whether a spring between two points is shorter than half its free length."""
-    from mecanique.reference import Reference
-
     reference = Reference.of(mechanism)
     for force in mechanism.forces:
         if isinstance(force, Spring):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, unit
-from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
+from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual, measure
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of
 
@@ -120,15 +120,17 @@ def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Outline]:
         for shape in body.shapes:
             point = all(isinstance(entry, (int, float)) and entry == 0 for entry in shape.inertia)
             for visual in shape.visuals:
-                for solid in _solid(mechanism, body.name, pose, visual):
-                    solid = replace(solid, form=shape.form)
-                    teeth = _find_teeth(mechanism, solid, toothed)
-                    yield replace(
-                        solid,
-                        point=point and solid.kind == "ball",
-                        contour=None if teeth is None else _outline(mechanism, teeth, pose),
-                        hollow=isinstance(teeth, WheelTeeth) and teeth.internal,
-                    )
+                solid = _solid(mechanism, body.name, pose, visual)
+                if solid is None:
+                    continue
+                teeth = _find_teeth(mechanism, solid, toothed)
+                yield replace(
+                    solid,
+                    form=shape.form,
+                    point=point and solid.kind == "ball",
+                    contour=None if teeth is None else _outline(mechanism, teeth, pose),
+                    hollow=isinstance(teeth, WheelTeeth) and teeth.internal,
+                )
 
 
 def _find_teeth(
@@ -155,58 +157,40 @@ def _outline(mechanism: Mechanism, teeth: Toothed, pose: Floats) -> Floats:
     return np.asarray(local @ pose[:3, :3].T + pose[:3, 3])
 
 
-def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Iterator[Outline]:
+def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Outline | None:
+    """The outline of a primitive; none of a surface in a file."""
+    kind, measures = measure(visual.geometry)
+    if isinstance(visual.geometry, Mesh):
+        return None
     at = pose @ mechanism.matrix(visual.placement)
-    center, z = at[:3, 3], at[:3, 2]
-    clear = visual.rgba is not None and visual.rgba[3] < 1
-    match visual.geometry:
-        case Box(edges) as shape:
-            half = np.array(mechanism.evaluate_all(edges)) / 2
+    center, axes = at[:3, 3], at[:3, :3]
+    sizes = mechanism.evaluate_all(measures)
+    match kind:
+        case "box":
+            half = np.array(sizes) / 2
             signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
-            corners = center + (signs * half) @ at[:3, :3].T
+            corners = center + (signs * half) @ axes.T
             far = int(np.argmax(half))
-            arm = half[far] * at[:3, far]
-            yield Outline(
-                body=body,
-                kind="box",
-                ends=np.array([center - arm, center + arm]),
-                size=float(np.linalg.norm(half)),
-                corners=corners,
-                pose=at,
-                geometry=shape,
-                clear=clear,
-            )
-        case Cylinder(radius, length) as shape:
-            r, l2 = mechanism.evaluate(radius), mechanism.evaluate(length) / 2
+            arm, size = half[far] * axes[:, far], float(np.linalg.norm(half))
+        case "cylinder":
+            size, arm = sizes[0], sizes[1] / 2 * axes[:, 2]
             turn = np.linspace(0, 2 * math.pi, 48, endpoint=False)
-            ring = r * (np.cos(turn)[:, None] * at[:3, 0] + np.sin(turn)[:, None] * at[:3, 1])
-            corners = np.concatenate([center - l2 * z + ring, center + l2 * z + ring])
-            kind = "rod" if 2 * l2 > SLENDER * r else "cylinder"
-            yield Outline(
-                body=body,
-                kind=kind,
-                ends=np.array([center - l2 * z, center + l2 * z]),
-                size=r,
-                corners=corners,
-                pose=at,
-                geometry=shape,
-                clear=clear,
-            )
-        case Sphere(radius) as shape:
-            r = mechanism.evaluate(radius)
-            corners = center + r * np.concatenate([np.eye(3), -np.eye(3)])
-            yield Outline(
-                body=body,
-                kind="ball",
-                ends=np.array([center, center]),
-                size=r,
-                corners=corners,
-                pose=at,
-                geometry=shape,
-                clear=clear,
-            )
+            ring = size * (np.cos(turn)[:, None] * axes[:, 0] + np.sin(turn)[:, None] * axes[:, 1])
+            corners = np.concatenate([center - arm + ring, center + arm + ring])
         case _:
-            pass
+            size, arm = sizes[0], np.zeros(3)
+            corners = center + size * np.concatenate([np.eye(3), -np.eye(3)])
+    rod = kind == "cylinder" and sizes[1] > SLENDER * size
+    return Outline(
+        body=body,
+        kind="rod" if rod else {"sphere": "ball"}.get(kind, kind),
+        ends=np.array([center - arm, center + arm]),
+        size=size,
+        corners=corners,
+        pose=at,
+        geometry=visual.geometry,
+        clear=visual.rgba is not None and visual.rgba[3] < 1,
+    )
 
 
 def outline(solid: Outline, camera: Camera) -> Iterator[Mark]:

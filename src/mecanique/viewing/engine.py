@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import floor, isfinite, log10
@@ -25,10 +26,11 @@ from mecanique.generation.mechanics.dynamics import TapeDynamics, dynamics_of
 from mecanique.generation.mechanics.free_body_forces import FreeBodyForces
 from mecanique.generation.program import Answer, Program, ProgramInput
 from mecanique.generation.quantities import QUANTITIES, Output
-from mecanique.generation.targets.javascript import JavaScript, functions
+from mecanique.generation.targets.javascript import JavaScript
+from mecanique.generation.targets.javascript import functions as write_functions
 from mecanique.generation.targets.python import Python
 from mecanique.generation.verdict import CodeVerdict, cases_of, judge
-from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
+from mecanique.model.bodies.visuals import Mesh, Visual, measure
 from mecanique.model.constraint_base import PressingContact
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.expression import evaluate as evaluate_scalar
@@ -232,210 +234,57 @@ WORK = "work done"
 """Name on the tape of the work that has been done, which comes after the state."""
 
 
-@final
-class SceneColumns:
-    """The columns of a scene's table; those that are not known are None."""
-
-    def __init__(self, dynamics: TapeDynamics) -> None:
-        self._dynamics = dynamics
-        self._letters = dynamics.letters
-        self._mechanism = dynamics.letters.mechanism
-        self._work = self._letters.tape.input(WORK)
-        self._actions = FreeBodyForces(dynamics)
-        self.shown = [a for a in self._actions.all() if a.body != self._mechanism.ground]
-        """The forces on the moving bodies."""
-
-    @property
-    def rates(self) -> list[Any]:
-        """Rates of the state and of the work of everything that has no potential."""
-        # that work changes the energy along the motion: ∂E/∂q q' + ∂E/∂v a + ∂E/∂t
-        letters, dynamics = self._letters, self._dynamics
-        return [*letters.rates, *dynamics.acceleration, self._power()]
-
-    def row(self, scene: Scene) -> list[Any]:
-        """Return the columns, in the order of the table; a rotation matrix for each quaternion."""
-        columns: list[Any] = []
-        for body in scene.bodies:
-            pose = self._dynamics.tree.recursion.pose(body.name)
-            columns += [row[3] for row in pose]
-            columns += [entry for row in pose for entry in row[:3]]
-        arrows = {name: (action, unit) for name, action, unit in name_arrows(self.shown)}
-        for arrow in scene.arrows:
-            action, unit = arrows.get(arrow.name, (None, ""))
-            if action is None:
-                columns += [None] * 6
-            else:
-                columns += [*action.origin, *(action.force if unit == "N" else action.moment)]
-        columns += self._points(scene)
-        known = self.reactions() | self._actions.guide_sizes
-        columns += [known.get(curve.name, self._series(curve.name)) for curve in scene.series]
-        columns += self._ledger(scene)
-        return columns
-
-    def reactions(self) -> dict[str, Any]:
-        """Return the components of the joints' reactions, by the name of their series."""
-        children = {joint.name: joint.child for joint in self._mechanism.joints}
-        components: dict[str, Any] = {}
-        for action in self.shown:
-            if action.kind == "reaction" and children.get(action.name) == action.body:
-                for sign, vector in (("R", action.force), ("M", action.moment)):
-                    for axis, component in zip("xyz", vector, strict=True):
-                        components[f"{action.name} {sign}{axis}"] = component
-        return components
-
-    def closure(self) -> list[Any]:
-        """Return residual, its rate and Jacobian of the loops as one list; empty for a tree."""
-        if not self._mechanism.constrained:
-            return []
-        loops = self._dynamics.loops
-        return [*loops.residual, *loops.rate, *(entry for row in loops.jacobian for entry in row)]
-
-    def margins(self) -> dict[str, tuple[Any, Any, Any]]:
-        """Return what contacts and cords have left, by what would happen without it."""
-        return dict(margins_of(self._dynamics, self._actions))
-
-    def shape(self, visual: Visual) -> list[Any]:
-        """Return a shape's size, then its place row by row."""
-        number = self._number
-        place: Placement = visual.placement
-        rows = zip(place.rotation, place.xyz, strict=True)
-        pose = [number(entry) for row, offset in rows for entry in (*row, offset)]
-        return [*map(number, sizes_of(visual)), *pose]
-
-    def _power(self) -> Any:
-        mechanism, letters, tape = self._mechanism, self._letters, self._letters.tape
-        stored = stored_in_loads(mechanism)
-        free = all(force.conservative or force.name in stored for force in mechanism.forces)
-        if free and not is_rheonomic(mechanism):
-            return 0.0
-        energy = sum(self._energy(), 0.0)
-        along = {q.place: value_of(r) for q, r in zip(letters.q, letters.rates, strict=True)}
-        a = self._dynamics.acceleration
-        along |= {v.place: value_of(x) for v, x in zip(letters.v, a, strict=True)}
-        along[letters.t.place] = 1.0
-        return trace(tape, push_forward(tape, [value_of(energy)], along)[0])
-
-    def _energy(self) -> tuple[Any, Any]:
-        letters = self._letters
-        T, V = (trace(letters.tape, x) for x in self._dynamics.answer("energy"))
-        known = {name: value_of(scalar) for name, scalar in letters.values.items()}
-        for series in stored_in_loads(self._mechanism).values():
-            V = V + trace(letters.tape, Lowering(series.ring, letters.tape, known)(series))
-        return T, V
-
-    def _points(self, scene: Scene) -> Iterator[Any]:
-        spans = {span.name: span for span in spans_of(self._mechanism)}
-        tensions = {name for element in self._mechanism.elements for name in element.tensions}
-        touches = iter(action.origin for action in self._actions.guiding if action.name in tensions)
-        for line in scene.lines:
-            if line.name.startswith("stretch "):
-                yield from (*next(touches), *next(touches))
-            elif line.name in spans:
-                for end in spans[line.name].ends:
-                    yield from self._locate(end)
-            else:
-                yield from [None] * 6
-        tips = {f"path of {tip.body}": tip for tip in tips_of(self._mechanism)}
-        for path in scene.traces:
-            yield from self._locate(tips[path.name])
-
-    def _series(self, name: str) -> Any:
-        letters, mechanism = self._letters, self._mechanism
-        T, V = self._energy()
-        known = dict(
-            zip((f"{v}'" for v in mechanism.velocities), self._dynamics.acceleration, strict=True)
-        )
-        known |= dict(zip(mechanism.velocities, letters.v, strict=True))
-        known |= dict(zip(mechanism.coordinates, letters.q, strict=True))
-        work = trace(letters.tape, self._work)
-        energies = {"kinetic": T, "potential": V, "total": T + V, "work": work}
-        return known.get(name, energies.get(name.removeprefix("energy ")))
-
-    def _ledger(self, scene: Scene) -> Iterator[Any]:
-        groups = dict(group_work(self._mechanism, self.shown))
-        for row in scene.document.ledger.rows:
-            if row.name in groups:
-                parts = [self._actions.work(action) for action in groups[row.name]]
-                yield from (sum(column, 0.0) for column in zip(*parts, strict=True))
-            else:
-                yield from [None] * self._mechanism.nv
-
-    def _locate(self, spot: Spot) -> list[Any]:
-        pose = self._dynamics.tree.recursion.pose(spot.body)
-        return times_point(pose, [self._number(c) for c in spot.point])
-
-    def _number(self, scalar: Any) -> Any:
-        return self._letters.arithmetic(scalar, self._dynamics.tree.recursion.chart.r)
-
-
-def sizes_of(visual: Visual) -> tuple[Scalar, ...]:
-    """Return what a shape is drawn with: edges, radius and length, or radius; none of a mesh."""
-    match visual.geometry:
-        case Box(size):
-            return tuple(size)
-        case Cylinder(radius, length):
-            return radius, length
-        case Sphere(radius):
-            return (radius,)
-    return ()
-
-
 TOLERANCE = 1e-7
 """Largest difference, relative to the largest number of its kind, that counts as agreement."""
 
 
+_OF_MOTION = {"body": "pose", "line": "points", "trace": "points", "coordinate": "series of motion"}
+"""What the program must give as the motion does."""
+
+_MEASURED_AS = {"body": "place", "line": "place", "trace": "place", "coordinate": "series"}
+"""Kinds of columns whose numbers are compared by a common size."""
+
+
 def find_unknown(
-    scene: Scene, numbers: Floats, chosen: np.ndarray, missing: Sequence[bool]
+    scene: Scene, rows: Sequence[Sequence[Any]], numbers: Floats, chosen: np.ndarray
 ) -> tuple[int, ...]:
-    """Return the columns of the scene's table that the program does not give."""
+    """Return the columns of the scene's table that the program does not give.
+
+    `rows` is what the program gives of each of its columns, None for what it does not know, and
+    `numbers` the same in numbers at the chosen instants, side by side.
+    """
     unknown: list[int] = []
     at, column = 0, 0
-    for what, group, scale in _groups(scene):
-        width = group.shape[1]
-        ours = numbers[:, at : at + width]
-        pose = what.startswith("turn of ")
-        if any(missing[at : at + width]):
-            unknown += range(column, column + width)
-        else:
-            difference = float(np.abs(ours - group[chosen]).max(initial=0.0))
-            if not difference <= TOLERANCE * scale:
-                if what.startswith(("pose of ", "turn of ", "series of motion", "points of ")):
-                    raise DerivationError(
-                        f"the program gives another {what} than the motion, by {difference:.1e}"
-                    )
-                unknown += range(column, column + width)
-        at += width
-        column += 4 if pose else width
+    for part, row, size in zip(scene.columns, rows, _sizes(scene), strict=True):
+        ours, known, scale = numbers[:, at : at + len(row)], part.values[chosen], np.array(size)
+        if part.kind == "body":
+            turns = to_matrices(known[:, 3:]).reshape(-1, 9)
+            known, scale = np.hstack([known[:, :3], turns]), np.repeat([size, 1.0], [3, 9])
+        differences = np.abs(ours - known).max(axis=0, initial=0.0)
+        missing = any(scalar is None for scalar in row)
+        if missing or not np.all(differences <= TOLERANCE * scale):
+            if part.kind in _OF_MOTION and not missing:
+                raise DerivationError(
+                    f"the program gives another {_OF_MOTION[part.kind]} of {part.name} than the "
+                    f"motion, by {float(np.max(differences)):.1e}"
+                )
+            unknown += range(column, column + part.values.shape[1])
+        at += len(row)
+        column += part.values.shape[1]
     return tuple(unknown)
 
 
-def _groups(scene: Scene) -> Iterator[tuple[str, Floats, float]]:
-    """Columns that belong together, and how large such numbers are."""
-    n = len(scene.t)
-    points = [scene.positions, *(line.points for line in scene.lines)]
-    points += [trace.points for trace in scene.traces]
-    extent = max(1e-9, *(float(np.abs(point).max(initial=0.0)) for point in points))
-    for k, body in enumerate(scene.bodies):
-        turn = to_matrices(scene.quaternions[:, k]).reshape(n, 9)
-        yield f"pose of {body.name}", scene.positions[:, k], extent
-        yield f"turn of {body.name}", turn, 1.0
-    force = max((float(np.abs(a.vector).max()) for a in scene.arrows), default=0.0)
-    for arrow in scene.arrows:
-        yield f"arrow {arrow.name}", np.hstack([arrow.origin, arrow.vector]), max(force, extent)
-    for line in scene.lines:
-        yield f"points of {line.name}", line.points.reshape(n, 6), extent
-    for path in scene.traces:
-        yield f"points of {path.name}", path.points, extent
-    sizes: dict[str, float] = {}
-    for curve in scene.series:
-        size = float(np.abs(curve.values).max())
-        sizes[curve.unit] = max(sizes.get(curve.unit, 1e-9), size)
-    for curve in scene.series:
-        what = "series of motion" if curve.group == "Coordinates" else "series"
-        yield f"{what} {curve.name}", curve.values[:, None], sizes[curve.unit]
-    work = max((float(np.abs(row.values).max()) for row in scene.document.ledger.rows), default=0.0)
-    for row in scene.document.ledger.rows:
-        yield f"work of {row.name}", row.values, max(work, 1e-9)
+def _sizes(scene: Scene) -> list[float]:
+    """How large numbers like those of each of a scene's columns are."""
+    largest = defaultdict[tuple[str, str], float](lambda: 1e-9)
+    keys = [(_MEASURED_AS.get(part.kind, part.kind), part.unit) for part in scene.columns]
+    for key, part in zip(keys, scene.columns, strict=True):
+        # places of bodies without their quaternions, forces without the places where they act
+        of_kind = {"body": part.values[:, :3], "arrow": part.values[:, 3:]}
+        size = np.abs(of_kind.get(part.kind, part.values)).max(initial=0.0)
+        largest[key] = max(largest[key], float(size))
+    largest["arrow", ""] = max(largest["arrow", ""], largest["place", ""])
+    return [largest[key] for key in keys]
 
 
 MOST_LETTERS = 400_000
@@ -465,7 +314,11 @@ class Maker:
         refuse(mechanism)
         symbols = (*mechanism.values, *(signal.symbol for signal in mechanism.inputs))
         self._dynamics: TapeDynamics = dynamics_of(equations, symbols)
-        self._columns = SceneColumns(self._dynamics)
+        self._letters = self._dynamics.letters
+        self._work = self._letters.tape.input(WORK)
+        self._actions = FreeBodyForces(self._dynamics)
+        moving = (a for a in self._actions.all() if a.body != mechanism.ground)
+        self._shown = [*moving]
 
     def thin(self, scene: Scene) -> Scene:
         """Return a complete scene without the forces and moments that never act."""
@@ -478,35 +331,29 @@ class Maker:
     def make(self, scene: Scene, python: str = "") -> PageProgram:
         """Return the engine of a scene."""
         motion, mechanism = self._motion, self._mechanism
-        columns = self._columns.row(scene)
-        known = [0.0 if column is None else column for column in columns]
+        rows = self._row(scene)
+        known = [0.0 if column is None else column for row in rows for column in row]
         chosen = spread(len(motion.t), 40)
-        numbers = self._evaluate(known, chosen)
-        unknown = find_unknown(scene, numbers, chosen, [column is None for column in columns])
+        unknown = find_unknown(scene, rows, self._evaluate(known, chosen), chosen)
         resized = list(self._find_resized())
-        shapes = [entry for _, entries in resized for entry in entries]
-        answers = [
-            self._answer("rates", self._columns.rates),
-            self._answer("row", known),
-            self._answer("shapes", shapes),
-        ]
-        if mechanism.constrained:
-            answers.append(self._answer("closure", self._columns.closure()))
-        bounds = bounds_of(motion, self._dynamics.letters)
-        if bounds:
-            answers.append(self._answer("bounds", [x for _, pair in bounds for x in pair]))
-        conditions = conditions_of(self._dynamics.letters)
-        if conditions:
-            answers.append(self._answer("rules", [x for _, group in conditions for x in group]))
-        gradients = gradients_of(motion, self._dynamics.letters)
-        if gradients:
-            answers.append(self._answer("gradients", gradients))
+        bounds = bounds_of(motion, self._letters)
+        conditions = conditions_of(self._letters)
         margins = self._margins(chosen)
-        if margins:
-            answers.append(
-                self._answer("margins", [x for group in margins.values() for x in group])
-            )
-        text = "\n".join(functions(self._program(answers)))
+        functions = {
+            "rates": self._rates(),
+            "row": known,
+            "shapes": [entry for _, entries in resized for entry in entries],
+        }
+        not_always = {
+            "closure": self._closure(),
+            "bounds": [x for _, pair in bounds for x in pair],
+            "rules": [x for _, group in conditions for x in group],
+            "gradients": gradients_of(motion, self._letters),
+            "margins": [x for group in margins.values() for x in group],
+        }
+        functions |= {name: scalars for name, scalars in not_always.items() if scalars}
+        answers = [self._answer(name, scalars) for name, scalars in functions.items()]
+        text = "\n".join(write_functions(self._program(answers)))
         if len(text) > MOST_LETTERS:
             raise DerivationError(f"the program would take {len(text) // 1000} kB")
         names = ", ".join(answer.quantity.name for answer in answers)
@@ -515,8 +362,8 @@ class Maker:
             script=f'"use strict";\n{text}\nglobalThis.mecaniqueProgram = {{ {names} }};\n',
             coordinates=tuple(mechanism.coordinates),
             velocities=tuple(mechanism.velocities),
-            parameters=tuple(self._dynamics.letters.open),
-            values=tuple(value_at(mechanism, name) for name in self._dynamics.letters.open),
+            parameters=tuple(self._letters.open),
+            values=tuple(value_at(mechanism, name) for name in self._letters.open),
             start=tuple(map(float, (*motion.q[0], *motion.v[0]))),
             first=float(motion.t[0]),
             duration=_duration(motion),
@@ -543,9 +390,68 @@ class Maker:
             answers.append(Answer(QUANTITIES[name], values, (len(values),)))
         return assemble(self._dynamics, "page", answers)
 
+    def _rates(self) -> list[Any]:
+        """Rates of the state and of the work of everything that has no potential."""
+        # that work changes the energy along the motion: ∂E/∂q q' + ∂E/∂v a + ∂E/∂t
+        letters, dynamics = self._letters, self._dynamics
+        return [*letters.rates, *dynamics.acceleration, self._power()]
+
+    def _row(self, scene: Scene) -> list[list[Any]]:
+        """The numbers of each of a scene's columns; a rotation for each quaternion."""
+        arrows = {name: (action, unit) for name, action, unit in name_arrows(self._shown)}
+        spans = {span.name: span.ends for span in spans_of(self._mechanism)}
+        tips = {f"path of {tip.body}": tip for tip in tips_of(self._mechanism)}
+        works = dict(group_work(self._mechanism, self._shown))
+        curves = self._curves()
+        tensions = {name for element in self._mechanism.elements for name in element.tensions}
+        touches = iter(action.origin for action in self._actions.guiding if action.name in tensions)
+        rows: list[list[Any]] = []
+        for part in scene.columns:
+            name = part.name
+            match part.kind:
+                case "body":
+                    pose = self._dynamics.tree.recursion.pose(name)
+                    rows.append([*(r[3] for r in pose), *(x for r in pose for x in r[:3])])
+                case "arrow" if name in arrows:
+                    action, unit = arrows[name]
+                    vector = action.force if unit == "N" else action.moment
+                    rows.append([*action.origin, *vector])
+                case "line" if name in spans:
+                    rows.append([x for end in spans[name] for x in self._locate(end)])
+                case "line" if name.startswith("stretch "):
+                    rows.append([*next(touches), *next(touches)])
+                case "trace":
+                    rows.append(self._locate(tips[name]))
+                case "coordinate" | "series":
+                    rows.append([curves.get(name)])
+                case "work" if name in works:
+                    parts = [self._actions.work(action) for action in works[name]]
+                    rows.append([sum(column, 0.0) for column in zip(*parts, strict=True)])
+                case _:
+                    rows.append([None] * part.values.shape[1])
+        return rows
+
+    def _reactions(self) -> dict[str, Any]:
+        """The components of the joints' reactions, by the name of their series."""
+        children = {joint.name: joint.child for joint in self._mechanism.joints}
+        components: dict[str, Any] = {}
+        for action in self._shown:
+            if action.kind == "reaction" and children.get(action.name) == action.body:
+                for sign, vector in (("R", action.force), ("M", action.moment)):
+                    for axis, component in zip("xyz", vector, strict=True):
+                        components[f"{action.name} {sign}{axis}"] = component
+        return components
+
+    def _closure(self) -> list[Any]:
+        """Residual, its rate and Jacobian of the loops as one list; empty for a tree."""
+        if not self._mechanism.constrained:
+            return []
+        loops = self._dynamics.loops
+        return [*loops.residual, *loops.rate, *(entry for row in loops.jacobian for entry in row)]
+
     def _margins(self, chosen: np.ndarray) -> dict[str, tuple[Any, Any, Any]]:
         """What contacts and cords have left, where the program gives it as the reference does."""
-        margins = self._columns.margins()
+        margins = dict(margins_of(self._dynamics, self._actions))
         if not margins:
             return {}
         motion = self._motion
@@ -574,7 +480,7 @@ class Maker:
 
     def _evaluate(self, scalars: Sequence[Any], chosen: np.ndarray) -> np.ndarray:
         """Numbers along the motion, shape (chosen, scalars)."""
-        motion, letters = self._motion, self._dynamics.letters
+        motion, letters = self._motion, self._letters
         t, q, v = motion.t[chosen], motion.q[chosen], motion.v[chosen]
         states = States(self._mechanism, q, v, t, motion.a[chosen])
         inputs = inputs_at(letters, states) | {WORK: motion.energy().work[chosen]}
@@ -583,10 +489,10 @@ class Maker:
     def _acting(self) -> dict[str, bool]:
         """Whether each arrow and each component of a reaction is ever nonzero, by name."""
         vectors: dict[str, Sequence[Any]] = {}
-        for name, action, unit in name_arrows(self._columns.shown):
+        for name, action, unit in name_arrows(self._shown):
             vectors[name] = action.force if unit == "N" else action.moment
-        vectors |= {name: (x, 0.0, 0.0) for name, x in self._columns.reactions().items()}
-        letters = self._dynamics.letters
+        vectors |= {name: (x, 0.0, 0.0) for name, x in self._reactions().items()}
+        letters = self._letters
         states = random_states(self._mechanism, _STATES, 0)
         scalars = [component for vector in vectors.values() for component in vector]
         numbers = evaluate(
@@ -600,12 +506,66 @@ class Maker:
         """Shapes that depend on a parameter, with size and place on the tape."""
         drawn = visuals_of(self._mechanism)
         for k, body in enumerate(self._mechanism.bodies):
-            solids = [visual for visual in drawn[body.name] if sizes_of(visual)]
+            solids = [v for v in drawn[body.name] if not isinstance(v.geometry, Mesh)]
             for j, visual in enumerate(solids):
-                entries = self._columns.shape(visual)
+                entries = self._shape(visual)
                 if any(isinstance(value_of(entry), int) for entry in entries):
-                    size = tuple(map(float, self._mechanism.evaluate_all(sizes_of(visual))))
+                    sizes = self._mechanism.evaluate_all(measure(visual.geometry)[1])
+                    size = tuple(map(float, sizes))
                     yield Resized(k, j, size), entries
+
+    def _shape(self, visual: Visual) -> list[Any]:
+        """A shape's size, then its place row by row."""
+        number = self._number
+        place: Placement = visual.placement
+        rows = zip(place.rotation, place.xyz, strict=True)
+        pose = [number(entry) for row, offset in rows for entry in (*row, offset)]
+        return [*map(number, measure(visual.geometry)[1]), *pose]
+
+    def _power(self) -> Any:
+        mechanism, letters, tape = self._mechanism, self._letters, self._letters.tape
+        stored = stored_in_loads(mechanism)
+        free = all(force.conservative or force.name in stored for force in mechanism.forces)
+        if free and not is_rheonomic(mechanism):
+            return 0.0
+        energy = sum(self._energy(), 0.0)
+        along = {q.place: value_of(r) for q, r in zip(letters.q, letters.rates, strict=True)}
+        a = self._dynamics.acceleration
+        along |= {v.place: value_of(x) for v, x in zip(letters.v, a, strict=True)}
+        along[letters.t.place] = 1.0
+        return trace(tape, push_forward(tape, [value_of(energy)], along)[0])
+
+    def _energy(self) -> tuple[Any, Any]:
+        letters = self._letters
+        T, V = (trace(letters.tape, x) for x in self._dynamics.answer("energy"))
+        known = {name: value_of(scalar) for name, scalar in letters.values.items()}
+        for series in stored_in_loads(self._mechanism).values():
+            V = V + trace(letters.tape, Lowering(series.ring, letters.tape, known)(series))
+        return T, V
+
+    def _curves(self) -> dict[str, Any]:
+        """What the curves show, by their names."""
+        letters, mechanism = self._letters, self._mechanism
+        T, V = self._energy()
+        rates = (f"{velocity}'" for velocity in mechanism.velocities)
+        return {
+            "energy kinetic": T,
+            "energy potential": V,
+            "energy total": T + V,
+            "energy work": trace(letters.tape, self._work),
+            **dict(zip(rates, self._dynamics.acceleration, strict=True)),
+            **dict(zip(mechanism.velocities, letters.v, strict=True)),
+            **dict(zip(mechanism.coordinates, letters.q, strict=True)),
+            **self._reactions(),
+            **self._actions.guide_sizes,
+        }
+
+    def _locate(self, spot: Spot) -> list[Any]:
+        pose = self._dynamics.tree.recursion.pose(spot.body)
+        return times_point(pose, [self._number(c) for c in spot.point])
+
+    def _number(self, scalar: Any) -> Any:
+        return self._letters.arithmetic(scalar, self._dynamics.tree.recursion.chart.r)
 
 
 def refuse(mechanism: Mechanism) -> None:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from html import escape
 from pathlib import Path
 
-from mecanique.derivation import derive, readable
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.switching import Modes
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.files import require_directory, write_text
-from mecanique.model.mechanism import Mechanism
 from mecanique.motion.motion import Motion
 from mecanique.verification import verify
 from mecanique.verification.verdict import Verdict
@@ -21,7 +19,7 @@ from mecanique.viewing.engine import computed_scene
 from mecanique.viewing.page.page import page
 from mecanique.viewing.scene.from_motion import actions_of
 from mecanique.viewing.scene.scene import Scene
-from mecanique.viewing.scene.texts import document_of, fits_page
+from mecanique.viewing.scene.texts import derive_all, document_of
 
 
 def scene(
@@ -39,24 +37,13 @@ def scene(
         equations = (equations,)
     elif equations is None:
         switches = bool(motion.described.switching)
-        equations = () if switches else tuple(_derive_all(motion.described))
+        equations = () if switches else tuple(derive_all(motion.described))
     if verdict is None:
         with suppress(MecaniqueError):
             verdict = verify(motion.described)
     actions = actions_of(motion)
     document = document_of(motion, equations, verdict, actions, modes)
     return computed_scene(motion, document, actions, equations)
-
-
-def _derive_all(mechanism: Mechanism) -> Iterator[Equations]:
-    """Derive by each method, skipping those that do not apply: a page shows the rest."""
-    shortest = derive(mechanism)
-    if shortest.symbolic and not fits_page(shortest):  # the others are longer, and take minutes
-        yield shortest
-        return
-    for method in readable(mechanism):
-        with suppress(MecaniqueError):
-            yield shortest if method == shortest.method else derive(mechanism, method)
 
 
 def export(

@@ -39,10 +39,10 @@ test("a live clock looks back at the recent past, and returns to the present", (
   const clock = new LiveClock({ first: 0, id: "a" }, 2);
   clock.connect();
   const frame = (time, row, passed) => {
-    const bytes = new ArrayBuffer(24 + 4 * (row.length + passed.length));
-    new Uint32Array(bytes, 0, 2).set([1, 7]);
-    new Float64Array(bytes, 16, 1).set([time]);
-    new Float32Array(bytes, 24).set([...row, ...passed]);
+    const bytes = new ArrayBuffer(16 + 4 * (row.length + passed.length));
+    new Uint32Array(bytes, 0, 2).set([7, passed.length]);
+    new Float64Array(bytes, 8, 1).set([time]);
+    new Float32Array(bytes, 16).set([...row, ...passed]);
     clock.receive(bytes);
   };
   frame(1, [10, 11], []);

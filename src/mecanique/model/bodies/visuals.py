@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeAlias, final
+from typing import Literal, TypeAlias, final
 
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, finite, plain
@@ -121,6 +121,21 @@ class Mesh:
 
 
 Geometry: TypeAlias = Box | Cylinder | Sphere | Mesh
+
+GeometryKind: TypeAlias = Literal["box", "cylinder", "sphere", "mesh"]
+
+
+def measure(geometry: Geometry) -> tuple[GeometryKind, tuple[Scalar, ...]]:
+    """Return what a geometry is, and its edges, radius and length, radius, or scale."""
+    match geometry:
+        case Box(edges):
+            return "box", edges
+        case Cylinder(radius, length):
+            return "cylinder", (radius, length)
+        case Sphere(radius):
+            return "sphere", (radius,)
+        case Mesh(scale=scale):
+            return "mesh", scale
 
 
 @final

@@ -29,7 +29,6 @@ import tornado.websocket
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.viewing.page.page import Stream, page
 from mecanique.viewing.page.panels import late
-from mecanique.viewing.page.window import LatestCommands, RecorderWindow
 from mecanique.viewing.scene.scene import Scene, SceneFrame, ShownDerivation, VerdictTable
 
 LONGEST = 512
@@ -141,8 +140,6 @@ ADDRESS = "127.0.0.1"
 IN_FLIGHT = 2
 """Frames sent to a page before it has shown one; a slow page skips those in between."""
 
-_FRAME, _COMMAND = 1, 2
-
 _MOST_PASSED = 240
 """Frames of which a page still gets the traces if it was slow."""
 
@@ -157,7 +154,6 @@ class Server:
         if not 0 <= port <= 65535:
             raise InputError(f"port of a live view: expected 0 to 65535, got {port}")
         self.controls = controls
-        self.window = RecorderWindow(self._wake)
         self.page: Future[str] = Future()
         self.clients: set[_Socket] = set()
         self.seen = threading.Event()
@@ -248,7 +244,7 @@ class Server:
         with self._lock:
             (t, row), number = self._frame, self._number
             passed = b"".join(points for k, points in self._passed if 0 < since < k < number)
-        head = struct.pack("<IIIId", _FRAME, number & 0xFFFFFFFF, len(passed) // 4, 0, t)
+        head = struct.pack("<IId", number & 0xFFFFFFFF, len(passed) // 4, t)
         return number, head + row + passed if row else None
 
     def _wake(self) -> None:
@@ -268,9 +264,7 @@ class Server:
     def _flush(self) -> None:
         with self._lock:
             self._due = False
-        changes = self.window.changes()
         for client in list(self.clients):
-            client.debt.merge(changes)
             client.catch_up()
 
     def _serve(self) -> None:
@@ -375,7 +369,6 @@ class _Socket(tornado.websocket.WebSocketHandler):
         self.server = server
         self.sent: list[int] = []
         self.last = 0
-        self.debt = LatestCommands()
 
     def prepare(self) -> None:
         # a browser always names the origin of a websocket; tornado itself would let pass requests
@@ -393,8 +386,6 @@ class _Socket(tornado.websocket.WebSocketHandler):
         self.transmit(self.server.state())
         if notes := self.server.notes():
             self.transmit(json.dumps({"notes": notes}))
-        for command in self.server.window.commands():
-            self._write_command(command)
         self.server.clients.add(self)
         self.catch_up()
 
@@ -418,18 +409,12 @@ class _Socket(tornado.websocket.WebSocketHandler):
         """Send the present frame, unless the page has it or is still busy with earlier ones."""
         if len(self.sent) >= IN_FLIGHT:
             return
-        for command in self.debt.commands():
-            self._write_command(command)
-        self.debt = LatestCommands()
         number, frame = self.server.latest(self.last)
         if frame is None or number == self.last:
             return
         self.sent.append(number)
         self.last = number
         self.transmit(frame)
-
-    def _write_command(self, command: bytes) -> None:
-        self.transmit(struct.pack("<IIII", _COMMAND, 0, 0, 0) + command)
 
     def transmit(self, message: str | bytes) -> None:
         try:
@@ -503,7 +488,6 @@ class LiveView:
         port: int = 0,
         token: str | None = None,
         open_browser: bool = False,
-        at_once: bool = False,
     ) -> None:
         self._controls = Controls()
         self.scene = scene  # what is shown
@@ -513,15 +497,8 @@ class LiveView:
         self._page = self._server.show(scene)
         self._alarm()
         self.send(scene.frame(0))
-        if not at_once:
-            self.await_page()
         if open_browser:
             webbrowser.open(self.url)
-
-    @property
-    def window(self) -> RecorderWindow:
-        """A window for `meshcat.Visualizer(window=…)`, to draw your own things into the scene."""
-        return self._server.window
 
     @property
     def viewers(self) -> int:
@@ -565,8 +542,13 @@ class LiveView:
 
     def send(self, frame: SceneFrame) -> None:
         """Show an instant at once, without waiting for any clock."""
-        points = np.asarray(frame.traces).astype("<f4").tobytes()
-        self._server.publish(frame.t, row(frame, self.scene), points)
+        row = np.asarray(frame.row).astype("<f4")
+        traced = self.scene.traced
+        if row.shape != traced.shape:
+            raise InputError(f"row of a frame: expected shape {traced.shape}, got {row.shape}")
+        if not (np.isfinite(frame.t) and np.all(np.isfinite(row))):
+            raise InputError(f"frame at t = {frame.t}: expected finite numbers")
+        self._server.publish(frame.t, row.tobytes(), row[traced].tobytes())
         self.latest = frame
 
     def await_page(self) -> None:
@@ -636,26 +618,3 @@ class LiveView:
     def __del__(self) -> None:
         with suppress(Exception):
             self.close()
-
-
-def row(frame: SceneFrame, scene: Scene) -> bytes:
-    """Pack a frame for the page: the numbers of one instant in single precision."""
-    ledger = scene.document.ledger
-    expected = {
-        "positions": (len(scene.bodies), 3),
-        "quaternions": (len(scene.bodies), 4),
-        "arrows": (len(scene.arrows), 2, 3),
-        "lines": (len(scene.lines), 2, 3),
-        "traces": (len(scene.traces), 3),
-        "series": (len(scene.series) + len(ledger.rows) * len(ledger.coordinates),),
-    }
-    for name, shape in expected.items():
-        got = np.shape(getattr(frame, name))
-        if got != shape:
-            raise InputError(f"{name} of a frame: expected shape {shape}, got {got}")
-    poses = np.concatenate([frame.positions, frame.quaternions], axis=1)
-    rest = (frame.arrows, frame.lines, frame.traces, frame.series)
-    numbers = np.concatenate([poses.ravel(), *(np.ravel(part) for part in rest)]).astype("<f4")
-    if not (np.isfinite(frame.t) and np.all(np.isfinite(numbers))):
-        raise InputError(f"frame at t = {frame.t}: expected finite numbers")
-    return numbers.tobytes()

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 from typing import Any, final
 
 import numpy as np
 
-from mecanique.derivation import derive, readable
+from mecanique.derivation import derive
 from mecanique.errors import InputError, IntegrationError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding
@@ -34,13 +34,19 @@ from mecanique.viewing.scene.scene import (
     ShownDerivation,
     VerdictTable,
 )
-from mecanique.viewing.scene.texts import derivation_of, document_of, fits_page, ledger_of, table_of
+from mecanique.viewing.scene.texts import (
+    derivation_of,
+    derive_all,
+    document_of,
+    ledger_of,
+    table_of,
+)
 from mecanique.wording import say_count
 
 MOST_DERIVED = 8
 """Above this number of velocities the equations are compared, but not written out."""
 
-Found = Callable[[tuple[ShownDerivation, ...], VerdictTable], None]
+Report = Callable[[tuple[ShownDerivation, ...], VerdictTable], None]
 
 Proof = Callable[[VerdictTable], VerdictTable]
 
@@ -59,10 +65,10 @@ class Checking:
     """Derives a mechanism's equations and compares them, in a thread of its own."""
 
     def __init__(
-        self, mechanism: Mechanism, settings: Found, prove: Proof = lambda table: table
+        self, mechanism: Mechanism, report: Report, prove: Proof = lambda table: table
     ) -> None:
         self._mechanism = mechanism
-        self._found = settings
+        self._report = report
         self._prove = prove
         self._lock = threading.Lock()
         self._cancelled = False
@@ -83,14 +89,10 @@ class Checking:
         derivations: tuple[ShownDerivation, ...] = ()
         try:
             written_out = self._mechanism.nv <= MOST_DERIVED
-            for method in readable(self._mechanism) if written_out else ():
+            for equations in derive_all(self._mechanism) if written_out else ():
                 if self._cancelled:
                     return
-                with suppress(MecaniqueError):
-                    equations = derive(self._mechanism, method)
-                    derivations += (derivation_of(equations),)
-                    if not fits_page(equations):
-                        break  # the other methods cannot be written out either
+                derivations += (derivation_of(equations),)
             if derivations:
                 self._tell(derivations, WAITING)
             if not self._cancelled:
@@ -106,7 +108,7 @@ class Checking:
         # under the lock, so that nothing arrives once `cancel` has returned
         with self._lock:
             if not self._cancelled:
-                self._found(derivations, verdict)
+                self._report(derivations, verdict)
 
 
 STRETCH = 0.5
@@ -158,93 +160,65 @@ def compute_first(**arguments: Any) -> tuple[Motion, str]:
         return error.motion, f"The motion stops here: {str(error).removesuffix(FOR_PROGRAMS)}"
 
 
-@final
-class Stretches:
-    """The complete scenes that follow a first stretch of a motion, one after the other."""
+def follow(first: Motion, end: float, speed: Callable[[], float]) -> Iterator[Scene]:
+    """Yield the complete scenes after a first stretch, computed while those before are shown."""
+    stopped, last, work = threading.Event(), first, float(first.energy().work[-1])
 
-    def __init__(self, first: Motion, end: float, speed: Callable[[], float] = lambda: 1.0) -> None:
-        self._motion = first
-        self._end = end
-        self._speed = speed
-        self._work = float(first.energy().work[-1])
-        self._done: queue.Queue[Scene | Exception | None] = queue.Queue(maxsize=1)
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="mecanique integration", daemon=True)
+    def check() -> None:
+        if stopped.is_set():
+            raise _StoppedError
 
-    def __iter__(self) -> Iterator[Scene]:
-        """Yield the scenes."""
-        self._thread.start()
+    def go_on() -> tuple[Scene | None, Exception | None]:
+        """The next scene, none at the end, and what stops the motion in it."""
+        nonlocal last, work
+        t0, error, shown_at = float(last.t[-1]), None, speed()
+        if end - t0 <= 1e-9:
+            return None, None
+        try:
+            last = compute(
+                check,
+                mechanism=last.described,
+                q=last.q[-1],
+                v=last.v[-1],
+                t0=t0,
+                duration=min(STRETCH * shown_at, end - t0),
+                rtol=last.statistics.rtol,
+                fps=density(shown_at),
+            )
+        except IntegrationError as stop:
+            if stop.motion is None or len(stop.motion.t) < 2:
+                raise
+            last, error = stop.motion, stop
+        scene, work = _stage_after(last, work)
+        return scene, error
+
+    with ThreadPoolExecutor(1, "mecanique integration") as pool:
+        coming = deque([pool.submit(go_on), pool.submit(go_on)])
         try:
             while True:
                 # short waits, so that Ctrl-C works on every system
-                try:
-                    made = self._done.get(timeout=0.2)
-                except queue.Empty:
-                    continue
-                if made is None:
+                while not wait(list(coming)[:1], timeout=0.2).done:
+                    pass
+                scene, error = coming.popleft().result()
+                if scene is not None:
+                    coming.append(pool.submit(go_on))
+                    yield scene
+                if error is not None:
+                    raise error
+                if scene is None:
                     return
-                if isinstance(made, Exception):
-                    raise made
-                yield made
         finally:
-            self._stop.set()
-            self._thread.join(timeout=5)
+            stopped.set()
 
-    def _run(self) -> None:
-        try:
-            while self._end - self._motion.t[-1] > 1e-9:
-                last = self._motion
-                t0 = float(last.t[-1])
-                speed = self._speed()
-                self._motion = compute(
-                    self._check,
-                    mechanism=last.described,
-                    q=last.q[-1],
-                    v=last.v[-1],
-                    t0=t0,
-                    duration=min(STRETCH * speed, self._end - t0),
-                    rtol=last.statistics.rtol,
-                    fps=density(speed),
-                )
-                self._give(self._stage(self._motion))
-            self._give(None)
-        except _StoppedError:
-            return
-        except Exception as error:  # raised again where the motion is shown
-            self._finish(error)
 
-    def _finish(self, error: Exception) -> None:
-        """Hand over what was computed before the error, then the error."""
-        try:
-            done = getattr(error, "motion", None)
-            if done is not None and len(done.t) > 1:
-                self._give(self._stage(done))
-            self._give(error)
-        except _StoppedError:
-            return
-
-    def _stage(self, motion: Motion) -> Scene:
-        actions = actions_of(motion)
-        scene = scene_of(motion, SceneText(ledger=ledger_of(motion, actions)), actions)
-        work, self._work = self._work, self._work + float(motion.energy().work[-1])
-        series = (
-            replace(s, values=s.values + work) if s.name == "energy work" else s
-            for s in scene.series
-        )
-        return replace(scene, series=tuple(series))
-
-    def _check(self) -> None:
-        if self._stop.is_set():
-            raise _StoppedError
-
-    def _give(self, made: Scene | Exception | None) -> None:
-        while True:
-            self._check()
-            try:
-                self._done.put(made, timeout=0.1)
-            except queue.Full:
-                continue
-            return
+def _stage_after(motion: Motion, work: float) -> tuple[Scene, float]:
+    """A later stretch as a scene; the work done before, and at its end."""
+    actions = actions_of(motion)
+    scene = scene_of(motion, SceneText(ledger=ledger_of(motion, actions)), actions)
+    series = (
+        replace(s, values=s.values + work) if s.name == "energy work" else s for s in scene.series
+    )
+    return replace(scene, series=tuple(series)), work + float(motion.energy().work[-1])
 
 
 class _StoppedError(Exception):
@@ -255,63 +229,45 @@ class _EnoughError(Exception):
     """The motion computed so far is to be shown first."""
 
 
-@final
-class Presenter:
-    """Keep open pages up to date across restarts; derive in the background."""
+class Still:
+    """A scene at rest, as a live view shows it."""
 
-    def __init__(self, mechanism: Mechanism, complete: Scene) -> None:
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+
+    def check(self, live: LiveView) -> None:
+        """Begin to derive and compare what moves, in the background."""
+
+    def frames(self, live: LiveView, changes: Changes) -> Iterable[SceneFrame]:
+        """Return what a server sends to its pages: nothing if they move by themselves."""
+        return ()
+
+    def close(self) -> None:
+        """Cancel what goes on in the background."""
+
+
+class _Checked(Still):
+    """A mechanism whose equations and verdict arrive while it moves."""
+
+    _checking: Checking | None = None
+
+    def __init__(self, scene: Scene, mechanism: Mechanism) -> None:
+        super().__init__(scene)
         self._mechanism = mechanism
-        self._names = names_of(complete)
-        self._parameters = _values(mechanism)
-        self._checking: Checking | None = None
-        self.scene = fit(complete, self._names)
 
     def check(self, live: LiveView) -> None:
         """Derive and compare what moves, unless this has already begun."""
         if self._checking is None:
-            self._checking = Checking(self._mechanism, live.annotate)
-
-    def begin(self, live: LiveView, mechanism: Mechanism, complete: Scene) -> Scene:
-        """Return the start of a motion as the view shows it."""
-        parameters = _values(mechanism)
-        if parameters != self._parameters:
-            self._mechanism, self._parameters, self._names = (
-                mechanism,
-                parameters,
-                names_of(complete),
-            )
-            if self._checking:
-                self._checking.cancel()
-            self._checking = None
-            shown = fit(complete, self._names)
-            live.show(shown)
-        else:
-            shown = self.go_on(live, complete)
-        self.check(live)
-        return shown
-
-    def go_on(self, live: LiveView, complete: Scene) -> Scene:
-        """Return a later stretch as the view shows it."""
-        names = self._names | names_of(complete)
-        shown = fit(complete, names)
-        if names != self._names:
-            # a force that acts for the first time is not yet part of the scene
-            self._names, before = names, live.scene
-            document = replace(before.document, ledger=shown.document.ledger)
-            planar = shown.planar and before.planar
-            live.show(
-                replace(shown, document=document, bounds=before.bounds, planar=planar), keep=True
-            )
-        return shown
+            self._checking = Checking(self._mechanism, live.annotate, self._prove)
 
     def close(self) -> None:
         """Cancel the derivation in progress."""
         if self._checking:
             self._checking.finish(2.0)
 
-
-def _values(mechanism: Mechanism) -> dict[str, float]:
-    return {parameter.symbol: parameter.value for parameter in mechanism.parameters}
+    def _prove(self, table: VerdictTable) -> VerdictTable:
+        """The verdict, with what else is known of the page."""
+        return table
 
 
 MOST_AHEAD = 8
@@ -319,7 +275,7 @@ MOST_AHEAD = 8
 
 
 @final
-class LiveMotion:
+class Streamed(_Checked):
     """What moves from its start, computed as it is shown; or a motion, till values change."""
 
     def __init__(
@@ -335,29 +291,32 @@ class LiveMotion:
         if isinstance(shown, Motion):
             self._end, self._rtol = float(shown.t[-1]), shown.statistics.rtol
             self._subtitle = ""
-            self._restart = shown
+            self._motion = shown
         else:
             length = "" if math.isinf(end) else f"{end:g} s, "
             self._subtitle = f"{length}computed while it is shown"
-            self._restart = self._start(shown, q, v)
-        self._first = _stage(self._restart, self._subtitle)
-        self.presenter = Presenter(self._restart.mechanism, self._first)
+            self._motion = self._start(shown, q, v)
+        self._first = _stage(self._motion, self._subtitle)
+        self._names = names_of(self._first)
+        super().__init__(fit(self._first, self._names), self._motion.mechanism)
 
     def frames(self, live: LiveView, changes: Changes) -> Iterator[SceneFrame]:
         """Yield the motion's instants; the page reports what cannot be computed."""
         live.warn("")
+        # a page takes its time to load, but shows the motion from its start
+        live.wait()
         ending = "There is no motion"
         try:
-            motion, scene = self._restart, self._first
+            motion, complete = self._motion, self._first
             if changes:
                 self._speed = live.speed
                 motion = self._start(*_restart(motion, changes), t0=float(motion.t[0]))
-                scene = _stage(motion, self._subtitle)
-            shown = self.presenter.begin(live, motion.mechanism, scene)
+                complete = _stage(motion, self._subtitle)
+            shown = self._begin(live, motion.mechanism, complete)
             ending = "The motion stops here"
             yield from (shown.frame(k) for k in range(len(shown.t)))
-            for complete in Stretches(motion, self._end, lambda: live.speed):
-                shown = self.presenter.go_on(live, complete)
+            for complete in follow(motion, self._end, lambda: live.speed):
+                shown = self._go_on(live, complete)
                 yield from (shown.frame(k) for k in range(1, len(shown.t)))
         except MecaniqueError as error:
             # a reset or the next change starts anew
@@ -378,6 +337,34 @@ class LiveMotion:
             fps=density(self._speed),
         )
         return motion
+
+    def _begin(self, live: LiveView, mechanism: Mechanism, complete: Scene) -> Scene:
+        """The start of a motion as the view shows it; with other parameters it is another scene."""
+        if mechanism.values == self._mechanism.values:
+            shown = self._go_on(live, complete)
+        else:
+            self._mechanism, self._names = mechanism, names_of(complete)
+            if self._checking:
+                self._checking.cancel()
+            self._checking = None
+            shown = fit(complete, self._names)
+            live.show(shown)
+        self.check(live)
+        return shown
+
+    def _go_on(self, live: LiveView, complete: Scene) -> Scene:
+        """A later stretch as the view shows it."""
+        names = self._names | names_of(complete)
+        shown = fit(complete, names)
+        if names != self._names:
+            # a force that acts for the first time is not yet part of the scene
+            self._names, before = names, live.scene
+            document = replace(before.document, ledger=shown.document.ledger)
+            planar = shown.planar and before.planar
+            live.show(
+                replace(shown, document=document, bounds=before.bounds, planar=planar), keep=True
+            )
+        return shown
 
 
 def _restart(
@@ -406,14 +393,31 @@ SHOWN = 10.0
 
 
 @final
-class Computing:
-    """A motion with the engine of its page; equations and verdict arrive while it moves."""
+class Computed(_Checked):
+    """A motion with the engine of its page."""
 
     def __init__(
-        self, motion: Motion, end: float, rtol: float, speed: float, remark: str = ""
+        self,
+        shown: Mechanism | Motion,
+        q: Values | None,
+        v: Values | None,
+        end: float,
+        rtol: float,
+        speed: float,
     ) -> None:
+        self._remark = ""
+        if isinstance(shown, Motion):
+            motion, end, rtol = shown, float(shown.t[-1]), shown.statistics.rtol
+        else:
+            refuse(shown)
+            length = min(FIRST * min(speed, 1.0), end)
+            motion, remark = compute_first(
+                mechanism=shown, q=q, v=v, duration=length, rtol=rtol, fps=density(speed)
+            )
+            if remark and not is_cut_short(motion):  # that the page finds by itself
+                self._remark, end = remark, float(motion.t[-1])
+        refuse(motion.described)
         mechanism = motion.mechanism
-        refuse(mechanism)
         actions = actions_of(motion)
         document = pending(mechanism, document_of(motion, (), None, actions))
         scene, self._maker = equip(motion, document, actions, derive(mechanism))
@@ -423,58 +427,19 @@ class Computing:
         engine = replace(scene.engine, duration=duration, rtol=rtol, endless=endless)
         whole = end <= float(motion.t[-1])
         document = replace(scene.document, method=scene.document.method if whole else "")
-        self.scene: Scene = replace(scene, engine=engine, document=document)
-        self._mechanism = mechanism
-        self._remark = remark
-        self._checking: Checking | None = None
+        super().__init__(replace(scene, engine=engine, document=document), mechanism)
 
     def check(self, live: LiveView) -> None:
-        """Derive and compare what moves, and then the page's program, in the background."""
+        """Derive and compare what moves, and then the page's program."""
         if self._remark:
             live.warn(self._remark)
-        self._checking = Checking(self._mechanism, live.annotate, self._prove)
-
-    def close(self) -> None:
-        """Cancel the derivation in progress."""
-        if self._checking:
-            self._checking.finish(2.0)
+        super().check(live)
 
     def _prove(self, table: VerdictTable) -> VerdictTable:
         try:
             return add_row(table, judge_page(self._maker))
         except MecaniqueError as error:
             return replace(table, agrees=False, headline=f"the program of this page: {error}")
-
-
-def begin(
-    shown: Motion | Mechanism,
-    q: Mapping[str, float] | Sequence[float] | None,
-    v: Mapping[str, float] | Sequence[float] | None,
-    end: float,
-    rtol: float,
-    speed: float,
-) -> Computing | None:
-    """Return a motion that its page computes, or None where the page cannot."""
-    remark = ""
-    if isinstance(shown, Motion):
-        motion, end, rtol = shown, float(shown.t[-1]), shown.statistics.rtol
-    else:
-        try:
-            refuse(shown)
-        except MecaniqueError:
-            return None
-        length = min(FIRST * min(speed, 1.0), end)
-        motion, remark = compute_first(
-            mechanism=shown, q=q, v=v, duration=length, rtol=rtol, fps=density(speed)
-        )
-        if is_cut_short(motion):
-            remark = ""  # the page finds that by itself
-        elif remark:
-            end = float(motion.t[-1])
-    try:
-        return Computing(motion, end, rtol, speed, remark)
-    except MecaniqueError:
-        return None
 
 
 def view(
@@ -526,38 +491,25 @@ def view(
             f"expected a Motion, as simulate returns it, or a Mechanism, got {type(shown).__name__}"
         )
     end = float("inf") if duration is None else duration
-    computing = begin(shown, q, v, end, rtol, speed)
-    if computing:
-        _show(computing, None, port, open_browser, speed)
-        return
-    motion = LiveMotion(shown, q, v, end, rtol, speed)
-    _show(motion.presenter, motion, port, open_browser, speed)
+    showing: Still
+    try:
+        showing = Computed(shown, q, v, end, rtol, speed)
+    except MecaniqueError:  # no page computes it; it says itself why nothing moves
+        showing = Streamed(shown, q, v, end, rtol, speed)
+    _show(showing, port, open_browser, speed)
 
 
-def _show(
-    shown: Computing | Presenter,
-    streamed: LiveMotion | None,
-    port: int,
-    open_browser: bool,
-    speed: float,
-) -> None:
-    """Serve a page that computes its motion by itself, or stream one that is computed here."""
-
-    def frames(changes: Changes) -> Iterable[SceneFrame]:
-        return streamed.frames(live, changes) if streamed else ()
-
-    with LiveView(shown.scene, port=port, open_browser=open_browser, at_once=True) as live:
+def _show(showing: Still, port: int, open_browser: bool, speed: float = 1.0) -> None:
+    """Serve a page until Ctrl-C."""
+    with LiveView(showing.scene, port=port, open_browser=open_browser) as live:
         try:
             live.announce()
-            shown.check(live)
-            if streamed:
-                # a page takes its time to load, but shows the motion from its start
-                live.wait()
-            live.stream(frames, speed=speed, hold=True)
+            showing.check(live)
+            live.stream(lambda changes: showing.frames(live, changes), speed=speed, hold=True)
         except KeyboardInterrupt:
             return
         finally:
-            shown.close()
+            showing.close()
 
 
 def inspect(
@@ -592,12 +544,7 @@ def inspect(
         findings = _lint(mechanism)
     start = None if q is None else mechanism.position(q)
     scene = scene_at_rest(mechanism, inspection_of(mechanism, findings, start))
-    with LiveView(scene, port=port, open_browser=open_browser, at_once=True) as live:
-        try:
-            live.announce()
-            live.stream(lambda changes: (), hold=True)
-        except KeyboardInterrupt:
-            return
+    _show(Still(scene), port, open_browser)
 
 
 def _lint(mechanism: Mechanism) -> tuple[Finding, ...]:

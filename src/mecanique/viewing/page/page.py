@@ -39,9 +39,17 @@ from mecanique.errors import InputError
 from mecanique.model.quaternions import conjugate, turn
 from mecanique.urdf.meshes import Surface, read_mesh
 from mecanique.viewing.page.panels import badge, fill, panels, read_asset, safe
-from mecanique.viewing.page.window import RecorderWindow, draw_bodies, solids_of, viewer_directory
+from mecanique.viewing.page.viewer import draw_bodies, solids_of, viewer_directory
 from mecanique.viewing.scene.inspection import Inspection
-from mecanique.viewing.scene.scene import GREY, Floats, Rgba, Scene, SceneBody, SceneShape
+from mecanique.viewing.scene.scene import (
+    GREY,
+    PLACES,
+    Floats,
+    Rgba,
+    Scene,
+    SceneBody,
+    SceneShape,
+)
 
 FRAME_RATE = 60.0
 SHORT, LEAST_FRAMES = 0.5, 241
@@ -69,8 +77,8 @@ def pack(scene: Scene) -> Packed:
     extent = float(np.clip(np.ptp(scene.positions, axis=(0, 1)).max(initial=0.0), 1e-6, 1.0))
     t = resample(scene.t)
     anchors = _anchors(scene, 1e-6 * extent)
-    columns, steps = _table(scene, POSITION_STEP * extent)
-    columns = _sample(scene, columns, t)
+    steps = _steps(scene, POSITION_STEP * extent)
+    columns = _sample(scene, t)
     kept: list[bytes] = []
     orders: list[int] = []
     start = columns[0].tolist()
@@ -136,34 +144,28 @@ def _cheapest(whole: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
     return best, rest
 
 
-def _table(scene: Scene, step: float) -> tuple[Floats, Floats]:
-    """Everything that moves as columns, in the order of `Frame`, and each column's step."""
-    n, nb = len(scene.t), len(scene.bodies)
-    parts: list[Floats] = [
-        np.concatenate([scene.positions, scene.quaternions], axis=2).reshape(n, -1)
-    ]
-    steps: list[float] = [*[step] * 3, *[QUATERNION_STEP] * 4] * nb
-    for arrow in scene.arrows:
-        parts += [arrow.origin, arrow.vector]
-        steps += [step] * 3 + [ARROW_STEP * float(np.linalg.norm(arrow.vector, axis=1).max())] * 3
-    points = [line.points.reshape(n, 6) for line in scene.lines] + [
-        trace.points for trace in scene.traces
-    ]
-    parts += points
-    steps += [step] * sum(array.shape[1] for array in points)
-    values = [series.values[:, None] for series in scene.series] + [
-        r.values for r in scene.document.ledger.rows
-    ]
-    parts += values
-    steps += [SERIES_STEP * float(np.abs(column).max()) for array in values for column in array.T]
-    return np.concatenate(parts, axis=1), np.array(steps)
+def _steps(scene: Scene, step: float) -> Floats:
+    """Each column's step."""
+    steps: list[float] = []
+    for part in scene.columns:
+        match part.kind:
+            case "body":
+                steps += [*[step] * 3, *[QUATERNION_STEP] * 4]
+            case "arrow":
+                longest = float(np.linalg.norm(part.values[:, 3:], axis=1).max())
+                steps += [*[step] * 3, *[ARROW_STEP * longest] * 3]
+            case "line" | "trace":
+                steps += [step] * part.values.shape[1]
+            case _:
+                steps += [SERIES_STEP * float(np.abs(column).max()) for column in part.values.T]
+    return np.array(steps)
 
 
-def _sample(scene: Scene, columns: Floats, t: Floats) -> Floats:
-    """The columns at other times, by linear interpolation."""
+def _sample(scene: Scene, t: Floats) -> Floats:
+    """The scene's table at other times, by linear interpolation."""
     if t is scene.t:
-        return columns
-    sampled = np.stack([np.interp(t, scene.t, column) for column in columns.T], axis=1)
+        return scene.table
+    sampled = np.stack([np.interp(t, scene.t, column) for column in scene.table.T], axis=1)
     nb = len(scene.bodies)
     turned = sampled[:, : 7 * nb].reshape(len(t), nb, 7)
     turned[..., 3:] /= np.linalg.norm(turned[..., 3:], axis=2, keepdims=True)
@@ -175,17 +177,11 @@ def _anchors(scene: Scene, tolerance: float) -> list[tuple[int, int, list[float]
     # most forces and springs act at fixed points, which then follow from the body's pose
     if len(scene.t) < 3:
         return []
-    first = 7 * len(scene.bodies)
-    points: list[tuple[int, Floats]] = []
-    for arrow in scene.arrows:
-        points.append((first, arrow.origin))
-        first += 6
-    for line in scene.lines:
-        points += [(first, line.points[:, 0]), (first + 3, line.points[:, 1])]
-        first += 6
-    for trace in scene.traces:
-        points.append((first, trace.points))
-        first += 3
+    first, points = 0, list[tuple[int, Floats]]()
+    for part in scene.columns:
+        for place in PLACES.get(part.kind, ()):
+            points.append((first + place, part.values[:, place : place + 3]))
+        first += part.values.shape[1]
     anchors = []
     few = spread(len(scene.t), 24)
     for column, point in points:
@@ -383,8 +379,6 @@ class Stream:
 
 def page(scene: Scene, stream: Stream | None = None) -> str:
     """Return a scene as one HTML document that needs no network."""
-    window = RecorderWindow()
-    draw_bodies(scene.bodies, window)
     packed = pack(scene)
     meshes, mesh_bytes = mesh_parcel(scene.bodies, quick=stream is not None)
     live = stream and {"id": stream.identity, "first": float(scene.t[0])}
@@ -415,7 +409,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
         "style": style,
         "parcel": _parcel(
             header,
-            [packed.body, mesh_bytes, *window.commands()],
+            [packed.body, mesh_bytes, *draw_bodies(scene.bodies)],
             _FLEETING if stream else _KEPT,
         ),
         "viewer": _compressed_viewer(),

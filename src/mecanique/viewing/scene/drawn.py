@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar, final
 
 import numpy as np
 
-from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
+from mecanique.model.bodies.visuals import Cylinder, Mesh, Visual, measure
 from mecanique.model.constraint_base import Strung
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.force_base import LineLoad, loads_in
@@ -100,21 +100,13 @@ def marks_of(mechanism: Mechanism) -> tuple[JointMark, ...]:
 
 def _shapes(mechanism: Mechanism, visuals: Sequence[Visual]) -> Iterator[SceneShape]:
     for visual in visuals:
+        kind, sizes = measure(visual.geometry)
+        path = visual.geometry.path if isinstance(visual.geometry, Mesh) else None
+        if kind == "mesh" and path is None:
+            continue  # lint reports a mesh that was not found; there is nothing to draw
+        rgba = visual.rgba or (None if path else GREY)
         pose = mechanism.matrix(visual.placement)
-        rgba = visual.rgba or GREY
-        match visual.geometry:
-            case Box(size):
-                yield SceneShape("box", tuple(mechanism.evaluate_all(size)), pose, rgba)
-            case Cylinder(radius, length):
-                yield SceneShape(
-                    "cylinder", (mechanism.evaluate(radius), mechanism.evaluate(length)), pose, rgba
-                )
-            case Sphere(radius):
-                yield SceneShape("sphere", (mechanism.evaluate(radius),), pose, rgba)
-            case Mesh(path=path, scale=scale) if path is not None:
-                yield SceneShape("mesh", scale, pose, visual.rgba, path)
-            case _:
-                pass  # lint reports a mesh that was not found; there is nothing to draw
+        yield SceneShape(kind, tuple(mechanism.evaluate_all(sizes)), pose, rgba, path)
 
 
 _SLENDER = 4

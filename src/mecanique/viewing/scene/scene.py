@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Literal, TypeAlias, final
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mecanique.errors import InputError
+from mecanique.model.bodies.visuals import GeometryKind
 from mecanique.viewing.scene.inspection import Inspection
 
 
@@ -176,7 +178,6 @@ class PageProgram:
 
 Floats: TypeAlias = NDArray[np.float64]
 Rgba: TypeAlias = tuple[float, float, float, float]
-ShapeKind: TypeAlias = Literal["box", "cylinder", "sphere", "mesh"]
 ArrowKind: TypeAlias = Literal["weight", "spring", "damper", "load", "reaction", "inertia"]
 ArrowUnit: TypeAlias = Literal["N", "N·m"]
 LineKind: TypeAlias = Literal["spring", "damper", "rod"]
@@ -194,7 +195,7 @@ def _nowhere() -> Floats:
 class SceneShape:
     """A solid at its place in a body."""
 
-    kind: ShapeKind
+    kind: GeometryKind
     size: tuple[float, ...]
     pose: Floats = field(default_factory=_nowhere)  # shape (4, 4), in the body's frame
     rgba: Rgba | None = GREY  # None keeps the colors of a mesh
@@ -308,12 +309,24 @@ class SceneFrame:
     """A scene at one instant."""
 
     t: float  # time [s]
-    positions: Floats  # shape (nb, 3), the bodies' origins [m]
-    quaternions: Floats  # shape (nb, 4), x, y, z, w
-    arrows: Floats  # shape (na, 2, 3), origin and vector of each arrow
-    lines: Floats  # shape (nl, 2, 3)
-    traces: Floats  # shape (nt, 3)
-    series: Floats  # shape (ns,), the scene's series, then the ledger's entries row by row
+    row: Floats  # of the scene's table
+
+
+ColumnKind: TypeAlias = Literal["body", "arrow", "line", "trace", "coordinate", "series", "work"]
+
+PLACES: dict[ColumnKind, tuple[int, ...]] = {"arrow": (0,), "line": (0, 3), "trace": (0,)}
+"""Where among the columns of what is drawn on bodies the places of points begin."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """The numbers over time of one thing in a scene."""
+
+    kind: ColumnKind
+    name: str
+    values: Floats  # shape (n, columns): of a body x, y, z and its quaternion
+    unit: str = ""  # of a curve
 
 
 @final
@@ -386,18 +399,44 @@ class Scene:
             if body not in groups["body"]:
                 raise InputError(f"{name!r} sits on {body!r}, which is no body of the scene")
 
+    @cached_property
+    def columns(self) -> tuple[Columns, ...]:
+        """Everything that moves, in the order of the table."""
+        poses = np.concatenate([self.positions, self.quaternions], axis=2)
+        curves = [
+            Columns(
+                "coordinate" if curve.group == "Coordinates" else "series",
+                curve.name,
+                curve.values[:, None],
+                curve.unit,
+            )
+            for curve in self.series
+        ]
+        n = len(self.t)
+        return (
+            *(Columns("body", body.name, poses[:, k]) for k, body in enumerate(self.bodies)),
+            *(Columns("arrow", a.name, np.hstack([a.origin, a.vector])) for a in self.arrows),
+            *(Columns("line", line.name, line.points.reshape(n, 6)) for line in self.lines),
+            *(Columns("trace", trace.name, trace.points) for trace in self.traces),
+            *curves,
+            *(Columns("work", row.name, row.values) for row in self.document.ledger.rows),
+        )
+
+    @cached_property
+    def table(self) -> Floats:
+        """All columns side by side, shape (n, columns)."""
+        none = np.zeros((len(self.t), 0))
+        return np.concatenate([none, *(part.values for part in self.columns)], axis=1)
+
+    @cached_property
+    def traced(self) -> NDArray[np.bool_]:
+        """Which columns are places on traces, shape (columns,)."""
+        widths = [part.values.shape[1] for part in self.columns]
+        return np.repeat([part.kind == "trace" for part in self.columns], widths)
+
     def frame(self, k: int) -> SceneFrame:
         """Return the scene at its k-th instant."""
-        ledger = [row.values[k] for row in self.document.ledger.rows]
-        return SceneFrame(
-            t=float(self.t[k]),
-            positions=self.positions[k],
-            quaternions=self.quaternions[k],
-            arrows=np.array([(a.origin[k], a.vector[k]) for a in self.arrows]).reshape(-1, 2, 3),
-            lines=np.array([line.points[k] for line in self.lines]).reshape(-1, 2, 3),
-            traces=np.array([trace.points[k] for trace in self.traces]).reshape(-1, 3),
-            series=np.concatenate([np.array([s.values[k] for s in self.series]), *ledger]),
-        )
+        return SceneFrame(float(self.t[k]), self.table[k])
 
 
 def _array(values: Floats, shape: tuple[int, ...], what: str) -> Floats:

@@ -8,6 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from mecanique.derivation import derive, readable
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.printing.writers import MathML
 from mecanique.derivation.switching import (
@@ -99,6 +100,17 @@ def letter(name: str) -> str:
 def fits_page(equations: Equations) -> bool:
     """Return whether a page writes equations out with their steps, instead of listing results."""
     return equations.legible and equations.terms <= MOST_WRITTEN_OUT
+
+
+def derive_all(mechanism: Mechanism) -> Iterator[Equations]:
+    """Derive by each method, skipping those that do not apply: a page shows the rest."""
+    shortest = derive(mechanism)
+    if shortest.symbolic and not fits_page(shortest):  # the others are longer, and take minutes
+        yield shortest
+        return
+    for method in readable(mechanism):
+        with suppress(MecaniqueError):
+            yield shortest if method == shortest.method else derive(mechanism, method)
 
 
 def derivation_of(equations: Equations) -> ShownDerivation:

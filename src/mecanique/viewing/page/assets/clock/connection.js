@@ -11,7 +11,6 @@ const SAID = 8000;
 
 function wireLink(link, picture) {
   link.onleave = () => keepPlace(picture.camera);
-  link.oncommand = (command) => picture.stage.viewer.handle_command_bytearray(command);
   wireNotes(link);
 }
 

@@ -1,8 +1,5 @@
 // The connection of a live view's page with its server.
 
-// The kind of message that is a command of meshcat's; any other is a frame.
-const COMMAND = 2;
-
 export class Link {
   constructor(id) {
     this.id = id;
@@ -13,19 +10,13 @@ export class Link {
     socket.binaryType = "arraybuffer";
     socket.onmessage = (message) => {
       if (typeof message.data === "string") this.hear(JSON.parse(message.data));
-      else this.take(message.data);
+      else if (!this.leaving) this.receive(message.data);
     };
     socket.onopen = () => this.onlink?.(true);
     socket.onclose = () => {
       this.onlink?.(false);
       setTimeout(() => this.connect(), 1000);
     };
-  }
-
-  take(buffer) {
-    const [kind] = new Uint32Array(buffer, 0, 1);
-    if (kind === COMMAND) this.oncommand?.(new Uint8Array(buffer, 16));
-    else if (!this.leaving) this.receive(buffer);
   }
 
   // A page that computes its motion by itself needs no frames.

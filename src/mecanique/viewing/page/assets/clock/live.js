@@ -34,13 +34,13 @@ export class LiveClock extends Link {
     return 2 * Math.min(this.speed, 1);
   }
 
-  // A frame is four integers (kind, number, count, 0), the time, a row of the table, and so many
-  // numbers of the places that the traces passed since the frame before.
+  // A frame is its number, how many numbers come last, the time, a row of the table, and the places
+  // that the traces passed since the frame before.
   receive(buffer) {
-    const [, number] = new Uint32Array(buffer, 0, 2);
-    const [time] = new Float64Array(buffer, 16, 1);
-    const passed = [...(this.newest?.passed ?? []), new Float32Array(buffer, 24 + 4 * this.width)];
-    this.newest = { time, row: new Float32Array(buffer, 24, this.width), number, passed };
+    const [number] = new Uint32Array(buffer, 0, 1);
+    const [time] = new Float64Array(buffer, 8, 1);
+    const passed = [...(this.newest?.passed ?? []), new Float32Array(buffer, 16 + 4 * this.width)];
+    this.newest = { time, row: new Float32Array(buffer, 16, this.width), number, passed };
   }
 
   play() {
