@@ -136,6 +136,7 @@ def test_every_position_of_rest_is_offered_with_its_stability(person: Person) ->
     """Two rods hang, stand, or do one of both: only hanging is stable."""
     person.click(by("tab-parameters"))
     person.click(by("modes-find"))
+    person.wait(f"{by('modes-find')}.textContent === 'Find rest and modes'")
     rests = person.js("[...document.querySelectorAll('#rests button')].map((e) => e.textContent)")
     assert len(rests) == 4
     assert [re.search(r": (\w+)$", rest)[1] for rest in rests].count("stable") == 1  # type: ignore[index]

@@ -112,7 +112,7 @@ test("all positions of rest of a bead on a hoop are found, with their stability"
   const machine = new Machine(BEAD.engine, BEAD.program);
   const setting = machine.initial();
   const small = new SmallMotions(machine, setting);
-  const rests = small.findAll(machine.begin(setting), [Math.PI], [true]);
+  const { rests } = [...small.search(machine.begin(setting), [Math.PI], [true])].at(-1);
   const found = rests.map(({ y, modes }) => [y[0], modes[0].square]).sort(([a], [b]) => a - b);
   const aside = Math.acos(9.81 / 16);
   const expected = [
@@ -124,6 +124,35 @@ test("all positions of rest of a bead on a hoop are found, with their stability"
   assert.equal(found.length, 4);
   found.flat().forEach((x, k) => near(x, expected.flat()[k], 1e-5));
   near(rests[0].y[0], aside, 1e-8); // that downhill from the start comes first
+});
+
+test("positions that only look alike are all found, and the search tells how far it is", () => {
+  // the same bead on a hoop that may be turned by hand to any psi
+  const engine = {
+    ...BEAD.engine,
+    coordinates: ["psi", "theta"],
+    velocities: ["psi'", "theta'"],
+    start: [0.3, 0.7, 0, 0],
+  };
+  const rates = (t, y, p, out, tau) => {
+    const theta = BEAD.program.rates(t, [y[1], y[3]], p, [0, 0, 0], tau && [tau[1]]);
+    out.set([y[2], y[3], tau ? tau[0] : 0, theta[1], 0]);
+    return out;
+  };
+  const machine = new Machine(engine, { rates });
+  const small = new SmallMotions(machine, machine.initial());
+  const from = machine.begin(machine.initial());
+  const steps = [...small.search(from, [Math.PI, Math.PI], [true, true])];
+  const { rests } = steps.at(-1);
+  const aside = Math.acos(9.81 / 16);
+  const found = rests.map(({ y }) => y[1]).sort((a, b) => a - b);
+  [-aside, 0, aside, Math.PI].forEach((x, k) => near(found[k], x, 1e-5));
+  assert.equal(found.length, 4);
+  rests.forEach(({ y }) => near(y[0], 0.3, 1e-5));
+  // after so many starts as four positions need: 2 · 4² + 3 · 4 + 2
+  assert.ok(steps.length > 46);
+  assert.equal(steps[0].part, 0);
+  assert.equal(steps.at(-1).part, 1);
 });
 
 // A cart of mass M on a level track with a pendulum of mass 1 and length 1: x is free.
@@ -150,11 +179,8 @@ const CART = {
 test("what is free stays where it starts, and the pole rests below and above the cart", () => {
   const machine = new Machine(CART.engine, CART.program);
   const from = machine.begin(machine.initial());
-  const rests = new SmallMotions(machine, machine.initial()).findAll(
-    from,
-    [20, Math.PI],
-    [false, true],
-  );
+  const small = new SmallMotions(machine, machine.initial());
+  const { rests } = [...small.search(from, [20, Math.PI], [false, true])].at(-1);
   assert.equal(rests.length, 2);
   rests.forEach(({ y, modes }, k) => {
     near(y[0], 3, 1e-6);

@@ -11,9 +11,10 @@ const SWEEPS = 60;
 const DESCENTS = 300;
 const FARTHEST_STEP = 0.2; // of a round, in the units of the coordinates
 const STEPS = 40; // of Newton's, from a start that leads somewhere
-const IDLE = 40; // starts that lead nowhere new, after which the search ends
-const SEARCH = 1000; // how long it may last [ms]
+const LEAST = 40; // starts that are tried at least
+const LOST = 10; // starts of which only one leads to a rest, before the search ends
 const SAME = 1e-5; // positions nearer than this are one
+const REACHED = 1e-4; // distance at which a free motion has come to another position
 const RESTING = 1e-9; // of the accelerations that a push of the size of the forces would cause
 
 // Eigenvalues and eigenvectors (columns) of a symmetric matrix, by Jacobi's rotations.
@@ -109,26 +110,27 @@ export class SmallMotions {
     return { L: scaled(1), inverse: scaled(-1), rest };
   }
 
-  // −∂a/∂q and −∂a/∂v along the directions; the former is symmetric at rest alone.
-  stiffness(y, { L, inverse }) {
-    const { nq } = this.machine;
-    const slope = (change) => {
-      const [a, b] = [change(SMALL), change(-SMALL)].map((state) => this.accelerations(state));
-      return a.map((x, i) => (b[i] - x) / (2 * SMALL));
-    };
-    const along = (make) => {
-      const columns = L.map((x) => slope((h) => make(x, h)));
-      return inverse.map((row) => columns.map((each) => dot(row, each)));
-    };
-    const faster = (x, h) => {
+  // −∂a along the directions, where states follow from x and a small step along it.
+  slopesAlong({ L, inverse }, change) {
+    const columns = L.map((x) => {
+      const [a, b] = [SMALL, -SMALL].map((h) => this.accelerations(change(x, h)));
+      return a.map((each, i) => (b[i] - each) / (2 * SMALL));
+    });
+    return inverse.map((row) => columns.map((each) => dot(row, each)));
+  }
+
+  // −∂a/∂q along the directions, which is symmetric at rest alone.
+  stiffness(y, at) {
+    return this.slopesAlong(at, (x, h) => this.moved(y, x, h));
+  }
+
+  // −∂a/∂v along the directions.
+  resistance(y, at) {
+    return this.slopesAlong(at, (x, h) => {
       const next = y.slice();
-      x.forEach((each, k) => (next[nq + k] = h * each));
+      x.forEach((each, k) => (next[this.machine.nq + k] = h * each));
       return next;
-    };
-    return {
-      K: along((x, h) => this.moved(y, x, h)),
-      R: along(faster),
-    };
+    });
   }
 
   // Where the mechanism rests, found downhill from a position, or by Newton's steps, which also end
@@ -142,7 +144,7 @@ export class SmallMotions {
       const push = at.inverse.map((row) => dot(row, at.rest));
       const size = Math.hypot(...push);
       if (!push.length || !Number.isFinite(size)) return null; // nothing can move, or nowhere
-      const { K } = this.stiffness(y, at);
+      const K = this.stiffness(y, at);
       const columns = push.map((_, i) => column(K, i));
       const squares = eigen(columns.map((a) => columns.map((b) => dot(a, b))));
       const most = Math.sqrt(Math.max(...squares.values, 1e-300));
@@ -188,16 +190,36 @@ export class SmallMotions {
     return y === found.y ? found : (this.settle(y, false) ?? found);
   }
 
-  // All positions of rest that searches from the start and from places spread around it lead to,
-  // lowest first: spans are how far each coordinate is varied, turns whether it is an angle.
-  findAll(from, spans, turns) {
+  // Whether a mechanism that is free to move at one position of rest comes to another so.
+  leads(found, other, gap) {
+    // what rolls comes to places along no straight way
+    if (this.machine.engine.restrained?.length) return true;
+    let far = Infinity;
+    for (let now = found; gap(now, other) < far; now = this.bring(now, other.y)) {
+      far = gap(now, other);
+      if (far < REACHED) return true;
+    }
+    return false;
+  }
+
+  // Searches all positions of rest, from the start and from places spread around it: spans are how
+  // far each coordinate is varied, turns whether it is an angle. After each start it yields those
+  // found so far, that downhill from the start first, and the part of the search that is done.
+  //
+  // It ends where the expected number of positions, W (N − 1)/(N − W − 2) after N starts that led to
+  // W different ones, is below W + 1/2 (Boender and Rinnooy Kan, Math. Program. 37 (1987) 59).
+  *search(from, spans, turns) {
     const rests = [];
-    const end = performance.now() + SEARCH;
     // into −π … π, where −π counts as π
     const fold = (x, k) =>
       turns[k] ? x - 2 * Math.PI * Math.ceil((x - SAME) / (2 * Math.PI) - 0.5) : x;
-    let latest = 0;
-    for (let n = 0; n < 2 || (n - latest < IDLE && performance.now() < end); n++) {
+    const gap = (a, b) => Math.max(...spans.map((_, k) => Math.abs(fold(a.y[k] - b.y[k], k))));
+    let led = 0;
+    for (let n = 0; ; n++) {
+      const W = rests.length;
+      const needed = Math.max(LEAST, 2 * W * W + 3 * W + 2);
+      yield { rests, part: Math.min(1, Math.max(led / needed, n / (LOST * needed))) };
+      if (led >= needed || n >= LOST * needed) return;
       const start = from.slice();
       if (n > 1) spread(n, spans.length).forEach((x, k) => (start[k] += spans[k] * (2 * x - 1)));
       this.machine.normalize(start);
@@ -206,21 +228,20 @@ export class SmallMotions {
       if (!settled) continue;
       const found = this.bring(settled, from);
       if (this.machine.beyond(this.p, [this.t, found.y])) continue;
+      led += 1;
       turns.forEach((_, k) => (found.y[k] = fold(found.y[k], k)));
-      const gap = ({ y }) => Math.max(...spans.map((_, k) => Math.abs(fold(y[k] - found.y[k], k))));
-      if (rests.some((rest) => gap(rest) < SAME)) continue;
+      if (rests.some((rest) => gap(rest, found) < SAME)) continue;
       const rest = this.describe(found);
-      // of a family, of which any member is near another, one is shown
-      const free = rest.modes.filter(({ square }) => square === 0).length;
-      if (free && rests.some(({ modes }) => isAlike(modes, rest.modes))) continue;
+      // of a family, among which the mechanism is free to move, one is shown
+      const free = rest.modes.some(({ square }) => square === 0);
+      const isKin = (other) => isAlike(other.modes, rest.modes) && this.leads(found, other, gap);
+      if (free && rests.some(isKin)) continue;
       rests.push(rest);
-      latest = n;
     }
-    return rests;
   }
 
   describe({ y, at }) {
-    const { K, R } = this.stiffness(y, at);
+    const [K, R] = [this.stiffness(y, at), this.resistance(y, at)];
     const { values, vectors } = eigen(symmetric(K));
     const most = Math.max(...values.map(Math.abs), 1e-300);
     const order = values.map((_, k) => k).sort((a, b) => values[a] - values[b]);

@@ -8,6 +8,7 @@ import { measure } from "../data/numbers.js";
 const PERIODS = 4;
 const SWAY = 0.25; // amplitude of the largest coordinate: rad, or this part of the picture's size
 const NOWHERE = 1e-6; // what searches leave of a position at zero
+const SLICE = 25; // of a search, after which the picture moves on [ms]
 const COLUMNS = ["Mode", "ω [rad/s]", "f [Hz]", "T [s]", "Damping ratio", ""];
 
 // A period that is this long on the screen is easy to follow [s].
@@ -36,8 +37,10 @@ export class Modes {
     setup.listeners.push(this);
     this.told = document.getElementById("modes-told");
     this.table = document.getElementById("modes");
-    this.list = document.getElementById("rests");
-    document.getElementById("modes-find").onclick = () => this.find();
+    this.offers = document.getElementById("rests");
+    this.button = document.getElementById("modes-find");
+    this.words = this.button.textContent;
+    this.button.onclick = () => (this.search ? this.end() : this.begin());
   }
 
   // The position of rest next downhill from the start, and what is known there; null without.
@@ -48,20 +51,52 @@ export class Modes {
     return found && { ...found, small };
   }
 
-  // Every position of rest that is found, each a button that shows its modes; the first at once.
-  find() {
+  // Searches every position of rest, in slices between pictures; the button then ends the search.
+  begin() {
     const { machine, setting } = this.setup.bench;
     const { coordinates } = machine.engine;
     const small = new SmallMotions(machine, setting);
     const turns = coordinates.map((name) => this.unitOf(name) === "rad");
     const moves = coordinates.map((name) => this.unitOf(name) !== "");
     const spans = turns.map((turn, k) => (turn ? Math.PI : moves[k] * this.picture.stage.size));
-    const rests = small.findAll(machine.begin(setting), spans, turns);
-    this.list.replaceChildren(...rests.map((rest) => this.offer({ ...rest, small })));
-    this.list.hidden = rests.length < 2;
-    this.table.hidden = !rests.length;
-    if (rests.length) this.tell({ ...rests[0], small });
-    else this.told.textContent = "No position of rest was found near this start.";
+    this.search = small.search(machine.begin(setting), spans, turns);
+    this.offers.replaceChildren();
+    this.offers.hidden = this.table.hidden = true;
+    this.told.textContent = "";
+    this.go(this.search, small);
+  }
+
+  go(search, small) {
+    if (this.search !== search) return;
+    const end = performance.now() + SLICE;
+    let step;
+    do step = search.next();
+    while (!step.done && performance.now() < end);
+    if (step.done) {
+      this.end();
+      if (!this.offers.childElementCount)
+        this.told.textContent = "No position of rest was found near this start.";
+      return;
+    }
+    this.list(step.value.rests, small);
+    const found = `${step.value.rests.length} found, ${Math.floor(100 * step.value.part)} % searched`;
+    this.button.textContent = `End the search: ${found}`;
+    setTimeout(() => this.go(search, small));
+  }
+
+  // Offers what has been found, each a button that shows its modes; the first at once.
+  list(rests, small) {
+    const before = this.offers.childElementCount;
+    this.offers.append(...rests.slice(before).map((rest) => this.offer({ ...rest, small })));
+    this.offers.hidden = rests.length < 2;
+    if (before || !rests.length) return;
+    this.table.hidden = false;
+    this.tell({ ...rests[0], small });
+  }
+
+  end() {
+    this.search = null;
+    this.button.textContent = this.words;
   }
 
   unitOf(name) {
@@ -156,8 +191,9 @@ export class Modes {
     showSpeed(speed);
   }
 
-  // Another motion has the speed of before.
+  // Another motion has the speed of before, and other positions of rest.
   show() {
+    if (this.search) this.end();
     if (this.before === null) return;
     this.setSpeed(this.before);
     this.before = null;
