@@ -209,7 +209,7 @@ ORDER: dict[str, list[str]] = {
     "figure.paper": ["marks", "lettering files"],
     "viewing": ["scene", "engine page", "live", "show", "gallery"],
     "viewing.scene": ["inspection", "scene", "drawn", "texts", "from_motion"],
-    "viewing.page": ["panels window", "page"],
+    "viewing.page": ["panels viewer", "page"],
     "viewing.live": ["live", "view"],
     "cli": [
         "options printing",

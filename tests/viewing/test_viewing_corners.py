@@ -13,6 +13,7 @@ import mecanique as mq
 from mecanique.motion.motion import Motion
 from mecanique.textbook import entry, load
 from mecanique.viewing.live.view import Computed, follow
+from mecanique.viewing.page.panels import safe, write_equations
 from mecanique.viewing.scene.inspection import inspection_of
 from mecanique.viewing.scene.scene import ModeStrip
 from mecanique.viewing.show import scene
@@ -73,7 +74,12 @@ def test_a_page_names_modes_with_their_equations_and_says_what_it_leaves_to_pyth
     (modes,) = document.derivations
     headings = [block.heading for block in modes.blocks if block.heading]
     assert headings == ["belt sticks", "belt slips +", "belt slips -"]
-    assert any("sticks if |k x/(m g)|" in block.note for block in modes.blocks)
+    (formula,) = (
+        formula for block in modes.blocks for words, formula in block.held if words == "sticks if"
+    )
+    assert "<mo>|</mo><mrow><mfrac>" in formula
+    assert "<mo>≤</mo>" in formula
+    assert f'<p class="note">sticks if {safe(formula)}</p>' in write_equations(document)
     assert document.verdict.agrees
     assert "belt" in document.urdf
     assert "R_belt" not in document.figure

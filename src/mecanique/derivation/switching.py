@@ -57,6 +57,29 @@ _UNDETERMINED = "its forces are not determined by rigid bodies"
 
 @final
 @dataclass(frozen=True)
+class ModeCondition:
+    """When an element is in a state: words, then a formula or a relation of two."""
+
+    words: str
+    left: Any = None  # a sympy expression; of `sized` its absolute value
+    sign: str = ""
+    right: Any = None
+    sized: bool = False
+
+    def write(self, places: Mapping[str, tuple[float, float]], writer: Writer) -> str:
+        """Write the formula; "" if there is none."""
+        if self.left is None:
+            return ""
+        left = _write(self.left, places, writer)
+        if self.sized:
+            left = f"|{left}|" if isinstance(writer, Text) else writer.call("Abs", left, "")
+        if not self.sign:
+            return left
+        return writer.relation(left, self.sign, _write(self.right, places, writer))
+
+
+@final
+@dataclass(frozen=True)
 class ModeEquations:
     """The equations of one mode.
 
@@ -65,20 +88,25 @@ class ModeEquations:
         accelerations: each solved for, a sympy expression by name, e.g. "x''"; empty if the mode
             does not determine them.
         forces: those of the elements, likewise: friction, and normal forces.
-        conditions: when it holds, in words and formulas.
+        held: when it holds.
         places: the sort key of each letter in a product.
     """
 
     states: dict[str, str]
     accelerations: dict[str, Any]
     forces: dict[str, Any]
-    conditions: tuple[str, ...]
+    held: tuple[ModeCondition, ...]
     places: Mapping[str, tuple[float, float]] = field(repr=False, compare=False)
 
     @property
     def title(self) -> str:
         """The state of each element in words, e.g. "belt slips +"."""
         return ", ".join(f"{name} {state}" for name, state in self.states.items())
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """When it holds, as text."""
+        return tuple(f"{words} {formula}".strip() for words, formula in self.write_held(Text()))
 
     def __str__(self) -> str:
         lines = [f"{self.title}:", *(f"  {line}" for line in self.write(Text()))]
@@ -93,6 +121,10 @@ class ModeEquations:
             writer.equation(writer.letter(name, False, ""), _write(value, self.places, writer))
             for name, value in (self.accelerations | self.forces).items()
         ]
+
+    def write_held(self, writer: Writer) -> list[tuple[str, str]]:
+        """Write when it holds: words, and a formula in the format of a writer or ""."""
+        return [(held.words, held.write(self.places, writer)) for held in self.held]
 
 
 @final
@@ -127,7 +159,9 @@ class Modes(Legible):
             shown += map(to_lines, mode.write(MathML()), mode.write(Text()))
             if not mode.accelerations:
                 shown.append(f"<p>{escape(_UNDETERMINED)}</p>")
-            shown += [f"<p>{to_html(condition, names)}</p>" for condition in mode.conditions]
+            for words, formula in mode.write_held(MathML()):
+                math = f" <math>{formula}</math>" if formula else ""
+                shown.append(f"<p>{to_html(words, names)}{math}</p>")
         return "\n".join(shown)
 
     @property
@@ -216,9 +250,9 @@ def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
         for forces, state in zip(unknown, states, strict=True):
             laws += _constrain(forces, state)
         solution = _solve(laws, [*accelerations, *symbols])
-        conditions: list[str] = []
+        conditions: list[ModeCondition] = []
         for forces, state in zip(unknown, states, strict=True):
-            conditions += _say_conditions(forces, state, solution, places)
+            conditions += _list_conditions(forces, state, solution)
         pairs = zip(mechanism.velocities, accelerations, strict=True)
         named = {f"{name}'": solution.get(s) for name, s in pairs}
         modes.append(
@@ -408,33 +442,26 @@ def _length(formula: Any) -> tuple[int, int, str]:
     return operations, min(str(side).count("-") for side in signed), str(formula)
 
 
-def _say_conditions(
-    forces: _ElementForces,
-    state: str,
-    solution: dict[Any, Any],
-    places: Mapping[str, tuple[float, float]],
-) -> Iterator[str]:
+def _list_conditions(
+    forces: _ElementForces, state: str, solution: dict[Any, Any]
+) -> Iterator[ModeCondition]:
     """Yield when an element is in a state."""
-
-    def say(value: Any) -> str:
-        return _write(value, places, Text())
-
     element, normal, tangent = forces
     if state == OPEN:
-        yield f"while {element.name} is apart"
+        yield ModeCondition(f"while {element.name} is apart")
         return
     if normal is not None and normal.symbol in solution:
         pressed = solution[normal.symbol]
         if pressed.is_number and pressed < 0:
-            yield f"never, as {normal.symbol} would be {say(pressed)}"
+            yield ModeCondition(f"never, as {normal.symbol} would be", pressed)
         else:
             least = -element.holds if isinstance(element, Stop) else 0
-            yield f"while {say(pressed)} ≥ {say(plain(least))}"
+            yield ModeCondition("while", pressed, "≥", plain(least))
     if tangent is None:
         return
     if state != STICKS:
         sign = ">" if state == FORWARD else "<"
-        yield f"while {say(_shorten(tangent.rate))} {sign} 0"
+        yield ModeCondition("while", _shorten(tangent.rate), sign, 0)
     elif tangent.symbol in solution:
         load, limit = _find_load(element), element.coefficients[1]
         load = solution.get(load, load)
@@ -442,15 +469,15 @@ def _say_conditions(
             limit = element.mu_static
             load = load if element.pressed_by else element.load
         if load == 0:
-            yield f"sticks if {say(solution[tangent.symbol])} = 0"
+            yield ModeCondition("sticks if", solution[tangent.symbol], "=", 0)
             return
         ratio = _shorten(solution[tangent.symbol] / load)
         if ratio == 0:
-            yield "sticks always, as no friction is needed"
+            yield ModeCondition("sticks always, as no friction is needed")
             return
         if ratio.could_extract_minus_sign():
             ratio = -ratio
-        yield f"sticks if |{say(ratio)}| ≤ {say(limit)}"
+        yield ModeCondition("sticks if", ratio, "≤", limit, sized=True)
 
 
 def _place_letters(mechanism: Mechanism) -> dict[str, tuple[float, float]]:

@@ -142,7 +142,17 @@ def setting(
     points_at_eye = [abs(float(s.pose[:3, 2] @ axes[2])) > POINTED for s in drawn if s.form == CONE]
     if axes is ISOMETRIC and any(points_at_eye):
         axes = ACROSS
-    seen = Setting(mechanism, reference, q, v, t, poses, Camera(axes, 1.0), drawn, switching)
+    seen = Setting(
+        mechanism=mechanism,
+        reference=reference,
+        q=q,
+        v=v,
+        t=t,
+        poses=poses,
+        camera=Camera(axes, 1.0),
+        solids=drawn,
+        switching=switching,
+    )
     room = {"ball": 14.0, "rod": 0.0}
     sizes = [solid.size * room.get(solid.kind, 2.6) for solid in drawn]
     least = max(sizes, default=0.0) or 1e-3

@@ -66,9 +66,13 @@ class Writer(ABC):
     def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
         """Write a sum of (is negative, term)."""
 
-    @abstractmethod
     def equation(self, left: str, right: str) -> str:
         """Write an equation."""
+        return self.relation(left, "=", right)
+
+    @abstractmethod
+    def relation(self, left: str, sign: str, right: str) -> str:
+        """Write an equation, or an inequality with <, >, ≤ or ≥."""
 
     @abstractmethod
     def partial(self, function: str, variable: str, rate: bool) -> str:
@@ -120,9 +124,9 @@ class Text(Writer):
         """Write a sum."""
         return _sign(terms, "-", " + ", " - ")
 
-    def equation(self, left: str, right: str) -> str:
-        """Write an equation."""
-        return f"{left} = {right}"
+    def relation(self, left: str, sign: str, right: str) -> str:
+        """Write an equation or an inequality."""
+        return f"{left} {sign} {right}"
 
     def partial(self, function: str, variable: str, rate: bool) -> str:
         """Write a partial derivative, or its time derivative."""
@@ -193,9 +197,10 @@ class Latex(Writer):
         """Write a sum."""
         return _sign(terms, "-", " + ", " - ")
 
-    def equation(self, left: str, right: str) -> str:
-        """Write an equation."""
-        return f"{left} = {right}"
+    def relation(self, left: str, sign: str, right: str) -> str:
+        """Write an equation or an inequality."""
+        command = {"≤": "\\leq", "≥": "\\geq"}.get(sign, sign)
+        return f"{left} {command} {right}"
 
     def partial(self, function: str, variable: str, rate: bool) -> str:
         """Write a partial derivative, or its time derivative."""
@@ -286,9 +291,9 @@ class MathML(Writer):
         inner = _sign(terms, "<mo>−</mo>", "<mo>+</mo>", "<mo>−</mo>")
         return f"<mrow>{inner or '<mn>0</mn>'}</mrow>"
 
-    def equation(self, left: str, right: str) -> str:
-        """Write an equation."""
-        return f"<mrow>{left}<mo>=</mo>{right}</mrow>"
+    def relation(self, left: str, sign: str, right: str) -> str:
+        """Write an equation or an inequality."""
+        return f"<mrow>{left}<mo>{escape(sign)}</mo>{right}</mrow>"
 
     def partial(self, function: str, variable: str, rate: bool) -> str:
         """Write a partial derivative, or its time derivative."""

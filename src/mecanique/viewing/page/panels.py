@@ -315,7 +315,11 @@ def _block(block: DerivationStep) -> str:
     )
     kind = "equation result" if block.final else "equation"
     body = f'<div class="{kind}">{safe(block.body, display=True)}</div>' if block.body else ""
-    return f'<div class="step">{heading}{lead}{body}{note}</div>'
+    held = ""
+    if block.held:
+        parts = (f"{to_html(words)} {safe(formula)}".strip() for words, formula in block.held)
+        held = f'<p class="note">{"; ".join(parts)}</p>'
+    return f'<div class="step">{heading}{lead}{body}{note}{held}</div>'
 
 
 def write_parameters(scene: Scene, live: bool) -> str:

@@ -25,6 +25,7 @@ class DerivationStep:
     note: str = ""  # a sentence below it; may be empty
     final: bool = False
     lead: str = ""  # a sentence above it; may be empty
+    held: tuple[tuple[str, str], ...] = ()  # when it holds: words, and a formula or ""
 
 
 @final
@@ -403,24 +404,17 @@ class Scene:
     def columns(self) -> tuple[Columns, ...]:
         """Everything that moves, in the order of the table."""
         poses = np.concatenate([self.positions, self.quaternions], axis=2)
-        curves = [
-            Columns(
-                "coordinate" if curve.group == "Coordinates" else "series",
-                curve.name,
-                curve.values[:, None],
-                curve.unit,
-            )
-            for curve in self.series
-        ]
-        n = len(self.t)
-        return (
-            *(Columns("body", body.name, poses[:, k]) for k, body in enumerate(self.bodies)),
-            *(Columns("arrow", a.name, np.hstack([a.origin, a.vector])) for a in self.arrows),
-            *(Columns("line", line.name, line.points.reshape(n, 6)) for line in self.lines),
-            *(Columns("trace", trace.name, trace.points) for trace in self.traces),
-            *curves,
-            *(Columns("work", row.name, row.values) for row in self.document.ledger.rows),
-        )
+        parts = [Columns("body", body.name, poses[:, k]) for k, body in enumerate(self.bodies)]
+        for arrow in self.arrows:
+            parts.append(Columns("arrow", arrow.name, np.hstack([arrow.origin, arrow.vector])))
+        for line in self.lines:
+            parts.append(Columns("line", line.name, line.points.reshape(-1, 6)))
+        parts += [Columns("trace", trace.name, trace.points) for trace in self.traces]
+        for curve in self.series:
+            kind: ColumnKind = "coordinate" if curve.group == "Coordinates" else "series"
+            parts.append(Columns(kind, curve.name, curve.values[:, None], curve.unit))
+        parts += [Columns("work", row.name, row.values) for row in self.document.ledger.rows]
+        return tuple(parts)
 
     @cached_property
     def table(self) -> Floats:

@@ -145,11 +145,12 @@ def _derivations(
     blocks = []
     for mode in modes.modes:
         heading, formulas = mode.title, mode.write(MathML())
-        # conditions stand below the last of a mode's equations
-        notes = [""] * (len(formulas) - 1) + ["; ".join(mode.conditions)]
-        for formula, note in zip(formulas or [""], notes or [""], strict=True):
-            blocks.append(DerivationStep(heading, formula, note))
+        for formula in formulas[:-1]:
+            blocks.append(DerivationStep(heading, formula))
             heading = ""
+        # conditions stand below the last of a mode's equations
+        last, held = "".join(formulas[-1:]), tuple(mode.write_held(MathML()))
+        blocks.append(DerivationStep(heading, last, held=held))
     yield ShownDerivation(title, tuple(blocks))
 
 

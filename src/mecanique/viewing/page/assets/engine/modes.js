@@ -12,7 +12,7 @@ const DESCENTS = 300;
 const FARTHEST_STEP = 0.2; // of a round, in the units of the coordinates
 const STEPS = 40; // of Newton's, from a start that leads somewhere
 const LEAST = 40; // starts that are tried at least
-const LOST = 10; // starts of which only one leads to a rest, before the search ends
+const ASTRAY = 10; // starts of which only one leads to a rest, before the search ends
 const SAME = 1e-5; // positions nearer than this are one
 const REACHED = 1e-4; // distance at which a free motion has come to another position
 const RESTING = 1e-9; // of the accelerations that a push of the size of the forces would cause
@@ -218,8 +218,8 @@ export class SmallMotions {
     for (let n = 0; ; n++) {
       const W = rests.length;
       const needed = Math.max(LEAST, 2 * W * W + 3 * W + 2);
-      yield { rests, part: Math.min(1, Math.max(led / needed, n / (LOST * needed))) };
-      if (led >= needed || n >= LOST * needed) return;
+      yield { rests, part: Math.min(1, Math.max(led / needed, n / (ASTRAY * needed))) };
+      if (led >= needed || n >= ASTRAY * needed) return;
       const start = from.slice();
       if (n > 1) spread(n, spans.length).forEach((x, k) => (start[k] += spans[k] * (2 * x - 1)));
       this.machine.normalize(start);
