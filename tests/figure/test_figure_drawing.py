@@ -425,7 +425,7 @@ def test_a_robot_of_many_joints_is_drawn_as_its_file_has_it() -> None:
     [
         ("atwood_machine", [(0, 1)]),  # the paper's y points down
         ("two_blocks", [(1, 0), (1, 0)]),
-        ("rolling_disk", [(0.954, 0.301), (0.301, -0.954)]),
+        ("rolling_disk", [(-0.415, 0.910), (0.954, 0.301), (0.301, -0.954)]),
     ],
 )
 def test_arrows_of_coordinates_point_in_their_positive_sense(
@@ -437,6 +437,32 @@ def test_arrows_of_coordinates_point_in_their_positive_sense(
     found = [head[0] - head[1:].mean(axis=0) for head in heads]
     for arrow, way in zip(found, ways, strict=True):
         np.testing.assert_allclose(arrow / np.hypot(*arrow), way, rtol=0, atol=0.02)
+
+
+def test_angles_that_nothing_depends_on_are_drawn_turned() -> None:
+    coin = mq.textbook.load("rolling_coin")
+    q = dict(zip(coin.coordinates, posture(coin), strict=True))
+    assert (q["yaw"], q["spin"]) == (0.55, 0.95)
+    assert q["lean"] == pytest.approx(0.2, rel=1e-12)
+    assert q["z"] == pytest.approx(0.5 * np.cos(0.2), rel=1e-12)
+    words = {
+        "".join(text for text, _ in m.parts)
+        for m in figure(seen("rolling_coin"))
+        if isinstance(m, Words)
+    }
+    assert {"yaw", "lean", "spin", "r"} <= words
+
+
+def test_a_spring_ends_at_the_dot_of_its_mass() -> None:
+    setting = seen("governor")
+    marks = figure(setting)
+    (spring,) = (
+        m.points
+        for m in marks
+        if isinstance(m, Stroke) and len(m.points) > 12 and m.style == "spring"
+    )
+    sleeve = setting.camera.at(setting.point("sleeve"))
+    assert np.hypot(*(spring[-1] - sleeve)) == pytest.approx(9.0, abs=1e-6)
 
 
 def test_letters_have_their_subscripts() -> None:

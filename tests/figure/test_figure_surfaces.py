@@ -170,3 +170,29 @@ def test_a_contact_s_force_is_drawn_along_its_plane() -> None:
     m, g, alpha = (disk.values[letter] for letter in ("m", "g", "alpha"))
     assert f"normal = {m * g * math.cos(alpha):.3g} N" in words
     assert f"contact,x = −{m * g * math.sin(alpha) / 3:.3g} N" in words
+
+
+def test_the_cord_of_a_capstan_hangs_from_its_drum() -> None:
+    shown = seen("capstan", x=1.0, y=2.0)
+    marks = figure(shown)
+    cords = [m.points for m in marks if isinstance(m, Stroke) and m.style == "cable"]
+    assert len(cords) == 2
+    for (top, end), x, z in zip(cords, (0.0, 0.2), (-1.0, -2.0), strict=True):
+        np.testing.assert_allclose(top, shown.camera.at((x, 0, 0)), rtol=0, atol=1e-9)
+        np.testing.assert_allclose(end, shown.camera.at((x, 0, z)), rtol=0, atol=1e-9)
+    (drum,) = (m for m in marks if isinstance(m, Circle) and m.style == "body")
+    assert drum.radius == pytest.approx(0.1 * shown.camera.scale, rel=1e-12)
+
+
+def test_what_stands_in_space_has_a_floor_under_it() -> None:
+    shown = seen("tippe_top", top_z=0.02)
+    floor, *_ = (m.points for m in figure(shown) if isinstance(m, Stroke) and m.style == "clear")
+    foot = shown.camera.at((0, 0, 0))
+    np.testing.assert_allclose(floor.mean(axis=0), foot, rtol=0, atol=1e-6)
+    assert "r" in letters(shown)
+    turntable = seen("ball_on_a_turntable")
+    assert not [
+        m
+        for m in figure(turntable)
+        if isinstance(m, Stroke) and len(m.points) == 4 and m.style == "clear"
+    ]

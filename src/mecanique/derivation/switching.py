@@ -106,7 +106,9 @@ class ModeEquations:
     @property
     def conditions(self) -> tuple[str, ...]:
         """When it holds, as text."""
-        return tuple(f"{words} {formula}".strip() for words, formula in self.write_held(Text()))
+        return tuple(
+            f"{words} {formula}".strip() for words, formula in self.write_conditions(Text())
+        )
 
     def __str__(self) -> str:
         lines = [f"{self.title}:", *(f"  {line}" for line in self.write(Text()))]
@@ -122,7 +124,7 @@ class ModeEquations:
             for name, value in (self.accelerations | self.forces).items()
         ]
 
-    def write_held(self, writer: Writer) -> list[tuple[str, str]]:
+    def write_conditions(self, writer: Writer) -> list[tuple[str, str]]:
         """Write when it holds: words, and a formula in the format of a writer or ""."""
         return [(held.words, held.write(self.places, writer)) for held in self.held]
 
@@ -159,7 +161,7 @@ class Modes(Legible):
             shown += map(to_lines, mode.write(MathML()), mode.write(Text()))
             if not mode.accelerations:
                 shown.append(f"<p>{escape(_UNDETERMINED)}</p>")
-            for words, formula in mode.write_held(MathML()):
+            for words, formula in mode.write_conditions(MathML()):
                 math = f" <math>{formula}</math>" if formula else ""
                 shown.append(f"<p>{to_html(words, names)}{math}</p>")
         return "\n".join(shown)

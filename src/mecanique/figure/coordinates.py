@@ -71,10 +71,11 @@ def lengths(setting: Setting) -> Iterator[Mark]:
     written: set[str] = set()
     for solid in setting.solids:
         geometry = solid.geometry
-        if not isinstance(geometry, Cylinder):
+        if isinstance(geometry, Box) or solid.point:
             continue
         rod = solid.kind == "rod"
-        name = setting.name(geometry.length if rod else geometry.radius)
+        stated = geometry.length if rod and isinstance(geometry, Cylinder) else geometry.radius
+        name = setting.name(stated)
         if not name or name in written:
             continue
         marks = [*(_length if rod else _radius)(setting, solid, name)]
@@ -94,15 +95,17 @@ def _length(setting: Setting, rod: Outline, name: str) -> Iterator[Mark]:
 
 
 def _radius(setting: Setting, disk: Outline, name: str) -> Iterator[Mark]:
-    """An arrow to the rim of a disk seen face on, or in space at least from aside."""
+    """An arrow to the rim of a ball, of a disk seen face on, or in space at least from aside."""
     camera = setting.camera
     radius, facing = disk.size * camera.scale, float(disk.pose[:3, 2] @ camera.toward)
+    if disk.kind == "ball":
+        facing = 1.0
     in_space = 0.0 if disk.form == CONE else ASIDE
     least = 0.9 if camera.flat else in_space
     if radius <= MEASURED_RADIUS or abs(facing) < least:
         return
     way = np.array([math.cos(RADIUS_ANGLE), math.sin(RADIUS_ANGLE)])
-    if camera.flat:
+    if camera.flat or disk.kind == "ball":
         center = camera.at(disk.ends[0])
         rim = center + radius * way
     else:

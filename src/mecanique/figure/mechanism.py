@@ -30,8 +30,8 @@ from mecanique.figure.paper.marks import (
     unit,
 )
 from mecanique.figure.setting import Setting, is_zero
-from mecanique.figure.solids import Floats, Outline, outline, unit3
-from mecanique.model.constraint_base import PressingContact, Strung
+from mecanique.figure.solids import Floats, Outline, outline, radius_of, unit3
+from mecanique.model.constraint_base import PressingContact, Strung, list_cord_runs
 from mecanique.model.constraints.friction import Contact, Friction, Stop
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import DISTANCE, Scalar, coordinate, evaluate, plain, symbols_in
@@ -211,6 +211,11 @@ def _planes(setting: Setting) -> Iterator[Mark]:
         if not isinstance(contact, PressingContact | Contact):
             continue
         plane = setting.frame(contact.on, contact.plane)
+        if not camera.flat:
+            if is_zero(contact.bowl) and all(s.body != contact.on for s in setting.solids):
+                yield from _floor(setting, plane)
+                return
+            continue
         normal, at = camera.at(plane[:3, 2]) / camera.scale, camera.at(plane[:3, 3])
         known = any(abs(n @ normal) > 0.999 and abs((at - o) @ n) < 1.0 for o, n in lines)
         if is_zero(contact.bowl) and math.hypot(*normal) > 0.99 and not known:
@@ -228,6 +233,17 @@ def _planes(setting: Setting) -> Iterator[Mark]:
                 high = min(high, -reach / rise)
         a, b = at + low * along, at + high * along
         yield from hatch(a, b) if float(across(along) @ out) > 0 else hatch(b, a)
+
+
+def _floor(setting: Setting, plane: Floats) -> Iterator[Mark]:
+    """A plane in space, under all that stands on it."""
+    spots = [setting.point(body.name)[None] for body in setting.mechanism.bodies]
+    spots += [solid.corners for solid in setting.solids]
+    feet = (np.concatenate(spots) - plane[:3, 3]) @ plane[:3, :2]
+    margin = PLANE_MARGIN / setting.camera.scale
+    (left, near), (right, far) = feet.min(axis=0) - margin, feet.max(axis=0) + margin
+    corners = np.array([[left, near], [right, near], [right, far], [left, far]])
+    yield Stroke(setting.camera.at(plane[:3, 3] + corners @ plane[:3, :2].T), "clear", closed=True)
 
 
 def _stop(setting: Setting, stop: Stop) -> Iterator[Mark]:
@@ -409,6 +425,9 @@ def _surface(setting: Setting, body: str, at: Point, outward: Point) -> Point:
         ).all()
         if inside:
             edge = float((paper @ outward).max()) - float(at @ outward)
+            if box.kind == "ball":  # drawn as a dot, whatever its size
+                center = setting.camera.at(box.ends[0])
+                edge = float((center - at) @ outward) + radius_of(box, setting.camera)
             return at + max(edge, 0.0) * outward
     return at
 
@@ -735,7 +754,10 @@ def _line(a: Point, b: Point) -> Iterator[Mark]:
 def _cords(setting: Setting) -> Iterator[Mark]:
     """The stretches of cords from where they leave one thing to where they touch the next."""
     mechanism, camera = setting.mechanism, setting.camera
-    cords = [element for element in mechanism.elements if isinstance(element, Strung)]
+    for element in setting.switching:
+        for run in map(mechanism.joint, list_cord_runs(element)):
+            yield from _line(camera.at(setting.seat(run)), camera.at(setting.point(run.child)))
+    cords = [guide for guide in mechanism.elements if isinstance(guide, Strung)]
     if not cords:
         return
     names = {name for cord in cords for name in cord.forces}

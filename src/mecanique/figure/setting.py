@@ -241,6 +241,9 @@ SLIGHT, GREAT = 0.25, 1.3
 MOST_TURNED = 12
 """Of a robot with more coordinates each joint is drawn as its file has it: else it is a tangle."""
 
+_SAME = 1e-9
+"""Largest change of coordinates that do not depend on another [rad or m]."""
+
 _HALVINGS = 3
 """How often a start is halved in search of one that crushes no spring."""
 
@@ -256,7 +259,7 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
             with suppress(MecaniqueError):
                 q = np.asarray(assemble(mechanism, given), dtype=np.float64)
                 if not _crushes(mechanism, q):
-                    return q
+                    return _turn_what_is_free(mechanism, q)
             given = {name: value / 2 for name, value in given.items()}
         with suppress(MecaniqueError):
             return np.asarray(assemble(mechanism, dict(start)), dtype=np.float64)
@@ -271,6 +274,23 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
             if not SLIGHT <= abs(q[k]) <= GREAT:
                 q[k] = ANGLES[count % len(ANGLES)]
             count += 1
+    return q
+
+
+def _turn_what_is_free(mechanism: Mechanism, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn what stands at zero by angles on which no other coordinate depends."""
+    from mecanique.reference import assemble
+
+    unit_of, count = units(mechanism), 0
+    for k, name in enumerate(mechanism.coordinates):
+        if unit_of[name] != "rad" or q[k] != 0.0:
+            continue
+        guess = {**dict(zip(mechanism.coordinates, q.tolist(), strict=True))}
+        guess[name] = ANGLES[count % len(ANGLES)]
+        with suppress(MecaniqueError):
+            turned = np.asarray(assemble(mechanism, guess, keep=(name,)), dtype=np.float64)
+            if np.abs(np.delete(turned - q, k)).max(initial=0.0) < _SAME:
+                q, count = turned, count + 1
     return q
 
 

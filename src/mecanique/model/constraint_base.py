@@ -183,6 +183,12 @@ class SwitchingElement(MechanismPart):
         return tuple(x for stated in self.stated if not stated.varies for x in stated.scalars)
 
 
+def list_cord_runs(element: SwitchingElement) -> tuple[str, ...]:
+    """Return the slides along which a cord runs that becomes taut; none if it is no cord."""
+    gaps = [row.weights for row in element.joint_rows if row.offset is not None]
+    return tuple(joint for weights in gaps if len(weights) > 1 for joint, _ in weights)
+
+
 class Rubbing(SwitchingElement):
     """An element that rubs; its static coefficient is the kinetic one if none is given."""
 

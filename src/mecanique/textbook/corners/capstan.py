@@ -6,7 +6,7 @@ coordinates x and y are the lengths of the two runs. The heavier weight sinks wh
 e^(mu phi) times that of the other.
 """
 
-from numpy import exp
+from numpy import exp, pi
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
@@ -18,14 +18,18 @@ phi = mq.Parameter("phi", 3.141592653589793, "rad", "angle that the cord is woun
 mu = mq.Parameter("mu", 0.2, "1", "coefficient of friction")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
+DRUM = 0.1
+"""Radius of the drum in pictures; nothing depends on it [m]."""
+
 
 def build() -> mq.Mechanism:
     """Return the mechanism."""
-    beside = mq.Placement((0.2, 0, 0))
+    beside = mq.Placement((2 * DRUM, 0, 0))
+    drum = mq.Visual(mq.Cylinder(DRUM, 0.1), mq.Placement((DRUM, 0, 0), (pi / 2, 0, 0)))
     return mq.Mechanism(
         name="capstan",
         bodies=(
-            mq.Body("ground"),
+            mq.Body("ground", mq.massless(drum)),
             mq.Body("left", mq.particle(m_1)),
             mq.Body("right", mq.particle(m_2)),
         ),

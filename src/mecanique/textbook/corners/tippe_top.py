@@ -24,7 +24,9 @@ g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 def build() -> mq.Mechanism:
     """Return the mechanism."""
-    top = mq.Shape(m, (0, 0, -c), (J_1, J_1, J_3, 0, 0, 0), visuals=mq.ball(m, r).visuals)
+    stem = mq.Visual(mq.Cylinder(0.2 * r, 0.9 * r), mq.Placement((0, 0, 1.4 * r)))
+    visuals = (*mq.ball(m, r).visuals, stem)
+    top = mq.Shape(m, (0, 0, -c), (J_1, J_1, J_3, 0, 0, 0), visuals=visuals)
     return mq.Mechanism(
         name="tippe_top",
         bodies=(mq.Body("ground"), mq.Body("top", top)),

@@ -10,7 +10,7 @@ from typing import Protocol, TypeVar, final
 import numpy as np
 
 from mecanique.model.bodies.visuals import Cylinder, Mesh, Visual, measure
-from mecanique.model.constraint_base import Strung
+from mecanique.model.constraint_base import Strung, list_cord_runs
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.force_base import LineLoad, loads_in
 from mecanique.model.joint_base import Single
@@ -145,7 +145,11 @@ def spans_of(mechanism: Mechanism) -> Iterator[DrawnSpan]:
         if loop.kind == "distance":
             a, b = Spot(loop.body_a, loop.frame_a.xyz), Spot(loop.body_b, loop.frame_b.xyz)
             yield DrawnSpan(loop.name, "rod", (a, b))
-    cords = [element for element in mechanism.elements if isinstance(element, Strung)]
+    for element in mechanism.switching:
+        for run in map(mechanism.joint, list_cord_runs(element)):
+            a, b = Spot(run.parent, run.origin.xyz), Spot(run.child, (0.0, 0.0, 0.0))
+            yield DrawnSpan(f"joint {run.name}", "rod", (a, b))
+    cords = [guide for guide in mechanism.elements if isinstance(guide, Strung)]
     held = {stop.body for cord in cords for stop in cord.stops}
     for joint in mechanism.joints:
         # a slide without a visible body is shown by the cable or the spring that spans it

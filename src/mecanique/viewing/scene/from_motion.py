@@ -128,7 +128,7 @@ def scene_of(
         positions=poses[:, :, :3, 3],
         quaternions=from_matrices(poses[:, :, :3, :3]),
         arrows=tuple(_arrows(shown)),
-        lines=(*_lines(mechanism, poses, at), *_cords(motion)),
+        lines=(*_lines(motion.described, poses, at), *_cords(motion)),
         traces=tuple(_traces(mechanism, poses, at)),
         joints=marks_of(mechanism),
         series=curves_of(motion),

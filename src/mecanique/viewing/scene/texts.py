@@ -149,7 +149,7 @@ def _derivations(
             blocks.append(DerivationStep(heading, formula))
             heading = ""
         # conditions stand below the last of a mode's equations
-        last, held = "".join(formulas[-1:]), tuple(mode.write_held(MathML()))
+        last, held = "".join(formulas[-1:]), tuple(mode.write_conditions(MathML()))
         blocks.append(DerivationStep(heading, last, held=held))
     yield ShownDerivation(title, tuple(blocks))
 
