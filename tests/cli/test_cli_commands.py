@@ -80,6 +80,22 @@ def test_derive_prints_a_complete_latex_file() -> None:
     assert text.index("\\begin{picture}") < text.index("\\section*")
     assert "\\makebox(0,0){" in text
     assert "Verdict" not in text
+    assert "align*" not in text
+    (motion,) = re.findall(r"Equations of motion}.*?begin{align}(.*?)end{align}", text, re.DOTALL)
+    assert "\\nonumber" not in motion
+
+
+def test_a_document_of_what_switches_writes_each_mode_and_when_it_holds() -> None:
+    text = fine("derive", "stick_slip", "--document")
+    assert text.index("\\begin{picture}") < text.index("\\section*{Stick slip: equations of motion")
+    titles = re.findall(r"\\subsection\*{(.*?)}", text)
+    assert titles == ["belt sticks", "belt slips +", "belt slips -"]
+    assert "$\\mu_{0}$}] coefficient of static friction [1]" in text
+    assert "sticks if $\\left|\\frac{k x}{m g}\\right| \\leq \\mu_{0}$" in text
+    assert "while $\\dot{x} - v > 0$" in text
+    refused = call("derive", "stick_slip", "--method", "all")
+    assert refused.exit_code == 2
+    assert "expected no other option than -p, --format latex and --document" in refused.output
 
 
 def test_a_document_of_all_methods_says_everything_once() -> None:
@@ -87,7 +103,7 @@ def test_a_document_of_all_methods_says_everything_once() -> None:
     assert text.count("hangs from a pin at its upper end") == 1
     assert text.count("mass of the rod [kg]") == 1
     assert text.count("\\section*") == 3
-    assert text.count("\\begin{picture}") == 1
+    assert text.count("\\begin{picture}") == 2  # of the system, and of its bar cut free
     verdict = text[text.index("\\subsection*{Verdict}") :]
     rows = [row for row in verdict.splitlines() if row.startswith("acceleration")]
     assert len(rows) == 1

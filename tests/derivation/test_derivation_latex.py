@@ -16,7 +16,7 @@ from systems import derive_system
 from mecanique import textbook
 from mecanique.derivation import readable
 from mecanique.derivation.document import to_page
-from mecanique.derivation.printing.lines import PAGE, align, display, width
+from mecanique.derivation.printing.lines import PAGE, align, display, number_rows, width
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Latex, MathML
 
@@ -203,3 +203,20 @@ def test_names_with_words_have_upright_subscripts() -> None:
     assert Latex().letter("R_pin_n", False, "") == r"R_{\text{pin},n}"
     assert Latex().letter("δW_q1", False, "") == r"\delta W_{q_{1}}"
     assert Latex().letter("lambda_B_x", False, "2") == r"\lambda_{B,x}^{2}"
+
+
+def test_a_formula_has_its_number_at_its_last_row() -> None:
+    long = " + ".join(f"m_{{{k}}} l^{{2}}" for k in range(40))
+    written = display(["T = 1", f"V = {long}", "E = 2"])
+    numbered = number_rows(f"before\n{written}\nafter")
+    rows = numbered.split("\n")
+    assert rows[:2] == ["before", "\\begin{align}"]
+    assert rows[-2:] == ["\\end{align}", "after"]
+    inside = rows[2:-2]
+    assert len(inside) > 4
+    unnumbered = ["\\nonumber" in row for row in inside]
+    assert unnumbered == [False, *[True] * (len(inside) - 3), False, False]
+    assert (
+        numbered.replace(" \\nonumber", "").replace("{align}", "{align*}")
+        == f"before\n{written}\nafter"
+    )

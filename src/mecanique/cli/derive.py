@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -15,6 +17,9 @@ from mecanique.cli.words import Chosen, takes_system
 
 SAMPLES = 20
 """Random states at which a document's derivations are compared."""
+
+MOST_CUT = 6
+"""Bodies of which a document shows the forces."""
 
 LONG = 14
 """Of derivations with longer names fewer stand beside each other in a table."""
@@ -80,12 +85,14 @@ def derive(
     form, steps = ("latex" if document else form), steps or document
     with working("Deriving the equations of motion"):
         if chosen.mechanism.switching:
-            if routh or reduced or units or steps or form != "text" or method != "lagrange":
+            if routh or reduced or units or form == "mathml" or method != "lagrange":
                 raise mq.InputError(
                     f"mechanism {chosen.mechanism.name!r} has elements that switch: its modes are "
-                    "written as text by Lagrange's method alone; expected no other option than -p"
+                    "written as text or LaTeX by Lagrange's method alone; expected no other option "
+                    "than -p, --format latex and --document"
                 )
-            text = str(mq.derive_modes(chosen.mechanism))
+            modes = mq.derive_modes(chosen.mechanism)
+            text = modes.latex() if form == "latex" else str(modes)
         elif routh:
             text = getattr(mq.routh(chosen.mechanism), form)(steps=steps)
         elif reduced:
@@ -98,7 +105,8 @@ def derive(
         from mecanique.derivation.document import to_page
 
         verdict = [_judge(chosen.mechanism)] if method == "all" else []
-        text = to_page([*_picture(chosen.mechanism), text, *verdict])
+        cut = method in ("all", "newton_euler")
+        text = to_page([*_pictures(chosen.mechanism, cut=cut), text, *verdict])
     say(text)
 
 
@@ -181,16 +189,19 @@ def code(
     say("Not run here; see the head of the file." if made.verdict is None else str(made.verdict))
 
 
-def _picture(mechanism: mq.Mechanism) -> list[str]:
-    """Return the figure for a document, none of what cannot be drawn."""
+def _pictures(mechanism: mq.Mechanism, *, cut: bool) -> Iterator[str]:
+    """Yield the figure for a document, and if asked the bodies with mass cut free."""
     from mecanique.figure.draw import figure_tex
     from mecanique.textbook.catalogue import entry, is_known
 
     start = entry(mechanism.name).start if is_known(mechanism.name) else None
-    try:
-        return [figure_tex(mechanism, start)]
-    except mq.MecaniqueError:
-        return []
+    bodies: list[str | None] = [None]
+    if cut:
+        massive = [body for body in mechanism.bodies if mechanism.evaluate(body.mass) > 0]
+        bodies += [body.name for body in massive if body.name != mechanism.ground][:MOST_CUT]
+    for body in bodies:
+        with suppress(mq.MecaniqueError):
+            yield figure_tex(mechanism, start, body)
 
 
 def _judge(mechanism: mq.Mechanism) -> str:

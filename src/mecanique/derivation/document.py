@@ -12,7 +12,7 @@ from typing import final
 from mecanique.derivation.glossary import Meaning, clashes, meanings
 from mecanique.derivation.linear import Linear, linear
 from mecanique.derivation.printing.equations import equations, expression
-from mecanique.derivation.printing.lines import PAGE, align, display, width
+from mecanique.derivation.printing.lines import PAGE, align, display, number_rows, width
 from mecanique.derivation.printing.prose import escape as tex
 from mecanique.derivation.printing.prose import find_points, spell_greek, to_html, to_latex
 from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer
@@ -367,8 +367,8 @@ class Document:
 
 
 def to_page(parts: Sequence[str]) -> str:
-    """Assemble fragments of LaTeX into a complete document."""
-    return "\n".join([_PREAMBLE, *parts, "\\end{document}", ""])
+    """Assemble fragments of LaTeX into a complete document, its equations numbered."""
+    return "\n".join([_PREAMBLE, *map(number_rows, parts), "\\end{document}", ""])
 
 
 def _wrap(sentence: str) -> list[str]:

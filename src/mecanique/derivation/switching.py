@@ -27,10 +27,11 @@ from mecanique.derivation.mechanics.switching import (
     close_contacts,
     place_of,
 )
+from mecanique.derivation.printing import prose
 from mecanique.derivation.printing.expressions import from_sympy, to_matrix, to_sympy
 from mecanique.derivation.printing.formulas import MOVING, SUMS, open_sum
-from mecanique.derivation.printing.prose import to_html
-from mecanique.derivation.printing.writers import MathML, Text, Writer, to_lines, write
+from mecanique.derivation.printing.lines import display
+from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, to_lines, write
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lagrange import Lagrange
@@ -38,6 +39,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
 from mecanique.model.expression import plain, symbols_in
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import add_unit
 from mecanique.wording import Legible, say_count
 
 MOST_MODES = 81
@@ -163,8 +165,28 @@ class Modes(Legible):
                 shown.append(f"<p>{escape(_UNDETERMINED)}</p>")
             for words, formula in mode.write_conditions(MathML()):
                 math = f" <math>{formula}</math>" if formula else ""
-                shown.append(f"<p>{to_html(words, names)}{math}</p>")
+                shown.append(f"<p>{prose.to_html(words, names)}{math}</p>")
         return "\n".join(shown)
+
+    def latex(self) -> str:
+        """Return the modes as LaTeX."""
+        name = prose.escape(self.mechanism.name.replace("_", " ").capitalize())
+        parts = [f"\\section*{{{name}: equations of motion in each mode}}", "\\begin{description}"]
+        for symbol, meaning in list_symbols(self.mechanism):
+            letter = Latex().letter(symbol, False, "")
+            parts.append(f"\\item[{{\\normalfont ${letter}$}}] {prose.escape(meaning)}")
+        parts.append("\\end{description}")
+        for mode in self.modes:
+            names, formulas = {*mode.places, *mode.forces}, mode.write(Latex())
+            parts.append(f"\\subsection*{{{prose.escape(mode.title)}}}")
+            parts += [display(formulas)] if formulas else []
+            parts += [] if mode.accelerations else [f"{_UNDETERMINED}\n"]
+            said = (
+                prose.to_latex(words, names) + (f" ${formula}$" if formula else "")
+                for words, formula in mode.write_conditions(Latex())
+            )
+            parts.append("; ".join(said))
+        return "\n".join(parts)
 
     @property
     def _caption(self) -> str:
@@ -199,6 +221,16 @@ def list_letters(element: Switching) -> tuple[str, ...]:
     if isinstance(element, Contact):
         return ("N", "T") if element.rubs else ("N",)
     return tuple(row.letter for row in element.joint_rows)
+
+
+def list_symbols(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
+    """Yield the letters of the equations of modes, but for coordinates, and what they mean."""
+    for parameter in mechanism.parameters:
+        yield parameter.symbol, add_unit(parameter.meaning or "a parameter", parameter.unit)
+    for element in mechanism.switching:
+        for sign in list_letters(element):
+            words = "force by which {} presses" if sign == "N" else "friction of {}"
+            yield force_symbol(sign, element.name), words.format(element.name)
 
 
 def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:

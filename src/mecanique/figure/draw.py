@@ -158,9 +158,11 @@ def figure_text(
     return svg(_marks(seen, None), _title(seen, None))
 
 
-def figure_tex(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> str:
-    """Return the figure of a mechanism for a LaTeX document."""
-    return tex(_marks(_set_up(mechanism, None, posture(mechanism, start)), None))
+def figure_tex(
+    mechanism: Mechanism, start: Mapping[str, float] | None = None, free_body: str | None = None
+) -> str:
+    """Return the figure of a mechanism, or of a body cut free, for a LaTeX document."""
+    return tex(_marks(_set_up(mechanism, None, posture(mechanism, start)), free_body))
 
 
 def _set_up(

@@ -12,6 +12,8 @@ _INDENT = 20.0  # indentation of a continued line, \qquad
 _LEFT = 0.3  # largest share of the page for the part before the equals sign
 _ROWS = 24  # largest number of rows in one display
 _END = " \\\\\n"
+_CONTINUED = "& \\qquad "
+_DISPLAY = re.compile(r"\\begin\{align\*\}\n(.*?)\n\\end\{align\*\}", re.DOTALL)
 _DEEPEST = 6  # brackets nested deeper are not broken
 
 _TOKEN = re.compile(r"\\[a-zA-Z]+|\\.|\s+|.", re.DOTALL)
@@ -55,6 +57,19 @@ def display(formulas: Sequence[str], page: float = PAGE) -> str:
     return "\n".join(f"\\begin{{align*}}\n{part}\n\\end{{align*}}" for part in parts)
 
 
+def number_rows(text: str) -> str:
+    """Return LaTeX with each formula of its displays numbered, at its last row."""
+
+    def number_display(display: re.Match[str]) -> str:
+        rows = display[1].split(_END)
+        for k, after in enumerate(rows[1:]):
+            if after.startswith(_CONTINUED):
+                rows[k] += " \\nonumber"
+        return f"\\begin{{align}}\n{_END.join(rows)}\n\\end{{align}}"
+
+    return _DISPLAY.sub(number_display, text)
+
+
 def width(formula: str) -> float:
     """Estimate the width of a formula, in points."""
     total = 0.0
@@ -88,7 +103,7 @@ def _rows(formula: str, start: str, page: float) -> Iterator[str]:
         wide = width(piece)
         if taken and taken + wide > (page if first else page - _INDENT):
             yield line.rstrip()
-            line, taken, first = "& \\qquad ", 0.0, False
+            line, taken, first = _CONTINUED, 0.0, False
         line, taken = f"{line}{piece} ", taken + wide
     yield line.rstrip()
 

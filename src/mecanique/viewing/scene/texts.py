@@ -15,14 +15,13 @@ from mecanique.derivation.switching import (
     READABLE,
     Modes,
     derive_modes,
-    force_symbol,
-    list_letters,
+    list_symbols,
 )
 from mecanique.errors import MecaniqueError
 from mecanique.figure.draw import figure_text
 from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.mechanism_units import add_unit, units
+from mecanique.model.mechanism_units import units
 from mecanique.motion.analysis.forces import TOGETHER, Action
 from mecanique.motion.motion import Motion
 from mecanique.textbook import entry
@@ -154,17 +153,6 @@ def _derivations(
     yield ShownDerivation(title, tuple(blocks))
 
 
-def _symbols_of_modes(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
-    for parameter in mechanism.parameters:
-        meaning = parameter.meaning or "a parameter"
-        yield letter(parameter.symbol), add_unit(meaning, parameter.unit)
-    for element in mechanism.switching:
-        for sign in list_letters(element):
-            words = f"force by which {element.name} presses" if sign == "N" else ""
-            words = words or f"friction of {element.name}"
-            yield letter(force_symbol(sign, element.name)), words
-
-
 def _symbols_of(
     mechanism: Mechanism, equations: Sequence[Equations]
 ) -> tuple[tuple[str, str], ...]:
@@ -172,7 +160,7 @@ def _symbols_of(
     from mecanique.generation.named_results import write_recursion
 
     if mechanism.switching:
-        return tuple(_symbols_of_modes(mechanism))
+        return tuple((letter(name), meaning) for name, meaning in list_symbols(mechanism))
     for equations_ in sorted(equations, key=lambda derived: derived.method != "lagrange"):
         with suppress(MecaniqueError):
             return write_recursion(equations_).symbols()
