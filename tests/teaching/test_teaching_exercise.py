@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -11,6 +13,8 @@ import mecanique as mq
 from mecanique.cli import app
 from mecanique.model import Mechanism
 from mecanique.teaching import make_exercise
+from mecanique.textbook import entry
+from mecanique.textbook.facts import Frequencies, Values
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -52,7 +56,26 @@ def test_the_steps_end_where_the_question_does(ask: str, last: str, left_out: st
 def test_the_number_of_a_frequency_is_that_of_the_numbers_given() -> None:
     made = make_exercise("simple_pendulum", "frequency", seed=3)
     values = made.mechanism.values
-    assert f"omega = {(values['g'] / values['l']) ** 0.5:.3g} rad/s" in made.solution
+    assert f"omega = {(values['g'] / values['l']) ** 0.5:.4g} rad/s" in made.solution
+
+
+@pytest.mark.parametrize("system", ["coupled_pendulums", "elastic_pendulum", "rack_and_pinion"])
+def test_several_frequencies_are_asked_for_in_numbers(system: str) -> None:
+    """By the closed forms of the catalogue, about the equilibrium that the question names."""
+    made = make_exercise(system, "frequency", seed=4)
+    (fact,) = (fact for fact in entry(system).facts if isinstance(fact, Frequencies))
+    known = np.sort(np.ravel(fact.formula(Values(made.mechanism.values))))
+    stated = [float(x) for x in re.findall(r"= (\S+) rad/s", made.answer)]
+    np.testing.assert_allclose(stated, known, rtol=5.1e-4)
+    assert "for the numbers given, to four digits" in made.problem
+    at = re.search(r"small motions about (.*), for the numbers", made.problem)
+    assert at is not None
+    named = dict(part.split(" = ") for part in at[1].split(", "))
+    place = [float(named[name]) for name in made.mechanism.coordinates]
+    assert np.abs(mq.Reference(made.mechanism).acceleration(place)).max() < 0.05
+    wrong = made.answer.replace("= ", "= 1")
+    assert not mq.check(made.mechanism, wrong, "frequency").right
+    assert mq.check(made.mechanism, made.answer, "frequency").outcome == "right except for form"
 
 
 def test_one_coordinate_is_spoken_of_as_one() -> None:
@@ -86,7 +109,10 @@ def test_it_is_written_with_its_figure(tmp_path: Path) -> None:
     [
         ("cart_pole", "weather", "unknown question"),
         ("pendulm", "equation of motion", "unknown system"),
-        ("double_pendulum", "frequency", "one degree of freedom"),
+        ("cart_pole", "frequency", "expected an undamped mechanism that swings about a stable"),
+        ("tennis_racket", "frequency", "expected an undamped mechanism that swings about a stable"),
+        ("crane", "frequency", "have no constant coefficients"),
+        ("four_bar_linkage", "frequency", "no exercise about the frequency: mechanism 'four_bar"),
         ("bricard_linkage", "equation of motion", "no exercise about"),
         ("rattleback", "equation of motion", "no exercise about 'rattleback': contact"),
     ],

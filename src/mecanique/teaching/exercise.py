@@ -13,11 +13,15 @@ from typing import TYPE_CHECKING, final
 from mecanique.checking.check import Checker
 from mecanique.derivation import derive
 from mecanique.derivation.document import Document
-from mecanique.derivation.linear import linearize_equations
 from mecanique.derivation.printing.equations import expression
-from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.errors import DerivationError, InputError, MechanismError, UnknownNameError
+from mecanique.errors import (
+    ClosureError,
+    DerivationError,
+    InputError,
+    MechanismError,
+    UnknownNameError,
+)
 from mecanique.figure.draw import picture
 from mecanique.figure.setting import posture
 from mecanique.files import write_whole
@@ -26,6 +30,7 @@ from mecanique.model.expression import coordinate
 from mecanique.model.joints import Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Parameter
+from mecanique.motion.linear.linearize import linearize
 from mecanique.textbook.catalogue import entry
 
 if TYPE_CHECKING:
@@ -48,7 +53,7 @@ _TASKS = {
     "potential energy": "Write the potential energy V in the {q}.",
     "Lagrangian": "Write Lagrange's function L = T − V in the {q} and {rates}.",
     "mass matrix": "Write the mass matrix M for the {q}{order}.",
-    "frequency": "Find the natural angular frequency of small motions about {names} = 0.",
+    "frequency": "Find the natural angular frequenc{plural} of small motions about {place}.",
 }
 """The question in words."""
 
@@ -116,9 +121,14 @@ def make_exercise(
     note = ""
     if turned and ask != "frequency":
         mechanism, note = _turn(mechanism, draw)
-    answer, steps = _answer(mechanism, ask)
+    if ask == "frequency":
+        answer, steps, task = _ask_frequency(mechanism)
+    else:
+        answer, steps = _answer(mechanism, ask)
+        task = _word_task(ask, mechanism.coordinates.names)
     verdict = Checker(mechanism).check(answer, ask)
-    if not verdict.right:
+    rounded = ask == "frequency" and verdict.outcome == "right except for form"
+    if not (verdict.right or rounded):
         raise InputError(
             f"no exercise about the {ask} of {system!r}: {verdict.form or 'it is not determined'}"
         )
@@ -127,7 +137,6 @@ def make_exercise(
     )
     statement = statement.partition("\n")[2].strip()
     given = _write_data(mechanism)
-    task = _word_task(ask, mechanism.coordinates.names)
     problem = "\n\n".join(
         part
         for part in (
@@ -145,7 +154,7 @@ def make_exercise(
             f"# {card.title}: solution",
             f"```text\n{steps}\n```",
             f"Result:\n\n```text\n{answer}\n```",
-            f"Checked: {verdict.summary}.",
+            f"Checked: {verdict.summary}{f': {verdict.form}' if verdict.form else ''}.",
         ]
     )
     return Exercise(
@@ -164,7 +173,6 @@ def _word_task(ask: str, names: tuple[str, ...]) -> str:
     """Return the question in words."""
     several, listed = len(names) > 1, ", ".join(names)
     return _TASKS[ask].format(
-        names=listed,
         q=f"coordinates {listed}" if several else f"coordinate {listed}",
         equations="equations" if several else "equation",
         rates="their rates" if several else "its rate",
@@ -217,8 +225,6 @@ def _answer(mechanism: Mechanism, ask: str) -> tuple[str, str]:
         raise InputError(f"no exercise about {mechanism.name!r}: {error}") from None
     if ask == "equation of motion":
         return equations.text(), steps
-    if ask == "frequency":
-        return _frequency(mechanism)
     steps = _cut(equations.document, _LAST[ask])
     if ask == "mass matrix":
         steps += _FROM_T
@@ -246,26 +252,30 @@ def _cut(document: Document, last: str) -> str:
     return text.partition(f"\n\n{len(kept) + 1}. Equations of motion")[0]
 
 
-def _frequency(mechanism: Mechanism) -> tuple[str, str]:
+def _ask_frequency(mechanism: Mechanism) -> tuple[str, str, str]:
+    """Return answer, steps and question: in letters of one frequency at zero, else in numbers."""
     try:
-        small = linearize_equations(
-            derive(mechanism).derivation, dict.fromkeys(mechanism.coordinates, 0.0)
-        )
-    except DerivationError as error:
+        small = linearize(mechanism)
+        letters = small.symbolic
+    except (ClosureError, DerivationError, InputError) as error:
         raise InputError(f"no exercise about the frequency: {error}") from None
-    if small.square is None:
+    if not small.stable or small.C.any() or not small.frequencies.any():
         raise InputError(
-            f"no exercise about the frequency of {mechanism.name!r}: expected one degree of "
-            "freedom and a stable equilibrium with all coordinates zero"
+            f"no exercise about the frequency of {mechanism.name!r}: expected an undamped "
+            "mechanism that swings about a stable equilibrium"
         )
-    answer = f"omega = sqrt({expression(small.square).text()})"
-    square = Evaluation(small.square.ring, mechanism.values)(small.square)
-    lines = (
-        "Equation of motion:",
-        derive(mechanism).text(),
-        "",
-        small.text(),
-        "",
-        f"With the numbers given: omega = {math.sqrt(square):.3g} rad/s",
-    )
-    return answer, "\n".join(lines)
+    place = ", ".join(f"{n} = {x:.4g}" for n, x in zip(mechanism.coordinates, small.q, strict=True))
+    several = len(small.frequencies) > 1
+    named = [
+        f"omega{k if several else ''} = {omega:.4g} rad/s"
+        for k, omega in enumerate(small.frequencies, 1)
+    ]
+    task = _TASKS["frequency"].format(plural="ies" if several else "y", place=place)
+    answer = "\n".join(named)
+    if letters.square is not None and not small.q.any():
+        answer = f"omega = sqrt({expression(letters.square).text()})"
+    else:
+        task = f"{task[:-1]}, for the numbers given, to four digits."
+    said = f"With the numbers given: {', '.join(named)}"
+    lines = ("Equations of motion:", derive(mechanism).text(), "", letters.text(), "", said)
+    return answer, "\n".join(lines), task
