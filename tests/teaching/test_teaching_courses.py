@@ -17,7 +17,7 @@ from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.teaching import export_exercise
+from mecanique.teaching import export_exercise, make_exercise
 from mecanique.teaching.question import describe_question
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
@@ -167,7 +167,7 @@ def test_prairielearn_grades(course: Path, text: str, score: float, words: str) 
 def test_prairielearn_says_what_cannot_be_read(course: Path) -> None:
     element = run(course / "elements" / "mq-equation" / "mq-equation.py")
     data = submit("(M + m x'' = <b>F")
-    data["params"] = {"system": "cart_pole", "ask": "equation of motion"}
+    data["params"] = {"system": "cart_pole", "ask": "equation of motion", "values": {}, "form": 0.5}
     element["parse"]("<mq-equation>", data)
     assert "'<' has no meaning here" in data["format_errors"]["equation"]
     assert "<b>" not in element["render"]("<mq-equation>", data)
@@ -195,6 +195,25 @@ def test_a_notebook_of_nbgrader_gives_points(answer: str, points: float, tmp_pat
     assert eval(last, names) == points
 
 
+def test_courses_judge_numbers_by_those_of_the_variant(tmp_path: Path) -> None:
+    made = make_exercise("elastic_pendulum", "frequency", seed=4)
+    path = export_exercise("elastic_pendulum", "nbgrader", tmp_path / "e.ipynb", "frequency", (4,))
+    tests = "".join(json.loads(path.read_text(encoding="utf-8"))["cells"][2]["source"])
+    statements, _, last = re.sub(r"\n### END HIDDEN TESTS$", "", tests).rpartition("\n")
+    for answer, points in ((made.answer, 2.0), ("omega1 = 2.712\nomega2 = 5.425", 0.0)):
+        names: dict[str, Any] = {"answer": answer}
+        exec(statements, names)
+        assert eval(last, names) == points
+    export_exercise("elastic_pendulum", "prairielearn", tmp_path, "frequency", (4,))
+    element = run(tmp_path / "elements" / "mq-equation" / "mq-equation.py")
+    data = submit(made.answer)
+    run(tmp_path / "questions" / "mecanique-elastic_pendulum-frequency" / "server.py")["generate"](
+        data
+    )
+    element["grade"]("<mq-equation>", data)
+    assert data["partial_scores"]["equation"]["score"] == 1.0
+
+
 def test_an_archive_for_scorm_holds_what_its_manifest_names(tmp_path: Path) -> None:
     path = export_exercise("simple_pendulum", "scorm", tmp_path / "p.zip", "frequency", seeds=(3,))
     with ZipFile(path) as archive:
@@ -212,6 +231,8 @@ def test_an_archive_for_scorm_holds_what_its_manifest_names(tmp_path: Path) -> N
         ("cart_pole", "moodle", "equation of motion", (0,), "kind of course"),
         ("cart_pole", "page", "mass matrix", (0,), "no page judges a mass matrix by itself"),
         ("four_bar_linkage", "page", "equation of motion", (0,), "it has loops"),
+        ("elastic_pendulum", "page", "frequency", (0,), "it is asked for in numbers"),
+        ("elastic_pendulum", "prairielearn", "frequency", (0, 1), "expected one seed for prairie"),
         ("cart_pole", "scorm", "equation of motion", (0, 1), "one seed for scorm, got 2"),
     ],
 )

@@ -51,10 +51,16 @@ def export_exercise(
         raise UnknownNameError("kind of course", course, tuple(_COURSES))
     made = [make_exercise(system, ask, seed, turned=False) for seed in seeds]
     place = Path(path)
-    if len(made) > 1 and course in ("page", "scorm", "nbgrader"):
+    # a question in numbers names its equilibrium
+    if len(made) > 1 and (course in ("page", "scorm", "nbgrader") or made[0].rounded):
         raise InputError(f"expected one seed for {course}, got {len(made)}; write a file for each")
     _COURSES[course](made, place)
     return place
+
+
+def _form_of(exercise: Exercise) -> float:
+    """Return the part of the points for an answer that is right except for form."""
+    return 1.0 if exercise.rounded else _FORM
 
 
 def _write(place: Path, data: str | bytes) -> None:
@@ -87,6 +93,11 @@ def problem_html(exercise: Exercise, figure: str) -> str:
 
 def write_page(exercise: Exercise) -> str:
     """Return an HTML page that judges answers to an exercise without a server."""
+    if exercise.rounded:
+        system = exercise.mechanism.name
+        raise InputError(
+            f"no page judges the {exercise.ask} of {system!r} by itself: it is asked for in numbers"
+        )
     question = describe_question(exercise.mechanism, exercise.ask)
     question |= {"id": exercise.mechanism.name, "form": _FORM}
     modules = [_asset(name) for name in ("reader.js", "judge.js", "page.js")]
@@ -184,9 +195,9 @@ from mecanique.teaching import mark_answer
 
 
 def _mark(data):
-    mechanism = mq.textbook.load(data["params"]["system"])
+    mechanism = mq.textbook.load(data["params"]["system"], **data["params"]["values"])
     text = data["submitted_answers"].get("equation", "")
-    return mark_answer(mechanism, text, data["params"]["ask"])
+    return mark_answer(mechanism, text, data["params"]["ask"], data["params"]["form"])
 
 
 def render(element_html, data):
@@ -246,6 +257,8 @@ def _export_prairielearn(made: Sequence[Exercise], place: Path) -> None:
         {
             "system": variant.mechanism.name,
             "ask": variant.ask,
+            "values": variant.mechanism.values,
+            "form": _form_of(variant),
             "answer": variant.answer,
             "given": variant.given,
         }
@@ -263,7 +276,7 @@ _TESTS = """### BEGIN HIDDEN TESTS
 import mecanique as mq
 from mecanique.teaching import mark_answer
 
-mark = mark_answer(mq.textbook.load({system!r}), answer, {ask!r})
+mark = mark_answer(mq.textbook.load({system!r}, **{values!r}), answer, {ask!r}, {form})
 print(mark.outcome, mark.reason)
 {points} * mark.points
 ### END HIDDEN TESTS"""
@@ -279,7 +292,8 @@ def _export_nbgrader(made: Sequence[Exercise], place: Path) -> None:
     name, points = exercise.mechanism.name, 2
     figure = base64.b64encode(draw_figure(exercise).encode()).decode()
     problem = exercise.problem.replace("(figure.svg)", f"(data:image/svg+xml;base64,{figure})")
-    tests = _TESTS.format(system=name, ask=exercise.ask, points=points)
+    values, form = exercise.mechanism.values, _form_of(exercise)
+    tests = _TESTS.format(system=name, values=values, ask=exercise.ask, form=form, points=points)
     answer = _ANSWER.format(answer=exercise.answer)
     cells = [
         _cell("markdown", f"{name}-problem", problem, locked=True),

@@ -87,6 +87,11 @@ class Exercise:
     check: Check  # the verdict on the answer
     given: str = ""  # the numbers of this variant, with their units
 
+    @property
+    def rounded(self) -> bool:
+        """Whether its answer is in numbers, which are rounded."""
+        return not self.check.right
+
     def write(self, folder: Path | str) -> tuple[Path, ...]:
         """Write problem.md, figure.svg and solution.md into a folder, which is made if need be."""
         place = Path(folder)
