@@ -13,7 +13,8 @@ import pytest
 import mecanique as mq
 from mecanique.figure.draw import _set_up
 from mecanique.figure.mechanism import figure
-from mecanique.figure.paper.marks import Circle, Stroke, Words
+from mecanique.figure.paper.files import _text, _typeset
+from mecanique.figure.paper.marks import Circle, Stroke, Words, bounds
 from mecanique.figure.setting import Setting
 
 
@@ -196,3 +197,44 @@ def test_what_stands_in_space_has_a_floor_under_it() -> None:
         for m in figure(turntable)
         if isinstance(m, Stroke) and len(m.points) == 4 and m.style == "clear"
     ]
+
+
+def test_lengths_that_stand_nowhere_in_a_figure_are_explained_below_it() -> None:
+    shown = _set_up(mq.textbook.load("woodpecker"), None, None)
+    marks = figure(shown)
+    lines = [mark for mark in marks if isinstance(mark, Words) and mark.anchor == "start"]
+    texts = ["".join(text for text, _ in line.parts) for line in lines]
+    assert "r0: radius of the pole" in texts
+    assert "lS: distance of the beak from the center" in texts
+    rest = [mark for mark in marks if mark not in lines]
+    _, _, _, bottom = bounds(rest)
+    heights = [line.at[1] for line in lines]
+    assert min(heights) - 0.6 * 12.0 > bottom
+    assert (np.diff(heights) > 12.0).all()
+    # what is drawn is not explained again, and a small figure explains nothing
+    assert not [text for text in texts if text.startswith(("a:", "y:", "mS:"))]
+    assert not [
+        m for m in figure(shown, legend=False) if isinstance(m, Words) and m.anchor == "start"
+    ]
+
+
+def test_a_letter_with_an_index_is_not_the_letter_alone() -> None:
+    shown = _set_up(mq.textbook.load("elastic_pendulum"), None, None)
+    texts = {"".join(text for text, _ in m.parts) for m in figure(shown) if isinstance(m, Words)}
+    assert "l0: free length of the spring" in texts
+
+
+@pytest.mark.parametrize(
+    ("write", "expected"),
+    [
+        (_text, "$l_{\\mathrm{S}}$: the beak's place"),
+        (
+            lambda words: _typeset(words, lambda at: at),
+            "l_{\\mathrm{S}}\\textrm{: the beak's place}",
+        ),
+    ],
+)
+def test_sentences_are_set_as_text(write: Any, expected: str) -> None:
+    parts = (("l", "italic"), ("S", "below"), (": the beak's place", "upright"))
+    written = write(Words(np.zeros(2), parts))
+    assert expected in written

@@ -155,7 +155,7 @@ def figure_text(
     """Return the figure of a mechanism as SVG text."""
     position = posture(mechanism, start)
     seen = _set_up(mechanism, None, position, extent=SMALL if small else (WIDTH, HEIGHT))
-    return svg(_marks(seen, None), _title(seen, None))
+    return svg(_marks(seen, None, legend=not small), _title(seen, None))
 
 
 def figure_tex(
@@ -197,10 +197,15 @@ def _set_up(
 
 
 def _marks(
-    seen: Setting, free_body: str | None, *, resultants: bool = False, numbers: bool = False
+    seen: Setting,
+    free_body: str | None,
+    *,
+    resultants: bool = False,
+    numbers: bool = False,
+    legend: bool = True,
 ) -> tuple[Mark, ...]:
     if free_body is None:
-        marks = figure(seen)
+        marks = figure(seen, legend=legend)
     else:
         from mecanique.figure.freebody import cut_free
 

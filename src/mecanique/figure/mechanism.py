@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
@@ -17,6 +18,7 @@ from mecanique.figure.paper.marks import (
     Mark,
     Point,
     Stroke,
+    Words,
     across,
     arc,
     arrow,
@@ -25,6 +27,7 @@ from mecanique.figure.paper.marks import (
     hatch,
     label,
     pin,
+    rich,
     spiral,
     spring,
     unit,
@@ -690,11 +693,14 @@ MOST_LABELS = 14
 SHORTEST_LINE = 3.0
 """Shorter lines between two joints are not drawn [pt]."""
 
+LEGEND_GAP, LEGEND_SIZE, LEGEND_WIDTH = 18.0, 12.0, 60
+"""Distance of a legend from its figure and size of its letters [pt], and characters of a line."""
+
 PULLEY = 8.0
 """Radius of a pulley that only guides a cord around a corner [pt]."""
 
 
-def figure(setting: Setting) -> tuple[Mark, ...]:
+def figure(setting: Setting, *, legend: bool = True) -> tuple[Mark, ...]:
     """Return the marks of a mechanism's figure, in the order they are drawn."""
     lettered = len(setting.mechanism.bodies) <= MOST_LABELS
     marks = [
@@ -712,7 +718,34 @@ def figure(setting: Setting) -> tuple[Mark, ...]:
     marks = [*clear_letters([*marks, *loads(setting)])]
     if marks:
         marks += _gravity(setting, marks)
+    if marks and lettered and legend:
+        marks += _legend(setting, marks)
     return tuple(marks)
+
+
+def _legend(setting: Setting, marks: list[Mark]) -> Iterator[Mark]:
+    """What lengths and angles are that stand nowhere in the figure, in lines below it."""
+    written = [mark.parts for mark in marks if isinstance(mark, Words)]
+    left, _, _, bottom = bounds(marks)
+    place = np.array([left, bottom + LEGEND_GAP])
+    for parameter in setting.mechanism.parameters:
+        symbol = rich(parameter.symbol)
+        if parameter.unit not in ("m", "rad") or any(_holds(parts, symbol) for parts in written):
+            continue
+        lines = textwrap.wrap(parameter.meaning, LEGEND_WIDTH) or [""]
+        for k, line in enumerate(lines):
+            parts = ((f"   {line}", "upright"),) if k else (*symbol, (f": {line}", "upright"))
+            yield Words(place, parts, "name", "start", LEGEND_SIZE)
+            place = place + np.array([0.0, 1.3 * LEGEND_SIZE])
+
+
+def _holds(parts: tuple[tuple[str, str], ...], symbol: tuple[tuple[str, str], ...]) -> bool:
+    """Whether a symbol stands in a text, and not with another index."""
+    n = len(symbol)
+    return any(
+        parts[k : k + n] == symbol and [how for _, how in parts[k + n :]][:1] != ["below"]
+        for k in range(len(parts))
+    )
 
 
 def solid_marks(setting: Setting, body: str | None = None) -> Iterator[Mark]:

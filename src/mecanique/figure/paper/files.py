@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from html import escape
 from io import BytesIO
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mecanique.derivation.printing import prose
 from mecanique.derivation.printing.letters import GREEK
 from mecanique.errors import InputError
 from mecanique.figure.paper.marks import STYLES, Circle, Mark, Point, Stroke, Style, Words, bounds
@@ -100,6 +102,9 @@ def _clean(text: str) -> str:
 TEX_WIDTH = 330.0
 """The largest width of a figure in LaTeX [pt]."""
 
+_SENTENCE = re.compile(r"[^\W\d_]{2}.* ")
+"""Words among letters, which are set as text."""
+
 _CIRCLE = 0.5523
 """Handles of the four Bézier curves of a circle, in radii."""
 
@@ -160,6 +165,8 @@ def _typeset(words: Words, place: Callable[[Any], Point]) -> str:
     for text, how in words.parts:
         plain = "".join(map(_tex_sign, text))
         shape = plain if how == "italic" else f"\\mathrm{{{plain}}}"
+        if _SENTENCE.search(text):
+            shape = f"\\textrm{{{prose.escape(text)}}}"
         written += f"_{{{shape}}}" if how == "below" else shape
     inner = f"{color}${written}$\\pdfliteral{{0 g}}"
     return f"\\put({_pair(at, ',')}){{\\makebox(0,0){side}{{{inner}}}}}"
@@ -236,6 +243,7 @@ def raster(marks: Sequence[Mark], form: str) -> bytes:
                     float(at[1]),
                     _text(mark),
                     fontsize=size,
+                    fontfamily="STIXGeneral",
                     color=style.fill,
                     zorder=depth,
                 )
@@ -248,9 +256,13 @@ def raster(marks: Sequence[Mark], form: str) -> bytes:
 
 
 def _text(words: Words) -> str:
-    """Write text in matplotlib's mathtext, with every character taken literally."""
-    written = ""
+    """Write text with matplotlib's mathtext, with every character taken literally."""
+    written, formula = "", ""
     for text, how in words.parts:
+        if _SENTENCE.search(text):
+            sentence = text.replace("\\", "/").replace("$", "\\$")
+            written, formula = f"{written}${formula}${sentence}" if formula else sentence, ""
+            continue
         plain = "".join(f"\\{sign}" if sign in "\\$%#&_{}^~" else sign for sign in text)
         plain = (
             plain.replace("\\\\", "/")
@@ -260,7 +272,7 @@ def _text(words: Words) -> str:
             .replace("\u2009", "\\,")
         )
         if how == "below":
-            written += f"_{{\\mathrm{{{plain}}}}}"
+            formula += f"_{{\\mathrm{{{plain}}}}}"
         else:
-            written += plain if how == "italic" else f"\\mathrm{{{plain}}}"
-    return f"${written}$"
+            formula += plain if how == "italic" else f"\\mathrm{{{plain}}}"
+    return f"{written}${formula}$" if formula else written
