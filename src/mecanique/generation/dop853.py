@@ -7,6 +7,7 @@ there with β = 0.04; after each step a closed mechanism is projected on its loo
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -200,13 +201,9 @@ def write_script() -> str:
 
 
 def _fill(numbers: list[float]) -> list[str]:
-    """Return numbers in lines of at most 100 columns."""
-    lines = ["  "]
-    for word in (f"{float(number)!r}," for number in numbers):
-        if len(lines[-1]) + len(word) > 100:
-            lines.append("  ")
-        lines[-1] += word if lines[-1] == "  " else f" {word}"
-    return lines
+    """Return numbers in lines."""
+    text = " ".join(f"{_say(number)}," for number in numbers)
+    return textwrap.wrap(text, 100, initial_indent="  ", subsequent_indent="  ")
 
 
 def _say(weight: float) -> str:

@@ -33,6 +33,7 @@ from mecanique.derivation.printing.formulas import (
     Product,
     Sum,
     add,
+    list_letters,
     multiply,
     names_in,
     number,
@@ -89,7 +90,7 @@ class Results:
         for _ in range(2):
             kept, ends = self._substitute(rows, once)
             rights = [line.right for line in kept]
-            uses = Counter(name for part in (*ends, *rights) for name in _letters(part))
+            uses = Counter(name for part in (*ends, *rights) for name in list_letters(part))
             once = frozenset(
                 part.name for part in kept if uses[part.name] == 1 and len(part.right.terms) == 1
             )
@@ -161,18 +162,6 @@ class Results:
 def _letter(name: str, known: Mapping[str, Product]) -> Product:
     place = (MOVING if name.endswith("'") else SUMS + 1, 0)
     return known[name] if name in known else multiply(Letter(name, place))
-
-
-def _letters(part: Sum | Product | Base) -> Iterator[str]:
-    """Yield every letter in a formula, as often as it occurs."""
-    if isinstance(part, Letter):
-        yield part.name
-    elif isinstance(part, Call):
-        yield from _letters(part.argument)
-    else:
-        inner = part.terms if isinstance(part, Sum) else [base for base, _ in part.factors]
-        for inner_part in inner:
-            yield from _letters(inner_part)
 
 
 def _is_plain(whole: Sum) -> bool:

@@ -29,9 +29,11 @@ from mecanique.derivation.printing.trigforms import (
     Trig,
     common_measure,
     common_monomial,
+    find_shared_powers,
     monomials_in,
     rescale,
     shortest,
+    sort_powers,
 )
 from mecanique.derivation.scalars.polynomials import Polynomial, exponents, power
 from mecanique.derivation.scalars.series import Atom, Kind, Ring, Series, canonical
@@ -71,7 +73,7 @@ def factor_out(form: Form) -> Product:
         return number(0)
     polynomials = list(form.values())
     ring = polynomials[0].ring
-    shared = _find_shared_functions(form)
+    shared = sort_powers(find_shared_powers(form))
     if shared:
         form = {_divide_trig(trig, shared): p for trig, p in form.items()}
     factor = common_measure(polynomials)
@@ -108,16 +110,6 @@ def _find_common_denominator(polynomials: list[Series]) -> int:
         lowest = ((i, max(e, here.get(i, 0))) for i, e in least.items())
         least = {i: e for i, e in lowest if e < 0}
     return sum(power(i, e) for i, e in least.items())
-
-
-def _find_shared_functions(form: Form) -> Trig:
-    """Return the sines and cosines that all terms share, each in its lowest power."""
-    first, *others = form
-    least = {(angle, sine): e for angle, sine, e in first}
-    for trig in others:
-        powers = {(angle, sine): e for angle, sine, e in trig}
-        least = {key: min(e, powers[key]) for key, e in least.items() if key in powers}
-    return tuple((*key, e) for key, e in sorted(least.items()))
 
 
 def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:

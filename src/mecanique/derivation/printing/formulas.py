@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -217,14 +217,21 @@ def open_sum(term: Product) -> tuple[Product, ...]:
     return (term,)
 
 
+def list_letters(part: Sum | Product | Base) -> Iterator[str]:
+    """Yield the name of every letter in a formula, as often as it occurs."""
+    if isinstance(part, Letter):
+        yield part.name
+    elif isinstance(part, Call):
+        yield from list_letters(part.argument)
+    else:
+        inner = part.terms if isinstance(part, Sum) else [base for base, _ in part.factors]
+        for inner_part in inner:
+            yield from list_letters(inner_part)
+
+
 def names_in(part: Product | Base) -> frozenset[str]:
     """Return the names of the letters in a formula."""
-    if isinstance(part, Letter):
-        return frozenset((part.name,))
-    if isinstance(part, Call):
-        return names_in(part.argument)
-    inner = part.terms if isinstance(part, Sum) else [base for base, _ in part.factors]
-    return frozenset().union(*map(names_in, inner))
+    return frozenset(list_letters(part))
 
 
 def _flat(place: Place) -> Place:

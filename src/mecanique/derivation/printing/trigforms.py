@@ -152,7 +152,7 @@ def cost(form: Form) -> int:
     if not form:
         return 1
     common = common_monomial(form.values())
-    shared = _find_shared_powers(form)
+    shared = find_shared_powers(form)
     total = _letters(common)
     for (angle, _), e in shared.items():
         total += _angle_cost(angle) + (e > 1)
@@ -172,7 +172,7 @@ def cost(form: Form) -> int:
     return total + len({common_number([p]) for p in form.values()}) - 1
 
 
-def _find_shared_powers(form: Form) -> dict[tuple[int, int], int]:
+def find_shared_powers(form: Form) -> dict[tuple[int, int], int]:
     """Return the sines and cosines that all products share, each in its lowest power."""
     first, *others = form
     shared = {(angle, sine): e for angle, sine, e in first}
@@ -280,15 +280,16 @@ def _raise(trig: Trig, factor: tuple[int, int], kept: int) -> list[tuple[Trig, i
     powers = {(a, s): e for a, s, e in trig}
     powers[factor] = powers.get(factor, 0) + 1
     if sine == kept or powers[factor] < 2:
-        return [(_sort(powers), 1)]
+        return [(sort_powers(powers), 1)]
     # sin² = 1 − cos², cos² = 1 − sin²
     del powers[factor]
     squared = dict(powers)
     squared[angle, kept] = squared.get((angle, kept), 0) + 2
-    return [(_sort(powers), 1), (_sort(squared), -1)]
+    return [(sort_powers(powers), 1), (sort_powers(squared), -1)]
 
 
-def _sort(powers: dict[tuple[int, int], int]) -> Trig:
+def sort_powers(powers: dict[tuple[int, int], int]) -> Trig:
+    """Return a product of powers of sines and cosines."""
     return tuple(sorted((angle, sine, e) for (angle, sine), e in powers.items()))
 
 
@@ -323,7 +324,7 @@ def _trig(*factors: tuple[int, int]) -> Trig:
     for angle, sine in factors:
         if angle:
             powers[angle, sine] = powers.get((angle, sine), 0) + 1
-    return _sort(powers)
+    return sort_powers(powers)
 
 
 def _with(form: Form, terms: list[tuple[Trig, Series]]) -> Form:

@@ -26,6 +26,7 @@ from mecanique.derivation.scalars.series import Series
 
 _TIMES = "<mo>&#x2062;</mo>"
 _CALL = re.compile(r"\\(arc)?(sin|cos|tan|exp|log|operatorname)")
+_CALLED = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "sign": "sgn"}
 _NUMBERED = re.compile(r"([^\W\d_]+?)(\d+)")
 _WORD = re.compile(r"(?:\\d+ot\{)?\\text\{")
 _WORDY = re.compile(r"(?:<m(?:over|sub|sup|subsup)[^>]*>)*<mi>\w{2,}</mi>")
@@ -166,8 +167,8 @@ class Latex(Writer):
             return f"\\sqrt{{{argument}}}"
         if function == "Abs":
             return f"\\left|{argument}\\right|{power}"
-        name = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}.get(function, function)
-        command = "\\operatorname{sgn}" if name == "sign" else f"\\{name}"
+        name = _CALLED.get(function, function)
+        command = "\\operatorname{sgn}" if function == "sign" else f"\\{name}"
         if bare:
             return f"{command}{power} {argument}"
         if "\\frac" not in argument:
@@ -261,10 +262,7 @@ class MathML(Writer):
             return f"<msqrt>{argument}</msqrt>"
         if function == "Abs":
             return self._power(f"<mrow><mo>|</mo>{argument}<mo>|</mo></mrow>", exponent)
-        name = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "sign": "sgn"}.get(
-            function, function
-        )
-        head = self._power(f"<mi>{name}</mi>", exponent)
+        head = self._power(f"<mi>{_CALLED.get(function, function)}</mi>", exponent)
         inner = f"{_THIN}{argument}" if bare else _hug(argument)
         return f"<mrow>{head}<mo>&#x2061;</mo>{inner}</mrow>"
 

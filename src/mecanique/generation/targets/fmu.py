@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from html import escape
 from importlib.metadata import version
+from itertools import product as cartesian
 from pathlib import Path
 from typing import final
 
@@ -191,7 +192,7 @@ def _label(program: Program, answer: Answer) -> list[tuple[str, str]]:
     forces = quantity.name in ("bias", "gravity", "forces")
     units = [letter.unit for letter in program.letters["tau"]] if forces else []
     units = units or [""] * len(answer.values)
-    indices = _list_indices(answer.shape)
+    indices = cartesian(*(range(1, size + 1) for size in answer.shape))
     names = [f"{quantity.name}[{','.join(map(str, index))}]" for index in indices]
     return list(zip(names, units, strict=True))
 
@@ -211,14 +212,6 @@ def _label_reactions(program: Program) -> Iterator[tuple[str, str]]:
         for part, unit in (("F", "N"), ("M", "N·m")):
             for axis in "xyz":
                 yield f"reaction[{holder.name},{part}{axis}]", unit
-
-
-def _list_indices(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
-    """Return the indices from 1 on, row by row."""
-    indices: list[tuple[int, ...]] = [()]
-    for size in shape:
-        indices = [(*index, k) for index in indices for k in range(1, size + 1)]
-    return indices
 
 
 _OPTIONS = ("-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-fno-math-errno")

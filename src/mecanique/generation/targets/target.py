@@ -32,26 +32,19 @@ class Cases:
     def __len__(self) -> int:
         return len(self.inputs["t"])
 
+    @property
+    def _tables(self) -> tuple[dict[str, np.ndarray], ...]:
+        return self.inputs, self.expected, self.weights, self.allowed
+
     def first(self, number: int) -> Cases:
         """Return the first states."""
-
-        def cut(table: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-            return {name: rows[:number] for name, rows in table.items()}
-
-        return Cases(cut(self.inputs), cut(self.expected), cut(self.weights), cut(self.allowed))
+        return Cases(*({name: rows[:number] for name, rows in a.items()} for a in self._tables))
 
     def join(self, more: Cases) -> Cases:
         """Return these states followed by others."""
-
-        def link(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-            return {name: np.concatenate([rows, b[name]]) for name, rows in a.items()}
-
-        return Cases(
-            link(self.inputs, more.inputs),
-            link(self.expected, more.expected),
-            link(self.weights, more.weights),
-            link(self.allowed, more.allowed),
-        )
+        pairs = zip(self._tables, more._tables, strict=True)
+        joined = [{name: np.concatenate([a[name], b[name]]) for name in a} for a, b in pairs]
+        return Cases(*joined)
 
 
 def run_command(
