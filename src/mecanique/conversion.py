@@ -95,10 +95,13 @@ class Conversion(Legible):
                 f"No engine of {self.form} itself is installed; mecanique read the result."
             )
         rest = " but for what is listed" if self.lost else ""
-        verdict = "says the same as" if self.proved else "differs from"
+        differs = self.worst > _ALIKE or any(reading.differs for reading in self.readings)
+        verdict = "differs from" if differs else "says the same as"
+        refusing = [reading.engine for reading in self.readings if reading.refused]
         lines.append(
-            f"The {self.form} {verdict} the source{rest}: largest relative difference "
-            f"{self.worst:.1e} at {self.states} states."
+            f"The {self.form} {verdict} the source{rest}: "
+            f"largest relative difference {self.worst:.1e} at {self.states} states"
+            + (f"; not proved, as {' and '.join(refusing)} refuses it." if refusing else ".")
         )
         return "\n".join(lines)
 

@@ -179,6 +179,21 @@ def test_a_fixed_body_without_inertia_is_written_to_mjcf() -> None:
     assert conversion.proved, str(conversion)
 
 
+def test_joints_with_empty_bodies_between_them_are_one_body_of_mjcf() -> None:
+    text = (
+        '<mujoco><worldbody><body name="b" pos="0.1 0 1" euler="10 20 30"><joint name="q" '
+        'axis="0 1 1" pos="0.1 0 0" stiffness="3" springref="20" ref="10"/><joint name="s" '
+        'type="slide" axis="1 1 1" ref="0.1"/><joint name="r" axis="1 0 1" pos="0 0 0.3"/>'
+        '<geom size="0.1" pos="0 0 -1"/></body></worldbody></mujoco>'
+    )
+    conversion = mq.convert(mq.read(text), "MJCF", states=5)
+    assert conversion.text.count("<body ") == 1
+    assert conversion.proved, str(conversion)
+    conversion = mq.convert(mq.read(text), "URDF", states=5)
+    assert conversion.worst <= 1e-12
+    assert str(conversion).endswith(" refuses it.")
+
+
 @pytest.mark.parametrize("form", ["MJCF", "SDF"])
 def test_what_shows_a_body_is_written(form: Form) -> None:
     looks = (

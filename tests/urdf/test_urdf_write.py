@@ -572,3 +572,16 @@ def test_bodies_without_mass_have_no_inertial_and_rods_stand_where_they_are() ->
     (hinge,) = (joint for joint in root.iter("joint") if joint.get("name") == "b")
     assert numbers(hinge.find("origin"), "xyz") == [0, 0, 0.35]
     assert numbers(hinge.find("origin"), "rpy") == [0, 0, 3]
+
+
+def test_the_spring_of_a_joint_to_the_world_is_read_back() -> None:
+    hinge = mq.Revolute("q", "world", "rod", axis=(0, 0.6, 0.8), origin=mq.Placement((1, 2, 3)))
+    spring = mq.JointSpring("spring", "q", 3.0, 0.4)
+    bodies = (mq.Body("world"), mq.Body("rod", mq.rod(1.0, 1.0)))
+    mechanism = mq.Mechanism("m", bodies, (hinge,), forces=(spring,), ground="world")
+    text = mq.write_urdf(mechanism)
+    assert 'link="world_anchor"' in text
+    (read,) = mq.read_urdf(text).forces
+    assert isinstance(read, mq.JointSpring)
+    assert (read.joint, read.stiffness) == ("q", 3.0)
+    assert read.reference == pytest.approx(0.4, rel=1e-14)

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import final
 
-from mecanique.formats.scope import SCOPES, joint_damping, joint_spring, lifted_share
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.formats.scope import SCOPES, joint_damping, joint_spring, lifted_share, passes_on
+from mecanique.formats.sources import placement_at
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.forces import Damper, Spring
@@ -70,12 +75,25 @@ class _Writer:
             yield self._body(joint)
 
     def _body(self, joint: Joint) -> Tag:
+        """Return the body of a joint, with those behind it that only empty bodies separate."""
+        chain = [joint]
+        while (behind := passes_on(self._mechanism, chain[-1])) is not None:
+            chain.append(behind)
+        joint = chain[-1]
         where = f"joint {joint.name!r}"
-        place = {"name": joint.child, **self._pose(joint.origin, where)}
+        place, joints = chain[0].origin, [*self._joints(joint)]
+        if len(chain) > 1:
+            # the frame of each joint in that of the body, and of the body in its parent
+            pose = np.eye(4)
+            for before, after in pairwise(reversed(chain)):
+                pose = np.linalg.inv(self._mechanism.matrix(before.origin) @ np.linalg.inv(pose))
+                joints = [*self._joints(after, pose), *joints]
+            place = placement_at(self._mechanism.matrix(chain[0].origin) @ np.linalg.inv(pose))
+        attributes = {"name": joint.child, **self._pose(place, where)}
         if joint.child in self._lifts:
-            place["gravcomp"] = number(self._lifts[joint.child], where)
+            attributes["gravcomp"] = number(self._lifts[joint.child], where)
         contents = self._contents(joint.child)
-        return Tag("body", *self._inertial(joint.child), *self._joints(joint), *contents, **place)
+        return Tag("body", *self._inertial(joint.child), *joints, *contents, **attributes)
 
     def _pose(self, place: Placement, where: str) -> dict[str, str]:
         xyz = self._mechanism.evaluate_all(place.xyz)
@@ -116,18 +134,22 @@ class _Writer:
         free = {"contype": "0", "conaffinity": "0", "group": "2", "mass": "0"}
         yield Tag("geom", type=form, size=numbers(sizes, "a visual"), **free, **looks)
 
-    def _joints(self, joint: Joint) -> Iterator[Tag]:
+    def _joints(self, joint: Joint, pose: Array | None = None) -> Iterator[Tag]:
+        """Yield a joint, whose frame has a pose in that of its body."""
         for step in self._steps[joint.name]:
             if step.kind == "floating":
                 yield Tag("freejoint", name=step.name)
             elif step.kind != "fixed":
-                yield Tag("joint", **self._moves(joint, step))
+                yield Tag("joint", **self._moves(joint, step, pose))
 
-    def _moves(self, joint: Joint, step: SimpleJoint) -> dict[str, str]:
+    def _moves(self, joint: Joint, step: SimpleJoint, pose: Array | None) -> dict[str, str]:
         where = f"joint {step.name!r}"
         attributes = {"name": step.name, "type": _KINDS[step.kind]}
+        if pose is not None:
+            attributes["pos"] = numbers(pose[:3, 3].tolist(), where)
         if step.axis is not None:
-            attributes["axis"] = numbers(step.axis, where)
+            axis = step.axis if pose is None else (pose[:3, :3] @ step.axis).tolist()
+            attributes["axis"] = numbers(axis, where)
         if step.limits is not None and step.limits.bounded:
             reach = max(step.limits.lower, -1e9), min(step.limits.upper, 1e9)
             attributes["range"] = numbers(reach, where)

@@ -113,7 +113,6 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
         if law_of_follower(mechanism, steps, name, scope.degree) is None:
             most = "linear laws of one joint" if scope.degree == 1 else "polynomials of degree four"
             yield f"{name} = {law}: {form} knows {most} alone"
-    carrying = {joint.parent for joint in mechanism.joints}
     for joint in mechanism.joints:
         if isinstance(joint, scope.joints):
             yield f"joint {joint.name}: {form} has none of the kind {type(joint).__name__!r}"
@@ -127,7 +126,7 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
         if body.as_given and form != "URDF":
             yield f"body {body.name}: no real body has its inertia, and engines of {form} refuse it"
         light = not mechanism.evaluate(body.mass) > 0
-        bare = scope.massive or (form == "MJCF" and joint.child not in carrying)
+        bare = scope.massive or (form == "MJCF" and passes_on(mechanism, joint) is None)
         if light and bare and not isinstance(joint, Fixed):
             yield f"body {body.name}: {form} refuses moving bodies without mass"
     if scope.dialect:
@@ -169,6 +168,21 @@ def _has_no_length(mechanism: Mechanism, spring: Spring) -> bool:
 def is_empty(mechanism: Mechanism, body: Body) -> bool:
     """Whether a body has neither mass nor inertia."""
     return not any(mechanism.evaluate_all((body.mass, *body.inertia)))
+
+
+def passes_on(mechanism: Mechanism, joint: Joint) -> Joint | None:
+    """Return the joint behind a hinge or slide that carries nothing else: MJCF puts both in a body.
+
+    MuJoCo refuses bodies between joints that have no mass.
+    """
+    (body,) = (body for body in mechanism.bodies if body.name == joint.child)
+    behind = [other for other in mechanism.joints if other.parent == body.name]
+    ends = {end for loop in mechanism.loops for end in loop.bodies}
+    ends |= {end for force in mechanism.forces for end in getattr(force, "bodies", ())}
+    alone = isinstance(joint, Single) and is_empty(mechanism, body) and not body.visuals
+    if not alone or len(behind) != 1 or body.name in ends:
+        return None
+    return None if isinstance(behind[0], Fixed | Floating) else behind[0]
 
 
 def lifted_share(mechanism: Mechanism, force: AnyForce) -> float | None:

@@ -13,7 +13,7 @@ import numpy as np
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import Damper, JointDamper, JointSpring, Spring
-from mecanique.model.placement import Placement, pose_of
+from mecanique.model.placement import Placement, pose_of, rpy_of
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
@@ -339,6 +339,9 @@ def _bushing(
             report.add("M603", element, where, f"{name!r} is no frame")
             return
     a, c = (frames[name] for name in names)
+    if frozenset((a.link, c.link)) not in between:
+        # as at a link that is welded to the world, which stands in for it
+        a, c = (_carry_through_welds(frame, between) for frame in (a, c))
     try:
         equal = in_joint(a, c, between.get(frozenset((a.link, c.link)), []), values)
     except BushingFaultError as fault:
@@ -356,6 +359,21 @@ def _bushing(
         extensions.forces.append(
             JointDamper(extensions.names.free(f"{equal.joint}_damper"), equal.joint, equal.damping)
         )
+
+
+def _carry_through_welds(
+    frame: LinkFrame, between: Mapping[frozenset[str], list[JointText]]
+) -> LinkFrame:
+    """Return a frame on the link to which fixed joints weld its own, in the same place."""
+    welds = {
+        joint.child: joint for joints in between.values() for joint in joints if not joint.moving
+    }
+    while frame.link in welds:
+        weld = welds.pop(frame.link)
+        pose = pose_of(weld.origin) @ pose_of(frame.place)
+        x, y, z = pose[:3, 3].tolist()
+        frame = LinkFrame(weld.parent, Placement((x, y, z), rpy_of(pose[:3, :3])))
+    return frame
 
 
 def _frames(robot: Element, links: Collection[str], report: Report) -> dict[str, LinkFrame]:
