@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import mecanique as mq
 from mecanique.errors import InputError, UrdfError
 from mecanique.model import (
     Body,
