@@ -70,7 +70,17 @@ def choose(
         mechanism, duration = reading.read(find_file(system, reading)), Chosen.duration
         mechanism = mechanism.replace(**values) if values else mechanism
     rates = {name.removesuffix("'"): value for name, value in velocity.items()}
-    return Chosen(mechanism, system, reading, q, v, start, rates, duration, tuple(values))
+    return Chosen(
+        mechanism=mechanism,
+        system=system,
+        reading=reading,
+        q=q,
+        v=v,
+        start=start,
+        velocity=rates,
+        duration=duration,
+        given=tuple(values),
+    )
 
 
 def find_file(system: str, reading: FileOptions = _PLAINLY) -> Path:

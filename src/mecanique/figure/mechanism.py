@@ -741,11 +741,11 @@ def _legend(setting: Setting, marks: list[Mark]) -> Iterator[Mark]:
 
 def _holds(parts: tuple[tuple[str, str], ...], symbol: tuple[tuple[str, str], ...]) -> bool:
     """Whether a symbol stands in a text, and not with another index."""
-    n = len(symbol)
-    return any(
-        parts[k : k + n] == symbol and [how for _, how in parts[k + n :]][:1] != ["below"]
-        for k in range(len(parts))
-    )
+    for k in range(len(parts)):
+        found, after = parts[k : k + len(symbol)], parts[k + len(symbol) :]
+        if found == symbol and not (after and after[0][1] == "below"):
+            return True
+    return False
 
 
 def solid_marks(setting: Setting, body: str | None = None) -> Iterator[Mark]:
