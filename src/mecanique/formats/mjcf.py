@@ -701,17 +701,17 @@ class _Reader(Source):
         loads = [self._rotors.get(motion.child, 0.0) for motion in self._motions]
         M = np.diag(np.array(rotors, dtype=float) + np.array(loads))
         for link in self._links:
-            part, below, body = masses[link.name].move(link.home), {link.name}, link.name
+            part, carrying, body = masses[link.name].move(link.home), {link.name}, link.name
             while body in carriers:
                 body = carriers[body].parent
-                below.add(body)
+                carrying.add(body)
             spins = np.zeros((len(M), 3))
             slides = np.zeros((len(M), 3))
             for k, motion in enumerate(self._motions):
-                if motion.child in below and motion.turns:
+                if motion.child in carrying and motion.turns:
                     spins[k] = motion.axis
                     slides[k] = np.cross(motion.axis, part.center - motion.anchor)
-                elif motion.child in below:
+                elif motion.child in carrying:
                     slides[k] = motion.axis
             M += part.mass * slides @ slides.T + spins @ part.inertia @ spins.T
         return M
@@ -808,7 +808,7 @@ class _Reader(Source):
             flow = flows[joint.parent].move(pose_of(joint.origin))
             if not isinstance(joint, Fixed):
                 flow = flow._replace(depth=flow.depth + 1)
-            names = [coordinate(rate) for rate in joint.velocities]
+            rates = np.array([coordinate(name) for name in joint.velocities])
             match joint:
                 case Revolute() | Prismatic():
                     axis = np.array(joint.axis, dtype=float)
@@ -819,8 +819,8 @@ class _Reader(Source):
                         flow = flow.shift(q * axis).add(rate * axis, still)
                 case Spherical() | Floating():
                     flow = flow.turn(_turn_of([coordinate(c) for c in joint.quaternion]))
-                    linear = names[:3] if isinstance(joint, Floating) else still
-                    flow = flow.add(np.array(linear), np.array(names[-3:]))
+                    linear = rates[:3] if isinstance(joint, Floating) else still
+                    flow = flow.add(linear, rates[-3:])
             flows[joint.child] = flow
             followed = not self.laws.keys().isdisjoint(joint.coordinates)
             if flow.depth > _MOST_IMMERSED or followed:
