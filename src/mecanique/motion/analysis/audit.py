@@ -179,66 +179,50 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
         speed = 1.0 + float(np.abs(seen.v).max(initial=0.0))
         rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", seen.t))
         rows.append(_row("rates of the loops", drift[:, 1:], speed, most, "1/s", seen.t))
-    rows += _pushes(motion)
-    lifts, needs = _contacts(motion)
+    unmet, needs = _list_unmet(motion)
     speeds = find_maxima(motion.curve, lambda t, q, v: motion.reference.center_speeds(q, v, t))
     return Audit(
-        (*rows, *lifts),
+        (*rows, *unmet),
         float(speeds.values.max(initial=0.0)),
         trust(motion, accuracy) if refine else None,
         needs,
     )
 
 
-def _contacts(motion: Trajectory) -> tuple[list[AuditRow], tuple[FrictionNeed, ...]]:
-    """Return the largest pull, and ratio of friction to normal force, that contacts need."""
+def _list_unmet(motion: Trajectory) -> tuple[list[AuditRow], tuple[FrictionNeed, ...]]:
+    """Return the largest push of cords and pull of contacts, and the friction that these need.
+
+    A force that is not known is not held against the motion.
+    """
+    mechanism, reference = motion.mechanism, motion.reference
+    contacts = [c.name for c in mechanism.contacts if isinstance(c, PressingContact)]
+    cords = [name for element in mechanism.elements for name in element.tensions]
+    if not contacts and not cords:
+        return [], ()
 
     def measure(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        forces = reference.guide_forces(q, v, t) if cords else {}
+        rubbing = [(forces[name], np.zeros(len(t))) for name in cords]
         columns = []
-        for N, friction in pressings(motion.reference, q, v, t):
+        for force, friction in (*rubbing, *pressings(reference, q, v, t)):
             with np.errstate(all="ignore"):
-                columns += [-N, np.abs(N), np.where(N > 0, friction / N, np.nan)]
+                ratio = np.where(force > 0, friction / force, np.nan)
+            columns += [-force, np.abs(force), ratio]
         return np.column_stack(columns)
 
-    names = [
-        contact.name
-        for contact in motion.mechanism.contacts
-        if isinstance(contact, PressingContact)
-    ]
-    if not names:
-        return [], ()
     most = find_maxima(motion.curve, measure)
-    triples = [*zip(names, most.values.reshape(-1, 3), most.times.reshape(-1, 3), strict=True)]
-    lifts = [
-        _unmet(f"pull of {name}, off", values[0], values[1], times[0])
-        for name, values, times in triples
-    ]
-    needs = (FrictionNeed(name, float(v[2]), float(t[2])) for name, v, t in triples)
-    return lifts, tuple(needs)
-
-
-def _pushes(motion: Trajectory) -> list[AuditRow]:
-    """The largest push each cord would need where it would go slack."""
-    names = [name for element in motion.mechanism.elements for name in element.tensions]
-    if not names:
-        return []
-
-    def measure(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        forces = motion.reference.guide_forces(q, v, t)
-        return np.column_stack([x for name in names for x in (-forces[name], np.abs(forces[name]))])
-
-    most = find_maxima(motion.curve, measure)
-    pairs = zip(names, most.values.reshape(-1, 2), most.times[::2], strict=True)
-    return [
-        _unmet(f"push of {name}, slack", push, size, time) for name, (push, size), time in pairs
-    ]
-
-
-def _unmet(name: str, largest: float, size: float, time: float) -> AuditRow:
-    """The row of a force of the wrong sign, or of none; an unknown one is not held against it."""
-    force = max(float(np.nan_to_num(largest)), 0.0)
-    relative = force / (float(np.nan_to_num(size)) or 1.0)
-    return AuditRow(name, force, relative, SLACK_CORD, "N", float(np.nan_to_num(time)))
+    words = [f"push of {name}, slack" for name in cords]
+    words += [f"pull of {name}, off" for name in contacts]
+    rows, needs = list[AuditRow](), list[FrictionNeed]()
+    largest, times = (part.reshape(-1, 3) for part in most)
+    for name, (wrong, size, _), (time, *_) in zip(words, largest, times, strict=True):
+        force = max(float(np.nan_to_num(wrong)), 0.0)
+        relative = force / (float(np.nan_to_num(size)) or 1.0)
+        rows.append(AuditRow(name, force, relative, SLACK_CORD, "N", float(np.nan_to_num(time))))
+    count = len(cords)
+    for name, values, when in zip(contacts, largest[count:], times[count:], strict=True):
+        needs.append(FrictionNeed(name, float(values[2]), float(when[2])))
+    return rows, tuple(needs)
 
 
 def _row(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -43,24 +43,18 @@ def owning(rhs: RightHandSide) -> RightHandSide:
 def overwriting(program: RatesProgram) -> Callable[[], RightHandSide]:
     """Return a maker of functions f(t, y) = y', each of which overwrites its last answer."""
     lines, rates = _write(program.tape, program.rates, program)
-    signals = _signals(program)
-    text = "\n".join(
-        [
-            "def make():",
-            f"    answer = empty({len(rates)})",
-            "    out = memoryview(answer)",
-            "    def rhs(t, y):",
-            f"        {_state(program)} = y.tolist()",
-            *(f"        {_name(symbol)} = {_name(symbol)}_(t)" for symbol in program.signals),
-            *(f"        {line}" for line in lines),
-            *(f"        out[{k}] = {rate}" for k, rate in enumerate(rates)),
-            "        return answer",
-            "    return rhs",
-        ]
-    )
-    space: dict[str, Any] = {**_FLOATS, **signals, "empty": np.empty}
-    exec(compile(text, f"<equations of {program.mechanism.name}>", "exec"), space)
-    make: Callable[[], RightHandSide] = space["make"]
+    body = [*_begin(program, "y.tolist()"), *lines]
+    body += [f"out[{k}] = {rate}" for k, rate in enumerate(rates)]
+    text = [
+        "def make():",
+        f"    answer = empty({len(rates)})",
+        "    out = memoryview(answer)",
+        "    def rhs(t, y):",
+        *(f"        {line}" for line in body),
+        "        return answer",
+        "    return rhs",
+    ]
+    make: Callable[[], RightHandSide] = _run(program, text, _FLOATS | {"empty": np.empty})["make"]
     return make
 
 
@@ -69,18 +63,14 @@ def list_values(
 ) -> Callable[[float, np.ndarray], tuple[float, ...]]:
     """Return f(t, y) that lists values of the tape of a program without open parameters."""
     lines, answers = _write(program.tape, values, program)
-    text = "\n".join(
-        [
-            "def compute(t, y):",
-            f"    {_state(program)} = y.tolist()",
-            *(f"    {_name(symbol)} = {_name(symbol)}_(t)" for symbol in program.signals),
-            *(f"    {line}" for line in lines),
-            f"    return {''.join(f'{answer}, ' for answer in answers)}",
-        ]
-    )
-    space: dict[str, Any] = {**_FLOATS, **_signals(program)}
-    exec(compile(text, f"<loops of {program.mechanism.name}>", "exec"), space)
-    compute: Callable[[float, np.ndarray], tuple[float, ...]] = space["compute"]
+    body = [*_begin(program, "y.tolist()"), *lines]
+    text = [
+        "def compute(t, y):",
+        *(f"    {line}" for line in body),
+        f"    return {''.join(f'{answer}, ' for answer in answers)}",
+    ]
+    compute: Callable[[float, np.ndarray], tuple[float, ...]]
+    compute = _run(program, text, _FLOATS)["compute"]
     return compute
 
 
@@ -90,38 +80,42 @@ def vectorize(program: RatesProgram, values: Sequence[np.ndarray] = ()) -> Batch
 
     lines, rates = _write(*by_tangents(program.tape, program.rates), program)
     fixed, moving = _split(program, lines)
-    text = "\n".join(
-        [
-            f"def build({', '.join(map(_name, program.open))}):",
-            *(f"    {line}" for line in fixed),
-            "    def rhs(t, Y, out):",
-            f"        {_state(program)} = Y",
-            *(f"        {_name(symbol)} = {_name(symbol)}_(t)" for symbol in program.signals),
-            *(f"        {line}" for line in moving),
-            *(f"        out[{k}] = {rate}" for k, rate in enumerate(rates)),
-            "    return rhs",
-        ]
-    )
-    space: dict[str, Any] = {name: numpy_function(name) for name in (*FUNCTIONS, "pow")} | _signals(
-        program
-    )
-    exec(compile(text, f"<equations of {program.mechanism.name}>", "exec"), space)
-    rhs: Batched = space["build"](*values)
+    body = [*_begin(program, "Y"), *moving]
+    body += [f"out[{k}] = {rate}" for k, rate in enumerate(rates)]
+    text = [
+        f"def build({', '.join(map(_name, program.open))}):",
+        *(f"    {line}" for line in fixed),
+        "    def rhs(t, Y, out):",
+        *(f"        {line}" for line in body),
+        "    return rhs",
+    ]
+    functions = {name: numpy_function(name) for name in (*FUNCTIONS, "pow")}
+    rhs: Batched = _run(program, text, functions)["build"](*values)
     return rhs
 
 
-def _signals(program: RatesProgram) -> dict[str, Any]:
+def _begin(program: RatesProgram, states: str) -> list[str]:
+    """The lines that read the state, and the signals at its time."""
+    names = ", ".join(f"s{k}" for k in range(len(program.states)))
+    signals = [f"{_name(symbol)} = {_name(symbol)}_(t)" for symbol in program.signals]
+    return [f"[{names}] = {states}", *signals]
+
+
+def _run(
+    program: RatesProgram, text: Sequence[str], functions: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return what lines of Python define, by name."""
     inputs = {signal.symbol: signal for signal in program.mechanism.inputs}
-    return {f"{_name(s)}_": inputs[s].function(program.mechanism.values) for s in program.signals}
+    values = program.mechanism.values
+    signals = {f"{_name(s)}_": inputs[s].function(values) for s in program.signals}
+    space: dict[str, Any] = {**functions, **signals}
+    exec(compile("\n".join(text), f"<equations of {program.mechanism.name}>", "exec"), space)
+    return space
 
 
 def _name(symbol: str) -> str:
     """A letter of the mechanism as a name in Python; letters may be keywords or end in dashes."""
     return "i_" + symbol.replace("'", "_p")
-
-
-def _state(program: RatesProgram) -> str:
-    return f"[{', '.join(f's{k}' for k in range(len(program.states)))}]"
 
 
 def _write(

@@ -275,11 +275,9 @@ class Watcher:
         interruption: Interruption,
         reconsider: Callable[[int, float], bool] | None,
     ) -> None:
-        mechanism, rates = problem.mechanism, problem.code.rates
+        mechanism, rates, corners = problem.mechanism, problem.code.rates, problem.corners
         self.interruption = interruption
         self._reconsider = reconsider
-        self._reference = problem.reference
-        self._loops = problem.loops
         self._problem = problem
         self._rates = rates
         self._task = task
@@ -292,18 +290,13 @@ class Watcher:
             for event in problem.events
             if event.restitution is not None
         }
-        self._corners = problem.corners
-        self._switches = {
-            event.name for event in (problem.corners.events if problem.corners else ())
-        }
+        self._switches = {event.name for event in (corners.events if corners else ())}
         self._before = self._measure(steps.t[-1], steps.y[-1])  # each quantity at the last step
         self._lift_margins()
         self._to_record: list[_Crossing] = []
         self._halting: _Crossing | None = None
         self._found: list[Occurrence] = []
         self._last_impact: dict[str, float] = {}
-        self._progress = problem.progress
-        self._begin, self._duration = problem.t0, problem.end - problem.t0
         self._next_report = problem.t0
         self._stalls = StallDetector(problem, implicit=task.implicit)
         self._most_drift = 10 * task.rtol if rates.balls else float("inf")
@@ -333,15 +326,14 @@ class Watcher:
         if self._idle:
             return None
         t, y = steps.t[-1], steps.y[-1]
-        if self._progress is not None and t >= self._next_report:
-            try:
-                self._progress((t - self._begin) / self._duration)
-            except Exception as error:
-                return Outcome("progress", error)
-            self._next_report = t + self._duration / 100
+        problem, loops = self._problem, self._problem.loops
+        if problem.progress is not None and t >= self._next_report:
+            if (outcome := problem.report(t)) is not None:
+                return outcome
+            self._next_report = t + (problem.end - problem.t0) / 100
         halts = (
             (self._events and self._has_crossed())
-            or (self._loops is not None and self._loops.has_left(t, y))
+            or (loops is not None and loops.has_left(t, y))
             or self._rates.drift(y[: self._nq]) > self._most_drift
         )
         return Outcome("halt") if halts else None
@@ -361,16 +353,19 @@ class Watcher:
         ]
         steps.end_at(t, y, self._task.rhs)
         event = self._events[crossing.which]
-        if self._corners is not None and event.name in self._switches:
+        if event.name in self._switches:
             return self._switch(t, y, event.name)
         q, v = y[: self._nq], y[self._nq :]
         after = v
         if event.name in self._impacts:
-            after = self._impacts[event.name](t, q, v, partial(self._reference.response, q, t))
+            after = self._impacts[event.name](
+                t, q, v, partial(self._problem.reference.response, q, t)
+            )
         self._found.append(Occurrence(event.name, t, q, v, after))
         if event.stop:
             return Outcome("event")
-        if t - self._last_impact.get(event.name, -np.inf) < SHORTEST_FLIGHT * self._duration:
+        duration = self._problem.end - self._problem.t0
+        if t - self._last_impact.get(event.name, -np.inf) < SHORTEST_FLIGHT * duration:
             return Outcome("contact")
         self._last_impact[event.name] = t
         y = np.concatenate([q, after])
@@ -382,9 +377,9 @@ class Watcher:
 
     def _switch(self, t: float, y: np.ndarray, name: str) -> Outcome | None:
         """Change the mode at the last step's end."""
-        assert self._corners is not None, "elements switch"
+        assert self._problem.corners is not None, "elements switch"
         try:
-            y, happened = self._corners.switch(t, y, name)
+            y, happened = self._problem.corners.switch(t, y, name)
         except MecaniqueError as error:
             return Outcome("undecided", error)
         self._found += happened

@@ -284,25 +284,23 @@ class Corners:
 
     # on the rows that are held ------------------------------------------------------------------
 
-    def _list_rows(self, mode: Mode) -> tuple[list[int], list[int]]:
-        """Return the rows held in position, and in velocity."""
-        positional = self.rows.positional
-        in_position = [k for k in self.rows.permanent if positional[k]]
-        in_velocity = list(self.rows.permanent)
+    def _list_rows(self, mode: Mode) -> list[int]:
+        """Return the rows held in velocity, of which those of gaps are held in position, too."""
+        rows = list(self.rows.permanent)
         for element, state in zip(self.elements, mode, strict=True):
-            if state.name != OPEN and element.normal is not None and element.stiffness is None:
-                in_position.append(element.normal)
-                in_velocity.append(element.normal)
+            if state.name != OPEN and element.struck:
+                rows += element.rows[:1]
             if state.name == STICKS:
-                in_velocity += element.tangents
-        return in_position, in_velocity
+                rows += element.tangents
+        return rows
 
     def close(self, t: float, y: Array) -> Array:
         """Return the state on the rows that are held, next to a state."""
         return self._project(t, y, self.mode(t))
 
     def _project(self, t: float, y: Array, mode: Mode) -> Array:
-        in_position, in_velocity = self._list_rows(mode)
+        in_velocity = self._list_rows(mode)
+        in_position = [row for row in in_velocity if self.rows.positional[row]]
         q, v = self.rows.rates.normalize(y[: self._nq]), y[self._nq :]
         if not in_velocity:
             return np.concatenate([q, v])
@@ -323,7 +321,7 @@ class Corners:
 
     def has_left(self, t: float, y: Array) -> bool:
         """Return whether a state has drifted off the rows that are held."""
-        if not self._list_rows(self.mode(t))[1]:
+        if not self._list_rows(self.mode(t)):
             return False
         gap = np.abs(self.close(t, y) - y)
         return bool(gap.max() > DRIFTED * (1.0 + np.abs(y).max()))
@@ -340,10 +338,8 @@ class Corners:
         """Return the state to start from, after impacts if there are any, and what happens."""
         q, v = y[: self._nq], y[self._nq :]
         terms = self.rows.at(q, v, t)
-        for element in self.elements:
-            if element.normal is None or element.stiffness is not None:
-                continue
-            gap = float(terms.gaps[element.normal])
+        for element in filter(lambda element: element.struck, self.elements):
+            gap = float(terms.gaps[element.rows[0]])
             if gap < -CLOSED_GAP * self.length:
                 raise InputError(
                     f"{element.name!r} begins with a gap of {gap:.3g}: its bodies are one within "
@@ -379,31 +375,22 @@ class Corners:
         if not shared and which == 0:
             if state.name == OPEN:
                 touching[k] = True
-            elif self.elements[k].stiffness is None:
+            elif self.elements[k].struck:
                 forbidden = frozenset((k, name) for name in self.elements[k].states[1:])
             else:
                 touching[k] = False
         elif not shared and state.name == STICKS:
             forbidden = frozenset({(k, STICKS)})
         elif not shared:
-            y = self._stop_slip(t, y, mode, k)
+            # the slip, which is zero to rounding, is zero
+            y = self._project(t, y, (*mode[:k], ElementState(STICKS), *mode[k + 1 :]))
         return self._change(t, y, touching, forbidden)
 
-    def _stop_slip(self, t: float, y: Array, mode: Mode, k: int) -> Array:
-        """Return the state in which the slip of an element, zero to rounding, is zero."""
-        states = list(mode)
-        states[k] = ElementState(STICKS)
-        return self._project(t, y, tuple(states))
-
     def _is_touching(self, terms: Terms, k: int, state: ElementState | None = None) -> bool:
-        normal = self.elements[k].normal
-        if normal is None:
-            return False
-        if self.elements[k].stiffness is not None:
-            return state is not None and state.name != OPEN
-        if state is not None and state.name != OPEN:
-            return True
-        return bool(terms.gaps[normal] <= CLOSED_GAP * self.length)
+        element, closed = self.elements[k], state is not None and state.name != OPEN
+        if not element.struck:
+            return closed and element.normal is not None
+        return closed or bool(terms.gaps[element.rows[0]] <= CLOSED_GAP * self.length)
 
     def _change(
         self,
@@ -421,16 +408,12 @@ class Corners:
         approaching = [
             k
             for k, element in enumerate(self.elements)
-            if touching[k]
-            and element.stiffness is None
-            and element.normal is not None
-            and terms.rates[element.normal] < -still
+            if touching[k] and element.struck and terms.rates[element.rows[0]] < -still
         ]
         rested: list[tuple[int, float]] = []
         if approaching:
             v = v + self._decide(t, y, lambda: self.laws.impact(terms, touching, still))
-            rested = self._rest(q, v, t, touching, approaching, still)
-            v = self._at_rest(q, v, t, [k for k, _ in rested])
+            v, rested = self._rest(q, v, t, approaching, still)
             terms = self.rows.at(q, v, t)
             names = ", ".join(self.elements[k].name for k in approaching)
             occurrences.append(Occurrence(f"{names}: impact", t, q, before, v))
@@ -472,20 +455,17 @@ class Corners:
     def _choose(self, solutions: list[ModeSolution], t: float, y: Array) -> Mode:
         if len(solutions) == 1:
             return solutions[0].mode
-        if not solutions:
-            raise IntegrationError(
-                f"no mode follows at t = {t:.9g} s: Coulomb's friction of rigid bodies has no "
-                "solution here (Painlevé); make a body or a contact elastic, or lower the friction",
-                time=t,
-                state=y,
-            )
-        listed = "; ".join(self.describe(solution.mode) for solution in solutions)
-        raise IntegrationError(
-            f"{len(solutions)} modes follow at t = {t:.9g} s: {listed}; which of them does is not "
-            "decided by rigid bodies with Coulomb's friction",
-            time=t,
-            state=y,
+        message = (
+            f"no mode follows at t = {t:.9g} s: Coulomb's friction of rigid bodies has no "
+            "solution here (Painlevé); make a body or a contact elastic, or lower the friction"
         )
+        if solutions:
+            listed = "; ".join(self.describe(solution.mode) for solution in solutions)
+            message = (
+                f"{len(solutions)} modes follow at t = {t:.9g} s: {listed}; which of them does is "
+                "not decided by rigid bodies with Coulomb's friction"
+            )
+        raise IntegrationError(message, time=t, state=y)
 
     def describe(self, mode: Mode) -> str:
         """Return a mode in words."""
@@ -493,54 +473,36 @@ class Corners:
         return ", ".join(f"{element.name} {state.name}" for element, state in pairs)
 
     def _rest(
-        self,
-        q: Array,
-        v: Array,
-        t: float,
-        touching: list[bool],
-        impacting: list[int],
-        still: float,
-    ) -> list[tuple[int, float]]:
-        """Return the contacts whose bounces are over, and the time the rest of them takes [s].
+        self, q: Array, v: Array, t: float, impacting: list[int], still: float
+    ) -> tuple[Array, list[tuple[int, float]]]:
+        """Return the velocities without those of contacts whose bounces are over, and these.
 
-        From a speed u a bounce takes 2 u/g and the next e times that: together 2 u/(g (1 − e)).
+        With each comes the time that the rest of its bounces takes: from a speed u one takes 2 u/g
+        and the next e times that, together 2 u/(g (1 − e)).
         """
         terms = self.rows.at(q, v, t)
-        mode = tuple(
+        # while all is apart, joints rub as they did before
+        sticking = tuple(ElementState(STICKS) for _ in self.elements)
+        apart = tuple(
             ElementState(OPEN) if element.normal is not None else state
-            for element, state in zip(self.elements, self._present(), strict=True)
+            for element, state in zip(
+                self.elements, self._modes[-1] if self._modes else sticking, strict=True
+            )
         )
-        solution = self.laws.solve(terms, mode)
+        solution = self.laws.solve(terms, apart)
         if solution is None:
-            return []
+            return v, []
         growth = terms.jacobian @ solution.a + terms.gamma
         ended: list[tuple[int, float]] = []
         for k in impacting:
-            element = self.elements[k]
-            normal, e = element.normal, element.restitution
-            assert normal is not None, "it has a gap"
-            speed, fall = float(terms.rates[normal]), -float(growth[normal])
+            row, e = self.elements[k].rows[0], self.elements[k].restitution
+            speed, fall = float(terms.rates[row]), -float(growth[row])
             if not (0 < e < 1 and speed > still and fall > 0):
                 continue
             if speed**2 / (2 * fall) <= LAST_BOUNCE * self.length:
                 ended.append((k, 2 * speed / (fall * (1 - e))))
-        return ended
-
-    def _present(self) -> Mode:
-        if self._modes:
-            return self._modes[-1]
-        states = []
-        for element in self.elements:
-            states.append(ElementState(OPEN if element.normal is not None else STICKS))
-        return tuple(states)
-
-    def _at_rest(self, q: Array, v: Array, t: float, contacts: list[int]) -> Array:
-        """Return the velocities without those along the normals of some contacts."""
-        if not contacts:
-            return v
-        terms = self.rows.at(q, v, t)
-        rows = [row for k in contacts if (row := self.elements[k].normal) is not None]
-        return v + _least_step(terms, rows, terms.rates[rows])
+        rows = [self.elements[k].rows[0] for k, _ in ended]
+        return (v + _least_step(terms, rows, terms.rates[rows]) if rows else v), ended
 
     # afterwards ---------------------------------------------------------------------------------
 

@@ -409,7 +409,7 @@ class Laws:
     def _in_turn(self, terms: Terms, contacts: list[int], still: float) -> Array:
         change = np.zeros(len(terms.load))
         for _ in range(MOST_IMPACTS):
-            rates = {k: terms.rates[self._normal(k)] for k in contacts}
+            rates = {k: terms.rates[self.elements[k].rows[0]] for k in contacts}
             fastest = min(rates, key=lambda k: rates[k])
             if rates[fastest] >= -still:
                 return change
@@ -420,11 +420,6 @@ class Laws:
             f"impacts in turn do not end after {MOST_IMPACTS}; let them be together", 0
         )
 
-    def _normal(self, k: int) -> int:
-        row = self.elements[k].normal
-        assert row is not None, "it has a gap"
-        return row
-
     def _together(self, terms: Terms, contacts: list[int], still: float) -> Array:
         laws = {getattr(self.elements[k].element, "law", "newton") for k in contacts}
         if len(laws) > 1:
@@ -432,7 +427,7 @@ class Laws:
                 "contacts that impact together have Newton's and Poisson's laws of restitution; "
                 "expected one of them"
             )
-        normals = {k: self._normal(k) for k in contacts}
+        normals = {k: self.elements[k].rows[0] for k in contacts}
         if laws == {"poisson"}:
             return self._by_poisson(terms, normals, still)
         targets = {
