@@ -36,7 +36,7 @@ def test_derive_prints_every_mode_with_its_condition(block: str) -> None:
     for options in (["--steps"], ["--routh"], ["--in", "slide"], ["--method", "all"]):
         refused = CliRunner().invoke(app, ["derive", block, *options])
         assert refused.exit_code == 2
-        assert "its modes are written as text by Lagrange" in refused.output
+        assert "its modes are written as text or LaTeX by Lagrange" in refused.output
 
 
 @pytest.mark.parametrize(

@@ -85,7 +85,8 @@ def derive(
     form, steps = ("latex" if document else form), steps or document
     with working("Deriving the equations of motion"):
         if chosen.mechanism.switching:
-            if routh or reduced or units or form == "mathml" or method != "lagrange":
+            stepwise = steps and not document
+            if routh or reduced or units or stepwise or form == "mathml" or method != "lagrange":
                 raise mq.InputError(
                     f"mechanism {chosen.mechanism.name!r} has elements that switch: its modes are "
                     "written as text or LaTeX by Lagrange's method alone; expected no other option "
