@@ -11,6 +11,7 @@ import pytest
 import mecanique as mq
 from mecanique.checking import budget
 from mecanique.checking.mistakes import search
+from mecanique.checking.mistakes.of_quantities import QuantityMistakes
 from mecanique.checking.verdict import Mistake
 
 PENDULUM = mq.textbook.load("simple_pendulum")
@@ -100,6 +101,29 @@ def test_the_search_for_causes_ends_in_time_and_says_so(
     assert answer.outcome == "wrong"
     assert str(answer.causes[0]) == "the sign is wrong"
     assert str(answer.causes[-1]) == "the search for causes ended after 5 s"
+
+
+@pytest.mark.parametrize(
+    ("method", "ask", "text"),
+    [
+        ("explain", "kinetic energy", "T = m l^2 q'^2"),
+        ("explain_constant", "conserved quantity", "m l q'"),
+        ("explain_matrix", "mass matrix", "[[2 m l^2]]"),
+    ],
+)
+def test_the_search_in_quantities_ends_in_time_and_says_so(
+    monkeypatch: pytest.MonkeyPatch, method: str, ask: str, text: str
+) -> None:
+    def late(*_: object) -> Iterator[Mistake]:
+        yield Mistake("sign", "the sign is wrong", "", 0.1)
+        raise budget.OutOfTimeError("late")
+
+    monkeypatch.setattr(QuantityMistakes, method, late)
+    answer = mq.check(PENDULUM, text, ask)
+    assert answer.outcome == "wrong"
+    said = [str(cause) for cause in answer.causes]
+    assert "the sign is wrong" in said
+    assert "the search for causes ended after 5 s" in said
 
 
 def test_deriving_the_right_equations_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:

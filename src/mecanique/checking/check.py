@@ -323,8 +323,7 @@ class Checker:
         if len(differences) != true[0].size:
             return ()
         given = true + np.stack(differences, axis=-1).reshape(true.shape)
-        mistakes = self.search.of_quantities.explain_matrix(given)
-        return tuple(sorted(mistakes, key=lambda mistake: mistake.weight))
+        return self.search.explain_matrix(given)
 
     def _judge_units(self, judged: Judged, quantity: AskedQuantity, text: str) -> Judged:
         """Return a formula that holds at the random states, wrong if its units do not match."""

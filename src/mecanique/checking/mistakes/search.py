@@ -587,17 +587,21 @@ class Search:
         ]
         mistakes += _list_in_time(find_lacking(residual, series))
         if quantity is not None:
-            mistakes += self.of_quantities.explain(residual, quantity)
+            mistakes += _list_in_time(self._of_quantities.explain(residual, quantity))
         return _rank(_misfits(units, residual, number, text), _in_equation(mistakes, number))
 
     @cached_property
-    def of_quantities(self) -> QuantityMistakes:
-        """The mistakes in quantities other than equations of motion."""
+    def _of_quantities(self) -> QuantityMistakes:
         return QuantityMistakes(self._truth, self._hypotheses)
+
+    def explain_matrix(self, given: Array) -> tuple[Mistake, ...]:
+        """Return the likely causes of a wrong mass matrix, shape (n, nv, nv)."""
+        return _rank([], _list_in_time(self._of_quantities.explain_matrix(given)))
 
     def explain_constant(self, root: Node, number: int, text: str) -> tuple[Mistake, ...]:
         """Return the likely causes why a formula is not conserved."""
-        listed = _in_equation(self.of_quantities.explain_constant(root, text), number)
+        mistakes = _list_in_time(self._of_quantities.explain_constant(root, text))
+        listed = _in_equation(mistakes, number)
         truth = self._truth
         try:
             slope = rate(root, self._letters.rate_nodes)
