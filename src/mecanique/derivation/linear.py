@@ -109,14 +109,16 @@ def linear(derivation: Derivation) -> Linear | None:
     if vary(derivation.M, fixed):
         return None
     forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
-    C, K = (tuple(tuple(by(force)) for force in forces) for by in (ring.partials, ring.along))
+    C = tuple(tuple(ring.partials(force)) for force in forces)
+    K = tuple(tuple(ring.along(force)) for force in forces)
     if vary(C, fixed) or vary(K, fixed):
         return None
     state = [ring[name] for name in (*algebra.velocities, *names)]
-    f = tuple(
-        ring.sum([*(slope * x for slope, x in zip((*c, *k), state, strict=True)), -force])
-        for c, k, force in zip(C, K, forces, strict=True)
-    )
+    rest: list[Series] = []
+    for c, k, force in zip(C, K, forces, strict=True):
+        terms = [slope * x for slope, x in zip((*c, *k), state, strict=True)]
+        rest.append(ring.sum([*terms, -force]))
+    f = tuple(rest)
     return None if vary([f], moving) else Linear(names, derivation.M, C, K, f)
 
 
@@ -129,7 +131,10 @@ def _write_rows(rows: Matrix) -> str:
 
 
 def _write_series(rows: Iterable[Sequence[Series]], writer: Writer) -> str:
-    return _write_matrix([[expression(x).write(writer) for x in row] for row in rows], writer)
+    def write(entry: Series) -> str:
+        return expression(entry).write(writer)
+
+    return _write_matrix([list(map(write, row)) for row in rows], writer)
 
 
 def _write_matrix(rows: list[list[str]], writer: Writer) -> str:

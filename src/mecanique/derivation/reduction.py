@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import islice
+from operator import attrgetter
 from typing import Any, final
 
 import numpy as np
@@ -205,7 +206,7 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
         every = (inertia, *pulls, falls[k], losses[k], -drive)
         shown = [expression(inertia), Expression(tuple(slopes))]
         shown += [expression(series) for series in (losses[k], falls[k])]
-        left = join(part for part in shown if any(term.number for term in part.terms))
+        left = join(part for part in shown if any(map(attrgetter("number"), part.terms)))
         parts.append(every)
         rows.append(ring.sum(every))
         written.append(Equation(left, expression(drive), ring.number(1)))

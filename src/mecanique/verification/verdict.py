@@ -215,8 +215,8 @@ class LikelyCause(Legible):
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data."""
         nested = {
-            name: [cause.to_dict() for cause in causes]
-            for name, causes in (("alike", self.alike), ("parts", self.parts))
+            "alike": [cause.to_dict() for cause in self.alike],
+            "parts": [cause.to_dict() for cause in self.parts],
         }
         return {**asdict(self), **nested}
 

@@ -182,7 +182,7 @@ def _cut_open(kinematics: Kinematics, loop: Loop) -> Bond:
     ring = kinematics.algebra.ring
     ends = (loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)
     (A, start), (B, end) = (kinematics.ground.frame(*frame) for frame in ends)
-    a, b = ([lift(ring, axis) for axis in axes] for axes in (A, B))
+    a, b = [lift(ring, axis) for axis in A], [lift(ring, axis) for axis in B]
     on_a, on_b = lift(ring, start), lift(ring, end)
     within = _plane(a[2]) if loop.kind in ("pin", "plate") else None
     own = loop.kind in ("pin", "plate") and within is None

@@ -38,12 +38,17 @@ class Cases:
 
     def first(self, number: int) -> Cases:
         """Return the first states."""
-        return Cases(*({name: rows[:number] for name, rows in a.items()} for a in self._tables))
+        cut = []
+        for table in self._tables:
+            cut.append({name: rows[:number] for name, rows in table.items()})
+        return Cases(*cut)
 
     def join(self, more: Cases) -> Cases:
         """Return these states followed by others."""
         pairs = zip(self._tables, more._tables, strict=True)
-        joined = [{name: np.concatenate([a[name], b[name]]) for name in a} for a, b in pairs]
+        joined = []
+        for a, b in pairs:
+            joined.append({name: np.concatenate([a[name], b[name]]) for name in a})
         return Cases(*joined)
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias, TypeVar, final
 
@@ -59,7 +60,7 @@ class Inputs:
     def join(cls, parts: Sequence[Inputs]) -> Inputs:
         """Return the experiments of several parts."""
         names = cls.__dataclass_fields__
-        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+        return cls(*(np.concatenate(list(map(attrgetter(name), parts))) for name in names))
 
 
 @final
