@@ -83,8 +83,15 @@ class Conversion(Legible):
     @property
     def proved(self) -> bool:
         """Whether the result, but for what is lost, says what the source says."""
-        refused = any(reading.refused or reading.differs for reading in self.readings)
-        return self.worst <= _ALIKE and not refused
+        differs = any(reading.differs for reading in self.readings)
+        return self.worst <= _ALIKE and not differs and not self._refusing
+
+    @property
+    def _refusing(self) -> list[str]:
+        """The engines that refuse the result, unless another reads it."""
+        if any(reading.worst is not None for reading in self.readings):
+            return []
+        return [reading.engine for reading in self.readings if reading.refused]
 
     def __str__(self) -> str:
         lines = [f"{self.form} cannot express: {line}" for line in self.lost]
@@ -97,11 +104,14 @@ class Conversion(Legible):
         rest = " but for what is listed" if self.lost else ""
         differs = self.worst > _ALIKE or any(reading.differs for reading in self.readings)
         verdict = "differs from" if differs else "says the same as"
-        refusing = [reading.engine for reading in self.readings if reading.refused]
         lines.append(
             f"The {self.form} {verdict} the source{rest}: "
             f"largest relative difference {self.worst:.1e} at {self.states} states"
-            + (f"; not proved, as {' and '.join(refusing)} refuses it." if refusing else ".")
+            + (
+                f"; not proved, as {' and '.join(self._refusing)} refuses it."
+                if self._refusing
+                else "."
+            )
         )
         return "\n".join(lines)
 
@@ -124,7 +134,7 @@ def convert(
         InputError: if there is no such format, or the number of states is none.
 
     Example:
-        >>> mq.convert(mq.textbook.load("rigid_bar_pendulum"), "MJCF", states=5).lost
+        >>> mq.convert(mq.textbook.load("rigid_bar_pendulum"), "SDF", states=5).lost
         ()
     """
     if form not in SCOPES:

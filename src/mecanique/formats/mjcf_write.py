@@ -9,7 +9,15 @@ from typing import final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.formats.scope import SCOPES, joint_damping, joint_spring, lifted_share, passes_on
+from mecanique.formats.scope import (
+    SCOPES,
+    THICKENED,
+    is_thin,
+    joint_damping,
+    joint_spring,
+    lifted_share,
+    passes_on,
+)
 from mecanique.formats.sources import placement_at
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.constraints.loops import Loop
@@ -93,7 +101,7 @@ class _Writer:
         if joint.child in self._lifts:
             attributes["gravcomp"] = number(self._lifts[joint.child], where)
         contents = self._contents(joint.child)
-        return Tag("body", *self._inertial(joint.child), *joints, *contents, **attributes)
+        return Tag("body", *self._inertial(joint), *joints, *contents, **attributes)
 
     def _pose(self, place: Placement, where: str) -> dict[str, str]:
         xyz = self._mechanism.evaluate_all(place.xyz)
@@ -103,11 +111,14 @@ class _Writer:
             pose["euler"] = numbers(rpy, where)
         return pose
 
-    def _inertial(self, name: str) -> Iterator[Tag]:
-        body = self._bodies[name]
-        where = f"body {name!r}"
+    def _inertial(self, joint: Joint) -> Iterator[Tag]:
+        """Yield mass and inertia of the body that a joint moves."""
+        body = self._bodies[joint.child]
+        where = f"body {body.name!r}"
         mass = self._mechanism.evaluate(body.mass)
         entries = self._mechanism.evaluate_all(body.inertia)
+        if is_thin(self._mechanism, joint):
+            entries = [*(moment + THICKENED for moment in entries[:3]), *entries[3:]]
         if mass or any(entries):
             center = numbers(self._mechanism.evaluate_all(body.center), where)
             # a fixed body may have no inertia, but MuJoCo takes zeros on a diagonal alone

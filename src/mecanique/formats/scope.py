@@ -10,6 +10,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.model.bodies import Body
+from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Mesh
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.force_base import AnyForce
@@ -22,6 +23,12 @@ from mecanique.urdf.write import axial_steps, law_of_follower
 from mecanique.wording import say_count
 
 Form: TypeAlias = Literal["URDF", "MJCF", "SDF"]
+
+THICKENED = 2e-15
+"""Moment of inertia that a thin rod or a particle gets in MJCF, about every axis [kg·m²].
+
+MuJoCo refuses moving bodies with a principal moment of 1e-15 or less.
+"""
 
 _CLOSED = 1e-9
 """How far the frames of a loop may be apart that SDF shows closed, relative to 1 m and to 1."""
@@ -140,14 +147,17 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
 
 
 def list_omissions(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
-    """Say in a line each what is left out that has no part in the equations of motion."""
+    """Say in a line each what differs that has no part in the equations of motion."""
     if form != "MJCF":
         return ()
     bounds = [joint.limits for joint in mechanism.joints if isinstance(joint, Single)]
     fast = sum(limits is not None and limits.velocity < UNBOUNDED for limits in bounds)
     looks = [visual.geometry for body in mechanism.bodies for visual in body.visuals]
     meshes = sum(isinstance(geometry, Mesh) for geometry in looks)
+    thin = sum(is_thin(mechanism, joint) for joint in mechanism.joints)
     lines = {
+        f"{say_count(thin, 'body', 'bodies')} without inertia about an axis: MuJoCo refuses them, "
+        f"each has {THICKENED:g} kg·m² more": thin,
         f"limits of velocity of {say_count(fast, 'joint')}: MJCF has none": fast,
         f"{say_count(meshes, 'mesh', 'meshes')} that show bodies: left out": meshes,
     }
@@ -168,6 +178,15 @@ def _has_no_length(mechanism: Mechanism, spring: Spring) -> bool:
 def is_empty(mechanism: Mechanism, body: Body) -> bool:
     """Whether a body has neither mass nor inertia."""
     return not any(mechanism.evaluate_all((body.mass, *body.inertia)))
+
+
+def is_thin(mechanism: Mechanism, joint: Joint) -> bool:
+    """Whether a joint moves a body with mass, but without inertia about some axis."""
+    (body,) = (body for body in mechanism.bodies if body.name == joint.child)
+    if isinstance(joint, Fixed) or body.as_given or is_empty(mechanism, body):
+        return False
+    moments = np.linalg.eigvalsh(tensor_of(mechanism.evaluate_all(body.inertia)))
+    return bool(moments[0] < THICKENED)
 
 
 def passes_on(mechanism: Mechanism, joint: Joint) -> Joint | None:
