@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -22,6 +24,7 @@ from mecanique.reference.loops.singular import (
     _Slope,
     _smooth_step,
     _State,
+    _turns_ahead,
 )
 from mecanique.reference.tolerances import WEAK
 
@@ -165,7 +168,33 @@ def test_a_joint_counts_by_its_velocities(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_neighborhood_is_around_its_position() -> None:
-    around = _Neighborhood(np.array([1.0, -2.0]), 0.1)
+    around = _Neighborhood(np.array([1.0, -2.0]), 0.1, np.array([1.0, 1.0]))
     assert around.holds(np.array([1.05, -2.05]))
     assert not around.holds(np.array([1.05, -2.2]))
     assert not around.holds(np.array([-1.0, 2.0]))
+
+
+def test_a_neighborhood_counts_lengths_by_their_unit() -> None:
+    around = _Neighborhood(np.zeros(2), 0.1, np.array([1.0, 0.02]))  # an angle, and a small length
+    assert around.holds(np.array([0.09, 0.0019]))
+    assert not around.holds(np.array([0.09, 0.0021]))
+
+
+@pytest.mark.parametrize("r", [0.03, 0.3, 3.0])
+def test_a_turn_is_judged_a_few_times_whatever_the_size(
+    r: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A crank and a rod that hardly differ: time scales by the root of the lengths."""
+    judged: list[float] = []
+
+    def judge(*given: Any) -> bool | None:
+        judged.append(given[-1])
+        return _turns_ahead(*given)
+
+    monkeypatch.setattr("mecanique.reference.loops.singular._turns_ahead", judge)
+    crank = textbook.load("slider_crank", r=r, l=1.001 * r)
+    motion = simulate(
+        crank, q={"theta": 1.0}, v={"theta'": 3.0 / r**0.5}, duration=2.0 * r**0.5, samples=3
+    )
+    assert motion.q[-1, 0] == pytest.approx(12.40264296, abs=1e-6)
+    assert 0 < len(judged) < 20

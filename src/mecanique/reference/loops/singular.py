@@ -133,10 +133,11 @@ class _Neighborhood(NamedTuple):
     """The positions around one."""
 
     q: Array
-    radius: float
+    radius: float  # in natural units
+    units: Array  # shape (nq,), those of the coordinates
 
     def holds(self, q: Array) -> bool:
-        return bool(np.abs(q - self.q).max(initial=0.0) < self.radius)
+        return bool(np.abs((q - self.q) / self.units).max(initial=0.0) < self.radius)
 
 
 @final
@@ -148,8 +149,11 @@ class ClosedRhs:
     def __init__(self, closed: Closed) -> None:
         self._closed = closed
         self._nq = closed.mechanism.nq
-        self._unit = min(1.0, closed.closures.length)
-        nowhere = _Neighborhood(np.full(self._nq, np.inf), 0.0)
+        columns = closed.closures.columns
+        # coordinates that are no velocity's integral have the lesser unit of both kinds
+        least = np.full(self._nq, min(1.0, closed.closures.length))
+        self._units = columns if len(columns) == self._nq else least
+        nowhere = self._around(np.full(self._nq, np.inf), 0.0)
         self._regular = self._judged = self._undecided = nowhere
         self._turns = False
 
@@ -163,12 +167,14 @@ class ClosedRhs:
             way = _find_way(self._closed, state)
             ahead = _distance(self._closed, way, state)
             distance = abs(ahead)
-            radius = min(distance - _FAR, _FAR) / 2 * self._unit
-            self._regular = _Neighborhood(state.q.copy(), radius)
+            self._regular = self._around(state.q, min(distance - _FAR, _FAR) / 2)
             if distance < _JUDGED and self._judge(state, way, ahead):
                 return self._plain(state)
             slope = _pass(self._closed, state, slope, way, distance)
         return np.concatenate(slope)
+
+    def _around(self, q: Array, radius: float) -> _Neighborhood:
+        return _Neighborhood(q.copy(), radius, self._units)
 
     def turns_at(self, q: Array) -> bool:
         """Return whether branches are known to come near each other there, but not to cross."""
@@ -184,10 +190,10 @@ class ClosedRhs:
             return False
         turns = _turns_ahead(self._closed, way, state, ahead)
         if turns is None:  # often a trial state far off; what is known stays so
-            self._undecided = _Neighborhood(state.q.copy(), _UNDECIDED * self._unit)
+            self._undecided = self._around(state.q, _UNDECIDED)
             return False
         there = displace(self._closed, state.q, way.metric.columns @ way.along * ahead)
-        self._judged, self._turns = _Neighborhood(there, _AROUND * self._unit), turns
+        self._judged, self._turns = self._around(there, _AROUND), turns
         return turns
 
     def _plain(self, state: _State) -> Array:
