@@ -93,6 +93,7 @@ def test_studies_are_reached_and_said(pendulum: Scene, show: Callable[..., Visit
     seen = show(pendulum, viewport={"width": 1280, "height": 700})
     seen.page.click("#tab-parameters")
     seen.page.click("#modes-find")
+    seen.page.wait_for_selector("[aria-label='Show mode 2']")
     assert "2 natural modes" in seen.page.inner_text("#modes-told")
     seen.page.click("[aria-label='Show mode 2']")
     assert seen.js("mecanique.clock.last") == pytest.approx(4 * 0.874, abs=0.01)
@@ -104,6 +105,18 @@ def test_studies_are_reached_and_said(pendulum: Scene, show: Callable[..., Visit
     assert "apart" in seen.page.inner_text("#beside-told")
     assert seen.js("mecanique.picture.ghost.shown")
     assert seen.page.input_value("#speed") == "1", "another motion has its own speed"
+    seen.clean()
+
+
+def test_rests_found_within_a_slice_of_the_search_are_offered(
+    pendulum: Scene, show: Callable[..., Visit]
+) -> None:
+    seen = show(pendulum, viewport={"width": 1280, "height": 700})
+    seen.page.click("#tab-parameters")
+    seen.js("performance.now = () => 0")  # so that the search ends in its first slice
+    seen.page.click("#modes-find")
+    assert "2 natural modes" in seen.page.inner_text("#modes-told")
+    assert seen.page.locator("#rests button").count() == 4
     seen.clean()
 
 

@@ -69,16 +69,19 @@ export class Modes {
   go(search, small) {
     if (this.search !== search) return;
     const end = performance.now() + SLICE;
-    let step;
-    do step = search.next();
-    while (!step.done && performance.now() < end);
+    let step = search.next();
+    let known = step.value;
+    while (!step.done && performance.now() < end) {
+      step = search.next();
+      known = step.value ?? known;
+    }
+    if (known) this.list(known.rests, small);
     if (step.done) {
       this.end();
       if (!this.offers.childElementCount)
         this.told.textContent = "No position of rest was found near this start.";
       return;
     }
-    this.list(step.value.rests, small);
     const found = `${step.value.rests.length} found, ${Math.floor(100 * step.value.part)} % searched`;
     this.button.textContent = `End the search: ${found}`;
     setTimeout(() => this.go(search, small));
