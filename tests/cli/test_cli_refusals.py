@@ -49,8 +49,15 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             "expected a whole number of at least 1 for samples, got 0",
         ),
         ("verify cart_pole --seed -1", "expected a whole number of at least 0 for seed, got -1"),
-        ("verify nowhere.urdf", "expected a URDF file, but there is no file 'nowhere.urdf'"),
-        ("verify ./folder/robot", "expected a URDF file, but there is no file './folder/robot'"),
+        ("derive nowhere.sdf", "SDF file, but there is no file 'nowhere.sdf'"),
+        (
+            "verify nowhere.urdf",
+            "expected a URDF, MJCF or SDF file, but there is no file 'nowhere.urdf'",
+        ),
+        (
+            "verify ./folder/robot",
+            "expected a URDF, MJCF or SDF file, but there is no file './folder/robot'",
+        ),
         ("verify bad.urdf", "bad.urdf:1:"),
         ("verify notes.txt", "notes.txt:1:"),
         ("urdf cart_pole -o missing/cart.urdf", "missing/cart.urdf"),

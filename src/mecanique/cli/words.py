@@ -86,18 +86,20 @@ def choose(
 def find_file(system: str, reading: FileOptions = _PLAINLY) -> Path:
     """Return the file of a description that a word names."""
     from mecanique.formats.locate import locate
+    from mecanique.formats.scope import SCOPES
 
     path, robots = locate(system, reading.package_path or None), mq.robots()
     if path is not None:
         return path
-    looks_like_path = system.endswith((".urdf", ".xml", ".xacro")) or (
+    suffixes = (".xacro", *(suffix for scope in SCOPES.values() for suffix in scope.suffixes))
+    looks_like_path = system.endswith(suffixes) or (
         "/" in system
         and not any(
             "/" in known and known.split("/")[0] == system.split("/")[0] for known in robots
         )
     )
     if looks_like_path:
-        raise mq.InputError(f"expected a URDF file, but there is no file {system!r}")
+        raise mq.InputError(f"expected a URDF, MJCF or SDF file, but there is no file {system!r}")
     try:
         return mq.robot(system)
     except mq.UnknownNameError:
