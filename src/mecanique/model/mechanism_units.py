@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from mecanique.arrays import median
+from mecanique.arrays import Array, median
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import LineLoad
 from mecanique.model.joint_base import UNITS
@@ -95,3 +95,11 @@ def _infer_unit(mechanism: Mechanism, name: str, inferred: Mapping[str, Dimensio
     if inferred[name] != PURE:
         return say_unit(inferred[name])
     return "rad"
+
+
+def coordinate_scales(mechanism: Mechanism, velocities: Array, length: float) -> Array:
+    """Return the natural unit of each coordinate, by those of the velocities and a length."""
+    # where coordinates are no integrals of velocities, all have the lesser of both kinds of units
+    return (
+        velocities if len(velocities) == mechanism.nq else np.full(mechanism.nq, min(1.0, length))
+    )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mecanique.generation.dop853 import ASTRAY, CLOSED, FIRM, HALVED, PROBE, ROUNDING, SWEEPS
-from mecanique.model.mechanism_units import velocity_scales
+from mecanique.model.mechanism_units import coordinate_scales, velocity_scales
 from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.compile.python import list_values
 from mecanique.motion.record.curve import RightHandSide
@@ -46,9 +46,9 @@ class ClosedProgram:
         self._firmness = list_values(program, (landing.firmness,))
         self._plain = velocity_scales(program.mechanism)
         self._rates = Rates.of(program.mechanism)
-        self._nq = nq = program.mechanism.nq
-        least = min(1.0, reference.closed.closures.length)
-        self._per_unit = 1 / self._plain if len(self._plain) == nq else np.full(nq, 1 / least)
+        self._nq = program.mechanism.nq
+        length = reference.closed.closures.length
+        self._per_unit = 1 / coordinate_scales(program.mechanism, self._plain, length)
         self._regular: np.ndarray = np.full(self._nq, np.inf)
         self._radius = 0.0
 

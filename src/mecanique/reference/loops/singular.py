@@ -24,6 +24,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
+from mecanique.model.mechanism_units import coordinate_scales
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.loops.assembly import NewtonResult, Tangent, displace, newton
 from mecanique.reference.loops.closed import Closed
@@ -149,10 +150,8 @@ class ClosedRhs:
     def __init__(self, closed: Closed) -> None:
         self._closed = closed
         self._nq = closed.mechanism.nq
-        columns = closed.closures.columns
-        # coordinates that are no velocity's integral have the lesser unit of both kinds
-        least = np.full(self._nq, min(1.0, closed.closures.length))
-        self._units = columns if len(columns) == self._nq else least
+        closures = closed.closures
+        self._units = coordinate_scales(closed.mechanism, closures.columns, closures.length)
         nowhere = self._around(np.full(self._nq, np.inf), 0.0)
         self._regular = self._judged = self._undecided = nowhere
         self._turns = False
