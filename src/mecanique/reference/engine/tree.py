@@ -150,10 +150,15 @@ def refuse_massless(mechanism: Mechanism, mode: Array, where: str = "") -> NoRet
     names = [name for name, part in parts if abs(part) > TAKES_PART]
     joints = [joint for joint in mechanism.joints if set(joint.velocities) & set(names)]
     moved = "".join(f", joint {joint.name!r} (body {joint.child!r})" for joint in joints)
+    motion = f"mechanism {mechanism.name!r}: the motion {', '.join(names)}{moved} moves no mass"
+    if where and len(names) > 1:  # massless in this position alone, as hinges that are in line
+        raise EngineError(
+            f"{motion}{where}: these coordinates cannot be told apart there, as hinges in line; "
+            f"choose another position, or give the bodies between mass or inertia ({OF_SHAPES})"
+        )
     raise EngineError(
-        f"mechanism {mechanism.name!r}: the motion {', '.join(names)}{moved} moves no mass{where}, "
-        f"so nothing determines it; give the body mass or inertia ({OF_SHAPES}), or prescribe the "
-        "joint by the coordinate map"
+        f"{motion}{where}, so nothing determines it; give the body mass or inertia ({OF_SHAPES}), "
+        "or prescribe the joint by the coordinate map"
     )
 
 
