@@ -151,7 +151,7 @@ def refuse_massless(mechanism: Mechanism, mode: Array, where: str = "") -> NoRet
     joints = [joint for joint in mechanism.joints if set(joint.velocities) & set(names)]
     moved = "".join(f", joint {joint.name!r} (body {joint.child!r})" for joint in joints)
     motion = f"mechanism {mechanism.name!r}: the motion {', '.join(names)}{moved} moves no mass"
-    if where and len(names) > 1:  # massless in this position alone, as hinges that are in line
+    if where and len(joints) > 1:  # massless in this position alone, as hinges that are in line
         raise EngineError(
             f"{motion}{where}: these coordinates cannot be told apart there, as hinges in line; "
             f"choose another position, or give the bodies between mass or inertia ({OF_SHAPES})"
