@@ -179,3 +179,17 @@ def test_the_period_without_rotation_is_the_elliptic_integral() -> None:
     assert period.relative < 1e-9
     # across the plane the pin bears the Coriolis force
     assert 1e-5 < check["force in pin"].change < 1e-3
+
+
+def test_a_force_from_nothing_counts_relative_to_those_that_act() -> None:
+    orbit = mq.textbook.load("kepler_orbit")
+    motion = mq.simulate(orbit, q={"r": 1.0}, v={"phi'": 3.0}, duration=5.0)
+    check = mq.inertial_check(orbit, motion, LATITUDE)
+    # attraction alone moves the planet: its hinges carry nothing on ground at rest
+    assert check["force in phi"].size < 1e-12
+    mu, m = (orbit.values[name] for name in ("mu", "m"))
+    assert check.force == pytest.approx(m * mu / motion["r"].min() ** 2, rel=1e-6)
+    assert check.worst.name in ("r", "phi")
+    row = next(line for line in str(check).splitlines() if line.startswith("force in phi"))
+    assert row.split()[3:5] == ["0", "N"]
+    assert float(row.split()[7]) < 1e-4

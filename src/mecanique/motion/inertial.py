@@ -25,6 +25,7 @@ from mecanique.model.forces import Force
 from mecanique.model.joints import Fixed, Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length, units
+from mecanique.motion.analysis.forces import Actions
 from mecanique.motion.motion import Motion, simulate
 from mecanique.motion.tolerances import INERTIAL_RTOL
 from mecanique.wording import Legible
@@ -151,6 +152,7 @@ class InertialCheck(Legible):
         still: the motion on ground at rest.
         turning: the motion on the turning earth.
         tolerance: relative change below which the ground counts as inertial.
+        force: largest force on a body, applied or of a joint [N]; what forces are compared with.
         length: what moments are compared with forces by, a typical length of the mechanism [m].
 
     Example:
@@ -168,6 +170,7 @@ class InertialCheck(Legible):
     still: Motion
     turning: Motion
     tolerance: float
+    force: float
     length: float
 
     @property
@@ -187,13 +190,13 @@ class InertialCheck(Legible):
         raise UnknownNameError("row", name, (row.name for row in self.rows))
 
     def _weight(self, row: InertialRow) -> float:
+        scale = self._scale(row)
+        return row.change / scale if scale > 0 else row.relative
+
+    def _scale(self, row: InertialRow) -> float:
         alike = max(peer.size for peer in self.rows if peer.unit == row.unit)
-        if row.unit == "N·m":  # a moment may arise where there was none
-            alike = max(
-                alike,
-                self.length * max(peer.size for peer in self.rows if peer.unit in ("N", "N·m")),
-            )
-        return row.change / alike if alike > 0 else row.relative
+        # a reaction may arise where there was none: it is small beside what acts on the bodies
+        return max(alike, {"N": self.force, "N·m": self.length * self.force}.get(row.unit, 0.0))
 
     def __str__(self) -> str:
         width = max(len(row.name) for row in self.rows)
@@ -205,7 +208,11 @@ class InertialCheck(Legible):
             f"{'quantity':<{width}}  {'size':>16}  {'change':>16}  {'relative':>9}  at t [s]",
         ]
         for row in self.rows:
-            size, change = (f"{x:.4g} {row.unit}".rstrip() for x in (row.size, row.change))
+            rounding = INERTIAL_RTOL * self._scale(row)
+            size, change = (
+                f"{x if x > rounding else 0:.4g} {row.unit}".rstrip()
+                for x in (row.size, row.change)
+            )
             lines.append(
                 f"{row.name:<{width}}  {size:>16}  {change:>16}  {self._weight(row):9.1e}  "
                 f"{row.time:.4g}"
@@ -287,7 +294,12 @@ def inertial_check(
         *_reaction_rows(still, turning, turned, count),
     ]
     rows += _period_rows(still, turning)
-    length = float(characteristic_length(mechanism))
+    actions = Actions(mechanism, still.reference)
+    reactions = [row.size for row in rows if row.unit == "N"]
+    acting = [
+        float(np.linalg.norm(action.force, axis=1).max())
+        for action in actions.applied(still.t, still.q, still.v)
+    ]
     return InertialCheck(
         latitude=float(latitude),
         facing=facing,
@@ -296,7 +308,8 @@ def inertial_check(
         still=still,
         turning=turning,
         tolerance=tolerance,
-        length=length,
+        force=max(reactions + acting, default=0.0),
+        length=float(characteristic_length(mechanism)),
     )
 
 
