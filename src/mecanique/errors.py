@@ -204,9 +204,9 @@ class EngineError(MecaniqueError):
         Traceback (most recent call last):
             ...
         mecanique.errors.EngineError: mechanism 'ghost': the motion hinge', joint 'hinge' (body
-        'nothing') moves no mass at q = [0.0], so nothing determines it; give the body mass or
-        inertia (`mecanique inertia FILE --density 1000 -o NEW` takes them from shapes), or
-        prescribe the joint by the coordinate map
+        'nothing') moves no mass, so nothing determines it; give the body mass or inertia
+        (`mecanique inertia FILE --density 1000 -o NEW` takes them from shapes), or prescribe the
+        joint by the coordinate map
     """
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -79,3 +80,13 @@ def test_matrices_are_written_as_functions_of_the_speed() -> None:
 def test_wrong_words_are_refused(words: tuple[str, ...], message: str) -> None:
     said = " ".join(run(*words, code=2).split())
     assert message in said
+
+
+@pytest.mark.parametrize("name", ["acrobot", "ball_on_a_turntable"])
+def test_exponents_of_undamped_motions_have_no_real_part(name: str) -> None:
+    # rounding left 1e-16 of them, and 1e-15 of a zero
+    text = CliRunner().invoke(app, ["steady", name]).output
+    listed = text.split("exponents [1/s]\n")[1].split("\n\n")[0].split()
+    assert len(listed) == 4
+    assert all(exponent == "0" or exponent.startswith(("0-", "0+")) for exponent in listed)
+    assert not re.search(r"e-\d", " ".join(listed))

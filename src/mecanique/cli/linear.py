@@ -145,6 +145,8 @@ def _modes(linearization: Linearization) -> Iterator[str]:
 
 def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
     """Return the exponents of deviations from a steady motion, and their matrices."""
+    from mecanique.motion.linear.steady import write_exponent
+
     if as_json:
         figures = {
             "positions": steady.positions,
@@ -160,7 +162,7 @@ def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
     lines.append(f"independent positions   {', '.join(steady.positions)}")
     lines.append(f"independent velocities  {', '.join(steady.velocities)}")
     lines.append(f"cyclic                  {', '.join(steady.cyclic) or 'none'}")
-    lines += ["", "exponents [1/s]", *(f"  {_write(x)}" for x in steady.exponents)]
+    lines += ["", "exponents [1/s]", *(f"  {write_exponent(x)}" for x in steady.exponents)]
     for name, matrix in (("M", steady.M), ("C", steady.C), ("K", steady.K)):
         lines += ["", f"{name}"]
         lines += [_matrix_row(row) for row in _clean(matrix)]
@@ -188,7 +190,3 @@ def _matrices(source: Linearization | SteadyLinearization | SpeedMatrices) -> di
 
 def _pairs(values: np.ndarray) -> list[list[float]]:
     return [[float(x.real), float(x.imag)] for x in values]
-
-
-def _write(x: complex) -> str:
-    return f"{x:.6g}" if x.imag else f"{x.real:.6g}"

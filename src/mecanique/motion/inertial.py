@@ -152,7 +152,7 @@ class InertialCheck(Legible):
         still: the motion on ground at rest.
         turning: the motion on the turning earth.
         tolerance: relative change below which the ground counts as inertial.
-        force: largest force on a body, applied or of a joint [N]; what forces are compared with.
+        force: largest force on a body, also of a joint or its inertia, to compare forces with [N].
         length: what moments are compared with forces by, a typical length of the mechanism [m].
 
     Example:
@@ -296,9 +296,10 @@ def inertial_check(
     rows += _period_rows(still, turning)
     actions = Actions(mechanism, still.reference)
     reactions = [row.size for row in rows if row.unit == "N"]
+    inertia = actions.inertia(still.t, still.q, still.v, still.a)
     acting = [
         float(np.linalg.norm(action.force, axis=1).max())
-        for action in actions.applied(still.t, still.q, still.v)
+        for action in (*actions.applied(still.t, still.q, still.v), *inertia)
     ]
     return InertialCheck(
         latitude=float(latitude),

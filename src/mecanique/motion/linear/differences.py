@@ -89,7 +89,8 @@ def refuse_rolling(mechanism: Mechanism) -> None:
     if mechanism.rolls:
         raise InputError(
             f"mechanism {mechanism.name!r} rolls or has velocity constraints: its linear "
-            "equations are of first order; use linearize_steady(mechanism, at={...}, v={...})"
+            "equations are of first order; use linearize_steady(mechanism, at={...}, v={...}), or "
+            "`mecanique steady`"
         )
 
 

@@ -396,6 +396,7 @@ def _search(reference: Reference, t: float, described: Mechanism) -> Linearizati
 def _no_equilibrium(mechanism: Mechanism, start: str) -> str:
     return (
         f"no equilibrium of {mechanism.name!r} was found from {start}; if it has one, say where: "
-        "linearize(mechanism, near={...}); a motion or a fall that nothing balances has none, but "
-        "can be linearized about any state: linearize(mechanism, at={...})"
+        "linearize(mechanism, near={...}), or --at on the command line; a motion or a fall that "
+        "nothing balances has none, but can be linearized about any state: "
+        "linearize(mechanism, at={...})"
     )

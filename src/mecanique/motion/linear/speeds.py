@@ -11,7 +11,12 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
-from mecanique.motion.linear.steady import SteadyLinearization, linearize_steady, plain
+from mecanique.motion.linear.steady import (
+    SteadyLinearization,
+    drop_noise,
+    linearize_steady,
+    write_exponent,
+)
 from mecanique.motion.output.plot import new_figure
 from mecanique.motion.tolerances import AGREES, ALIKE, FITS, SAME_SPEED, STABLE
 from mecanique.wording import Legible
@@ -57,7 +62,7 @@ class SpeedRange(Legible):
     def __str__(self) -> str:
         lines = [f"{self.mechanism.name}: exponents of small deviations [1/s] by speed"]
         for speed, values in zip(self.speeds, self.eigenvalues, strict=True):
-            cells = "  ".join(f"{x:>22.6g}" for x in plain(values))
+            cells = "  ".join(f"{write_exponent(x):>22}" for x in drop_noise(values))
             lines.append(f"{speed:>10.4g}  {cells}")
         limits = ", ".join(f"{limit:.9g}" for limit in self.limits) or "none in this range"
         return "\n".join([*lines, f"stability changes at: {limits}"])

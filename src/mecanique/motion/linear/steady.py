@@ -43,6 +43,7 @@ from mecanique.motion.tolerances import (
     SMALLEST_ANGLE,
     STABLE,
     STEADY,
+    SUMS,
 )
 from mecanique.threads import one_thread_for_loops
 
@@ -299,7 +300,8 @@ class SteadyLinearization:
     def exponents(self) -> np.ndarray:
         """The exponents without a zero for each deviation that nothing depends on [1/s]."""
         kept = [k for k in range(len(self.A)) if k not in self.idle]
-        values = np.linalg.eigvals(self.A[np.ix_(kept, kept)])
+        rates = self.A[np.ix_(kept, kept)]
+        values = drop_noise(np.linalg.eigvals(rates), SUMS * np.abs(rates).max(initial=0.0))
         result: np.ndarray = values[np.lexsort((values.imag, values.real))]
         return result
 
@@ -311,7 +313,7 @@ class SteadyLinearization:
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
-        listed = ", ".join(f"{x:.6g}" for x in plain(self.exponents))
+        listed = ", ".join(map(write_exponent, self.exponents))
         return f"<{kind} steady motion of {self.mechanism.name!r}: λ = {listed or 0}>"
 
 
@@ -466,8 +468,13 @@ def _refuse_changing(
         )
 
 
-def plain(exponents: np.ndarray) -> list[complex | float]:
-    """Return the numbers without rounding noise, those that are real as such."""
-    noise = NO_ENTRY * np.abs(exponents).max(initial=0.0)
+def drop_noise(exponents: np.ndarray, rounding: float = 0.0) -> np.ndarray:
+    """Return the exponents with parts that are noise beside the largest, or rounding, as zero."""
+    noise = max(NO_ENTRY * np.abs(exponents).max(initial=0.0), rounding)
     re, im = (np.where(np.abs(x) > noise, x, 0.0) for x in (exponents.real, exponents.imag))
-    return [complex(x, y) if y else float(x) for x, y in zip(re, im, strict=True)]
+    return re + 1j * im
+
+
+def write_exponent(exponent: complex) -> str:
+    """Return an exponent as text, a real one as such."""
+    return f"{exponent:.6g}" if exponent.imag else f"{exponent.real:.6g}"

@@ -144,21 +144,23 @@ def massless_mode(mass: Array, reach: Array) -> Array | None:
     return np.asarray(mode / mode[np.argmax(np.abs(mode))])
 
 
-def refuse_massless(mechanism: Mechanism, mode: Array, where: str = "") -> NoReturn:
-    """Refuse a mechanism for a motion that moves no mass."""
+def refuse_massless(mechanism: Mechanism, mode: Array, q: Array | None = None) -> NoReturn:
+    """Refuse a mechanism for a motion that moves no mass, at q alone or wherever it is."""
     parts = zip(mechanism.velocities, mode, strict=True)
     names = [name for name, part in parts if abs(part) > TAKES_PART]
     joints = [joint for joint in mechanism.joints if set(joint.velocities) & set(names)]
     moved = "".join(f", joint {joint.name!r} (body {joint.child!r})" for joint in joints)
     motion = f"mechanism {mechanism.name!r}: the motion {', '.join(names)}{moved} moves no mass"
-    if where and len(joints) > 1:  # massless in this position alone, as hinges that are in line
+    mass = f"give the body mass or inertia ({OF_SHAPES})"
+    if q is None:
         raise EngineError(
-            f"{motion}{where}: these coordinates cannot be told apart there, as hinges in line; "
-            f"choose another position, or give the bodies between mass or inertia ({OF_SHAPES})"
+            f"{motion}, so nothing determines it; {mass}, or prescribe the joint by the coordinate "
+            "map"
         )
+    # as at the pole of polar coordinates, or where hinges are in line
     raise EngineError(
-        f"{motion}{where}, so nothing determines it; give the body mass or inertia ({OF_SHAPES}), "
-        "or prescribe the joint by the coordinate map"
+        f"{motion} at q = {q.tolist()}, though it does elsewhere: the coordinates are singular "
+        f"there; choose another position or other coordinates, or {mass}"
     )
 
 
@@ -318,7 +320,7 @@ class EngineTree:
         mass = self.mass(q, v, t)
         mode = massless_mode(mass, self._reach())
         if mode is not None:
-            refuse_massless(self.mechanism, mode, f" at q = {q.tolist()}")
+            refuse_massless(self.mechanism, mode, q if self.massless is None else None)
         return np.asarray(np.linalg.solve(mass, self.forces(q, v, t) - self.bias(q, v, t)))
 
     def energy(self, q: Array, v: Array, t: float) -> Array:
