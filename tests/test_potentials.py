@@ -53,6 +53,28 @@ def pair(potential: object) -> mq.Mechanism:
     )
 
 
+Y = mq.coordinate("y")
+C = mq.Parameter("c", 2.0, "N/m²")
+W = mq.Parameter("W", 2.0, "rad/s")
+HENON_HEILES = K * (X**2 + Y**2) / 2 + C * (X**2 * Y - Y**3 / 3)
+TRAP = K * mq.cos(W * mq.time()) * (X**2 - Y**2) / 2
+
+
+def plane(potential: object) -> mq.Mechanism:
+    """A particle on two slides, in a potential of both coordinates."""
+    return mq.Mechanism(
+        "plane",
+        (mq.Body("ground"), mq.Body("led"), mq.Body("ball", mq.particle(M))),
+        (
+            mq.Prismatic("along", "ground", "led", axis=(1, 0, 0), coordinate="x"),
+            mq.Prismatic("across", "led", "ball", axis=(0, 1, 0), coordinate="y"),
+        ),
+        forces=(mq.Potential("field", ("along", "across"), potential),),
+        parameters=(M, K, C, W),
+        gravity=(0, 0, 0),
+    )
+
+
 GRAVITATION = -G * M * M / mq.distance()
 HOOKE = K * mq.distance() ** 2 / 2
 MORSE = D * (1 - mq.exp(-mq.distance() / A)) ** 2
@@ -69,8 +91,8 @@ def test_duffing_by_its_potential() -> None:
 
 @pytest.mark.parametrize(
     "mechanism",
-    [duffing(), pair(GRAVITATION), pair(HOOKE), pair(MORSE)],
-    ids=["duffing", "gravitation", "hooke", "morse"],
+    [duffing(), pair(GRAVITATION), pair(HOOKE), pair(MORSE), plane(HENON_HEILES), plane(TRAP)],
+    ids=["duffing", "gravitation", "hooke", "morse", "henon_heiles", "trap"],
 )
 def test_all_derivations_agree_with_the_engine(mechanism: mq.Mechanism) -> None:
     verdict = mq.verify(mechanism, samples=30)
@@ -115,7 +137,49 @@ def test_hooke_s_force_is_smooth_where_the_ends_meet() -> None:
         mq.Reference(pair(GRAVITATION)).acceleration(q, q)
 
 
-@pytest.mark.parametrize("mechanism", [duffing(), pair(GRAVITATION), pair(MORSE)])
+def test_a_potential_of_two_coordinates_by_hand() -> None:
+    """Hénon & Heiles, Astron. J. 69 (1964) 73, with a mass and a stiffness."""
+    equations = mq.derive(plane(HENON_HEILES))
+    assert str(equations).splitlines() == [
+        "m x'' + k x + 2 c x y = 0",
+        "m y'' + k y + c x^2 - c y^2 = 0",
+    ]
+    E = "E = m x'^2/2 + m y'^2/2 + k x^2/2 + k y^2/2 + c x^2 y - c y^3/3"
+    assert E in equations.text(steps=True)
+    reference, (x, y) = mq.Reference(plane(HENON_HEILES)), (0.3, -0.2)
+    np.testing.assert_allclose(
+        reference.acceleration([x, y], [0, 0]),
+        [-(3 * x + 4 * x * y) / 2, -(3 * y + 2 * (x * x - y * y)) / 2],
+        rtol=1e-14,
+    )
+    effects = {(effect.body, effect.other) for effect in reference.applied([x, y])}
+    assert effects == {("led", "ground"), ("ground", "led"), ("ball", "led"), ("led", "ball")}
+    motion = mq.simulate(plane(HENON_HEILES), q={"x": 0.1, "y": 0.2}, duration=5.0)
+    assert motion.audit().ok
+    assert np.ptp(motion.energy().total) < 1e-9
+
+
+def test_a_potential_that_depends_on_time_has_no_energy_integral() -> None:
+    """A saddle that changes sides, as in a trap of Paul: dE/dt = ∂V/∂t."""
+    text = mq.derive(plane(TRAP)).text(steps=True)
+    assert "V depends on time, so that the total energy is no integral" in text.replace(
+        "\n   ", " "
+    )
+    assert "Energy integral" not in text
+    assert "m x'' + k x cos(W t) = 0" in text
+    motion = mq.simulate(plane(TRAP), q={"x": 0.1, "y": 0.2}, duration=4.0)
+    assert motion.audit().ok
+    energy = motion.energy()
+    x, y = motion.q.T
+    V = 1.5 * np.cos(2 * motion.t) * (x**2 - y**2)
+    np.testing.assert_allclose(energy.potential, V, rtol=0, atol=1e-14)
+    assert np.ptp(energy.total) > 0.01
+    assert np.abs(energy.balance).max() < 1e-8 * energy.scale
+
+
+@pytest.mark.parametrize(
+    "mechanism", [duffing(), pair(GRAVITATION), pair(MORSE), plane(HENON_HEILES), plane(TRAP)]
+)
 def test_potentials_go_through_urdf(mechanism: mq.Mechanism) -> None:
     text = mq.write_urdf(mechanism)
     assert not [f for f in mq.lint(text) if f.severity == "error"]
@@ -124,7 +188,7 @@ def test_potentials_go_through_urdf(mechanism: mq.Mechanism) -> None:
     q = np.linspace(0.3, 1.4, mechanism.nq) ** 2
     before, after = (mq.Reference(m) for m in (mechanism, back))
     np.testing.assert_allclose(
-        after.acceleration(q, 0 * q), before.acceleration(q, 0 * q), rtol=1e-15, atol=0
+        after.acceleration(q, 0 * q, 0.7), before.acceleration(q, 0 * q, 0.7), rtol=1e-15, atol=0
     )
     assert after.energy(q).potential == pytest.approx(before.energy(q).potential, rel=1e-15)
 
@@ -133,7 +197,8 @@ def test_potentials_go_through_urdf(mechanism: mq.Mechanism) -> None:
     ("tag", "said"),
     [
         ('potential name="a" joint="nowhere" potential="q"', "'nowhere' is no joint"),
-        ('potential name="a" joint="slide" potential="q +"', "expression in the letter q"),
+        ('potential name="a" joint="slide nowhere" potential="q1"', "'nowhere' is no joint"),
+        ('potential name="a" joint="slide" potential="q +"', "expression in the letters q and t"),
         (
             'central_force name="a" link_a="block" point_a="0 0 0" link_b="block" point_b="0 0 0" '
             'potential="distance"',
@@ -151,10 +216,9 @@ def test_faulty_tags_are_reported(tag: str, said: str) -> None:
 @pytest.mark.parametrize(
     ("potential", "said"),
     [
-        (mq.time() * X**2, "its potential is to depend on 'x' and parameters alone, got time"),
         (
             K * X**2 * mq.velocity("x"),
-            'parameters alone, got "x\'"; what varies otherwise is a load',
+            'time and parameters alone, got "x\'"; what varies otherwise is a load',
         ),
         (K * mq.coordinate("y") ** 2, "depends on 'y', which is not declared"),
         (K * X, "potential"),
@@ -166,7 +230,9 @@ def test_what_is_no_potential_is_refused(potential: object, said: str) -> None:
 
 
 def test_a_distance_is_a_letter_of_its_own() -> None:
-    with pytest.raises(mq.MechanismError, match=r"is to depend on distance\(\) and parameters"):
+    with pytest.raises(
+        mq.MechanismError, match=r"is to depend on distance\(\), time and parameters"
+    ):
         pair(X * HOOKE)
 
 

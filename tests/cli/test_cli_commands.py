@@ -404,6 +404,12 @@ def test_derive_solves_what_rolls() -> None:
     page = fine("derive", "rolling_disk", "--solve", "--format", "latex")
     assert "\\ddot{x} &= \\frac{2 g}{3} \\sin \\alpha" in page
     assert "J theta'' + C theta'^2" in fine("derive", "slider_crank", "--in", "theta")
+    assert "lambda_link1_l = " in fine("derive", "governor", "--solve")
+
+
+def test_derive_takes_absolute_angles() -> None:
+    said = fine("derive", "four_bar_linkage", "--absolute", "theta=chi", "--in", "phi")
+    assert "K_psi = a sin(phi - chi)/(c sin(psi - chi))" in said
 
 
 @pytest.mark.parametrize(
@@ -411,7 +417,9 @@ def test_derive_solves_what_rolls() -> None:
     [
         (("rolling_disk", "--in", "x,turn"), "leave 1 of 3 velocities free, got x, turn to keep"),
         (("double_pendulum", "--in", "q1"), "without constraints it has 2 of 2 velocities free"),
-        (("governor", "--solve"), "expected loops that leave one of its 4 velocities free"),
+        (("governor", "--in", "s"), "leave 2 of 4 velocities free, got s to keep; psi and s can"),
+        (("whipple_bicycle", "--solve"), "solved in numbers, by acceleration(q, v, t), and as a"),
+        (("four_bar_linkage", "--absolute", "psi"), "expected NAME=LETTER, got 'psi'"),
         (("cart_pole", "--in", "z"), "unknown coordinate 'z'"),
         (("cart_pole", "--solve", "--routh"), "expected one of --routh, --in or --solve"),
         (("cart_pole", "--solve", "--units"), "expected one of --routh, --in or --solve"),

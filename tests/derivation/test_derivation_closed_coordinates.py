@@ -11,8 +11,10 @@ import pytest
 from mecanique import textbook
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.single_equation import reduce_loops
+from mecanique.errors import InputError
 from mecanique.model import Coordinates, Mechanism, coordinate
-from mecanique.reference import Reference
+from mecanique.reference import Reference, assemble
 from mecanique.verification import verify
 
 ANGLES = (-2.9, -2.0, -0.4, 0.0, 0.7, 1.5, 3.0)
@@ -107,3 +109,32 @@ def test_the_symbolic_parallelogram_moves_as_its_loop_does() -> None:
             assert own == pytest.approx(
                 reference.acceleration({"q": q}, {"q'": v})[0], rel=1e-10, abs=1e-10
             )
+
+
+def test_a_four_bar_in_absolute_angles_has_the_loops_of_its_book() -> None:
+    """R. L. Norton, Design of Machinery, ch. 4 and 6: ω4/ω2 = a sin(θ2 − θ3)/(c sin(θ4 − θ3))."""
+    relative = textbook.load("four_bar_linkage")
+    linkage = relative.with_absolute_angles({"theta": "chi"})
+    assert list(linkage.coordinates) == ["phi", "chi", "psi"]
+    lines = [line.strip() for line in derive(linkage).text(steps=True).splitlines()]
+    assert "Phi_C_x = d - a cos(phi) + c cos(psi) - b cos(chi)" in lines
+    assert "Phi_C_z = c sin(psi) - a sin(phi) - b sin(chi)" in lines
+    one = reduce_loops(linkage)
+    assert str(one.coefficients["K_psi"]) == "a sin(phi - chi)/(c sin(psi - chi))"
+    q = assemble(relative, {"phi": 0.7})
+    phi, theta, psi = q
+    held = Reference(relative).acceleration(q, [1.0, 0.0, 0.0])
+    same = Reference(linkage).acceleration([phi, phi + theta, psi], [1.0, 1.0, 0.0])
+    np.testing.assert_allclose(same, [held[0], held[0] + held[1], held[2]], rtol=1e-10)
+
+
+def test_absolute_angles_are_those_of_parallel_hinges() -> None:
+    arm = textbook.load("two_link_arm").with_absolute_angles({"q2": "q"})
+    assert list(arm.coordinates) == ["q1", "q"]
+    assert dict(arm.coordinates.driven) == {"q2": coordinate("q") - coordinate("q1")}
+    assert verify(arm, samples=5).agrees
+    top = textbook.load("heavy_top")
+    with pytest.raises(InputError, match="not parallel to it"):
+        top.with_absolute_angles({"theta": "c"})
+    with pytest.raises(InputError, match=r"expected a coordinate of a hinge \(q1, q2\), got"):
+        textbook.load("acrobot").with_absolute_angles({"q": "c"})

@@ -232,6 +232,10 @@ class Stretched:
     name: str = "distance"
 
     @property
+    def values(self) -> dict[str, float]:
+        return {self.name: self.x}
+
+    @property
     def square(self) -> float:
         return self.x**2
 

@@ -59,6 +59,13 @@ Form: TypeAlias = Literal["text", "latex", "mathml"]
     "comma-separated; loops to one, by kinematic coefficients.",
 )
 @click.option(
+    "--absolute",
+    default="",
+    metavar="NAME=LETTER",
+    help="Use an absolute angle, called by this letter, in place of that in a hinge, "
+    "comma-separated: theta=chi.",
+)
+@click.option(
     "--solve",
     "solved",
     is_flag=True,
@@ -74,9 +81,19 @@ def derive(
     document: bool,
     routh: bool,
     alone: str | None,
+    absolute: str,
     solved: bool,
 ) -> None:
     """Derive the equations of motion; explain the symbols."""
+    if absolute:
+        letters = {}
+        for pair in absolute.split(","):
+            name, _, letter = map(str.strip, pair.partition("="))
+            if not letter:
+                raise click.BadParameter(f"expected NAME=LETTER, got {pair!r}")
+            letters[name] = letter
+        angles = chosen.mechanism.with_absolute_angles(letters)
+        chosen = replace(chosen, mechanism=angles)
     if units and (form != "text" or steps or document or method == "all"):
         raise click.BadParameter("expected --units without --steps, --format and --method all")
     reduced = alone is not None or solved
@@ -297,11 +314,11 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
 def solution(mechanism: mq.Mechanism, keep: str, form: Form, steps: bool) -> str:
     """Return the equations in some coordinates alone, or solved for the accelerations."""
     written: str
-    if mechanism.loops:
-        written = getattr(mq.reduce_loops(mechanism, keep), form)(steps=steps)
+    names = [name.strip() for name in keep.split(",") if name.strip()]
+    if mechanism.loops and len(names) < 2 and mq.degrees_of_freedom(mechanism).N == 1:
+        written = getattr(mq.reduce_loops(mechanism, *names), form)(steps=steps)
     elif steps and not keep:  # the last section of which is the same
         written = derivation(mechanism, "lagrange", form, steps)
     else:
-        names = [name.strip() for name in keep.split(",") if name.strip()]
         written = getattr(mq.derive(mechanism).solved(names), form)(symbols=True)
     return written

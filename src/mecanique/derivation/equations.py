@@ -191,6 +191,11 @@ class Equations(Dynamics):
                 known = tuple(map(coordinate_of, velocities))
                 raise UnknownNameError("coordinate", name, known)
             kept.append(rate)
+        if not self.symbolic:
+            raise DerivationError(
+                f"{self.why_not}; they are solved in numbers, by acceleration(q, v, t), and as a "
+                "list of named results, by mecanique.write_recursion"
+            )
         return Solved(self.derivation, solve(self.derivation, tuple(dict.fromkeys(kept))))
 
     def matrix_form(self) -> str:

@@ -12,12 +12,12 @@ To add a force: its class in `mecanique.model.forces` and that module's export i
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, Protocol, TypeAlias, final
 
 from mecanique.errors import DerivationError
-from mecanique.model.expression import Scalar
+from mecanique.model.expression import DISTANCE, Scalar
 from mecanique.model.force_base import AnyForce, BodyLoad
 from mecanique.model.forces import (
     CentralForce,
@@ -36,6 +36,10 @@ class LineOfAction(Protocol):
     @property
     def name(self) -> str:
         """What potentials call x."""
+
+    @property
+    def values(self) -> Mapping[str, Any]:
+        """What potentials depend on that is no scalar of the description, by name."""
 
     @property
     def x(self) -> Any:
@@ -61,6 +65,7 @@ class Travel:
     x: Any
     rate: Any
     name: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def square(self) -> Any:
@@ -103,7 +108,7 @@ Number: TypeAlias = Callable[..., Any]
 @final
 @dataclass(frozen=True)
 class Stored:
-    """A given potential V(x)."""
+    """A given potential V(q, t), of which x is one q, or V(x, t) of a distance."""
 
     potential: Scalar
     number: Number
@@ -115,21 +120,21 @@ class Stored:
         V = self._of_square(along.name)
         if V is not None:
             return self.number(V, {_SQUARE: along.square})
-        return self.number(self.potential, {along.name: along.x})
+        return self.number(self.potential, along.values)
 
     def pull(self, along: LineOfAction) -> Any:
-        """Return dV/dx e, for V(x²) as 2 dV/d(x²) x e."""
+        """Return ∂V/∂x e, for V(x²) as 2 dV/d(x²) x e."""
         V = self._of_square(along.name)
         if V is not None:
             return along.direct(self.number(2 * _slope(V, _SQUARE), {_SQUARE: along.square}), None)
-        return along.direct(
-            None, self.number(_slope(self.potential, along.name), {along.name: along.x})
-        )
+        return along.direct(None, self.number(_slope(self.potential, along.name), along.values))
 
     def _of_square(self, name: str) -> Scalar | None:
-        """Return V as a function of x², if it is one without roots."""
+        """Return V of a distance as a function of its square, if it is one without roots."""
         import sympy
 
+        if name != DISTANCE:
+            return None
         s = sympy.Symbol(_SQUARE, positive=True)
         V = sympy.sympify(self.potential).subs(sympy.Symbol(name), sympy.sqrt(s))
         whole = all(power.exp.is_integer for power in V.atoms(sympy.Pow) if power.base == s)

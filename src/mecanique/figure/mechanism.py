@@ -366,7 +366,8 @@ def connections(setting: Setting) -> Iterator[Mark]:
         if isinstance(force, LineLoad):
             pairs.setdefault(force.ends, []).append(force)
         elif isinstance(force, JointLoad) and force.kind != "load":
-            inside.setdefault(force.joint, []).append(force)
+            for name in force.joints:
+                inside.setdefault(name, []).append(force)
     for links in pairs.values():
         yield from _between(setting, links)
     for name, loads in inside.items():
@@ -595,7 +596,7 @@ def _beyond(setting: Setting, body: str, at: Point, along: Point) -> Point:
 
 def _drive(setting: Setting, force: JointLoad) -> Iterator[Mark]:
     """A drive in a hinge or a slide, acting on the child."""
-    joint, camera = setting.mechanism.joint(force.joint), setting.camera
+    joint, camera = setting.mechanism.joint(force.joints[0]), setting.camera
     at = camera.at(setting.point(joint.child))
     name = (setting.name(force.coefficient) or force.name).lstrip("-")
     if isinstance(joint, Prismatic):

@@ -101,10 +101,15 @@ class JointLoad(_Force):
     """A force along or about the axis of a joint with one coordinate, opposite on parent and child.
 
     Args:
-        joint: name of a revolute or prismatic joint.
+        joint: name of a revolute or prismatic joint; of several for what acts in them together.
     """
 
-    joint: str
+    joint: str | tuple[str, ...]
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints it acts in."""
+        return (self.joint,) if isinstance(self.joint, str) else self.joint
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -173,5 +178,5 @@ def loads_in(
     return tuple(
         force
         for force in forces
-        if isinstance(force, JointLoad) and force.joint == joint and kind in (None, force.kind)
+        if isinstance(force, JointLoad) and joint in force.joints and kind in (None, force.kind)
     )

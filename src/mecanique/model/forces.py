@@ -90,7 +90,7 @@ class CentralForce(LineLoad):
         point_a: shape (3,), in the frame of body a [m].
         body_b: name of the other body.
         point_b: shape (3,), in the frame of body b [m].
-        potential: V, in parameters and `distance()` [J].
+        potential: V, in parameters, `distance()` and time [J].
 
     Example:
         >>> from dataclasses import replace
@@ -130,6 +130,7 @@ class JointSpring(JointLoad):
     conservative = True
     letter = "stiffness"
 
+    joint: str
     stiffness: Scalar = field(metadata=state("N/m", "N·m/rad", sign="of at least"))
     reference: Scalar = field(default=0.0, metadata=state("m", "rad"))
 
@@ -137,12 +138,14 @@ class JointSpring(JointLoad):
 @final
 @dataclass(frozen=True)
 class Potential(JointLoad):
-    """A potential V of the coordinate of a joint: it drives the joint with -dV/d(coordinate).
+    """A potential V(q, t) of the coordinates of joints: it drives each with -∂V/∂(coordinate).
+
+    Where V depends on time, it does work on the mechanism, and the energy is no integral.
 
     Args:
         name: its name.
-        joint: name of a revolute or prismatic joint.
-        potential: V, in parameters and the joint's coordinate [J].
+        joint: name of a revolute or prismatic joint, or of several.
+        potential: V, in parameters, the coordinates of these joints and time [J].
 
     Example:
         >>> from dataclasses import replace
@@ -179,6 +182,7 @@ class JointDamper(JointLoad):
     kind = "damper"
     letter = "damping"
 
+    joint: str
     damping: Scalar = field(metadata=state("N·s/m", "N·m·s/rad", sign="of at least"))
 
 
@@ -204,6 +208,7 @@ class JointForce(JointLoad):
     kind = "load"
     letter = "force"
 
+    joint: str
     force: Scalar = field(metadata=state("N", "N·m", varies=True))
 
 

@@ -560,7 +560,7 @@ def load_lines(mechanism: Mechanism) -> Iterator[str]:
                 yield f"{force.name}: torque ({torque}) N·m on {body}, {axes}"
         elif isinstance(force, JointLoad) and force.kind == "load":
             drive = format_scalars(force.coefficient)
-            yield f"{force.name}: {drive} on the child of joint {force.joint}"
+            yield f"{force.name}: {drive} on the child of joint {' and '.join(force.joints)}"
 
 
 def format_scalars(*scalars: Scalar) -> str:

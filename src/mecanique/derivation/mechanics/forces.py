@@ -9,7 +9,7 @@ from typing import Any, final
 
 import numpy as np
 
-from mecanique.derivation.laws import Travel, laws_of
+from mecanique.derivation.laws import LineOfAction, Travel, laws_of
 from mecanique.derivation.mechanics.letters import Letters, LetterValues
 from mecanique.derivation.mechanics.recursion import TreeRecursion
 from mecanique.derivation.mechanics.vectors import (
@@ -65,6 +65,11 @@ class Span:
     ) -> None:
         self.reach = reach
         self._root, self._parting = root, parting
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The distance, by the name that potentials call it."""
+        return {DISTANCE: self.x}
 
     @property
     def square(self) -> Any:
@@ -147,8 +152,9 @@ class Forces:
         pushes: dict[int, Any] = {}
         for force in self._letters.mechanism.forces:
             if isinstance(force, JointLoad):
-                k = self._column[force.joint]
-                pushes[k] = pushes.get(k, 0.0) + self._push_joint(force)
+                for joint in force.joints:
+                    k = self._column[joint]
+                    pushes[k] = pushes.get(k, 0.0) + self._push_joint(force, joint)
         return pushes
 
     def at_points(self) -> list[AppliedWrench]:
@@ -162,7 +168,11 @@ class Forces:
         for force in self._letters.mechanism.forces:
             if not force.conservative or isinstance(force, BodyLoad):
                 continue
-            path = self._span(force) if isinstance(force, LineLoad) else self._travel(force)
+            path: LineOfAction = (
+                self._span(force)
+                if isinstance(force, LineLoad)
+                else self._travel(force, force.joints[0])
+            )
             for law in laws_of(force, self._number):
                 if law.kind == "potential":
                     total = total + law.scalar(path)
@@ -178,7 +188,7 @@ class Forces:
             case LineLoad():
                 return self._pull(force)
             case JointLoad():
-                return self._twist(force)
+                return [action for joint in force.joints for action in self._twist(force, joint)]
             case BodyLoad():
                 return [self._push(force)]
         kind = type(force).__name__
@@ -192,29 +202,29 @@ class Forces:
         other = one.opposite(b.body)
         return [one, replace(other, origin=self._locate(b), point=end)]
 
-    def _twist(self, force: JointLoad) -> list[AppliedWrench]:
-        joint = self._letters.mechanism.joint(force.joint)
+    def _twist(self, force: JointLoad, name: str) -> list[AppliedWrench]:
+        joint = self._letters.mechanism.joint(name)
         if not isinstance(joint, Single):
             raise DerivationError(f"force {force.name!r} acts in a joint of several coordinates")
         pose = self._recursion.pose(joint.child)
         axis = self._letters.vector(joint.axis)
-        along_axis = scale(self._push_joint(force), apply(pose, axis))
+        along_axis = scale(self._push_joint(force, name), apply(pose, axis))
         pair = (NOTHING, along_axis) if joint.turns else (along_axis, NOTHING)
         one = AppliedWrench(force.name, force.kind, joint.child, position(pose), *pair)
         return [one, one.opposite(joint.parent)]
 
-    def _push_joint(self, force: JointLoad) -> Any:
+    def _push_joint(self, force: JointLoad, joint: str) -> Any:
         """Return the force or moment on a joint's child, along the joint."""
         size: Any = 0.0
-        travel = self._travel(force)
+        travel = self._travel(force, joint)
         for law in laws_of(force, self._number):
             size = size - law.pull(travel)
         return size
 
-    def _travel(self, force: JointLoad) -> Travel:
-        chart, joint = self._recursion.chart, self._letters.mechanism.joint(force.joint)
-        name = joint.coordinates[-1]
-        return Travel(chart.r[name], chart.u[self._column[force.joint]], name)
+    def _travel(self, force: JointLoad, joint: str) -> Travel:
+        chart, mechanism = self._recursion.chart, self._letters.mechanism
+        name = mechanism.joint(joint).coordinates[-1]
+        return Travel(chart.r[name], chart.u[self._column[joint]], name)
 
     def _push(self, force: BodyLoad) -> AppliedWrench:
         wrench, pull, turn = force.wrench, NOTHING, NOTHING

@@ -40,14 +40,19 @@ _LARGE = 2.0**40
 class _Along:
     """The line that a force acts along: a distance, given by its square, or a joint coordinate."""
 
-    def __init__(self, square: Jet, x: Jet | None = None, name: str = DISTANCE) -> None:
+    def __init__(self, square: Jet, name: str = DISTANCE, r: Mapping[str, Jet] | None = None):
         self.square = square
-        self._x = x
         self.name = name
+        self._coordinates = r
 
     @cached_property
     def x(self) -> Jet:
-        return self.square.sqrt() if self._x is None else self._x
+        return self.values[self.name]
+
+    @cached_property
+    def values(self) -> Mapping[str, Jet]:
+        r = self._coordinates
+        return {DISTANCE: self.square.sqrt()} if r is None else r
 
     @property
     def rate(self) -> np.ndarray:
@@ -230,8 +235,8 @@ class LagrangeOnJets(BatchDynamics):
 
     def _along(self, force: LineLoad | JointLoad, r: dict[str, Jet], H: list[Jet]) -> _Along:
         if isinstance(force, JointLoad):
-            name = self._link[force.joint].coordinates[0]
-            return _Along(r[name] * r[name], r[name], name)
+            name = self._link[force.joints[0]].coordinates[0]
+            return _Along(r[name] * r[name], name, r)
         a, b = (self._locate(end.body, end.point, H) for end in force.ends)
         reach = b - a
         return _Along(Jet((reach * reach).c.sum(axis=(-2, -1))))

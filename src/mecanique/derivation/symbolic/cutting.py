@@ -349,11 +349,11 @@ class Cuts:
                 for end, acting in zip(force.ends, (pull, -pull), strict=True):
                     yield end.body, self.kinematics.point(end.body, end.point), acting
             case JointLoad():
-                joint = self.algebra.mechanism.joint(force.joint)
-                origin = self.kinematics.point(joint.child, ORIGIN)
-                push = self._find_push(force, joint)
-                yield joint.child, origin, push
-                yield joint.parent, origin, -push
+                for joint in map(self.algebra.mechanism.joint, force.joints):
+                    origin = self.kinematics.point(joint.child, ORIGIN)
+                    push = self._find_push(force, joint)
+                    yield joint.child, origin, push
+                    yield joint.parent, origin, -push
             case BodyLoad():
                 wrench = force.wrench
                 parts = [
@@ -382,7 +382,7 @@ class Cuts:
         """Return a joint's force on its child, along or about its axis."""
         algebra, nothing = self.algebra, zero(self.algebra.ring)
         link = self.kinematics.tree[self.kinematics.place[joint.child]]
-        along = travel(algebra, force.joint)
+        along = travel(algebra, joint.name)
         pulls = [law.pull(along) for law in laws_of(force, algebra.series)]
         along_axis = self._in_world(link.axis, joint.child) * -algebra.ring.sum(pulls)
         if link.kind == "slide":

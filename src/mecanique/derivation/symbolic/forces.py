@@ -52,6 +52,11 @@ class SymbolicSpan:
         self.length = self._kinematics.algebra.root(self.square)
         return self.length
 
+    @property
+    def values(self) -> dict[str, Series]:
+        """The distance, by the name that potentials call it."""
+        return {DISTANCE: self.x}
+
     @cached_property
     def rate(self) -> Series:
         """The rate of the distance."""
@@ -132,7 +137,7 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
         along = (
             SymbolicSpan(kinematics, force)
             if isinstance(force, LineLoad)
-            else travel(algebra, force.joint)
+            else travel(algebra, force.joints[0])
         )
         scalar = law.scalar(along)
         forces = _find_forces(algebra, law, along, scalar)

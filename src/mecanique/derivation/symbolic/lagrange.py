@@ -112,6 +112,11 @@ def energy_stages(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]
             f"{enumerate_words(loads)} {depend} on the position alone, and the work along any path "
             "on its ends alone: the generalized forces are the derivatives of -V."
         )
+    if _is_timed(V) and not _is_timed(T) and _find_orders(T) <= {2}:
+        sentences.append(
+            "V depends on time, so that the total energy is no integral: it changes at the rate "
+            "∂V/∂t, and by the work of forces without potential."
+        )
     if stored:
         several = stored if len(stored) > 1 else []
         whole = Result(Left("V"), V, partial(_write_potential, gravity, works, V))
@@ -157,12 +162,10 @@ def energy_integral(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stag
     ties, squares = lagrange.ties, _collect(lagrange.squares) if by_squares else ()
     # If a prescribed motion adds terms of degree 0 or 1 in the velocities to T, the conserved
     # quantity is Jacobi's integral instead (Goldstein, Classical Mechanics, 3rd ed., eq. 2.53).
-    given = {Kind.TIME, Kind.INPUT}
-    every = [T, V, *(tie.demand for tie in ties)]
-    kinds = {g.kind for series in every for g in series.generators()}
+    timed = any(map(_is_timed, [T, V, *(tie.demand for tie in ties)]))
     # a constraint in steady motion, like a turntable, does work
     driven = any(tie.of_velocities and _find_orders(tie.demand) != {1} for tie in ties)
-    if lagrange.D or driven or kinds & given or any(work.kind == "work" for work in works):
+    if lagrange.D or driven or timed or any(work.kind == "work" for work in works):
         return []
     potentials = [work for work in works if work.kind == "potential"]
     usual = gravity or not potentials or any(work.elastic for work in potentials)
@@ -190,6 +193,11 @@ def energy_integral(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stag
         lambda: join((expression(square), expression(-rest), potential())),
     )
     return [Stage("Jacobi's integral", sentence, (integral,))]
+
+
+def _is_timed(series: Series) -> bool:
+    """Return whether time or an input is in a series."""
+    return any(g.kind in (Kind.TIME, Kind.INPUT) for g in series.generators())
 
 
 def _find_orders(series: Series) -> set[int]:

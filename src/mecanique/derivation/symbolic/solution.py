@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations, compress, product
-from math import prod
+from math import inf, prod
 from typing import final
 
 from mecanique.derivation.printing.equations import equations, expression
@@ -56,11 +56,17 @@ _INTEGRALS = ("Energy integral", "Jacobi's integral")
 _MOST_COUPLED = 3
 """Accelerations that depend on each other are solved for up to this number, by Cramer's rule."""
 
+_MOST_DIVIDED = 2
+"""Equations of loops are solved with divisors up to this number; more grow beyond reading."""
+
 _MOST_PRODUCTS = 20_000
 """Determinants that multiply out to more terms are not expanded."""
 
 _LONGEST = 40
 """Numerators with more terms are too long to be read."""
+
+_LONGEST_OF_LOOPS = 20
+"""The same at the end of a derivation of loops, of which there is a shorter equation."""
 
 
 @final
@@ -125,7 +131,8 @@ class _Solving:
             self.allowed, left = sweep(ring, self.A, len(v), ranks)
             if not left or not self._turn_rows(left):
                 break
-        if left and all(tie.of_contact for tie in self.ties):
+        few = len(given) <= _MOST_DIVIDED or all(tie.of_contact for tie in self.ties)
+        if left and few:
             self.allowed, left = sweep(ring, self.A, len(v), ranks, divide=True)
         if left:
             raise DerivationError(self._explain(left))
@@ -459,6 +466,9 @@ def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
     with suppress(DerivationError):  # loops, and constraints without displacements everywhere
         solved = solve(derivation)
         single = len(solved.kept) == 1 and bool(solved.accelerations)
+        lengths = [len(quotient.above) for quotient in solved.accelerations.values()]
+        if derivation.algebra.mechanism.loops and max(lengths, default=inf) > _LONGEST_OF_LOOPS:
+            raise DerivationError("their one equation by kinematic coefficients is shorter")
         if derivation.ties and solved.equations:
             said.append(
                 f"The constraints leave {enumerate_words([*map(coordinate_of, solved.kept)])} free."

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
-from typing import Any, TypeVar, cast, final
+from typing import Any, NamedTuple, TypeVar, cast, final
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from mecanique.model.expression import Scalar, Vector, coordinate, plain, symbol
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import JointDamper
 from mecanique.model.joint_base import Limits, Single
-from mecanique.model.joints import Joint, Planar
+from mecanique.model.joints import Joint, Planar, Revolute
 from mecanique.model.mechanism.description import Description
 from mecanique.model.mechanism.element_laws import laws_of_elements
 from mecanique.model.mechanism.state_space import StateSpace
@@ -164,6 +164,59 @@ class Variants(Description):
             parameters=_with(self.parameters, position, [armature, damping]),
         )
 
+    def with_absolute_angles(self: _Variant, letters: Mapping[str, str]) -> _Variant:
+        """Return a copy in which angles of hinges are measured from a direction that stays.
+
+        An absolute angle is the sum of those of the parallel hinges from the ground on, as books
+        have the angles of linkages (R. L. Norton, Design of Machinery, ch. 4).
+
+        Args:
+            letters: the name of the absolute angle, by the coordinate that it replaces.
+
+        Raises:
+            InputError: if a name is no generalized coordinate of a hinge, or a hinge before it has
+                another direction.
+            MechanismError: if the copy is not sound, as where a force depends on such a coordinate.
+
+        Example:
+            >>> linkage = mq.textbook.load("four_bar_linkage")
+            >>> dict(linkage.with_absolute_angles({"theta": "chi"}).coordinates.driven)
+            {'theta': chi - phi}
+        """
+        hinges = {j.coordinate for j in self.joints if isinstance(j, Revolute)}
+        own = [name for name in self.coordinates if name in hinges]
+        for name in letters:
+            if name not in own:
+                known = ", ".join(own) or "none"
+                raise InputError(f"expected a coordinate of a hinge ({known}), got {name!r}")
+        driven: dict[str, Scalar] = {}
+        turned = {self.ground: _Turned(np.eye(3))}
+        for joint in self.tree:
+            before = turned[joint.parent]
+            rows = [self.evaluate_all(row) for row in joint.origin.rotation]
+            attitude = before.attitude @ np.array(rows)
+            if not isinstance(joint, Revolute):
+                planar = before.planar and "angular" not in joint.kinds
+                turned[joint.child] = before._replace(attitude=attitude, planar=planar)
+                continue
+            axis, name = attitude @ joint.axis, joint.coordinate
+            along = 1.0 if before.axis is None else round(float(axis @ before.axis), _DIGITS)
+            planar, sense = before.planar and abs(along) == 1, int(along)
+            whole = self.coordinates.driven.get(name, coordinate(name)) + sense * before.angle
+            if name in letters:
+                if not planar:
+                    raise InputError(
+                        f"{name!r} has no absolute angle: a hinge between its body and the ground "
+                        "is not parallel to it"
+                    )
+                whole = coordinate(letters[name])
+                driven[name] = whole - sense * before.angle
+            turned[joint.child] = _Turned(attitude, axis, whole, planar)
+        laws = {coordinate(name): law for name, law in driven.items()}
+        driven |= {k: plain(x).subs(laws) for k, x in self.coordinates.driven.items()}
+        names = tuple(letters.get(name, name) for name in self.coordinates)
+        return replace(self, coordinates=Coordinates(names, driven, self.coordinates.limits))
+
     def without_mimic(self: _Variant) -> _Variant:
         """Return a copy in which the joints that follow others, as a URDF's mimic, move freely.
 
@@ -200,6 +253,19 @@ class Variants(Description):
             name += "_"
         at = self.forces.index(old[0]) if old else len(rest)
         return (*rest[:at], JointDamper(name, joint, damping), *rest[at:])
+
+
+_DIGITS = 12
+"""To so many digits the cosine of the angle between two hinges is told from 1."""
+
+
+class _Turned(NamedTuple):
+    """How a body stands: its attitude at zero, the axis it turns about, and by which angle."""
+
+    attitude: np.ndarray
+    axis: np.ndarray | None = None
+    angle: Scalar = 0
+    planar: bool = True  # whether all hinges from the ground on are parallel
 
 
 def _with(

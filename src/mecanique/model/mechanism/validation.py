@@ -250,20 +250,20 @@ def _symbols(m: Description) -> Iterator[str]:
 def _potential(
     m: Description, force: AnyForce, V: Scalar, constants: set[str], everything: set[str]
 ) -> Iterator[str]:
-    """Yield why a potential is no function of its one coordinate and parameters."""
+    """Yield why a potential is no function of its coordinates, time and parameters."""
     where = f"force {force.name!r}"
     its, named = {DISTANCE}, "distance()"
     if isinstance(force, JointLoad):
-        its = {name for j in m.joints if j.name == force.joint for name in j.coordinates}
+        its = {name for j in m.joints if j.name in force.joints for name in j.coordinates}
         named = " and ".join(map(repr, sorted(its))) or "the joint's coordinate"
     elif DISTANCE in everything:
         yield f"{where}: {DISTANCE!r} is the distance of its ends; rename what is called so"
+    its |= {"t"}
     varying = symbols_in(V) & (everything - constants) - its
     for name in sorted(varying):
-        got = "time" if name == "t" else repr(name)
         yield (
-            f"{where}: its potential is to depend on {named} and parameters alone, got {got}; "
-            "what varies otherwise is a load"
+            f"{where}: its potential is to depend on {named}, time and parameters alone, "
+            f"got {name!r}; what varies otherwise is a load"
         )
     yield from _unknown(where, (V,), constants | its | varying)
 
@@ -342,8 +342,9 @@ def _forces(m: Description) -> Iterator[str]:
     single = {joint.name for joint in m.joints if isinstance(joint, Single)}
     for force in m.forces:
         where = f"force {force.name!r}"
-        if isinstance(force, JointLoad) and force.joint not in single:
-            yield f"{where}: {force.joint!r} is no joint with one coordinate"
+        for joint in force.joints if isinstance(force, JointLoad) else ():
+            if joint not in single:
+                yield f"{where}: {joint!r} is no joint with one coordinate"
         for name in force.bodies:
             if name not in bodies:
                 yield f"{where}: {name!r} is no body"

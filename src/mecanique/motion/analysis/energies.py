@@ -134,11 +134,11 @@ def _losses_at_impacts(motion: Trajectory, times: np.ndarray) -> dict[str, np.nd
 
 
 def is_rheonomic(mechanism: Mechanism) -> bool:
-    """Return whether the coordinate map depends on time."""
+    """Return whether the coordinate map or a potential depends on time."""
     moving = {"t", *(signal.symbol for signal in mechanism.inputs)}
-    return any(
-        symbols_in(expression) & moving for expression in mechanism.coordinates.driven.values()
-    )
+    conservative = [force for force in mechanism.forces if force.conservative]
+    timed = [*mechanism.coordinates.driven.values(), *(x for f in conservative for x in f.scalars)]
+    return any(symbols_in(scalar) & moving for scalar in timed)
 
 
 @final

@@ -98,7 +98,7 @@ def energies(tree: EngineTree, q: Array, v: Array, t: Array) -> Array:
         frame = frames[site.axes.joint]
         return np.asarray(frame.place + frame.turn @ np.array(site.point))
 
-    return np.stack([kinetic, height, tree.loads.energy(drive.values, position)], axis=1)
+    return np.stack([kinetic, height, tree.loads.energy(drive.values, t, position)], axis=1)
 
 
 def _massive(tree: EngineTree, frames: list[_Frames]) -> Iterator[tuple[Any, _Frames]]:

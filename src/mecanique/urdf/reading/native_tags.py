@@ -87,11 +87,11 @@ Holds: TypeAlias = Literal["number", "load", "vector", "word", "joint", "link", 
 Triple: TypeAlias = tuple[Scalar, Scalar, Scalar]
 
 _JOINT_LETTER = "q"
-"""What a potential calls the coordinate of its joint."""
+"""What a potential calls the coordinate of its joint; of several, q1, q2 and so on."""
 
 _LETTERS: Mapping[type[Any], str] = {
-    Potential: f"the letter {_JOINT_LETTER}",
-    CentralForce: f"the letter {DISTANCE}",
+    Potential: f"the letters {_JOINT_LETTER} and t",
+    CentralForce: f"the letters {DISTANCE} and t",
 }
 """What an expression may be in, by the class that has it."""
 
@@ -329,7 +329,7 @@ class _Writer:
     def _text(self, thing: Any, name: str, attribute: Attribute, value: Any) -> str:
         match attribute.holds:
             case "joint":
-                return str(value)
+                return value if isinstance(value, str) else " ".join(value)
             case "link":
                 return self.anchors.get(value, value)
             case "vector":
@@ -339,9 +339,11 @@ class _Writer:
                     word for word, meant in (attribute.words or {}).items() if meant == value
                 )
             case "expression":
-                letters = {}
+                letters = dict[str, str]()
                 if isinstance(thing, Potential):
-                    letters[self.mechanism.joint(thing.joint).coordinates[-1]] = _JOINT_LETTER
+                    joints = map(self.mechanism.joint, thing.joints)
+                    names = (joint.coordinates[-1] for joint in joints)
+                    letters = dict(zip(names, _letters(thing), strict=True))
                 return write_expression(rename(value, letters, self.mechanism.values))
             case "load" if isinstance(value, str):
                 return value
@@ -487,6 +489,11 @@ class _Reader:
         report, where = self.report, self.where
         match attribute.holds:
             case "joint" | "link":
+                if kind.type is Potential and len(joints := text.split()) > 1:
+                    lost = [joint for joint in joints if joint not in self.joints]
+                    for joint in lost:
+                        report.add("M603", element, where, f"{joint!r} is no joint")
+                    return None if lost else tuple(joints)
                 end = name_of(element, report, name, where)
                 known = self.links if attribute.holds == "link" else self.joints
                 if end is not None and end not in known:
@@ -554,7 +561,14 @@ def in_coordinates(thing: Any, joints: Mapping[str, Joint]) -> Any:
         case VelocityConstraint():
             terms = {last.get(name, name): rename(x, last) for name, x in thing.terms.items()}
             return VelocityConstraint(thing.name, terms, rename(thing.rate, last))
-        case Potential() if thing.joint in last:
-            potential = rename(thing.potential, {_JOINT_LETTER: last[thing.joint]})
-            return replace(thing, potential=potential)
+        case Potential() if {*thing.joints} <= last.keys():
+            names = (last[joint] for joint in thing.joints)
+            letters = dict(zip(_letters(thing), names, strict=True))
+            return replace(thing, potential=rename(thing.potential, letters))
     return thing
+
+
+def _letters(potential: Potential) -> list[str]:
+    """Return what a potential's tag calls the coordinates of its joints."""
+    n = len(potential.joints)
+    return [_JOINT_LETTER] if n == 1 else [f"{_JOINT_LETTER}{k + 1}" for k in range(n)]

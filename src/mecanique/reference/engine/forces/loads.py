@@ -73,33 +73,44 @@ _ZERO: Triple = (0.0, 0.0, 0.0)
 
 @final
 class _Field:
-    """A potential V(x), its slope dV/dx and, where V is even, (dV/dx)/x."""
+    """A potential V(q, t), its slopes ∂V/∂q and, where V is even in the first q, (∂V/∂q)/q."""
 
-    def __init__(self, mechanism: Mechanism, potential: Scalar, name: str) -> None:
+    def __init__(self, mechanism: Mechanism, potential: Scalar, names: Sequence[str]) -> None:
         import sympy
 
-        # a real symbol, so that |x| has the derivative sign(x)
-        x, V = sympy.Symbol(name, real=True), sympy.sympify(potential)
+        # real symbols, so that |x| has the derivative sign(x)
+        real = {sympy.Symbol(name): sympy.Symbol(name, real=True) for name in names}
         values = {sympy.Symbol(letter): value for letter, value in mechanism.values.items()}
-        V = V.subs({**values, sympy.Symbol(name): x})
+        V = sympy.sympify(potential).subs({**values, **real})
+        x = real[sympy.Symbol(names[0])]
         self.even = sympy.expand(V - V.subs(x, -x)) == 0
         per_x = sympy.cancel(V.diff(x) / x) if self.even else V.diff(x) / x
-        back = {x: sympy.Symbol(name)}
-        slopes = [part.xreplace(back) for part in (V.diff(x), per_x)]
-        self._slopes = compile_scalars(slopes, (name,))
-        self._energy = accept_arrays(compile_scalars([V.xreplace(back)], (name,)))
+        back = {symbol: name for name, symbol in real.items()}
+        slopes = [part.xreplace(back) for part in (per_x, *map(V.diff, real.values()))]
+        self._slopes = compile_scalars(slopes, (*names, "t"))
+        self._energy = accept_arrays(compile_scalars([V.xreplace(back)], (*names, "t")))
 
-    def slope(self, x: float) -> float:
-        """Return dV/dx."""
-        return self._slopes(x)[0]
+    def slopes(self, *at: float) -> tuple[float, ...]:
+        """Return ∂V/∂q at q and t."""
+        return self._slopes(*at)[1:]
 
-    def tension(self, x: float) -> float:
-        """Return (dV/dx)/x."""
-        return self._slopes(x)[1]
+    def tension(self, x: float, t: float) -> float:
+        """Return (∂V/∂x)/x of a distance x."""
+        return self._slopes(x, t)[0]
 
-    def energy(self, x: Array) -> Array:
-        """Return V [J]."""
-        return np.asarray(self._energy(x)[0], dtype=float)
+    def energy(self, *at: Array) -> Array:
+        """Return V at q and t [J]."""
+        return np.asarray(self._energy(*at)[0], dtype=float)
+
+
+@final
+class _Well(NamedTuple):
+    """A potential of the coordinates of joints: the joints' velocities and these, by index."""
+
+    name: str
+    rows: tuple[int, ...]
+    at: tuple[int, ...]
+    field: _Field
 
 
 @final
@@ -131,7 +142,6 @@ class _Term(NamedTuple):
     stiffness: float
     rest: float
     damping: float
-    field: _Field | None
     drive: int | None
 
 
@@ -196,6 +206,7 @@ class Loads:
         self._signals = [_signal(mechanism, signal) for signal in mechanism.inputs]
         self._lines: list[_Line] = []
         self._terms: list[_Term] = []
+        self._wells: list[_Well] = []
         self._loads: list[_Load] = []
         self._names = [force.name for force in mechanism.forces]
         scalars: list[Scalar] = []
@@ -226,7 +237,7 @@ class Loads:
         self._driving: Array = np.zeros(engine.model.nv)
         self.act_on_bodies = bool(self._lines or self._loads)
         """Whether a force acts on a body."""
-        self.act_in_joints = bool(self._terms)
+        self.act_in_joints = bool(self._terms or self._wells)
         """Whether a force acts in a joint."""
 
     def _add(
@@ -244,14 +255,15 @@ class Loads:
             case JointLoad():
                 law = law_of(force)
                 constants = _numbers(mechanism, (law.stiffness, law.rest, law.damping))
-                row = engine.seats[force.joint][-1].at_v
-                at = index[mechanism.joint(force.joint).coordinates[-1]]
-                drive = _note(None if law.drive is None else (law.drive,), scalars)
-                field = None
-                if law.potential is not None:
-                    name = mechanism.joint(force.joint).coordinates[-1]
-                    field = _Field(mechanism, law.potential, name)
-                self._terms.append(_Term(force.name, row, at, *constants, field, drive))
+                rows = tuple(engine.seats[joint][-1].at_v for joint in force.joints)
+                names = [mechanism.joint(joint).coordinates[-1] for joint in force.joints]
+                at = tuple(index[name] for name in names)
+                if law.potential is None:
+                    drive = _note(None if law.drive is None else (law.drive,), scalars)
+                    self._terms.append(_Term(force.name, rows[0], at[0], *constants, drive))
+                else:
+                    field = _Field(mechanism, law.potential, names)
+                    self._wells.append(_Well(force.name, rows, at, field))
             case BodyLoad():
                 wrench = force.wrench
                 turned = None
@@ -270,11 +282,11 @@ class Loads:
         if self.act_in_joints:
             forces = self.in_joints
             forces[:] = self._driving
-            for row, size in self._sizes(values, u, numbers):
+            for _, row, size in self._sizes(values, u, t, numbers):
                 forces[row] += size
         if not self.act_on_bodies:
             return []
-        actions = [action for line in self._lines for action in _pull(line)]
+        actions = [action for line in self._lines for action in _pull(line, t)]
         actions += [_push(load, numbers) for load in self._loads]
         self.external.set(actions)
         return actions
@@ -289,11 +301,11 @@ class Loads:
     ) -> list[tuple[Triple, Triple, Triple]]:
         """Return each force's point of action, force and moment there, as `effects` lists them."""
         numbers = self._evaluate(q, v, t)
-        actions: dict[str, Sequence[SiteAction]] = {line.name: _pull(line) for line in self._lines}
+        actions = {line.name: [*_pull(line, t)] for line in self._lines}
         for load in self._loads:
             actions[load.name] = [_push(load, numbers)._replace(point=load.site.position())]
-        for term, (row, size) in zip(self._terms, self._sizes(values, u, numbers), strict=True):
-            actions[term.name] = self._hinges[row].actions(size)
+        for name, row, size in self._sizes(values, u, t, numbers):
+            actions.setdefault(name, []).extend(self._hinges[row].actions(size))
         return [
             (action.point, action.force, action.torque)
             for name in self._names
@@ -303,18 +315,17 @@ class Loads:
     @property
     def effects(self) -> list[tuple[str, str, str | None]]:
         """Return the name of each force, its body, and the body with the opposite, if any."""
-        pairs = {line.name: (line.a.body, line.b.body) for line in self._lines}
-        hinges = {term.name: self._hinges[term.row] for term in self._terms}
-        pairs |= {name: (hinge.child.body, hinge.parent.body) for name, hinge in hinges.items()}
-        alone = {load.name: load.site.body for load in self._loads}
-        reach: list[tuple[str, str, str | None]] = []
-        for name in self._names:
-            if name in alone:
-                reach.append((name, alone[name], None))
-            else:
-                a, b = pairs[name]
-                reach += [(name, a, b), (name, b, a)]
-        return reach
+        pairs: dict[str, list[tuple[str, str | None]]] = {
+            line.name: [(line.a.body, line.b.body), (line.b.body, line.a.body)]
+            for line in self._lines
+        }
+        pairs |= {load.name: [(load.site.body, None)] for load in self._loads}
+        acting = [(term.name, (term.row,)) for term in self._terms]
+        for name, rows in (*acting, *((well.name, well.rows) for well in self._wells)):
+            for hinge in (self._hinges[row] for row in rows):
+                child, parent = hinge.child.body, hinge.parent.body
+                pairs.setdefault(name, []).extend([(child, parent), (parent, child)])
+        return [(name, *pair) for name in self._names for pair in pairs[name]]
 
     def across_joints(self) -> list[SiteAction]:
         """Return the forces in the joints as actions on the child and, opposite, on the parent."""
@@ -325,20 +336,19 @@ class Loads:
             for action in hinge.actions(size)
         ]
 
-    def energy(self, values: Array, position: Callable[[Site], Array]) -> Array:
+    def energy(self, values: Array, t: float | Array, position: Callable[[Site], Array]) -> Array:
         """Return the potential energy of springs, ½ k (elongation)² each, and of fields [J]."""
-        # in one state or in n: values (…, k), positions (…, 3)
+        # in one state or in n: values (…, k), times (…), positions (…, 3)
         total = np.zeros(values.shape[:-1])
         for line in self._lines:
             if line.stiffness or line.field is not None:
                 length = np.linalg.norm(position(line.b) - position(line.a), axis=-1)
                 total += 0.5 * line.stiffness * (length - line.free_length) ** 2
-                total += 0.0 if line.field is None else line.field.energy(length)
+                total += 0.0 if line.field is None else line.field.energy(length, np.asarray(t))
         for term in self._terms:
-            if term.stiffness or term.field is not None:
-                x = values[..., term.at]
-                total += 0.5 * term.stiffness * (x - term.rest) ** 2
-                total += 0.0 if term.field is None else term.field.energy(x)
+            total += 0.5 * term.stiffness * (values[..., term.at] - term.rest) ** 2
+        for well in self._wells:
+            total += well.field.energy(*(values[..., k] for k in well.at), np.asarray(t))
         return total
 
     def check(self) -> None:
@@ -364,13 +374,16 @@ class Loads:
         return self._scalars(*q.tolist(), *v.tolist(), t, *signals, *self._values)
 
     def _sizes(
-        self, values: list[float], u: Array, numbers: tuple[float, ...]
-    ) -> Iterator[tuple[int, float]]:
-        """Yield each force in a joint, with the index of the joint's velocity."""
-        for _, row, at, stiffness, rest, damping, field, drive in self._terms:
+        self, values: list[float], u: Array, t: float, numbers: tuple[float, ...]
+    ) -> Iterator[tuple[str, int, float]]:
+        """Yield each force in a joint: its name, the index of the joint's velocity, its size."""
+        for name, row, at, stiffness, rest, damping, drive in self._terms:
             size = -stiffness * (values[at] - rest) - damping * u.item(row)
-            size -= 0.0 if field is None else field.slope(values[at])
-            yield row, size if drive is None else size + numbers[drive]
+            yield name, row, size if drive is None else size + numbers[drive]
+        for name, rows, places, field in self._wells:
+            slopes = field.slopes(*(values[k] for k in places), t)
+            for row, slope in zip(rows, slopes, strict=True):
+                yield name, row, -slope
 
     def _seat(self, engine: EngineModel, body: str, point: Triple = _ZERO) -> Site:
         holder = engine.holders[body]
@@ -382,11 +395,11 @@ class Loads:
         law = law_of(force)
         constants = _numbers(mechanism, (law.stiffness, law.rest, law.damping))
         V = law.potential
-        field = None if V is None else _Field(mechanism, V, DISTANCE)
+        field = None if V is None else _Field(mechanism, V, (DISTANCE,))
         return _Line(force.name, a, b, *constants, field)
 
 
-def _pull(line: _Line) -> tuple[SiteAction, SiteAction]:
+def _pull(line: _Line, t: float) -> tuple[SiteAction, SiteAction]:
     """Return the actions of a force on its two points; zero where they coincide."""
     xa, xb = line.a.position(), line.b.position()
     dx, dy, dz = xb[0] - xa[0], xb[1] - xa[1], xb[2] - xa[2]
@@ -398,7 +411,7 @@ def _pull(line: _Line) -> tuple[SiteAction, SiteAction]:
         if line.free_length:
             tension *= 1 - line.free_length / sqrt(square)
         if line.field is not None:
-            tension += line.field.tension(sqrt(square))
+            tension += line.field.tension(sqrt(square), t)
         if line.damping:
             va, vb = line.a.velocity(), line.b.velocity()
             parting = dx * (vb[0] - va[0]) + dy * (vb[1] - va[1]) + dz * (vb[2] - va[2])
