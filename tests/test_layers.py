@@ -159,7 +159,7 @@ ORDER: dict[str, list[str]] = {
     "verification.chapter": ["row", "energies examples laws pendulum words_read"],
     "checking": ["budget", "grammar", "judgement", "verdict", "mistakes", "check"],
     "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
-    "checking.judgement": ["truth", "equilibria motion proof", "quantities", "formula"],
+    "checking.judgement": ["truth", "equilibria motion proof release", "quantities", "formula"],
     "checking.mistakes": ["units", "hypotheses", "of_quantities", "search"],
     "teaching": ["exercise marks question", "class_page stack", "course_formats"],
     "serving": ["agents"],

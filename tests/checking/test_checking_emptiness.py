@@ -27,6 +27,8 @@ EMPTY = (
     (f"{RIGHT} + 1e-10 = 0", "it holds near the usual states only"),
     (f"{RIGHT} + exp(-1000000 q^2) = 0", "the units do not match"),
     (f"{RIGHT} + abs(q) - sqrt(q^2) = 0", "the units do not match"),
+    (f"{RIGHT} + 1e-13 g/l q = 0", "the term '1e-13 g/l q' is too small to be seen"),
+    (f"{RIGHT} + g/l exp(-10000) = 0", "the term 'g/l exp(-10000)' is too small to be seen"),
 )
 
 
@@ -49,6 +51,21 @@ def test_an_equation_that_says_nothing_is_wrong(text: str, reason: str) -> None:
 )
 def test_other_forms_of_the_right_equation_hold(text: str, outcome: str) -> None:
     assert mq.check(mq.textbook.load("simple_pendulum"), text).outcome == outcome
+
+
+@pytest.mark.parametrize(
+    ("system", "ask", "text", "words"),
+    [
+        (*("simple_pendulum", "kinetic energy"), "T = m l^2 q'^2/2 (1 + (q/1000)^4)", "too small"),
+        ("simple_pendulum", "frequency", "omega = sqrt(g/l (1 + 1e-12))", "too small"),
+        # the motion without any force is no linearized one
+        ("particle_on_circle_x", "equation of motion", "x'' = 0", "the centripetal term"),
+    ],
+)
+def test_what_changes_nothing_earns_nothing(system: str, ask: str, text: str, words: str) -> None:
+    verdict = mq.check(mq.textbook.load(system), text, ask)
+    assert verdict.outcome == "wrong"
+    assert words in verdict.causes[0].text
 
 
 def test_equations_that_follow_from_each_other_count_once() -> None:

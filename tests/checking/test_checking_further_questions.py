@@ -158,6 +158,23 @@ def test_a_further_question_is_answered(
     assert said in str(verdict)
 
 
+POLES = "(s ((M s + c)(l s^2 + g) + m g s))"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"G(s) = (l s^2 + g)/{POLES}",
+        f"X/F = (l s^2 + g)/{POLES}",
+        rf"\frac{{X(s)}}{{F(s)}} = \frac{{l s^2 + g}}{{{POLES}}}",
+        f"{POLES} X(s) = (l s^2 + g) F(s)",
+    ],
+)
+def test_a_transfer_function_is_read_as_it_is_written(text: str) -> None:
+    cart = mq.textbook.load("cart_pole")
+    assert mq.check(cart, text, "transfer function of x from F").right
+
+
 def test_a_transfer_function_is_judged() -> None:
     blocks = mq.textbook.load("two_blocks")
     whole = "(m1 s^2 + k1 + k2)/((m1 s^2 + k1 + k2)(m2 s^2 + k2) - k2^2)"
@@ -228,6 +245,46 @@ CAUSES = (
         "[m2 l2^2/4 + m2 l1 l2 cos(q2)/2, m2 l2^2/4]]",
         "own center is missing",
     ),
+    (
+        *("spherical_pendulum", "Hamilton's equations"),
+        "theta' = ptheta/(m l^2); phi' = pphi/(m l^2 sin(theta)^2); ptheta' = -m g l sin theta; "
+        "pphi' = 0",
+        "the term m l^2 sin(theta) cos(theta) phi'^2 is missing",
+    ),
+    (
+        *("two_link_arm", "equilibrium force"),
+        "tau1 = (m1/2 + m2) g l1 cos(q1); tau2 = m2 g l2 cos(q1 + q2)/2",
+        "the term m2 g l2 cos(q1 + q2)/2 is missing",
+    ),
+    (
+        *("cart_pole", "transfer function of x from F"),
+        "(l s^2 + g)/(s^2 (M l s^2 + (M + m) g))",
+        "the damping is missing",
+    ),
+    ("spherical_pendulum", "steady motion", "phi' = sqrt(g/l)", "lacks the divisor cos(theta)"),
+    ("rigid_bar_pendulum", "equation of motion", "q'' = -3 g/(2 l) tan q", "should be sin"),
+    # in a square of a sum no single value is needed
+    (
+        *("heavy_top", "kinetic energy"),
+        "3 m (r^2 + 4 h^2) (theta'^2 + sin(theta)^2 phi'^2)/40 "
+        "+ 3 m r^2 (psi' + phi' sin(theta))^2/20",
+        "'sin(theta)' should be cos",
+    ),
+    (
+        *("swinging_atwood_machine", "kinetic energy"),
+        "T = (M + m) (r'^2 + r^2 theta'^2)/2",
+        "in the term 'r^2 theta'^2' (M + m) should be m",
+    ),
+    (
+        *("double_pendulum", "potential energy"),
+        "V = -(m1/2 + m2) g l1 sin q1 - m2 g l2 sin(q2)/2",
+        "every angle is counted from a line at right angles",
+    ),
+    (
+        *("compound_pendulum", "kinetic energy"),
+        "T = (m1 l^2/4 + m2 l^2 + m2 r^2/2) q'^2/2",
+        "of a rod about its own center is missing",
+    ),
 )
 
 
@@ -253,3 +310,64 @@ def test_a_position_at_which_a_coordinate_means_nothing_is_no_equilibrium() -> N
     assert half.outcome == "incomplete"
     assert len(half.forms) == 1
     assert "theta = π" in half.form
+
+
+FROM_REST = "4 sqrt(l/(2 g))"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "T = 4 sqrt(l/g) K(sin(q0/2))",
+        "4 Sqrt[l/g] EllipticK[Sin[q0/2]^2]",
+        "4*np.sqrt(l/g)*ellipk(np.sin(q0/2)**2)",
+        rf"T = {FROM_REST} \int_0^{{q_0}} \frac{{dq}}{{\sqrt{{\cos q - \cos q_0}}}}",
+        rf"T = {FROM_REST} \int_0^{{q_0}} (\cos q - \cos q_0)^{{-1/2}} \,\mathrm{{d}}q",
+        r"T = 4\sqrt{l/g} \int_0^{\pi/2}\frac{du}{\sqrt{1 - k^2 \sin^2 u}}; k = \sin(q_0/2)",
+        f"T = {FROM_REST} ∫_0^q0 dq/sqrt(cos q - cos q0)",
+        f"T = {FROM_REST} integral(1/sqrt(cos q - cos q0), q, 0, q0)",
+        "4 Sqrt[l/(2 g)] Integrate[1/Sqrt[Cos[q] - Cos[q0]], {q, 0, q0}]",
+        f"{FROM_REST} Integral(1/sqrt(cos(q) - cos(q0)), (q, 0, q0))",
+    ],
+)
+def test_a_period_from_rest_is_an_integral(text: str) -> None:
+    """Landau & Lifshitz, Mechanics, § 11: the pendulum, by K and by its integral."""
+    verdict = mq.check(mq.textbook.load("simple_pendulum"), text, "period from rest")
+    assert verdict.right
+    assert verdict.notes[-1] == "q0 is the position from which it is released at rest"
+
+
+@pytest.mark.parametrize(
+    ("system", "text", "said"),
+    [
+        ("simple_pendulum", "2 pi sqrt(l/g)", "it is that of small oscillations"),
+        ("simple_pendulum", "2 sqrt(l/g) K(sin(q0/2))", "is half of what it should be"),
+        ("simple_pendulum", "4 sqrt(l/g) K(sin(q0/2)^2)", "should be sin(q0/2)"),
+        ("rigid_bar_pendulum", "4 sqrt(l/g) K(sin(q0/2))", "should be 2/3 times as large"),
+        ("simple_pendulum", "T = T", "it holds for any value"),
+    ],
+)
+def test_slips_in_a_period_from_rest_are_named(system: str, text: str, said: str) -> None:
+    verdict = mq.check(mq.textbook.load(system), text, "period from rest")
+    assert verdict.outcome == "wrong"
+    assert said in verdict.causes[0].text
+
+
+@pytest.mark.parametrize("system", ["cart_pole", "base_excited_mass", "kapitza_pendulum"])
+def test_a_period_without_an_integral_is_refused(system: str) -> None:
+    with pytest.raises(mq.InputError, match="from rest is no integral: expected one coordinate"):
+        mq.check(mq.textbook.load(system), "T = 1", "period from rest")
+
+
+def test_a_spring_from_rest_keeps_its_small_period() -> None:
+    plate = mq.textbook.load("rotating_plate")
+    text = "T = 2 pi sqrt(m (a^2 + b^2)/(3 k))"
+    assert mq.check(plate, text, "period from rest").right
+
+
+def test_an_integral_needs_its_variable() -> None:
+    pendulum = mq.textbook.load("simple_pendulum")
+    with pytest.raises(mq.FormulaError, match=r"write integral\(f, x, a, b\) for an integral"):
+        mq.check(pendulum, "T = ∫ sqrt(l/g)", "period from rest")
+    with pytest.raises(mq.FormulaError, match=r"expected integral\(f, x, a, b\), over a letter x"):
+        mq.check(pendulum, "T = integral(q, 2, 0, q0)", "period from rest")

@@ -191,6 +191,35 @@ def test_both_signs_are_two_answers() -> None:
     assert one.outcome == "incomplete"
 
 
+@pytest.mark.parametrize(
+    ("system", "ask", "text"),
+    [
+        ("rigid_bar_pendulum", "equilibrium", "q = 0, pi"),
+        ("rigid_bar_pendulum", "equilibrium", "q = 0 or q = π"),
+        ("bead_on_hoop", "equilibrium", r"\theta = 0, \pi, \pm\arccos\frac{g}{W^2 R}"),
+        ("bead_on_hoop", "equilibrium", "theta = pi, 0, acos(g/(W^2 R)), -acos(g/(W^2 R))"),
+        (
+            *("spherical_pendulum", "steady motion"),
+            "phi' = sqrt(g/(l cos theta)), -sqrt(g/(l cos theta))",
+        ),
+        # letters of the mathematical alphabets, as word processors and PDFs have them
+        ("rigid_bar_pendulum", "equation of motion", "𝑞̈ + (3𝑔)/(2𝑙) sin 𝑞 = 0"),
+        ("bead_on_hoop", "equation of motion", "𝜃̈ = (𝑊² cos 𝜃 − 𝑔/𝑅) sin 𝜃"),
+    ],
+)
+def test_values_in_a_row_and_mathematical_letters_are_read(
+    system: str, ask: str, text: str
+) -> None:
+    assert mq.check(mq.textbook.load(system), text, ask).right
+
+
+def test_a_sign_after_a_comma_begins_another_value() -> None:
+    """Half a turn either way is no sum of both."""
+    pendulum = mq.textbook.load("rigid_bar_pendulum")
+    verdict = mq.check(pendulum, "q = pi/2, -pi/2", "equilibrium")
+    assert [line.outcome for line in verdict.lines] == ["wrong", "wrong"]
+
+
 def test_binets_equation_is_read() -> None:
     kepler = mq.textbook.load("kepler_orbit")
     for text in (

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from types import MappingProxyType
 from typing import final
 
 import numpy as np
@@ -62,7 +63,8 @@ def check(
         ask: the quantity in question: "equation of motion", "kinetic energy", "potential energy",
             "Lagrangian", "energy", "mass matrix", "momentum of q", "conserved quantity",
             "frequency", "undamped frequency" or "damped frequency" (about zero, or "frequency at
-            q = pi"), "period" (of small oscillations), "equilibrium" (all of them; a position
+            q = pi"), "period" (of small oscillations), "period from rest" (released
+            at q0, with K(k) or an integral), "equilibrium" (all of them; a position
             begins where a coordinate is given again), "equilibrium of rod" (the balance of a free
             body, in the letters of its reactions), "equilibrium force" (that holds it at rest
             anywhere), "steady motion" (rates of uniform turning), "reaction", "state space",
@@ -194,7 +196,8 @@ class Checker:
         if ask in _MOTION:
             return self._letters(let, self.truth.further_letters), None
         quantity = self.ask(ask)
-        return self._letters(let, self._find_further(quantity.names)), quantity
+        further = self._find_further(quantity.names)
+        return self._letters(let, further, quantity.functions), quantity
 
     def list_letters(
         self, ask: str = "equation of motion", let: Sequence[str] | Mapping[str, str] = ()
@@ -266,7 +269,7 @@ class Checker:
         for number, formula in enumerate(judged, 1):
             causes: tuple[Mistake, ...] = ()
             if formula.holds and not proven[number - 1] and truth is self.truth:
-                formula = self._judge_units(formula, quantity, text)
+                formula = self._judge_terms(formula, quantity, text)
             if formula.fault:
                 causes = (Mistake("emptiness", formula.fault, equation=number if several else 0),)
             elif not formula.holds and formula.residual is not None:
@@ -325,14 +328,14 @@ class Checker:
         given = true + np.stack(differences, axis=-1).reshape(true.shape)
         return self.search.explain_matrix(given)
 
-    def _judge_units(self, judged: Judged, quantity: AskedQuantity, text: str) -> Judged:
-        """Return a formula that holds at the random states, wrong if its units do not match."""
+    def _judge_terms(self, judged: Judged, quantity: AskedQuantity, text: str) -> Judged:
+        """Return a formula that holds in the states, wrong for units or a term of no weight."""
         residual = judged.residual
         if residual is None:
             return judged
-        if not self.search.has_unit_fault(residual, text, quantity.dimensions):
-            return judged
-        return replace(judged, fault="the units do not match")
+        if self.search.has_unit_fault(residual, text, quantity.dimensions):
+            return replace(judged, fault="the units do not match")
+        return replace(judged, fault=_name_idle(residual.find_idle(), text))
 
     def _is_proven(self, judged: Judged, quantity: AskedQuantity) -> bool:
         """Return whether a formula that holds can also be proven by algebra."""
@@ -356,13 +359,17 @@ class Checker:
         return self._proofs[key]
 
     def _letters(
-        self, let: Sequence[str] | Mapping[str, str], further: Sequence[str] = ()
+        self,
+        let: Sequence[str] | Mapping[str, str],
+        further: Sequence[str] = (),
+        functions: Mapping[str, str] = MappingProxyType({}),
     ) -> KnownLetters:
         if isinstance(let, str):
             raise InputError(f"expected a list of definitions, got the text {let!r}")
         if isinstance(let, Mapping):
             let = [f"{name} = {formula}" for name, formula in let.items()]
-        letters = define_joint_positions(KnownLetters.of(self.mechanism, further), self.mechanism)
+        known = KnownLetters.of(self.mechanism, further, functions)
+        letters = define_joint_positions(known, self.mechanism)
         for definition in let:
             name, formula, letters = define(definition, letters)
             self._refuse_other_unit(name, formula, definition)
@@ -387,6 +394,7 @@ class Checker:
         equations = residuals(statements, truth, truth.sample, text)
         numbers, forms = self._with_numbers(equations, statements, text)
         equations = numbers or equations
+        written = set().union(*(residual.root.letters for residual in equations))
         defined = {name: node for name, node in letters.defined.items() if "'" not in name}
         explained = [
             self._explain_rounding(residual, text) or causes
@@ -403,6 +411,9 @@ class Checker:
                 place = number if len(equations) > 1 else 0
                 causes = (Mistake("emptiness", fault, equation=place),)
             factor = self.factors.explain(residual) if residual.holds and not fault else ""
+            if not written & {*self.mechanism.coordinates, *truth.velocities}:
+                # a motion without any force is no linearized one
+                causes = tuple(cause for cause in causes if cause.kind != "linearized")
             lines.append(_line(residual, causes, factor, sound=residual.holds and not fault))
             if lines[-1].outcome != "wrong":
                 sound.append(residual)
@@ -440,11 +451,11 @@ class Checker:
             return "the units do not match"
         stretched = self.truth.stretch(residual.sample)
         if stretched is None:
-            return ""
+            return _name_idle(residual.find_idle(), text)
         values = residual.tape.evaluate(stretched.letters, stretched.count)
         far = replace(residual, values=values, sample=stretched)
         if far.worst <= _STRETCHED:
-            return ""
+            return _name_idle(residual.find_idle(values), text)
         state = ", ".join(f"{name} = {x:.4g}" for name, x in _state(far).items())
         return f"it holds near the usual states only, not at {state}"
 
@@ -463,6 +474,14 @@ class Checker:
             if all(residual.holds for residual in again):
                 return again, forms
         return [], ()
+
+
+def _name_idle(term: Node | None, text: str) -> str:
+    """Return in words that a term is too small to be judged, "" if there is none."""
+    if term is None:
+        return ""
+    written = " ".join(text[term.start : term.end].split())
+    return f"the term '{written}' is too small to be seen in any state; leave it out"
 
 
 _VALUES_ONLY = "right for these values of the parameters only"

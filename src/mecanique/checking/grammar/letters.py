@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Literal, TypeAlias, final
 
 from mecanique.checking.grammar.tree import FUNCTIONS, Node, letter, number
@@ -35,6 +36,7 @@ SPELLINGS = {
     "cotan": "cot",
     "cosec": "csc",
     "arctg": "atan",
+    "EllipticK": "ellipk",
     **{f"Arc{name.title()}": f"a{name}" for name in ("sin", "cos", "tan")},
     **{name.title(): name for name in FUNCTIONS if name != "atan2"},
 }
@@ -69,9 +71,16 @@ class KnownLetters:
     angles: frozenset[str] = frozenset()
     # letters defined by formulas in others, with their rates
     defined: Mapping[str, Node] = field(default_factory=dict)
+    # functions that are written with a letter of their own in a question
+    functions: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, mechanism: Mechanism, others: Iterable[str] = ()) -> KnownLetters:
+    def of(
+        cls,
+        mechanism: Mechanism,
+        others: Iterable[str] = (),
+        functions: Mapping[str, str] = MappingProxyType({}),
+    ) -> KnownLetters:
         """Return the letters of a mechanism."""
         kinds: dict[str, Kind] = {"t": "time", "pi": "constant"}
         kinds |= dict.fromkeys(others, "other")
@@ -88,7 +97,7 @@ class KnownLetters:
         kinds |= {signal.symbol: "input" for signal in mechanism.inputs}
         turning = angles(mechanism) & set(mechanism.coordinates)
         turning |= {p.symbol for p in mechanism.parameters if p.unit in ("rad", "deg", "°")}
-        return cls(kinds, rates, frozenset(turning))
+        return cls(kinds, rates, frozenset(turning), functions=functions)
 
     def define(self, name: str, formula: Node, rates: Mapping[str, Node]) -> KnownLetters:
         """Return these letters with one more that is defined by a formula."""
@@ -102,7 +111,7 @@ class KnownLetters:
             previous = rate
         turning = self.angles | ({name} if formula.letters & self.angles else set())
         defined = {**self.defined, name: formula, **rates}
-        return KnownLetters(kinds, chain, turning, defined)
+        return replace(self, kinds=kinds, rates=chain, angles=turning, defined=defined)
 
     @cached_property
     def by_key(self) -> dict[str, str]:

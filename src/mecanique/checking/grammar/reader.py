@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 from typing import Any, final
@@ -194,6 +194,9 @@ class _Builder(Transformer_NonRecursive[Any, Any]):
                 self._text,
                 token.start_pos or 0,
             )
+        if token == "integral" and arguments[1].kind != "letter":
+            what = "expected integral(f, x, a, b), over a letter x from a to b"
+            raise FormulaError(what, self._text, token.start_pos or 0)
         if token == "pow":
             return self._power(*arguments)
         if token == "cot":
@@ -319,6 +322,17 @@ class ReadText:
 
 
 _MOST_DEFINITIONS = 12
+
+
+def name_values(statements: Sequence[Statement]) -> list[Statement]:
+    """Return statements in which q = 0, π is q = 0 and q = π."""
+    named: list[Statement] = []
+    for statement in statements:
+        first = named[-1].sides[0] if named and named[-1].is_equation else None
+        if first is not None and first.kind == "letter" and not statement.is_equation:
+            statement = replace(statement, sides=(first, *statement.sides))
+        named.append(statement)
+    return named
 
 
 def read(text: str, letters: KnownLetters) -> tuple[Statement, ...]:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import accumulate
-from typing import TypeAlias, final
+from typing import Literal, TypeAlias, final
 
 from mecanique.checking.budget import spend
 from mecanique.checking.grammar import tree
@@ -65,7 +65,23 @@ _REWRITES = (
     (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*t\s*\]"), r"\1'"),
     (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*\{\s*t\s*,\s*2\s*\}\s*\]"), r"\1''"),
     (re.compile(r"=>|->"), "\n"),
+    # integrals of Mathematica and SymPy
+    (
+        re.compile(r"\bIntegrate\[(.*),\s*\{(\w+),([^{},]+),([^{},]+)\}\s*\]"),
+        r"integral(\1,\2,\3,\4)",
+    ),
+    (re.compile(r"\bIntegral\((.*),\s*\((\w+),([^,]+),([^,]+)\)\s*\)"), r"integral(\1,\2,\3,\4)"),
 )
+_BOUND = r"(\{(?:[^{}]|\{[^{}]*\})*\}|\\[A-Za-z]+|\w+)"
+_INTEGRAL = re.compile(
+    rf"(?:\\int(?:\\limits)?|∫)\s*_\s*{_BOUND}\s*\^\s*{_BOUND}(?P<body>[^\n;=]*)"
+)
+_OF_VARIABLE = re.compile(
+    r"(?P<above>\\[dt]?frac\s*\{)?\s*(?:\\mathrm\s*\{\s*d\s*\}|d)\s*(?P<word>\\?[^\W\d_]+\w*)"
+    r"\s*(?:(?P<brace>\})|(?P<over>/)|$|[.,]?\s*$)"
+)
+"""The dq of an integral: above a fraction, before a slash, or at the end."""
+
 _PARTIAL = re.compile(r"(?:\\partial(?![A-Za-z])|∂)")
 _PARTIAL_BY = re.compile(
     r"(?:\\partial(?![A-Za-z])|∂)\s*\{?\s*\\?([A-Za-z]+)\s*(?:\^\s*\{?\d\}?)?\s*(?:\}|\)|\s|$)"
@@ -97,7 +113,7 @@ class PlacedText:
         for start, end, spelling in edits:
             kept += [self.plain[at:start], spelling]
             where += self.places[at:start]
-            where += self.places[start : start + 1] * len(spelling)
+            where += [self.places[min(start, len(self.places) - 1)]] * len(spelling)
             at = end
         self.plain = "".join([*kept, self.plain[at:]])
         self.places = where + self.places[at:]
@@ -122,6 +138,9 @@ class PlacedText:
         if "t" in [match[1] for match in _PARTIAL_BY.finditer(self.plain)]:
             # of a function of time alone, ∂/∂t is d/dt
             rewrites = (*rewrites, (_PARTIAL, "d "))
+        self.splice(
+            [edit for match in _INTEGRAL.finditer(self.plain) for edit in _integrate(match)]
+        )
         for pattern, spelling in rewrites:
             self.splice((*m.span(), m.expand(spelling)) for m in pattern.finditer(self.plain))
 
@@ -149,13 +168,18 @@ def _unify(text: str) -> tuple[str, list[int]]:
         elif not some:
             some = "".join(
                 _DOTS.get(sign, sign)
-                for sign in unicodedata.normalize("NFD", original)
+                for sign in unicodedata.normalize(_form_of(original), original)
                 if not (sign == "\u0308" and _is_umlaut(text, place))
             )
         raised = original in _RAISED
         signs += some
         places += [place] * len(some)
     return "".join(signs), places
+
+
+def _form_of(sign: str) -> Literal["NFD", "NFKD"]:
+    """Return the form in which a sign is plain: mathematical alphabets stand for letters."""
+    return "NFKD" if sign == "ℎ" or "\U0001d400" <= sign <= "\U0001d7ff" else "NFD"
 
 
 _UMLAUT = re.compile(r"(?:[^\W\d_]\u0308?){4,}")
@@ -202,6 +226,19 @@ def _find_boxes(plain: str) -> Iterator[_Edit]:
                 yield boxes[at], at + 1, " "
         elif sign == "}" and opened and opened.pop() in boxes:
             yield at, at + 1, " "
+
+
+def _integrate(integral: re.Match[str]) -> list[_Edit]:
+    """Return the edits that write ∫_a^b f dx as integral(f, x, a, b); none without dx."""
+    start, end = integral.span("body")
+    variable = _OF_VARIABLE.search(integral.string, start, end)
+    if variable is None:
+        return []
+    first, last = variable.span()
+    inner = "1" if variable["brace"] or variable["over"] else ""
+    above = (variable["above"] or "") + inner + (variable["brace"] or variable["over"] or "")
+    bounds = f"),{variable['word']},({integral[1]}),({integral[2]}))"
+    return [(integral.start(), start, "integral(("), (first, last, above), (end, end, bounds)]
 
 
 _LINE = re.compile(
@@ -279,6 +316,7 @@ _PRIMES = re.compile(r"\s?'+|\^\{?(?:\s*\\prime)+\s*\}?")
 _OF_TIME = re.compile(
     r"\s*(?P<brace>\{)?\s*(?:(?:\\left)?\s*\(\s*t\s*(?:\\right)?\s*\)|\[\s*t\s*\])(?(brace)\s*\})"
 )
+_OF_S = re.compile(r"\s*(?:\\left)?\(\s*s\s*(?:\\right)?\)")
 
 OPEN, CLOSE = {"LPAR", "LSQB", "LBRACE"}, {"RPAR", "RSQB", "RBRACE"}
 """Kinds of brackets."""
@@ -325,7 +363,7 @@ _REMEDIES = {
     "!": "factorials have no place in a formula of mechanics",
     "%": "write a number",
     "∂": "write partial derivatives out",
-    "∫": "write integrals out",
+    "∫": "write integral(f, x, a, b) for an integral over x from a to b",
 }
 """What to write instead of signs that formulas do not have."""
 
@@ -525,7 +563,7 @@ class Scanner:
         match = _WORD.match(text, at)
         assert match is not None
         word, end = re.sub(r"[{}\\\s]", "", match[0]), match.end()
-        if word == "and":
+        if word in ("and", "or"):
             return self._put("NEWLINE", word, at, end)
         return self._put_word(word, at, end)
 
@@ -749,6 +787,9 @@ class Scanner:
         if name is not None:
             self._put("NAME", name, at, end)
             kind = self.letters.kinds[name]
+            if kind in ("other", "input") and self.letters.kinds.get("s") == "other":
+                of_s = _OF_S.match(text, end)
+                return of_s.end() if of_s else end
             of_time = _OF_TIME.match(text, end)
             if of_time and kind in ("coordinate", "velocity", "acceleration", "input"):
                 end = of_time.end()
@@ -758,7 +799,7 @@ class Scanner:
             return end
         if not dots and word in ("Eq", "Matrix", "Rational", "Derivative"):
             return self._put("SYMPY", word, at, end)
-        function = SPELLINGS.get(word, word)
+        function = self.letters.functions.get(word) or SPELLINGS.get(word, word)
         if not dots and function in FUNCTIONS:
             return self._put("FUNCTION", function, at, end)
         pieces = self._split(word, dots)
@@ -885,23 +926,30 @@ def _count_primes(primes: re.Match[str]) -> int:
     return primes[0].count("'") + primes[0].count("\\prime")
 
 
+_ENDS = ("NEWLINE", "SEMICOLON", "COMMA")
+"""Kinds of tokens that end a line outside brackets."""
+
+
 def join_lines(tokens: list[Token]) -> list[list[Token]]:
     """Return the lines; a line end within an equation, and no ; or , at depth 0, is dropped."""
     lines: list[list[Token]] = [[]]
     depth = 0
     for token in tokens:
         depth = max(0, depth + (token.kind in OPEN) - (token.kind in CLOSE))
-        if depth == 0 and token.kind in ("NEWLINE", "SEMICOLON", "COMMA"):
-            lines.append([])
+        if depth == 0 and token.kind in _ENDS:
+            lines.append([token])
         elif token.kind != "NEWLINE":
             lines[-1].append(token)
     joined: list[list[Token]] = []
     for line in filter(None, lines):
-        indented = line[0].kind == "INDENT"
+        # in q = π/2, −π/2 the sign begins another value
+        listed = line[0].kind == "COMMA"
+        line = line[line[0].kind in _ENDS :]
+        indented = bool(line) and line[0].kind == "INDENT"
         line = [token for token in line if token.kind != "INDENT"]
         if not line:
             continue
-        if joined and _continues(joined[-1], line, indented):
+        if joined and not listed and _continues(joined[-1], line, indented):
             joined[-1] += line
         else:
             joined.append(list(line))

@@ -32,7 +32,17 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sqrt": np.sqrt,
     "abs": np.abs,
     "sign": np.sign,
+    "ellipk": lambda m: _quarter_period(m),
+    "ellipk_of_modulus": lambda k: _quarter_period(k * k),
 }
+
+OPAQUE = ("integral", "ellipk", "ellipk_of_modulus")
+"""Functions whose derivatives by their arguments are not taken."""
+
+_MEANS = 8
+"""Rounds after which arithmetic and geometric mean agree to the last digit."""
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(80)
 
 Rows: TypeAlias = npt.NDArray[np.intp]
 """Numbers of states, or of paths."""
@@ -136,7 +146,31 @@ class FormulaTape:
         return total
 
 
+def _quarter_period(m: Array) -> Array:
+    """Return K(m), the complete elliptic integral of the first kind (DLMF 19.8.5)."""
+    a, b = np.ones_like(m), np.sqrt(1 - m)
+    for _ in range(_MEANS):
+        a, b = (a + b) / 2, np.sqrt(a * b)
+    return np.asarray(np.pi / (2 * a))
+
+
+def _integrate(node: Node, low: Array, high: Array, letters: Mapping[str, Array]) -> Array:
+    """Return the integral of a formula over a letter by Gauss and Legendre's rule."""
+    tape, name = FormulaTape(node.parts[0]), node.parts[1].name
+    middle, half = (low + high) / 2, (high - low) / 2
+    count = max(np.size(value) for value in (middle, *letters.values()))
+    total = np.zeros(count)
+    # over x = middle + half sin φ an inverse root that is infinite at an end stays finite
+    for angle, weight in zip(np.pi / 2 * _NODES, np.pi / 2 * _WEIGHTS, strict=True):
+        at = np.broadcast_to(middle + half * np.sin(angle), (count,))
+        height = tape.evaluate({**letters, name: at}, count).whole
+        total = total + weight * half * np.cos(angle) * height
+    return total
+
+
 def _value(node: Node, below: list[Array], letters: Mapping[str, Array]) -> Any:
+    if node.name == "integral" and node.kind == "call":
+        return _integrate(node, below[2], below[3], letters)
     match node.kind:
         case "number":
             return np.float64(node.value)

@@ -34,6 +34,9 @@ FUNCTIONS = {
     "abs": 1,
     "sign": 1,
     "pow": 2,
+    "ellipk": 1,
+    "ellipk_of_modulus": 1,
+    "integral": 4,
 }
 """The functions of formulas, with their numbers of arguments."""
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.budget import stop_clock
-from mecanique.checking.grammar.reader import Statement
+from mecanique.checking.grammar.reader import Statement, name_values
 from mecanique.checking.grammar.tape import FormulaTape, Rows, find_sign_changes
 from mecanique.checking.grammar.tree import Node, add, negate
 from mecanique.checking.judgement.truth import Truth, stack, stack_mass
@@ -239,7 +239,7 @@ def judge_positions(
     """Return the positions that an answer names, and the names of equilibria that it lacks."""
     equilibria = Equilibria(truth)
     positions = []
-    for group in _group(statements, equilibria):
+    for group in _group(name_values(statements), equilibria):
         written = set().union(*(side.letters for statement in group for side in statement.sides))
         whole = [name for name in INTEGERS if name in written - equilibria.at_zero.keys()]
         for numbers in product(_WHOLE, repeat=len(whole)):

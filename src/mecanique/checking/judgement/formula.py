@@ -13,7 +13,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import KnownLetters
-from mecanique.checking.grammar.reader import Statement
+from mecanique.checking.grammar.reader import Statement, name_values
 from mecanique.checking.grammar.tape import FormulaTape, Rows, find_sign_changes, needed_values
 from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
 from mecanique.checking.judgement.equilibria import judge_positions
@@ -428,7 +428,8 @@ def _judge_canonical(
             slopes = [residual.tape.along(residual.slopes, name) for name in unknown]
             if not np.abs(np.stack(slopes)).max() > 0:
                 fault = "it contains no rate"
-        all_judged.append(replace(_judge_residual(residual, residual.worst, {}), fault=fault))
+        judged = _judge_residual(residual, residual.worst, quantity.series)
+        all_judged.append(replace(judged, fault=fault))
     rows = []
     for judged in all_judged:
         equation = judged.residual
@@ -468,7 +469,7 @@ def _judge_steady(
     all_judged: list[Judged] = []
     covered: set[int] = set()
     several = False
-    for statement in statements:
+    for statement in name_values(statements):
         written = set().union(*(side.letters for side in statement.sides))
         rates = [name for name in quantity.letters if name in written]
         if not rates or not statement.is_equation:

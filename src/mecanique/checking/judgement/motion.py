@@ -13,7 +13,13 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import FormulaTape, FormulaValues, Rows, find_sign_changes
+from mecanique.checking.grammar.tape import (
+    OPAQUE,
+    FormulaTape,
+    FormulaValues,
+    Rows,
+    find_sign_changes,
+)
 from mecanique.checking.grammar.tree import Node, add, divide, multiply, negate
 from mecanique.checking.judgement.truth import Sample, Truth, stack_mass
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -152,6 +158,26 @@ class Residual:
         slopes = np.nan_to_num(np.abs(self.by_acceleration), posinf=0.0)
         return np.asarray(_ROUNDING * np.einsum("ni,ni->n", slopes, known))
 
+    def find_idle(self, far: FormulaValues | None = None) -> Node | None:
+        """Return a term too small to be seen in any state, also far out; None if there is none."""
+        weights = np.zeros(len(self.tape.nodes))
+        for values in (self.values, self._moved, *(() if far is None else (far,))):
+            slopes = self.tape.slopes(values)
+            # by the sizes of its own terms, so that an identity counts
+            shares = np.abs(np.stack(slopes)) * np.stack(values.sizes) / values.size
+            shares[~np.isfinite(shares)] = 0.0
+            weights = np.maximum(weights, shares.max(axis=1))
+        hidden = [False] * len(weights)
+        for k in reversed(range(len(weights))):
+            parent, node = self.tape.parents[k], self.tape.nodes[k]
+            hidden[k] = node.name in OPAQUE or (parent >= 0 and hidden[parent])
+            if hidden[k] or weights[k] > TOLERANCE:
+                continue
+            is_term = parent >= 0 and self.tape.nodes[parent].kind == "sum"
+            if is_term and not any(part.is_zero for part in node.walk()):
+                return node
+        return None
+
     @property
     def worst(self) -> float:
         """The largest relative difference."""
@@ -180,18 +206,22 @@ class Residual:
         return np.concatenate([self.by_acceleration, *(c[:, None] for c in columns)], axis=1)
 
     @cached_property
-    def says_nothing(self) -> bool:
-        """Whether it holds for any motion, as 0 = 0 does."""
-        if not self.holds or self.truth.multipliers:
-            return False
+    def _moved(self) -> FormulaValues:
+        """Its values with other accelerations than the true ones."""
         # each is changed by a different amount, or x'' = y'' would hold as well
         moved = {
             name: self.sample.values[name]
             + (1.0 + 0.37 * k) * (1 + np.abs(self.sample.values[name]))
             for k, name in enumerate(self.truth.accelerations)
         }
-        values = self.tape.evaluate({**self.sample.letters, **moved}, self.sample.count)
-        changed = np.abs(values.whole - self.values.whole) / values.size
+        return self.tape.evaluate({**self.sample.letters, **moved}, self.sample.count)
+
+    @cached_property
+    def says_nothing(self) -> bool:
+        """Whether it holds for any motion, as 0 = 0 does."""
+        if not self.holds or self.truth.multipliers:
+            return False
+        changed = np.abs(self._moved.whole - self.values.whole) / self._moved.size
         return bool(np.nanmax(np.where(np.isfinite(changed), changed, 0.0)) <= TOLERANCE)
 
     @cached_property

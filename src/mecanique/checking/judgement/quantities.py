@@ -14,6 +14,7 @@ from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import read
 from mecanique.checking.grammar.tape import FormulaTape
 from mecanique.checking.judgement.equilibria import INTEGERS, Equilibria
+from mecanique.checking.judgement.release import release
 from mecanique.checking.judgement.truth import Sample, Truth, stack, value_of
 from mecanique.derivation import derive
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -63,7 +64,11 @@ class AskedQuantity:
     # values of further letters, or of those that a question fixes
     more: Mapping[str, Array] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # what an answer may leave out, or was taken for granted
+    # values that mistakes lead to, each with the kind of mistake and its words
+    slips: tuple[tuple[str, str, Array], ...] = ()
     velocity: str = ""  # whose momentum it is
+    # functions that are written with a letter of their own
+    functions: Mapping[str, str] = field(default_factory=dict)
     # coordinates about which motions are small; those left out are zero there
     position: Mapping[str, Array] = field(default_factory=dict)
 
@@ -256,9 +261,11 @@ class _Asked:
                 "the mechanism is damped or gyroscopic; ask for the 'undamped frequency' or the "
                 "'damped frequency'"
             )
-        if name == "undamped frequency":
-            C = (C - C.transpose(0, 2, 1)) / 2
-        frequencies = _oscillate(M, C, K)
+        gyroscopic, slips = (C - C.transpose(0, 2, 1)) / 2, []
+        if name == "damped frequency":
+            undamped = _oscillate(M, gyroscopic, K).T
+            slips.append(("missing", f"{_UNDAMPED}: it is the undamped frequency", undamped))
+        frequencies = _oscillate(M, gyroscopic if name == "undamped frequency" else C, K)
         if np.isfinite(frequencies).all(1).sum() < _FEWEST:
             where = self._where or "the position with all coordinates zero"
             raise InputError(f"{where} is not stable, or nothing oscillates there")
@@ -276,6 +283,35 @@ class _Asked:
             dimensions=unit,
             notes=tuple(notes),
             position=position,
+            slips=tuple(slips),
+        )
+
+    def period_from_rest(self, name: str, _: str) -> AskedQuantity:
+        """Ask for the period of the motion that begins at rest at any position, q = q0."""
+        coordinate = self._truth.mechanism.coordinates.names[0]
+        start, values = release(self._truth, coordinate)
+        taken = {*self._sample.values, f"{coordinate}0", "K"}
+        bound = {letter: _ZERO for letter in _BOUND_LETTERS if letter not in taken}
+        slips = []
+        try:
+            small = self.frequency("frequency", "")
+        except InputError:
+            small = None
+        if small is not None and small.values is not None:
+            slips.append(
+                ("linearized", "it is that of small oscillations", 2 * np.pi / small.values[0])
+            )
+        notes = (f"{coordinate}0 is the position from which it is released at rest",)
+        return AskedQuantity(
+            name=name,
+            kind="value",
+            letters=self._letters,
+            values=values,
+            dimensions=dict.fromkeys(self._letters, read_unit("s")),
+            more={f"{coordinate}0": start, **bound},
+            functions={"K": "ellipk_of_modulus"} if "K" not in self._sample.values else {},
+            notes=notes,
+            slips=tuple(slips),
         )
 
     @property
@@ -338,8 +374,16 @@ class _Asked:
             size = np.abs(momenta[momentum_letters(self._truth, k)[0]]).max(initial=0.0)
             rate = np.where(np.abs(rate) <= _ROUNDING * size, 0.0, rate)
             rates |= {f"{letter}'": rate for letter in momentum_letters(self._truth, k)}
+        slopes = _along(self._lagrange.T - self._lagrange.V, self._truth.velocities)
+        series: dict[str, Series] = {}
+        for k, slope in enumerate(slopes):
+            series |= {f"{letter}'": slope for letter in momentum_letters(self._truth, k)}
         return AskedQuantity(
-            name, "rates of momenta", more=momenta | rates, dimensions=self._units_of_momenta()
+            name=name,
+            kind="rates of momenta",
+            series=series,
+            more=momenta | rates,
+            dimensions=self._units_of_momenta(),
         )
 
     def holding(self, name: str, _: str) -> AskedQuantity:
@@ -366,8 +410,21 @@ class _Asked:
             )
         known_units = units(self._truth.mechanism)
         dimensions = {s: read_unit(known_units[s]) for s in inputs if known_units.get(s)}
+        slopes = _along(self._lagrange.V, self._truth.velocities)
+        series = {}
+        for symbol, force in zip(inputs, held.T, strict=True):
+            # a force that acts along one coordinate is the slope of the potential
+            for slope in slopes:
+                if np.allclose(self._value(slope, sample.values), force, rtol=1e-9, atol=0.0):
+                    series[symbol] = slope
         return AskedQuantity(
-            name, "letters", tuple(inputs), held.T, dimensions=dimensions, more=still
+            name=name,
+            kind="letters",
+            letters=tuple(inputs),
+            values=held.T,
+            series=series,
+            dimensions=dimensions,
+            more=still,
         )
 
     def transfer(self, name: str, what: str) -> AskedQuantity:
@@ -392,15 +449,23 @@ class _Asked:
             if symbol in {g.name for g in Q.generators()}:
                 force[:, i] = evaluated(Q.diff(symbol))
         s = np.random.default_rng(self._truth.seed).uniform(0.5, 5.0, sample.count)
-        whole = M * np.square(s)[:, None, None] + C * s[:, None, None] + K
-        answer = np.asarray(np.linalg.solve(whole, force[..., None])[..., 0], dtype=float)
+        answers = list[Array]()
+        for damping in (C, (C - C.transpose(0, 2, 1)) / 2):
+            whole = M * np.square(s)[:, None, None] + damping * s[:, None, None] + K
+            solution = np.linalg.solve(whole, force[..., None])
+            answers.append(np.asarray(solution[:, coordinates.index(output), 0], dtype=float))
+        answer, undamped = answers
+        taken = {*sample.values, *self._letters, "s"}
+        transform = [name for name in (output.capitalize(),) if name not in taken]
+        transformed = dict.fromkeys(transform, answer * sample.values[symbol])
         return AskedQuantity(
             name=name,
             kind="value",
-            letters=self._letters,
-            values=answer[:, coordinates.index(output)],
+            letters=(*self._letters, *transform),
+            values=answer,
             dimensions={"s": read_unit("1/s")},
-            more={"s": s},
+            more={"s": s, **transformed},
+            slips=(("missing", _UNDAMPED, undamped),),
         )
 
     def steady(self, name: str, _: str) -> AskedQuantity:
@@ -429,6 +494,9 @@ class _Question(NamedTuple):
 
 
 _FREQUENCY = ("omega", "omega0", "omegan", "w", "f", "nu", "T", "T0")
+_BOUND_LETTERS = ("u", "x", "xi", "phi", "s")
+"""Letters over which an integral may be taken besides the coordinate."""
+
 _CONSTANTS = (*"EHhCcpALJKk", "C1", "C2", "c1", "c2", "Lz", "const")
 _QUESTIONS = {
     "kinetic energy": _Question(_Asked.energy, ("T", "Ek", "Ekin", "KE", "K")),
@@ -439,6 +507,7 @@ _QUESTIONS = {
     "momentum": _Question(_Asked.momentum, ("p",), of=True),
     "conserved quantity": _Question(_Asked.constant, _CONSTANTS),
     "frequency": _Question(_Asked.frequency, _FREQUENCY, at=True),
+    "period from rest": _Question(_Asked.period_from_rest, ("T", "T0")),
     "period": _Question(_Asked.frequency, ("T", "T0", *_FREQUENCY), at=True),
     "undamped frequency": _Question(_Asked.frequency, _FREQUENCY, at=True),
     "damped frequency": _Question(_Asked.frequency, (*_FREQUENCY, "omegad", "wd"), at=True),
@@ -457,6 +526,7 @@ QUESTIONS = ("equation of motion", *_QUESTIONS)
 _ROUNDING = 1e-12
 """Rates of momenta below this part of the momenta, per second, are rounding."""
 
+_UNDAMPED = "the damping is missing"
 _FEWEST = 3
 """Least number of states in which a position is an equilibrium, and stable."""
 

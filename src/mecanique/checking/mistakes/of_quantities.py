@@ -16,7 +16,7 @@ from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.tape import FormulaTape
 from mecanique.checking.grammar.tree import Node, call, compound, negate, number, raise_to, rate
 from mecanique.checking.judgement.motion import Residual
-from mecanique.checking.judgement.quantities import AskedQuantity, ask_for, measure, roll
+from mecanique.checking.judgement.quantities import AskedQuantity, measure, roll
 from mecanique.checking.judgement.truth import Truth, stack_mass, value_of
 from mecanique.checking.mistakes.hypotheses import Hypotheses, Reading, Terms, list_relative
 from mecanique.checking.verdict import Mistake
@@ -61,8 +61,25 @@ class QuantityMistakes:
             yield from self._explain_energy(residual, quantity, *_OF_ENERGIES[name])
         if quantity.kind in ("value", "up to a constant"):
             yield from self._explain_reading(residual, quantity)
+            for kind, text, values in quantity.slips:
+                if self._holds(residual, quantity, (values, self._truth.sample.values)):
+                    yield Mistake(kind, text, "", 0.7)
         if quantity.kind == "several":
             yield from self._explain_frequency(residual, quantity)
+
+    def mutate(
+        self, residual: Residual, quantity: AskedQuantity, written: str
+    ) -> Iterator[Mistake]:
+        """Yield the single changes after which a formula would be right, wherever they stand."""
+        if quantity.kind not in ("value", "up to a constant") or quantity.values is None:
+            return
+        claims = [(quantity.values, self._truth.sample.values)]
+        if quantity.again is not None:
+            claims.append((quantity.again[0], {**claims[0][1], **quantity.again[1]}))
+        for weight, kind, said, part, changed in _mutate(residual.root, written):
+            spend()
+            if self._holds(replace(residual, tape=FormulaTape(changed)), quantity, *claims):
+                yield Mistake(kind, said, part, weight)
 
     def _explain_reading(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
         """Yield relative for absolute coordinates, and angles from a line at right angles."""
@@ -87,10 +104,12 @@ class QuantityMistakes:
         for text, read, rates, dots in list_relative(truth):
             yield text, 1.3 + 0.1 * (len(dots) == 1), read, rates
         names = {v.removesuffix("'") for v in truth.velocities if v.endswith("'")}
-        for name in sorted(angles(truth.mechanism) & names):
+        turning = sorted(angles(truth.mechanism) & names)
+        for some in [(name,) for name in turning] + [tuple(turning)] * (len(turning) > 1):
+            said = "every angle" if some[1:] else some[0]
+            text = f"{said} is counted from a line at right angles to the one in question"
             for turned in (-np.pi / 2, np.pi / 2):
-                text = f"{name} is counted from a line at right angles to the one in question"
-                yield text, 1.6, partial(_turn_letter, name, turned), np.eye(len(truth.velocities))
+                yield text, 1.6, partial(_turn_letters, some, turned), np.eye(len(truth.velocities))
 
     def explain_matrix(self, given: Array) -> Iterator[Mistake]:
         """Yield the mistakes that lead to a mass matrix, shape (n, nv, nv)."""
@@ -179,12 +198,9 @@ class QuantityMistakes:
             for weight, text, values in _other_measures(omega, quantity.letters):
                 if self._fits(residual, values):
                     yield Mistake("measure", text, "", weight)
-        if quantity.name == "damped frequency":
-            undamped = ask_for(self._truth, "undamped frequency").values
-            assert undamped is not None
-            if any(self._fits(residual, measure(omega, quantity.letters)) for omega in undamped):
-                text = "the damping is missing: it is the undamped frequency"
-                yield Mistake("missing", text, "", 0.7)
+        for kind, text, several in quantity.slips:
+            if any(self._fits(residual, measure(omega, quantity.letters)) for omega in several):
+                yield Mistake(kind, text, "", 0.7)
         if len(quantity.values) > 1 or "'" not in self._truth.velocities[0]:
             return
         for mistake, omega in self._frequencies(quantity.position):
@@ -267,8 +283,10 @@ def _oscillate(below: Terms, above: Terms) -> Array:
     return np.sqrt(rise / (2 * _STEP * above.M[:, 0, 0]))
 
 
-def _turn_letter(name: str, turned: float, values: Mapping[str, Array]) -> dict[str, Array]:
-    return {name: values[name] + turned}
+def _turn_letters(
+    names: Sequence[str], turned: float, values: Mapping[str, Array]
+) -> dict[str, Array]:
+    return {name: values[name] + turned for name in names}
 
 
 def _vanishes(relative: Array) -> bool:
@@ -285,7 +303,11 @@ def _other_measures(
         yield 0.7, text, {name: value * scale for name, value in right.items()}
     square = measure(omega**2, letters)
     yield 0.7, "the square root is missing: it is omega^2", square
-    yield 0.8, "it is inverted", {name: 1 / value for name, value in right.items()}
+    for inverse in (
+        {name: 1 / value for name, value in right.items()},
+        measure(1 / omega, letters),
+    ):
+        yield 0.8, "it is inverted", inverse
 
 
 def _mutate(root: Node, text: str) -> Iterator[tuple[float, str, str, str, Node]]:

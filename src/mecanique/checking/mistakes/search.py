@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -33,7 +34,7 @@ from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.errors import FormulaError
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import Dimension
+from mecanique.model.units import Dimension, read_unit
 
 
 @final
@@ -48,6 +49,7 @@ class Context:
         values: Mapping[str, Array],
         count: int,
     ) -> None:
+        self.dimension_of = units.find
         self._dimensions = units.of
         self.values = {
             name: np.broadcast_to(np.asarray(value, dtype=float), (count,))
@@ -83,6 +85,10 @@ class Context:
         for first, second in permutations(self.units, 2):
             if self.units[first] == self.units[second]:
                 factors[f"{first}/{second}"] = ("letter", self.values[first] / self.values[second])
+                if self.units[first] == "kg":
+                    share = self.values[first] / (self.values[first] + self.values[second])
+                    both = " + ".join(name for name in self.units if name in (first, second))
+                    factors[f"{first}/({both})"] = ("letter", share)
         for name in (*self.coordinates, *self.velocities):
             factors[name] = ("factor missing", self.values[name])
         for formula, value in self.arguments.items():
@@ -164,9 +170,14 @@ class FormulaPart:
 
     @property
     def is_term(self) -> bool:
-        """Whether it is a term of a sum, or the whole."""
+        """Whether it is a term of a sum, stands below a root, or is the whole."""
         parent = self.tape.parents[self.place]
-        return parent < 0 or self.tape.nodes[parent].kind == "sum"
+        return parent < 0 or self.tape.nodes[parent].kind == "sum" or self.is_below_root
+
+    @property
+    def is_below_root(self) -> bool:
+        """Whether it is all that stands below a root."""
+        return self.tape.nodes[self.tape.parents[self.place]].name == "sqrt"
 
     @property
     def is_squared(self) -> bool:
@@ -244,12 +255,15 @@ def repair_letter(part: FormulaPart) -> Iterator[Mistake]:
                 yield Mistake("power", text, part.quoted, 1.7)
 
 
+_WAVES = {"sin": np.sin, "cos": np.cos, "tan": np.tan}
+
+
 def repair_circular(part: FormulaPart) -> Iterator[Mistake]:
-    """Yield repairs of a sine or cosine: the other one, another angle, none."""
+    """Yield repairs of a sine, cosine or tangent: another one, another angle, none."""
     name, argument = part.node.name, part.node.parts[0]
     inner = part.values.parts[part.tape.parts[part.place][0]][part.usable]
-    written, swapped = (np.sin, np.cos) if name == "sin" else (np.cos, np.sin)
     turned = "cos" if name == "sin" else "sin"
+    written, swapped = _WAVES[name], _WAVES[turned]
     for sign, words in ((1, ""), (-1, "−")):
         if part.is_alike(sign * swapped(inner)) and not (part.is_squared and sign < 0):
             text = f"'{part.quoted}' {part.where}should be {words}{turned}"
@@ -320,7 +334,14 @@ def repair_sum(part: FormulaPart) -> Iterator[Mistake]:
                 yield Mistake("letter", text, part.quoted, 1.4)
 
 
-_INERTIAS = {Fraction(4), Fraction(1, 4), Fraction(3), Fraction(1, 3), Fraction(12)}
+_ABOUT = "the inertia may be taken about the wrong point (center or pin) or of the wrong body"
+_INERTIAS = {
+    **dict.fromkeys((Fraction(4), Fraction(1, 4), Fraction(3), Fraction(1, 3)), _ABOUT),
+    Fraction(12): _ABOUT,
+    Fraction(4, 3): "the inertia of a rod about its own center is missing (as for a particle)",
+    Fraction(4, 5): "the inertia of a rod about its own center is counted twice",
+}
+"""What it may mean that a term with an inertia should be so many times as large."""
 
 
 def repair_term(part: FormulaPart) -> Iterator[Mistake]:
@@ -329,7 +350,7 @@ def repair_term(part: FormulaPart) -> Iterator[Mistake]:
     if not np.isfinite(ratio).all():
         return
     size = part.values.sizes[part.tape.parents[part.place]][part.usable]
-    if (np.abs(part.want) <= 1e-9 * size).all():
+    if (np.abs(part.want) <= 1e-9 * size).all() and not part.is_below_root:
         text = f"the term '{part.quoted}' does not belong there"
         yield Mistake("extra", text, part.quoted, 2.2)
         return
@@ -344,6 +365,8 @@ def repair_term(part: FormulaPart) -> Iterator[Mistake]:
     for place in np.flatnonzero(alike):
         name = names[place % len(names)]
         kind = part.context.factors[name][0]
+        if kind == part.node.kind == "letter":
+            continue  # it is said of the letter itself
         if kind == "sin for cos":
             formula = name[3:].removesuffix("^2")
             pair = ("sin", "cos") if place < len(names) else ("cos", "sin")
@@ -352,9 +375,12 @@ def repair_term(part: FormulaPart) -> Iterator[Mistake]:
         elif kind == "letter":
             pair = name.split("/") if place < len(names) else name.split("/")[::-1]
             text = f"in the term '{part.quoted}' {pair[1]} should be {pair[0]}"
-            yield Mistake(kind, text, part.quoted, 1.7)
+            # a sum in place of a letter is a missing term
+            yield Mistake(kind, text, part.quoted, 2.05 if "+" in pair[0] else 1.7)
         elif place >= len(names):
             text = f"the factor {name} does not belong in the term '{part.quoted}'"
+            if not _contains(part.node, name):
+                text = f"the term '{part.quoted}' lacks the divisor {name}"
             yield Mistake("factor surplus", text, part.quoted, 2.0)
         elif kind == "small angle":
             text = (
@@ -367,6 +393,12 @@ def repair_term(part: FormulaPart) -> Iterator[Mistake]:
             yield Mistake(kind, text, part.quoted, 2.0)
 
 
+def _contains(node: Node, factor: str) -> bool:
+    """Whether a letter or a function such as cos(q)^2 occurs in a part."""
+    word = re.split(r"[(^]", factor)[0]
+    return any(word == inner.name for inner in node.walk())
+
+
 def _scale(part: FormulaPart, ratio: float) -> Iterator[Mistake]:
     factor = Fraction(ratio).limit_denominator(SIMPLE)
     close = factor != 0 and abs(ratio / float(factor) - 1) < ALIKE
@@ -374,10 +406,7 @@ def _scale(part: FormulaPart, ratio: float) -> Iterator[Mistake]:
         text = f"the sign of the term '{part.quoted}' is wrong"
         yield Mistake("sign", text, part.quoted, 1.0)
     elif close and factor in _INERTIAS and _is_inertial(part):
-        text = (
-            f"the term '{part.quoted}' should be {factor} times as large: the inertia may be "
-            "taken about the wrong point (center or pin) or of the wrong body"
-        )
+        text = f"the term '{part.quoted}' should be {factor} times as large: {_INERTIAS[factor]}"
         yield Mistake("inertia", text, part.quoted, 1.5)
     elif close and factor > 0:
         text = {
@@ -399,8 +428,17 @@ def _scale(part: FormulaPart, ratio: float) -> Iterator[Mistake]:
         yield Mistake("factor", text, part.quoted, 2.6)
 
 
+_MOMENT = read_unit("kg·m²")
+
+
 def _is_inertial(part: FormulaPart) -> bool:
-    return bool(part.node.letters & set(part.context.accelerations))
+    """Whether a term holds an acceleration, or is a moment of inertia."""
+    if part.node.letters & set(part.context.accelerations):
+        return True
+    try:
+        return part.context.dimension_of(part.node, part.text) == _MOMENT
+    except UnitMisfitError:
+        return False
 
 
 _FEWEST = 6
@@ -452,7 +490,7 @@ def _find(part: FormulaPart) -> Iterator[Mistake]:
     node = part.node
     if node.kind == "letter":
         yield from repair_letter(part)
-    elif node.kind == "call" and node.name in ("sin", "cos"):
+    elif node.kind == "call" and node.name in _WAVES:
         yield from repair_circular(part)
     elif node.kind == "power":
         yield from repair_power(part)
@@ -588,6 +626,8 @@ class Search:
         mistakes += _list_in_time(find_lacking(residual, series))
         if quantity is not None:
             mistakes += _list_in_time(self._of_quantities.explain(residual, quantity))
+        if quantity is not None and not mistakes:
+            mistakes += _list_in_time(self._of_quantities.mutate(residual, quantity, text))
         return _rank(_misfits(units, residual, number, text), _in_equation(mistakes, number))
 
     @cached_property

@@ -119,6 +119,8 @@ class LetterUnits:
 
     def _of_call(self, node: Node, text: str) -> Dimension | None:
         inner = [self.find(part, text) for part in node.parts]
+        if node.name == "integral":
+            return _combine(inner[0], inner[1], 1)
         if node.name in ("abs", "sign"):
             return inner[0] if node.name == "abs" else PURE
         if node.name == "sqrt":

@@ -7,7 +7,9 @@ const TOLERANCE = 1e-8;
 const FAR = 1e-6;
 const CLOSE = 1e-6;
 const ASKED = "#asked";
+const IDLE = "it has a term that is too small to be seen";
 const HOLDS = 1e-7;
+const MOVING = ["coordinate", "velocity"];
 const RANK = 1e-7;
 const RANKED = 6;
 const FACTORS = [1e-3, 0.03, 0.3, 0.7, 0.9, 1.1, 1.4, 3.0, 30.0, 1e3];
@@ -92,6 +94,30 @@ function worstOf(pairs) {
   return worst;
 }
 
+/** Yield a formula without one of the terms of its sums, for each of them. */
+function* withoutTerms(node) {
+  for (const [k, part] of (node.parts ?? []).entries()) {
+    const put = (other) => ({
+      ...node,
+      parts: node.parts.map((old, at) => (at === k ? other : old)),
+    });
+    const inner = part.op === "negative" ? part.parts[0] : part;
+    if (node.op === "sum" && !(inner.op === "number" && inner.value === 0))
+      yield put({ op: "number", value: 0 });
+    for (const other of withoutTerms(part)) yield put(other);
+  }
+}
+
+/** Whether a term is too small to be seen in any state. */
+function hasIdleTerm(root, states) {
+  const whole = states.map((row) => evaluate(root, row));
+  for (const other of withoutTerms(root)) {
+    const left = states.map((row) => evaluate(other, row)[0]);
+    if (worstOf(whole.map(([value, size], k) => [value - left[k], size])) <= TOLERANCE) return true;
+  }
+  return false;
+}
+
 /** Whether a number is written with as many digits as a rounded one has. */
 function looksRounded(text) {
   return (text.match(/\d*[.,]\d+/g) ?? []).some(
@@ -120,7 +146,8 @@ function judgeMotion(question, statements, used, text) {
     for (let k = 1; k < sides.length; k += 1) equations.push(subtract(sides[k - 1], sides[k]));
   }
   const states = rowsOf(question.states);
-  const judged = equations.map((root) => judgeEquation(root, question, states));
+  const moves = [...used].some((name) => MOVING.includes(question.letters[name]));
+  const judged = equations.map((root) => judgeEquation(root, { ...question, moves }, states));
   const unclear = judged.find((one) => one.unclear);
   if (unclear) return leave(unclear.unclear);
   const off = judged.some((one) => one.off);
@@ -178,6 +205,9 @@ function judgeEquation(root, question, states) {
     return { unclear: "it is not linear in the accelerations" };
   const far = question.far ? rowsOf(question.far).map((row) => evaluate(root, row)) : [];
   if (worstOf(far) > FAR) return failed("it holds near the usual states only");
+  const moving = states.map((row) => move(row, question, 1));
+  const everywhere = [...states, ...moving, ...(question.far ? rowsOf(question.far) : [])];
+  if (hasIdleTerm(root, everywhere)) return { unclear: IDLE };
   if (mayVanish(root, question))
     return { unclear: "it may be multiplied by a factor that vanishes" };
   return { holds: true, outcome: "right", forms: [], causes: [] };
@@ -305,9 +335,11 @@ function explain(root, question, states) {
     });
     if (worstOf(pairs) <= HOLDS) causes.push(slip);
   }
-  if (causes.some((slip) => slip.kind === "linearized"))
+  // a motion without any force is no linearized one
+  if (question.moves && causes.some((slip) => slip.kind === "linearized"))
     return { outcome: "right except for form", forms: ["linearized"], causes: [] };
-  return failed(...causes.map((slip) => slip.text));
+  const others = causes.filter((slip) => slip.kind !== "linearized");
+  return failed(...others.map((slip) => slip.text));
 }
 
 // --- energies, momenta and frequencies
@@ -317,24 +349,25 @@ function judgeValue(question, statements, used, text) {
   const known = withNames(states, question.names, question.values);
   const { again } = question;
   const there = again ? withNames(rowsOf(again.states), question.names, again.values) : null;
-  const lines = [];
-  for (const sides of statements) {
-    if (sides.length > 2) return leave("this page cannot judge a chain of equations");
-    const root = subtract(sides[0], sides[1] ?? { op: "letter", name: ASKED });
-    const worst = compare(root, known, there);
-    if (worst > TOLERANCE && worst < CLOSE) return leave("it is off by very little");
-    const holds = worst <= TOLERANCE;
-    lines.push({
-      holds,
-      empty:
-        holds && determines(sides, question.names) ? findEmptiness(root, question, states) : "",
-    });
-  }
+  const lines = statements.map((sides) => judgeFormula(sides, question, states, known, there));
+  const unclear = lines.find((line) => line.unclear);
+  if (unclear) return leave(unclear.unclear);
   if (lines.some((line) => !line.holds)) {
     const unsure = doubt(question, text) || doubtNumbers(question, statements, used);
     if (unsure) return leave(`this page cannot judge ${unsure}`);
   }
   return sumUpValues(lines);
+}
+
+function judgeFormula(sides, question, states, known, there) {
+  if (sides.length > 2) return { unclear: "this page cannot judge a chain of equations" };
+  const root = subtract(sides[0], sides[1] ?? { op: "letter", name: ASKED });
+  const worst = compare(root, known, there);
+  if (worst > TOLERANCE && worst < CLOSE) return { unclear: "it is off by very little" };
+  const holds = worst <= TOLERANCE;
+  if (holds && hasIdleTerm(root, known)) return { unclear: IDLE };
+  const asks = holds && determines(sides, question.names);
+  return { holds, empty: asks ? findEmptiness(root, question, states) : "" };
 }
 
 function sumUpValues(lines) {
@@ -446,6 +479,8 @@ function coverOne(sides, measures, states) {
   if (worst.some((one) => one > TOLERANCE && one < CLOSE))
     return { unclear: "it is off by very little" };
   const covers = worst.flatMap((one, k) => (one <= TOLERANCE ? [k] : []));
+  const there = (k) => states.map((row, at) => ({ ...rowOf(measures[k], at), ...row }));
+  if (covers.length && hasIdleTerm(root, there(covers[0]))) return { unclear: IDLE };
   if (covers.length && determines(sides, names) && !holdsAlone(root, measures[covers[0]], states))
     return { unclear: "it may hold for other values, too" };
   return { covers };
