@@ -112,3 +112,46 @@ def test_equilibria_of_a_family_are_called_so() -> None:
     assert "family" not in alone.chosen
     weightless = mq.linearize(mq.textbook.load("n_link_pendulum", n=6, g=0.0))
     assert weightless.chosen.endswith("with any value of q1, q2, q3, q4 and 2 more")
+
+
+def test_a_coin_rests_upright_anywhere() -> None:
+    """Nothing resists its place, its heading and its turn; it falls to either side."""
+    coin = mq.textbook.load("rolling_coin")
+    (upright,) = mq.equilibria(coin, 6)
+    assert upright.family == ("x", "y", "yaw", "spin")
+    place = dict(zip(coin.coordinates, upright.q, strict=True))
+    assert place["lean"] == pytest.approx(0.0, abs=1e-9)
+    assert place["z"] == pytest.approx(coin.values["r"], rel=1e-12)
+    assert not upright.stable
+    # about its rim: m r² (1 + 1/4) lean'' = m g r lean
+    growth = upright.linearization.eigenvalues.real.max()
+    assert growth == pytest.approx((4 * 9.81 / (5 * coin.values["r"])) ** 0.5, rel=1e-9)
+    assert "it is one of a family, with any value of x, y, yaw, spin" in str(upright)
+
+
+def test_a_ball_rests_in_a_bowl_however_it_is_turned() -> None:
+    """It rolls to and fro with 5 g / (7 (R - r)) (Lamb, Higher Mechanics, 1920, art. 76)."""
+    bowl = mq.textbook.load("ball_in_a_bowl")
+    bottom, top = mq.equilibria(bowl, 4)
+    s = bowl.values
+    swing = (5 * 9.81 / (7 * (s["R"] - s["r"]))) ** 0.5
+    np.testing.assert_allclose(bottom.linearization.frequencies, [0, swing, swing], atol=1e-8)
+    assert bottom.family == tuple(f"turns of ball about {axis}" for axis in "xyz")
+    assert (bottom.stable, top.stable) == (True, False)
+
+
+def test_a_family_along_a_curve_is_one() -> None:
+    """A bead on a level ring rests anywhere; in an upright one at two places, tied or not."""
+    bodies = (mq.Body("ground"), mq.Body("cross"), mq.Body("bead", mq.particle(1.0)))
+    joints = (
+        mq.Prismatic("along", "ground", "cross", axis=(1, 0, 0), coordinate="x"),
+        mq.Prismatic("up", "cross", "bead", axis=(0, 0, 1), coordinate="z"),
+    )
+    wire = (mq.Loop.distance("wire", "ground", (0, 0, 0), "bead", (0, 0, 0), 0.5),)
+    level = mq.Mechanism("ring", bodies, joints, loops=wire, gravity=(0, 0, 0))
+    (anywhere,) = mq.equilibria(level, [{"x": 0.5}, {"x": 0.3, "z": 0.4}, {"x": -0.3, "z": -0.4}])
+    assert anywhere.family == ("x and z together",)
+    upright = mq.Mechanism("ring", bodies, joints, loops=wire, gravity=(0, 0, -9.81))
+    low, high = mq.equilibria(upright, [{"x": 0.5, "z": 0.1}, {"x": 0.3, "z": -0.4}, {"z": 0.5}])
+    assert (low.family, high.family) == ((), ())
+    assert low.linearization.frequencies == pytest.approx([(9.81 / 0.5) ** 0.5], rel=1e-9)

@@ -14,7 +14,7 @@ from mecanique.motion.linear.equilibrium import effort
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.problem import Values
-from mecanique.motion.tolerances import DIFFERENCES
+from mecanique.motion.tolerances import DIFFERENCES, UNRESISTED
 from mecanique.verification.stencil import differences_twice
 
 if TYPE_CHECKING:
@@ -37,7 +37,6 @@ def linearize_about(
 ) -> Linearization:
     """Linearize the equations of motion about a state, with loops closed next to it."""
     mechanism = reference.mechanism
-    refuse_rolling(mechanism)
     position, velocity = mechanism.position(at), mechanism.velocity(v)
     if mechanism.constrained:
         from mecanique.motion.record.loops import begin_on_loops
@@ -53,7 +52,12 @@ def linearize_about(
 
         free = Independent(reference.closed, position, t)
         tangent = free.tangent
-        by_position, by_velocity = _of_loops(reference, free, position, velocity, acceleration, t)
+        w, rate = velocity[free.chosen], acceleration[free.chosen]
+        by_position = _along(reference, free, free, w, rate, t)
+
+        def by_velocity(step: np.ndarray) -> np.ndarray:
+            return np.array([effort(reference, free, position, w + x, rate, t) for x in step])
+
     K, error_k = slopes(by_position, tangent.shape[1])
     C, error_c = slopes(by_velocity, tangent.shape[1])
     M = tangent.T @ reference.mass_matrix(position, t) @ tangent
@@ -122,24 +126,42 @@ def _of_tree(
     return by_position, by_velocity
 
 
-def _of_loops(
+def _along(
     reference: Reference,
+    places: Independent,
     free: Independent,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
+    w: np.ndarray,
+    rate: np.ndarray,
     t: float,
-) -> tuple[_Function, _Function]:
+) -> _Function:
     """Return the same on the loops, in the independent coordinates."""
-    w, rate = velocity[free.chosen], acceleration[free.chosen]
+    return lambda step: np.array(
+        [effort(reference, free, _near(places, x), w, rate, t) for x in step]
+    )
 
-    def by_position(step: np.ndarray) -> np.ndarray:
-        return np.array([effort(reference, free, _near(free, x), w, rate, t) for x in step])
 
-    def by_velocity(step: np.ndarray) -> np.ndarray:
-        return np.array([effort(reference, free, position, w + x, rate, t) for x in step])
+def find_idle(reference: Reference, q: np.ndarray, t: float) -> np.ndarray:
+    """Return the displacements that nothing resists at rest, as orthonormal columns (nv, k).
 
-    return by_position, by_velocity
+    What rolls may be put where it cannot roll to straight away.
+    """
+    still, places = np.zeros(reference.mechanism.nv), np.eye(reference.mechanism.nv)
+    if reference.closed is None:
+        by_position, _ = _of_tree(reference, q, still, still, t)
+    else:
+        from mecanique.reference.loops.independent import Independent
+
+        free, positional = Independent(reference.closed, q, t), reference.closed.closures.positional
+        holonomic = Independent(reference.closed, q, t, rows=positional)
+        places, none = holonomic.tangent, still[free.chosen]
+        by_position = _along(reference, holonomic, free, none, none, t)
+    if not places.shape[1]:
+        return places
+    K, _ = slopes(by_position, places.shape[1])
+    _, sizes, directions = np.linalg.svd(K)
+    resisted = int((sizes > UNRESISTED * sizes.max(initial=0.0)).sum())
+    idle: np.ndarray = np.linalg.qr(places @ directions[resisted:].T)[0]
+    return idle
 
 
 def _near(free: Independent, step: np.ndarray) -> np.ndarray:
@@ -158,7 +180,12 @@ def slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:
         return np.zeros((0, 0)), 0.0
     best, error = np.zeros((count, count)), np.inf
     for h in STEPS:
-        fine, coarse = differences_twice(function, count, h)
+        try:
+            fine, coarse = differences_twice(function, count, h)
+        except InputError:
+            if h == STEPS[-1]:
+                raise
+            continue  # the loops do not reach so far
         scale = float(np.abs(fine).max())
         gap = float(np.abs(fine - coarse).max()) / scale if scale > 0 else 0.0
         if gap < error:

@@ -48,8 +48,8 @@ def equilibrium_near(reference: Reference, start: np.ndarray, t: float) -> np.nd
         if reference.closed is not None:
             return _on_loops(reference, reference.closed, start, t)
         return _of_tree(reference, start, t)
-    except MecaniqueError:  # e.g. a spring of no length, or loops that cannot be closed on the way
-        return None
+    except (MecaniqueError, np.linalg.LinAlgError):
+        return None  # e.g. a spring of no length, or loops that cannot be closed on the way
 
 
 def effort(

@@ -16,21 +16,22 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
 from mecanique.model.random_positions import draw_positions
 from mecanique.model.values import whole
-from mecanique.motion.linear.differences import linearize_about, refuse_rolling
+from mecanique.motion.linear.differences import find_idle, linearize_about, refuse_rolling
 from mecanique.motion.linear.equilibrium import drop_disturbances, equilibrium_near
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.curve import State
+from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.problem import Values
 from mecanique.motion.tolerances import (
     IN_LINE,
     SAME_FORCES,
     SAME_PLACE,
     SMALL_ACCELERATION,
+    TINY,
     TURN,
-    UNRESISTED,
 )
 from mecanique.threads import one_thread_for_loops
-from mecanique.wording import Legible
+from mecanique.wording import Legible, enumerate_words
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -51,6 +52,8 @@ class Equilibrium(Legible):
     Args:
         q: shape (nq,), the position.
         linearization: small motions about it.
+        family: what may have any value at rest, by name; coordinates that change together are
+            named together, as "phi and psi together". Empty where it stands alone.
 
     Example:
         >>> down, up = mq.equilibria(mq.textbook.load("rigid_bar_pendulum"))
@@ -62,6 +65,7 @@ class Equilibrium(Legible):
 
     q: np.ndarray
     linearization: Linearization
+    family: tuple[str, ...] = ()
 
     @property
     def stable(self) -> bool:
@@ -69,7 +73,8 @@ class Equilibrium(Legible):
         return self.linearization.stable
 
     def __str__(self) -> str:
-        return str(self.linearization)
+        first, *rest = str(self.linearization).splitlines()
+        return "\n".join([first + say_family(self.family), *rest])
 
 
 @one_thread_for_loops
@@ -84,8 +89,9 @@ def equilibria(
     """Return the equilibria that Newton's method finds, in the order of their potential energy.
 
     Angles that differ by whole turns are one position; they are brought to −π…π where the forces
-    are the same there. Of equilibria that a motion without any resistance joins, e.g. a cart
-    anywhere on its track, one is returned.
+    are the same there. Of a family of equilibria that nothing separates, e.g. of a cart anywhere on
+    its track or a coin upright anywhere on its table, one is returned, and its `family` says which
+    coordinates are free.
 
     Args:
         mechanism: what may rest.
@@ -137,17 +143,20 @@ class _Equilibria:
         """Why positions of rest cannot be linearized about."""
         self._reference, self._t = reference, t
         mechanism = reference.mechanism
-        unit = units(mechanism)
-        self._turning = [k for k, name in enumerate(mechanism.coordinates) if unit[name] == "rad"]
+        self._rates = Rates.of(mechanism)
+        self._idle: list[Array] = []
+        """The displacements that nothing resists at each of them, shape (nv, k)."""
+        unit, places = units(mechanism), zip(*self._rates.plain, strict=True)
+        names = mechanism.coordinates.names
+        turning = [(in_q, in_v) for in_q, in_v in places if unit[names[in_q]] == "rad"]
+        self._turning = [in_q for in_q, _ in turning]
+        self._spinning = [in_v for _, in_v in turning]
         self._scales, self._least = _usual_inertia(reference, starts, t)
 
     @property
     def sorted(self) -> tuple[Equilibrium, ...]:
         """The equilibria in the order of their potential energy."""
-        energy = self._reference.energy
-        return tuple(
-            sorted(self.equilibria, key=lambda e: float(energy(e.q, None, self._t).potential))
-        )
+        return tuple(sorted(self.equilibria, key=lambda e: self._potential(e.q)))
 
     def add(self, start: np.ndarray) -> None:
         """Add the equilibrium that a start leads to, if it leads to one that is not there yet."""
@@ -155,17 +164,64 @@ class _Equilibria:
         if q is None:
             return
         q = _unwind(self._reference, q, self._turning, self._t)
-        if any(_same(q, equilibrium, self._turning) for equilibrium in self.equilibria):
+        if self._is_known(q):
             return
         # where the axes of a gimbal fall in line the mass matrix has no inverse, and next to a
         # singular position the loops leave no small motion
         try:
             self._refuse_singular(q)
             linearization = linearize_about(self._reference, q, t=self._t)
+            idle = find_idle(self._reference, q, self._t)
         except (EngineError, InputError) as error:
             self.refused.append(error)
         else:
-            self.equilibria.append(Equilibrium(q, linearization))
+            family = find_family(self._reference, q, self._t, idle)
+            self.equilibria.append(Equilibrium(q, linearization, family))
+            self._idle.append(idle)
+
+    def _is_known(self, q: Array) -> bool:
+        """Return whether a position of rest is among those there, or of a family of theirs."""
+        curved = []
+        for known, idle in zip(self.equilibria, self._idle, strict=True):
+            gap = self._apart(known.q, q)
+            if np.abs(gap - idle @ (idle.T @ gap)).max(initial=0.0) < SAME_PLACE:
+                return True
+            if idle.shape[1]:
+                curved.append((known.q, idle))
+        height = self._potential(q)
+        return any(
+            abs(self._potential(place) - height) <= SAME_FORCES * (1 + abs(height))
+            and self._walks(place, idle, q)
+            for place, idle in curved
+        )
+
+    def _potential(self, q: Array) -> float:
+        return float(self._reference.energy(q, None, self._t).potential)
+
+    def _walks(self, place: Array, idle: Array, goal: Array) -> bool:
+        """Return whether a way along positions of rest leads nearer and nearer to another."""
+        gap, near = self._apart(place, goal), np.inf
+        while (size := float(np.linalg.norm(gap))) < near * (1 - LEAST_GAIN):
+            near, step = size, idle @ (idle.T @ gap)
+            if size < SAME_PLACE:
+                return True
+            step *= min(1.0, WALK / max(float(np.linalg.norm(step)), TINY))
+            ahead = self._rates.normalize(self._rates.displace(place, step))
+            rest = equilibrium_near(self._reference, ahead, self._t)
+            if rest is None:
+                return False
+            try:
+                place, idle = rest, find_idle(self._reference, rest, self._t)
+            except InputError:
+                return False
+            gap = self._apart(place, goal)
+        return False
+
+    def _apart(self, start: Array, end: Array) -> Array:
+        """Return the step along velocities between positions, angles by the shorter way."""
+        gap = self._rates.between(start, end)
+        gap[self._spinning] = (gap[self._spinning] + np.pi) % (2 * np.pi) - np.pi
+        return gap
 
     def _refuse_singular(self, q: np.ndarray) -> None:
         mechanism = self._reference.mechanism
@@ -220,18 +276,8 @@ def _unwind(reference: Reference, q: np.ndarray, turning: list[int], t: float) -
     return wound if same else q
 
 
-def _same(q: np.ndarray, equilibrium: Equilibrium, turning: list[int]) -> bool:
-    gap = q - equilibrium.q
-    gap[turning] = (gap[turning] + np.pi) % (2 * np.pi) - np.pi
-    K, tangent = equilibrium.linearization.K, equilibrium.linearization.tangent
-    if len(gap) == len(tangent) and len(K):
-        # along these directions nothing resists: it is one equilibrium, anywhere
-        _, resistance, directions = np.linalg.svd(K)
-        idle = tangent @ directions[resistance <= UNRESISTED * resistance.max(initial=0.0)].T
-        free = np.linalg.qr(idle)[0]
-        gap = gap - free @ (free.T @ gap)
-    return bool(np.abs(gap).max(initial=0.0) < SAME_PLACE)
-
+WALK, LEAST_GAIN = 0.5, 1e-3
+"""Longest step along a family [rad or m], and the part of the way that a step must gain."""
 
 STEPS = (-1.7, -0.4, 0.6, 2.1)
 """By how much a coordinate is changed [rad or m]."""
@@ -240,24 +286,50 @@ STEPS = (-1.7, -0.4, 0.6, 2.1)
 _NAMED = 4  # coordinates
 
 
-def find_family(reference: Reference, q: Array, t: float) -> tuple[str, ...]:
-    """Return the coordinates that may each have any value at rest; none where q is constrained."""
-    mechanism = reference.mechanism
-    if mechanism.constrained or len(q) != mechanism.nv:
-        return ()
-    still = np.zeros(mechanism.nv)
-    disturbed = np.full(len(q), np.inf)
-    for k in range(len(q)):
+def find_family(reference: Reference, q: Array, t: float, idle: Array) -> tuple[str, ...]:
+    """Return what may have any value at rest, by the displacements that nothing resists there."""
+    mechanism, rates = reference.mechanism, Rates.of(reference.mechanism)
+    still, directions = np.zeros(mechanism.nv), np.eye(mechanism.nv)
+    disturbed = np.full(mechanism.nv, np.inf)
+    along = np.linalg.norm(idle, axis=1)
+    for k in np.flatnonzero(along > 1 - SAME_PLACE):
         try:
-            moved = [np.array(q) + step * np.eye(len(q))[k] for step in STEPS]
+            moved = [rates.displace(q, step * directions[k]) for step in STEPS]
             accelerations = [reference.acceleration(position, still, t=t) for position in moved]
         except MecaniqueError:
             continue  # beyond its limits, or in a singular position
         disturbed[k] = np.abs(accelerations).max()
     known = disturbed[np.isfinite(disturbed)]
-    limit = SMALL_ACCELERATION * max(1.0, known.max(initial=0.0))
-    pairs = zip(mechanism.coordinates, disturbed, strict=True)
-    return tuple(name for name, size in pairs if size < limit)
+    free = disturbed < SMALL_ACCELERATION * max(1.0, known.max(initial=0.0))
+    names = _name_directions(mechanism)
+    alone = [name for name, size in zip(names, free, strict=True) if size]
+    rest = _move_together(reference, q, t, idle * ~free[:, None])
+    moved = ~free & (np.abs(rates.between(q, rest)) > SAME_PLACE)
+    joined = [name for name, moves in zip(names, moved, strict=True) if moves]
+    if len(joined) > 1:
+        joined = [f"{enumerate_words(joined)} together"]
+    return (*alone, *joined)
+
+
+def _move_together(reference: Reference, q: Array, t: float, idle: Array) -> Array:
+    """Return another position of rest along directions, or the same if they lead to none."""
+    rates, length = Rates.of(reference.mechanism), np.linalg.norm(idle, axis=0)
+    if length.max(initial=0.0) < SAME_PLACE:
+        return q
+    ahead = rates.displace(q, WALK / 2 * idle[:, length.argmax()])
+    rest = equilibrium_near(reference, ahead, t)
+    stays = rest is not None and np.linalg.norm(rates.between(ahead, rest)) < WALK / 4
+    return rest if rest is not None and stays else q
+
+
+def _name_directions(mechanism: Mechanism) -> list[str]:
+    """Return the coordinate of each velocity; of what turns by a quaternion, what it turns."""
+    names = [name.removesuffix("'") for name in mechanism.velocities]
+    for joint in mechanism.joints:
+        if joint.quaternion:
+            for axis, name in zip("xyz", joint.velocities[-3:], strict=True):
+                names[mechanism.velocities.index(name)] = f"turns of {joint.child} about {axis}"
+    return names
 
 
 def say_family(names: tuple[str, ...]) -> str:
@@ -351,8 +423,8 @@ def linearize(
         raise InputError(_no_equilibrium(mechanism, place))
     if q is not None:
         chosen = f"the equilibrium that Newton's method reaches from {place}"
-        chosen += say_family(find_family(reference, q, t))
         try:
+            chosen += say_family(find_family(reference, q, t, find_idle(reference, q, t)))
             return linearize_about(reference, q, v, t, described=described, chosen=chosen)
         except (EngineError, InputError):
             # e.g. where the axes of a gimbal fall in line; there may be another
@@ -389,7 +461,7 @@ def _search(reference: Reference, t: float, described: Mechanism) -> Linearizati
         kind = "the stable one" if best.stable else "of which none is stable, the one"
         chosen = f"of {count} equilibria that {STARTS} random starts lead to, {kind} with the least"
         chosen += " potential energy"
-    chosen += say_family(find_family(reference, best.q, t))
+    chosen += say_family(best.family)
     return replace(best.linearization, mechanism=described, chosen=chosen)
 
 

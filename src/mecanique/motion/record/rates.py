@@ -135,6 +135,20 @@ class Rates:
             moved[Q] = multiply(q[Q], change)
         return moved
 
+    def between(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Return the step along velocities (…, nv) that leads from a position to another."""
+        if self.trivial:
+            apart: np.ndarray = end - start
+            return apart
+        step = self.velocities(start, end - start)
+        for Q, spin in self._turning:
+            part = multiply(conjugate(start[Q]), end[Q])
+            part = part * np.where(part[..., 3:] < 0, -1.0, 1.0)  # the shorter way
+            size = np.linalg.norm(part[..., :3], axis=-1, keepdims=True)
+            angle = 2 * np.arctan2(size, part[..., 3:])
+            step[spin] = part[..., :3] * np.where(size > 0, angle / np.where(size > 0, size, 1), 2)
+        return step
+
     def velocities(self, q: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """Return v, shape (…, nv), from q̇; quaternions are of unit length."""
         if self.trivial:

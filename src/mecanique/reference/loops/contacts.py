@@ -234,9 +234,10 @@ class _Wheel(NamedTuple):
         x_rate, y_rate, z_rate = frame @ hat(b.spin).T
         directions, turning = [n], [n_rate]
         for e, e_rate in ((x, x_rate), (y, y_rate)):
-            # rotated as z is rotated into n: e − (n·e) (z + n)/(1 + n·z)
-            part = (n @ e) / (1 + n @ z)
-            part_rate = (n_rate @ e + n @ e_rate - part * (n_rate @ z + n @ z_rate)) / (1 + n @ z)
+            # rotated as z is rotated into n: e − (n·e) (z + n)/(1 + n·z); opposite to z it is e
+            opposite = 1 + n @ z or 1.0
+            part = (n @ e) / opposite
+            part_rate = (n_rate @ e + n @ e_rate - part * (n_rate @ z + n @ z_rate)) / opposite
             directions.append(e - part * (z + n))
             turning.append(e_rate - part_rate * (z + n) - part * (z_rate + n_rate))
         return _Touch(
