@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.figure.coordinates import missing
 from mecanique.figure.draw import _set_up
 from mecanique.figure.mechanism import figure
 from mecanique.figure.paper.files import _text, _typeset
@@ -216,6 +217,70 @@ def test_lengths_that_stand_nowhere_in_a_figure_are_explained_below_it() -> None
     assert not [
         m for m in figure(shown, legend=False) if isinstance(m, Words) and m.anchor == "start"
     ]
+
+
+def spans(shown: Setting, symbol: str) -> list[float]:
+    """The lengths of the double arrows that a letter has [m]."""
+    marks = missing(shown, symbol)
+    heads = [m.points[0] for m in marks if isinstance(m, Stroke) and m.style == "tip"]
+    return [
+        float(np.hypot(*(b - a))) / shown.camera.scale
+        for a, b in zip(heads[::2], heads[1::2], strict=True)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "symbol", "length"),
+    [
+        ("rocking_block", "b", 0.2),  # an edge
+        ("rocking_block", "h", 0.8),
+        ("clearance_slider_crank", "a", 0.025),  # up to a corner that touches
+        ("coupled_pendulums", "d", 0.5),  # between two pins
+        ("coupled_pendulums", "a", 0.5),  # up to the end of a spring
+        ("snakeboard", "l", 0.2),
+        ("shear_building", "h", 3.0),  # the height of a slide, across it
+        ("chaplygin_sleigh", "a", 0.3),  # up to a center of mass
+    ],
+)
+def test_a_length_that_a_description_states_is_drawn(name: str, symbol: str, length: float) -> None:
+    shown = _set_up(mq.textbook.load(name), None, None)
+    assert spans(shown, symbol) == pytest.approx([length], rel=1e-9)
+
+
+def test_lengths_that_are_no_measure_of_what_is_drawn_are_explained() -> None:
+    # where a slide has its zero nothing need be, and a board without a form is only drawn
+    for name, symbol in (("swinging_atwood_machine", "h"), ("two_blocks", "a")):
+        assert missing(_set_up(mq.textbook.load(name), None, None), symbol) == ()
+    sleigh = _set_up(mq.textbook.load("chaplygin_sleigh"), None, None)
+    assert "3\u2009a" not in letters(sleigh)
+
+
+def test_a_center_of_mass_has_its_sign_where_it_lies() -> None:
+    shown = _set_up(mq.textbook.load("chaplygin_sleigh"), None, None)
+    disks = [m for m in missing(shown, "a") if isinstance(m, Circle)]
+    place = shown.camera.at(shown.point("sleigh", (0.3, 0, 0)))
+    np.testing.assert_allclose([disk.center for disk in disks], [place], rtol=0, atol=1e-9)
+
+
+def test_the_tilt_of_a_joint_is_drawn_between_its_axis_and_the_parents() -> None:
+    shown = _set_up(mq.textbook.load("whipple_bicycle"), None, None)
+    (arc,) = (m for m in missing(shown, "tilt") if isinstance(m, Stroke) and m.style == "thin")
+    headset = shown.mechanism.joint("headset")
+    frame = shown.poses[shown.index("frame"), :3, :3]
+    ways = shown.camera.at(np.array([frame[:, 2], -shown.axis(headset)]))
+    for spot, way in zip(arc.points[[0, -1]], ways, strict=True):
+        out = spot - shown.camera.at(shown.seat(headset))
+        assert out @ way == pytest.approx(np.hypot(*out) * np.hypot(*way), rel=1e-9)
+
+
+def test_a_stone_is_the_ellipsoid_that_it_rolls_on() -> None:
+    shown = _set_up(mq.textbook.load("rattleback"), None, None)
+    (stone,) = (solid for solid in shown.solids if solid.body == "stone")
+    local = (stone.corners - shown.point("stone")) @ stone.pose[:3, :3]
+    np.testing.assert_allclose(((local / [0.2, 0.03, 0.02]) ** 2).sum(axis=1), 1.0, rtol=1e-12)
+    # half of it: its flat top is where the solids that are drawn of it end
+    assert local[:, 2].max() == pytest.approx(0.05 * 0.02, rel=1e-9)
+    assert {"a", "b", "c"} <= letters(shown)
 
 
 def test_a_letter_with_an_index_is_not_the_letter_alone() -> None:

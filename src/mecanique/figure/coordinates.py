@@ -10,7 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import final
+from typing import Literal, TypeAlias, final
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from mecanique.figure.paper.marks import (
     across,
     arc,
     arrow,
+    center_of_mass,
     dimension,
     label,
     rich,
@@ -32,14 +33,22 @@ from mecanique.figure.solids import Floats, Outline, radius_of, unit3
 from mecanique.model import quaternions
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder
-from mecanique.model.expression import symbols_in
-from mecanique.model.joints import Prismatic, Revolute
+from mecanique.model.constraint_base import PressingContact
+from mecanique.model.constraints.friction import Contact
+from mecanique.model.constraints.loops import Loop
+from mecanique.model.expression import Vector, plain, symbols_in
+from mecanique.model.force_base import LineLoad
+from mecanique.model.joint_base import Single
+from mecanique.model.joints import Joint, Prismatic, Revolute
 
 MEASURED_LENGTH, MEASURED_RADIUS = 40.0, 18.0
 """Shorter lengths on paper get no dimension [pt]."""
 
 DIMENSION_OFFSET = 18.0
 """Distance from a rod to its dimension line [pt]."""
+
+SHORTEST_SPAN, EDGE_OFFSET, PIN_OFFSET = 8.0, 12.0, 36.0
+"""Least length of a dimension, and its distance from an edge and from pins [pt]."""
 
 SLOPE_RADIUS = 60.0
 """Radius of the arc that shows an incline's angle [pt]."""
@@ -82,6 +91,130 @@ def lengths(setting: Setting) -> Iterator[Mark]:
         if marks:
             written.add(name)
         yield from marks
+
+
+def missing(setting: Setting, symbol: str) -> tuple[Mark, ...]:
+    """Return the dimension of an edge, of a place in a body or of a joint's tilt by its letter."""
+    spans = (span for span in _spans(setting) if _is_multiple(span.name, symbol))
+    for span in spans:
+        a, b = setting.camera.at(span.a), setting.camera.at(span.b)
+        if math.hypot(*(b - a)) >= SHORTEST_SPAN:
+            return tuple(_draw_span(setting, span, a, b))
+    for joint in setting.mechanism.joints:
+        if symbol in (str(angle).lstrip("-") for angle in joint.origin.rpy):
+            return tuple(_tilt(setting, joint, symbol))
+    return ()
+
+
+def _is_multiple(text: str, symbol: str) -> bool:
+    """Whether a length is a letter, or a whole number of times it."""
+    factor, _, rest = text.lstrip("-").rpartition("*")
+    return rest == symbol and (not factor or factor.isdecimal())
+
+
+SpanKind: TypeAlias = Literal["edge", "place", "axis", "center"]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Span:
+    """A length that the description states, between two points in the world."""
+
+    name: str
+    a: Floats
+    b: Floats
+    kind: SpanKind
+
+
+def _spans(setting: Setting) -> Iterator[_Span]:
+    """The components of what lies in a body's frame, and the edges of homogeneous solids."""
+    for body, xyz, kind in _places(setting):
+        for k, component in enumerate(xyz):
+            foot = [0.0 if j == k else c for j, c in enumerate(xyz)]
+            a, b = setting.point(body, foot), setting.point(body, xyz)
+            yield _Span(setting.name(component), a, b, kind)
+    for contact in setting.mechanism.contacts:
+        if isinstance(contact, PressingContact) and contact.stretched:
+            for k, factor in enumerate(contact.stretch):
+                half = contact.radius if factor == 1 else plain(contact.radius * factor)
+                tip = [*contact.center]
+                tip[k] = tip[k] + half
+                a, b = (setting.point(contact.body, xyz) for xyz in (contact.center, tip))
+                yield _Span(setting.name(half), a, b, "axis")
+    for solid in setting.solids:
+        if not solid.form or solid.kind == "rod":
+            continue
+        if isinstance(solid.geometry, Box):
+            for k, edge in enumerate(solid.geometry.size):
+                yield _Span(setting.name(edge), *_find_edge(setting, solid, k), "edge")
+        elif isinstance(solid.geometry, Cylinder):
+            yield _Span(setting.name(solid.geometry.length), *_find_side(setting, solid), "edge")
+
+
+def _places(setting: Setting) -> Iterator[tuple[str, Vector, SpanKind]]:
+    """Points stated in a body's frame: of joints, loops, springs, contacts; centers of mass."""
+    mechanism = setting.mechanism
+    for joint in mechanism.joints:
+        slides = [np.abs(motion.axis) for motion in joint.chain if motion.kind == "slide"]
+        along = np.sum(slides, axis=0) if slides else np.zeros(3)
+        # along a slide nothing need be where its zero is
+        x, y, z = (0.0 if a > 0.5 else c for a, c in zip(along, joint.origin.xyz, strict=True))
+        yield joint.parent, (x, y, z), "place"
+    for loop in (*mechanism.loops, *(e for e in mechanism.elements if isinstance(e, Loop))):
+        yield loop.body_a, loop.frame_a.xyz, "place"
+        yield loop.body_b, loop.frame_b.xyz, "place"
+    for force in mechanism.forces:
+        if isinstance(force, LineLoad):
+            yield from ((end.body, end.point, "place") for end in force.ends)
+    for contact in setting.switching:
+        if isinstance(contact, Contact):
+            yield contact.body, contact.center, "edge"
+    for body in mechanism.bodies:
+        yield from ((body.name, s.center, "center") for s in body.shapes if not is_zero(s.mass))
+
+
+def _find_edge(setting: Setting, box: Outline, axis: int) -> tuple[Floats, Floats]:
+    """The ends of the edge of a box along an axis that lies lowest and outermost on paper."""
+    corners = box.corners.reshape(2, 2, 2, 3)
+    edges = np.moveaxis(corners, axis, 0).reshape(2, 4, 3)
+    middle = setting.camera.at(box.corners.mean(axis=0))
+    along = unit(setting.camera.at(edges[1, 0] - edges[0, 0]))
+    out = setting.camera.at(edges.mean(axis=0)) - middle
+    k = int(np.argmax(np.round(np.abs(out @ across(along)), 6) + 1e-3 * out[:, 1]))
+    return edges[0, k], edges[1, k]
+
+
+def _find_side(setting: Setting, cylinder: Outline) -> tuple[Floats, Floats]:
+    """The ends of the line of a cylinder's surface that is seen on the left."""
+    half = len(cylinder.corners) // 2
+    k = int(np.argmin(setting.camera.at(cylinder.corners[:half])[:, 0]))
+    return cylinder.corners[k], cylinder.corners[half + k]
+
+
+def _draw_span(setting: Setting, span: _Span, a: Point, b: Point) -> Iterator[Mark]:
+    """A dimension: beside an edge, beyond the pins of joints, or up to a center of mass."""
+    outward = _outward(setting, a, b)
+    if span.kind == "edge":
+        yield from dimension(a, b, span.name.lstrip("-"), outward * EDGE_OFFSET)
+    elif span.kind == "place" and setting.camera.flat:
+        yield from dimension(a, b, span.name.lstrip("-"), outward * PIN_OFFSET)
+    else:
+        yield from arrow(a, b, "thin", double=True)
+        yield label((a + b) / 2, span.name.lstrip("-"), across(unit(b - a)) * outward, 4.0)
+    if span.kind == "center":
+        yield from center_of_mass(b)
+
+
+def _tilt(setting: Setting, joint: Joint, name: str) -> Iterator[Mark]:
+    """The angle between the axis of a joint and the same axis of its parent, at the joint."""
+    if not isinstance(joint, Single):
+        return
+    camera, seat = setting.camera, setting.seat(joint)
+    parent = setting.poses[setting.index(joint.parent), :3, :3]
+    axis, straight = setting.axis(joint), parent @ np.array(joint.axis)
+    up = math.copysign(1.0, -float(camera.at(axis)[1]))
+    at, ends = camera.at(seat), camera.at(np.array([straight, axis])) * up / camera.scale
+    yield from _corner(at, ends[0], ends[1], name)
 
 
 def _length(setting: Setting, rod: Outline, name: str) -> Iterator[Mark]:
@@ -160,13 +293,20 @@ def _rail_slopes(setting: Setting) -> Iterator[Mark]:
 
 def _slope(low: Point, high: Point, name: str) -> Iterator[Mark]:
     """The angle at the foot of an incline, from the horizontal."""
-    inward = np.array([math.copysign(1.0, high[0] - low[0]), 0.0])
-    slope = math.atan2(low[1] - high[1], abs(high[0] - low[0]))
-    turn = np.linspace(0.0, slope, 25)[:, None]
-    points = low + SLOPE_RADIUS * (np.cos(turn) * inward - np.sin(turn) * np.array([0.0, 1.0]))
-    yield Stroke(np.array([low, low + 1.3 * SLOPE_RADIUS * inward]), "axis")
+    yield from _corner(low, np.array([math.copysign(1.0, high[0] - low[0]), 0.0]), high - low, name)
+
+
+def _corner(at: Point, level: Point, sloping: Point, name: str) -> Iterator[Mark]:
+    """The angle between two directions on paper, the first of them drawn."""
+    start, turn = unit(level), np.linspace(0.0, 1.0, 25)[:, None]
+    side = unit(sloping)
+    slope = math.atan2(float(start[0] * side[1] - start[1] * side[0]), float(start @ side))
+    points = at + SLOPE_RADIUS * (
+        np.cos(slope * turn) * start - np.sin(slope * turn) * across(start)
+    )
+    yield Stroke(np.array([at, at + 1.3 * SLOPE_RADIUS * start]), "axis")
     yield Stroke(points, "thin")
-    yield label(points[12], name, points[12] - low, 5.0)
+    yield label(points[12], name, points[12] - at, 5.0)
 
 
 def _outward(setting: Setting, a: Point, b: Point) -> float:

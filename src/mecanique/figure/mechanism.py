@@ -11,7 +11,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.figure.coordinates import coordinates, lengths, masses, slopes
+from mecanique.figure.coordinates import coordinates, lengths, masses, missing, slopes
 from mecanique.figure.paper.lettering import clear_letters
 from mecanique.figure.paper.marks import (
     Circle,
@@ -42,6 +42,7 @@ from mecanique.model.force_base import BodyLoad, End, JointLoad, LineLoad, Wrenc
 from mecanique.model.forces import CentralForce
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Joint, Prismatic, Revolute, Spherical, Universal
+from mecanique.model.parameters import Parameter
 from mecanique.motion.analysis.forces import Actions
 
 DOWN = np.array([0.0, 1.0])
@@ -716,6 +717,8 @@ def figure(setting: Setting, *, legend: bool = True) -> tuple[Mark, ...]:
         marks += [*lengths(setting), *slopes(setting)]
         marks += [*coordinates(setting), *given_motions(setting)]
         marks += [*masses(setting)]
+        for parameter in _missing(setting, marks):
+            marks += missing(setting, parameter.symbol)
     marks = [*clear_letters([*marks, *loads(setting)])]
     if marks:
         marks += _gravity(setting, marks)
@@ -724,15 +727,21 @@ def figure(setting: Setting, *, legend: bool = True) -> tuple[Mark, ...]:
     return tuple(marks)
 
 
-def _legend(setting: Setting, marks: list[Mark]) -> Iterator[Mark]:
-    """What lengths and angles are that stand nowhere in the figure, in lines below it."""
-    written = [mark.parts for mark in marks if isinstance(mark, Words)]
-    left, _, _, bottom = bounds(marks)
-    place = np.array([left, bottom + LEGEND_GAP])
+def _missing(setting: Setting, marks: Sequence[Mark]) -> Iterator[Parameter]:
+    """The lengths and angles of a mechanism whose letters stand nowhere in its figure."""
     for parameter in setting.mechanism.parameters:
         symbol = rich(parameter.symbol)
-        if parameter.unit not in ("m", "rad") or any(_holds(parts, symbol) for parts in written):
-            continue
+        written = (mark.parts for mark in marks if isinstance(mark, Words))
+        if parameter.unit in ("m", "rad") and not any(_holds(parts, symbol) for parts in written):
+            yield parameter
+
+
+def _legend(setting: Setting, marks: list[Mark]) -> Iterator[Mark]:
+    """What lengths and angles are that stand nowhere in the figure, in lines below it."""
+    left, _, _, bottom = bounds(marks)
+    place = np.array([left, bottom + LEGEND_GAP])
+    for parameter in [*_missing(setting, marks)]:
+        symbol = rich(parameter.symbol)
         lines = textwrap.wrap(parameter.meaning, LEGEND_WIDTH) or [""]
         for k, line in enumerate(lines):
             parts = ((f"   {line}", "upright"),) if k else (*symbol, (f": {line}", "upright"))

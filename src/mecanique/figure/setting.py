@@ -154,7 +154,7 @@ def setting(
         switching=switching,
     )
     room = {"ball": 14.0, "rod": 0.0}
-    sizes = [solid.size * room.get(solid.kind, 2.6) for solid in drawn]
+    sizes = [s.size * room.get(s.kind, 2.6) for s in drawn if s.body != mechanism.ground]
     least = max(sizes, default=0.0) or 1e-3
     paper = seen.camera.at(np.concatenate([*_spots(seen)] or [np.zeros((1, 3))]))
     wide, high = (max(float(length), least) for length in np.ptp(paper, axis=0))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, unit
+from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual, measure
+from mecanique.model.constraint_base import PressingContact
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of
 
@@ -90,6 +92,9 @@ def _upright(mechanism: Mechanism, view: Floats) -> Floats:
 SLENDER = 6.0
 """A cylinder longer than this many radii is a rod, drawn as a bar whatever its radius."""
 
+RIM = 49
+"""Points of the rim of a stone that rolls."""
+
 RING = 0.92
 """Inner radius of a ring drawn in space, in its outer one."""
 
@@ -116,21 +121,57 @@ class Outline:
 def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Outline]:
     """Yield the geometries of a mechanism's bodies; surfaces in files are left out."""
     toothed = teeth_of(mechanism)
+    stones = {
+        c.body: c for c in mechanism.contacts if isinstance(c, PressingContact) and c.stretched
+    }
     for body, pose in zip(mechanism.bodies, poses, strict=True):
-        for shape in body.shapes:
-            point = all(isinstance(entry, (int, float)) and entry == 0 for entry in shape.inertia)
-            for visual in shape.visuals:
-                solid = _solid(mechanism, body.name, pose, visual)
-                if solid is None:
-                    continue
-                teeth = _find_teeth(mechanism, solid, toothed)
-                yield replace(
-                    solid,
-                    form=shape.form,
-                    point=point and solid.kind == "ball",
-                    contour=None if teeth is None else _outline(mechanism, teeth, pose),
-                    hollow=isinstance(teeth, WheelTeeth) and teeth.internal,
-                )
+        drawn = [*_solids_of(mechanism, body, pose, toothed)]
+        if drawn and body.name in stones:
+            drawn = [_stone(mechanism, stones[body.name], pose, drawn)]
+        yield from drawn
+
+
+def _solids_of(
+    mechanism: Mechanism, body: Body, pose: Floats, toothed: tuple[Toothed, ...]
+) -> Iterator[Outline]:
+    for shape in body.shapes:
+        point = all(isinstance(entry, (int, float)) and entry == 0 for entry in shape.inertia)
+        for visual in shape.visuals:
+            solid = _solid(mechanism, body.name, pose, visual)
+            if solid is None:
+                continue
+            teeth = _find_teeth(mechanism, solid, toothed)
+            yield replace(
+                solid,
+                form=shape.form,
+                point=point and solid.kind == "ball",
+                contour=None if teeth is None else _outline(mechanism, teeth, pose),
+                hollow=isinstance(teeth, WheelTeeth) and teeth.internal,
+            )
+
+
+def _stone(
+    mechanism: Mechanism, contact: PressingContact, pose: Floats, drawn: Sequence[Outline]
+) -> Outline:
+    """The ellipsoid on which a body rolls, as high as the body's solids reach."""
+    at = pose.copy()
+    at[:3, 3] += pose[:3, :3] @ np.array(mechanism.evaluate_all(contact.center))
+    axes = mechanism.evaluate(contact.radius) * np.array(mechanism.evaluate_all(contact.stretch))
+    reach = (np.concatenate([solid.corners for solid in drawn]) - at[:3, 3]) @ at[:3, 2]
+    top = min(float(reach.max()) / axes[2], 1.0)
+    turn, rise = np.meshgrid(np.linspace(0, 2 * math.pi, RIM), np.linspace(-1.0, top, 25))
+    wide = np.sqrt(1.0 - rise**2)
+    local = axes * np.stack([wide * np.cos(turn), wide * np.sin(turn), rise], axis=-1)
+    far = at[:3, :3] @ np.diag(axes)[int(np.argmax(axes))]
+    return replace(
+        drawn[0],
+        kind="stone",
+        ends=np.array([at[:3, 3] - far, at[:3, 3] + far]),
+        size=float(axes.max()),
+        corners=at[:3, 3] + local.reshape(-1, 3) @ at[:3, :3].T,
+        pose=at,
+        form="",
+    )
 
 
 def _find_teeth(
@@ -199,6 +240,11 @@ def outline(solid: Outline, camera: Camera) -> Iterator[Mark]:
         yield Circle(camera.at(solid.ends[0]), radius_of(solid, camera), "mass")
     elif solid.kind == "box":
         yield from _box(solid, camera)
+    elif solid.kind == "stone":
+        paper = camera.at(solid.corners)
+        yield Stroke(hull(paper), "shade", closed=True)
+        if solid.pose[:3, 2] @ camera.toward > 0:
+            yield Stroke(paper[-RIM:], "body", closed=True)
     elif solid.form == "solid cone":
         yield from _cone(solid, camera)
     elif solid.form == "thin ring" and not camera.flat:

@@ -64,6 +64,11 @@ class PressingContact(ContactBase):
         """Whether it rolls in a bowl or on a dome."""
 
     @property
+    def stretched(self) -> bool:
+        """Whether it is an ellipsoid."""
+        return self.stretch != (1.0, 1.0, 1.0)
+
+    @property
     def seat(self) -> Vector:
         """Its center."""
         return self.center

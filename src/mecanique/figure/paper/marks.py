@@ -206,6 +206,15 @@ def dimension(a: Point, b: Point, text: str, offset: float) -> Iterator[Mark]:
     yield label((a + b) / 2 + shift, text, side, 9.0)
 
 
+def center_of_mass(at: Point, radius: float = 5.0) -> Iterator[Mark]:
+    """Yield the sign of a center of mass: a disk with two black quarters."""
+    yield Circle(at, radius, "pin")
+    for start in (0.0, math.pi):
+        turn = start + np.linspace(0.0, math.pi / 2, 9)
+        rim = at + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        yield Stroke(np.concatenate([at[None], rim]), "letter", closed=True)
+
+
 def spring(a: Point, b: Point, half: float = 6.5) -> Iterator[Mark]:
     """Yield a zigzag between two points."""
     along, length = unit(b - a), math.hypot(*(b - a))

@@ -91,11 +91,6 @@ class Rolling(PressingContact):
             raise InputError(f"{where}: expected a ball in a bowl, got a wheel; give axis=None")
 
     @property
-    def stretched(self) -> bool:
-        """Whether it is an ellipsoid."""
-        return self.stretch != (1.0, 1.0, 1.0)
-
-    @property
     def curved(self) -> bool:
         """Whether it rolls in a bowl or on a dome."""
         return not (isinstance(self.bowl, float) and self.bowl == 0)
