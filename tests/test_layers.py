@@ -144,7 +144,6 @@ ORDER: dict[str, list[str]] = {
         "assembly",
         "freedom independent singular",
     ],
-    "reference.standin": ["spatial", "model", "algorithms"],
     "verification": [
         "foreign states stencil verdict",
         "rows",

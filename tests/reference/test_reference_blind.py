@@ -28,7 +28,7 @@ from mecanique.model.joints import Joint
 from mecanique.reference import Reference
 from mecanique.reference.loops.assembly import _PATIENCE, _Search
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.standin.spatial import log3
+from mecanique.reference.standin import log3
 from mecanique.reference.tolerances import ROUNDING
 
 BIG, SMALL, DRIVE, ANGLE = 0.2, 0.1, 2.0, radians(20)

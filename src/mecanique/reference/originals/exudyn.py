@@ -13,7 +13,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.reference.originals.original import ByJoint, Original, columns
-from mecanique.reference.standin.model import Model, tree_of_robot
+from mecanique.reference.standin import Model, tree_of_robot
 from mecanique.safe_xml import XmlRefusedError, tree_of
 
 _AXIAL = {"revolute": "RevoluteZ", "continuous": "RevoluteZ", "prismatic": "PrismaticZ"}
