@@ -55,7 +55,6 @@ ORDER: dict[str, list[str]] = {
         "contacts cords gears loops velocity_constraints",
         "elements friction",
     ],
-    "model.guides": ["guide fit", "find"],
     "model.expression": ["scalars", "functions"],
     "model.bodies": ["visuals tensor", "shape", "body shapes"],
     "model.mechanism": [
@@ -112,7 +111,7 @@ ORDER: dict[str, list[str]] = {
         "dynamics paths",
         "recursion",
         "free_bodies lagrange",
-        "constraints elements",
+        "constraints",
         "newton_euler",
         "virtual_work",
     ],

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.model.guides.find import guides_of
+from mecanique.model.guides import guides_of
 from mecanique.motion.analysis.forces import TOGETHER, Actions
 from mecanique.viewing.scene.from_motion import scene_of
 

@@ -42,8 +42,7 @@ from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.elements import preloads
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar
-from mecanique.model.guides.find import guides_of
-from mecanique.model.guides.guide import explain_joint
+from mecanique.model.guides import explain_joint, guides_of
 from mecanique.model.mechanism import Mechanism
 
 

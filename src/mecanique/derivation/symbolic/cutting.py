@@ -33,7 +33,7 @@ from mecanique.derivation.tree.poses import (
     transpose,
 )
 from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
-from mecanique.model.guides.guide import Guide
+from mecanique.model.guides import Guide
 from mecanique.model.joints import Joint, Revolute
 from mecanique.model.mechanism import Mechanism
 

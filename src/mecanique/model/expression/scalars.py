@@ -129,6 +129,8 @@ time = _Time()
 
 def plain(scalar: Scalar) -> Scalar:
     """Return a scalar as a float or a sympy expression."""
+    if scalar.__class__ is float:  # most are: nothing else need be asked
+        return scalar
     if isinstance(scalar, (bool, np.bool_, str)):
         raise InputError(f"expected a number, a parameter or an expression, got {scalar!r}")
     if isinstance(scalar, (int, float, np.integer, np.floating)):

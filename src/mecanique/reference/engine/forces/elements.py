@@ -24,9 +24,15 @@ from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import CLOSED, Loop
-from mecanique.model.guides.find import guides_of
-from mecanique.model.guides.fit import cord_fault, mesh_fault, work_fault
-from mecanique.model.guides.guide import Guide, explain_joint, idle_coordinates
+from mecanique.model.guides import (
+    Guide,
+    cord_fault,
+    explain_joint,
+    guides_of,
+    idle_coordinates,
+    mesh_fault,
+    work_fault,
+)
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism

@@ -1,1 +1,0 @@
-"""What holds joints on the coordinate map without being described."""
