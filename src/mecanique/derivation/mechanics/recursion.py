@@ -275,13 +275,14 @@ def _path(link: Link, stand: np.ndarray, turn: np.ndarray | None) -> list[np.nda
     # The law of a turn is linear in sine and cosine, so three values of it give its coefficients
     floats, name = Arithmetic(), "".join(link.coordinates)
     if link.kind == "slide":
-        poses = [local(link, {name: x}, floats) for x in (0.0, 1.0)]
+        poses = as_array(local(link, {name: np.array([0.0, 1.0])}, floats), 2)
     else:
-        poses = [turn_by(link.axis, *pair, floats) for pair in ((0, 0), (1, 0), (0, 1))]
-    arrays = [as_array(pose, 1) for pose in poses]
+        sine, cosine = np.eye(3)[1:]
+        poses = as_array(turn_by(link.axis, sine, cosine, floats), 3)
+    poses = poses[..., None, :]  # the values last, after the states
     if turn is not None:
-        arrays = [turned_pose(turn, pose) for pose in arrays]
-    first, *others = (product(stand, pose) for pose in arrays)
+        poses = turned_pose(turn[..., None], poses)
+    first, *others = np.moveaxis(product(stand[..., None], poses), -1, 0)
     return [first, *(pose - first for pose in others)]
 
 

@@ -19,7 +19,6 @@ from mecanique.derivation.mechanics.vectors import (
     Triple,
     add,
     apply,
-    as_rows,
     cross,
     position,
     rotation,
@@ -112,11 +111,11 @@ class BatchFreeBodies:
         return self._latest.at(states)
 
     def _free(self, states: States) -> Snapshot:
-        tree, n, count = self._recursion.at(states), len(states), len(self._joints)
+        tree, n, count = self._recursion.place(states), len(states), len(self._joints)
         chart, world, seats = tree.chart, World(tree), tree.seats
         nu, nv = len(self._holders), self._mechanism.nv
         rates, joint_gamma = np.zeros((n, nu, nv)), np.zeros((n, nu))
-        rates[:] = np.moveaxis(as_rows([as_rows(row) for row in chart.G]), -1, 0)
+        rates[:] = np.moveaxis(chart.G, -1, 0) if chart.order is None else chart.G
         for column, rate in zip(joint_gamma.T, chart.gamma, strict=True):
             column[:] = rate
         axes = np.zeros((n, 6, nu))
@@ -141,6 +140,7 @@ class BatchFreeBodies:
         twists[..., :3] += inward
         gamma[..., :3] += cross_rows(gamma[..., 3:], reaches) + cross_rows(twists[..., 3:], inward)
         forces = Forces(tree.letters, tree)
+        efforts = self._recursion.efforts_in_joints(states, chart)
         return Snapshot(
             tree=tree,
             names=tuple(self._order),
@@ -155,7 +155,7 @@ class BatchFreeBodies:
             J=self._jacobians(arms, steps, axes) @ rates[:, None],
             gamma=gamma,
             fall=self._fall,
-            loads=self._load(forces, turns) + self._drive(states, forces, arms, steps, axes),
+            loads=self._load(forces, turns) + self._drive(forces, efforts, arms, steps, axes),
             u=np.broadcast_to(chart.u.T, joint_gamma.shape),
             joint_gamma=joint_gamma,
             rates=rates,
@@ -188,17 +188,16 @@ class BatchFreeBodies:
 
     def _drive(
         self,
-        states: States,
         forces: Forces,
+        efforts: np.ndarray | None,
         arms: np.ndarray,
         steps: np.ndarray,
         axes: np.ndarray,
     ) -> np.ndarray:
         """Return the forces in the joints: on the child at its seat, and their opposite there."""
-        drives = np.zeros((len(states), axes.shape[-1]))
+        drives = np.zeros((len(axes), axes.shape[-1]))
         for u, push in forces.pushes_in_joints().items():
             drives[:, u] = push
-        efforts = self._recursion.efforts_in_joints(states, self._recursion.at(states).chart)
         if efforts is not None:
             drives += efforts.T
         loads = np.zeros((*arms.shape[:2], 6))
@@ -249,7 +248,7 @@ def _step(tree: TreeRecursion, world: World, child: str, parent: str) -> Triple:
 
 def _columns(n: int, *vectors: Triple) -> np.ndarray:
     """Return vectors of n states, or of all, one after another, shape (n, 3 × vectors)."""
-    joined = np.empty((n, 3 * len(vectors)))
+    joined = np.empty((n, len(vectors), 3))
     for k, vector in enumerate(vectors):
-        joined[:, 3 * k : 3 * k + 3] = np.reshape(vector, (3, -1)).T
-    return joined
+        joined[:, k] = np.transpose(vector)
+    return joined.reshape(n, -1)

@@ -111,7 +111,7 @@ class Recursion(BatchDynamics):
         self._gravity = stated if gravity is None else gravity
         self._turned = turns or {}
         self._constants: dict[Scalar, float | None] = {}
-        self._latest = Latest(self._place)
+        self._latest = Latest(self.place)
 
     def _weigh(self) -> tuple[np.ndarray, ...]:
         mechanism, places = self._mechanism, place_of(self.tree, self._mechanism)
@@ -203,7 +203,8 @@ class Recursion(BatchDynamics):
         """Return the tree at n states, its vectors with the states along the last axis."""
         return self._latest.at(states)
 
-    def _place(self, states: States) -> TreeRecursion:
+    def place(self, states: States) -> TreeRecursion:
+        """Return the same, without keeping it for the next question about these states."""
         letters = ArrayLetters(states, self._constants)
         return TreeRecursion(letters, self._skeleton, self._chart.at(letters))
 
