@@ -81,3 +81,9 @@ def test_the_ground_is_judged_at_a_latitude() -> None:
     assert told["latitude_deg"] == pytest.approx(48, rel=1e-12)
     assert {row["name"] for row in told["rows"]} >= {"q", "force in pin"}
     assert CliRunner().invoke(app, ["inertial", "two_blocks", "--latitude", "91"]).exit_code == 2
+
+
+def test_an_equilibrium_is_printed_without_rounding() -> None:
+    # Newton's method left q2 = -8e-17
+    text = CliRunner().invoke(app, ["linearize", "two_link_arm"]).output
+    assert "\n  q1 = -1.5708, q2 = 0\n" in text

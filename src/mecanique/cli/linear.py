@@ -28,8 +28,7 @@ def small_motions(linearization: Linearization) -> str:
         f"In numbers (SI), about the {'stable' if linearization.stable else 'unstable'} equilibrium"
     )
     lines.append(f"({linearization.chosen})")
-    place = zip(linearization.mechanism.coordinates, linearization.q, strict=True)
-    lines.append("  " + ", ".join(f"{name} = {value:.6g}" for name, value in place))
+    lines.append(f"  {linearization.say_place()}")
     for letter, matrix in (("M", linearization.M), ("C", linearization.C), ("K", linearization.K)):
         lines.append(f"{letter}, rows and columns {', '.join(names)}")
         lines += [_matrix_row(row) for row in _clean(matrix)]

@@ -361,6 +361,12 @@ class Linearization(Legible):
             linear=linear,
         )
 
+    def say_place(self) -> str:
+        """Return the coordinates as text."""
+        # an equilibrium is found to rounding: no −8e-17
+        places = zip(self.mechanism.coordinates, self.q, strict=True)
+        return ", ".join(f"{name} = {round(x, 12) + 0.0:.6g}" for name, x in places)
+
     def _repr_html_(self) -> str:
         head = ["ω [rad/s]", "damping", *map(add_unit, self.deviations, self.units)]
         rows = []
@@ -371,14 +377,9 @@ class Linearization(Legible):
 
     def __str__(self) -> str:
         m = self.mechanism
-        # an equilibrium is found to rounding: no −8e-17
-        at = ", ".join(
-            f"{name} = {round(x, 12) + 0.0:.6g}"
-            for name, x in zip(m.coordinates, self.q, strict=True)
-        )
         kind = "equilibrium" if self.at_equilibrium else "state (no equilibrium)"
         stable = "stable" if self.stable else "unstable"
-        lines = [f"{m.name} about the {stable} {kind} {at}".rstrip()]
+        lines = [f"{m.name} about the {stable} {kind} {self.say_place()}".rstrip()]
         if self.chosen:
             lines.append(f"  {self.chosen}")
         if not len(self.M):
