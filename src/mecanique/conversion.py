@@ -13,7 +13,16 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.formats.mjcf import read_mjcf
 from mecanique.formats.mjcf_write import write_mjcf
-from mecanique.formats.scope import SCOPES, Form, lifted_share, list_losses, list_omissions
+from mecanique.formats.scope import (
+    SCOPES,
+    Form,
+    leave_lengths_out,
+    lifted_share,
+    list_lengths,
+    list_losses,
+    list_omissions,
+    list_unstated,
+)
 from mecanique.formats.sdf import read_sdf
 from mecanique.formats.sdf_write import write_sdf
 from mecanique.model.coordinates import Coordinates
@@ -142,7 +151,9 @@ def convert(
         raise InputError(f"expected one of {known} for the format, got {form!r}")
     if not isinstance(states, int) or states < 1:
         raise InputError(f"expected a number of states from 1, got {states!r}")
-    text, lost = _WRITERS[form](mechanism), list_losses(mechanism, form)
+    lost = list_losses(mechanism, form)
+    mechanism = leave_lengths_out(mechanism, list_unstated(mechanism, form))
+    text = _WRITERS[form](mechanism)
     result = _READERS[form](text)
     if form == "URDF":  # which does not state it
         x, y, z = mechanism.evaluate_all(mechanism.gravity)
@@ -191,7 +202,7 @@ def _difference(
     steps = axial_steps(mechanism)
     laws = [
         law_of_follower(mechanism, steps, name, SCOPES[form].degree)
-        for name in mechanism.coordinates.driven
+        for name in mechanism.coordinates.driven.keys() - list_lengths(mechanism).keys()
     ]
     mapped = None not in laws
     source, target = (

@@ -212,6 +212,27 @@ def test_what_shows_a_body_is_written(form: Form) -> None:
     assert shown[0].placement.rpy == pytest.approx((0.1, 0.2, 0.3), abs=1e-15)
 
 
+def test_a_tendon_along_joints_is_written_with_its_rotor() -> None:
+    text = (
+        '<mujoco><worldbody><body><joint name="q" axis="0 1 0"/><geom size="0.1" pos="1 0 0"/>'
+        '<body pos="1 0 0"><joint name="s" type="slide"/><geom size="0.1"/></body></body>'
+        '</worldbody><tendon><fixed name="f" stiffness="3" damping="0.2" armature="0.4" '
+        'springlength="0.1"><joint joint="q" coef="2"/><joint joint="s" coef="-0.5"/></fixed>'
+        "{}</tendon></mujoco>"
+    )
+    mechanism = mq.read(text.format(""))
+    conversion = mq.convert(mechanism, "MJCF", states=5)
+    assert conversion.lost == ()
+    assert conversion.proved, str(conversion)
+    assert conversion.worst <= 1e-12
+    bare = mq.read(text.format("").replace("<tendon>", "<!--").replace("</tendon>", "-->"))
+    for form in ("URDF", "SDF"):
+        conversion = mq.convert(mechanism, form, states=5)
+        assert conversion.lost == (f"tendon f: {form} states none of its kind",)
+        assert conversion.worst <= 1e-12
+        assert mq.verify(bare, against=mq.read(conversion.text), samples=5).agrees
+
+
 def test_limits_that_differ_are_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     def write_wrongly(mechanism: mq.Mechanism) -> str:
         return write_mjcf(mechanism).replace('range="-1 2"', 'range="-1 2.5"')

@@ -354,6 +354,113 @@ TEXTS |= {
     ),
 }
 
+BENT = '<site site="w"/><site site="m"/><site site="t"/>'
+SLUNG = SITED.replace("<body ", '<site name="m" pos="0.1 0.1 0.2"/><body ')
+"""Between the ends of a tendon another site, so that it is not straight."""
+
+
+def bent(tags: str, after: str = "", joint: str = HINGE) -> str:
+    inside = f'<site name="w" pos="0.3 0 1"/>{TIP.format(joint + GEOM + SLUNG)}'
+    return f"<mujoco><worldbody>{inside}</worldbody><tendon>{tags}</tendon>{after}</mujoco>"
+
+
+STILL = '<flag spring="disable" damper="disable"/>'
+NESTED = (
+    '<default><geom quat="1 2 0 0"/><default class="out"><joint stiffness="1 2 3"/>'
+    '<geom type="capsule" size="0.05 0.1"/><default class="in"><joint stiffness="4"/>'
+    '<geom size="0.08" euler="10 20 30"/></default></default></default>'
+)
+
+TEXTS |= {
+    "parts of a class in a class": body(f'<joint class="in"/>{GEOM}<geom class="in"/>', NESTED),
+    "drives of classes": tendon(
+        "", '<actuator><position joint="h"/><motor class="k" joint="s"/></actuator>'
+    ).replace(
+        "<worldbody>",
+        '<default><position armature="0.07"/><default class="k"><motor gear="3" armature="0.02"/>'
+        "</default></default><worldbody>",
+    ),
+    "damping of a drive and its powers": tendon(
+        '<fixed name="f"><joint joint="s" coef="3"/></fixed>',
+        '<actuator><motor joint="h" damping="0.1 0.2 0.3" gear="-2"/>'
+        '<motor tendon="f" damping="0.1 0.2" gear="2"/></actuator>',
+    ),
+    "inertial in a frame": body(
+        f'{HINGE}{GEOM}<frame pos="0.1 0 0" euler="0 90 0"><inertial pos="0.1 0.2 0.3" mass="2" '
+        'diaginertia="0.1 0.2 0.25"/></frame>'
+    ),
+    "stated where geoms have no mass": body(
+        f'{HINGE}<inertial pos="0.1 0 0" mass="2" diaginertia="0.1 0.1 0.1"/>'
+        '<geom size="0.1" mass="0"/>',
+        '<compiler inertiafromgeom="true"/>',
+    ),
+    "least mass of what has none": body(
+        f'{HINGE}{GEOM}<body pos="0.1 0.2 0.3"><joint axis="0 0 1" pos="0.3 0 0"/></body>',
+        '<compiler boundmass="2" boundinertia="0.1"/>',
+    ),
+    "neither springs nor dampers": world(
+        f'<body gravcomp="1">{HINGE}{GEOM}</body>', f'<option density="1.2">{STILL}</option>'
+    ),
+    "what is not passive any more": world(
+        f'<body gravcomp="1"><joint axis="0 1 0" stiffness="2"/>{GEOM}</body>',
+        '<option density="1.2"><flag spring="disable"/></option>',
+    ),
+    "flags set again": body(
+        f'<joint axis="0 1 0" stiffness="3"/>{GEOM}',
+        '<option><flag spring="disable" gravity="disable"/></option>'
+        '<option><flag spring="enable" gravity="enable"/></option>',
+    ),
+    "one name of a joint and a tendon": tendon(
+        '<fixed name="h" stiffness="2" damping="3"><joint joint="h" coef="2"/></fixed>'
+    ).replace('name="h" axis', 'name="h" stiffness="1" damping="1" axis'),
+    "powers along a joint": tendon(
+        '<fixed stiffness="2 1 0.3" damping="3 0.1 0.2" springlength="0.2">'
+        '<joint joint="h" coef="-2"/></fixed>'
+    ),
+    "armature along joints": tendon(f'<fixed armature="0.3" stiffness="2 1">{ALONG}</fixed>'),
+    "drives along joints": tendon(
+        f'<fixed name="f">{ALONG}</fixed>',
+        '<actuator><motor tendon="f" armature="0.2" gear="2"/><motor tendon="f" armature="0.3" '
+        'damping="0.4"/></actuator>',
+    ),
+    "three sites": bent(f'<spatial stiffness="20" damping="1">{BENT}</spatial>'),
+    "three sites, slack": bent(f'<spatial stiffness="20 3" springlength="0.2 1">{BENT}</spatial>'),
+    "three sites, heavy": bent(
+        f'<spatial armature="0.5" springlength="0.2" damping="1 0.3">{BENT}</spatial>'
+    ),
+    "pulleys": bent(
+        f'<spatial stiffness="20" armature="0.3">{BENT}<pulley divisor="2"/>{STRAIGHT}'
+        f'<pulley divisor="3"/><site site="w"/><site site="m"/></spatial>'
+    ),
+    "powers of a straight tendon": bent(f'<spatial stiffness="20 5 1">{STRAIGHT}</spatial>'),
+    "a drive of a straight tendon": bent(
+        f'<spatial name="f">{STRAIGHT}</spatial>',
+        '<actuator><motor tendon="f" armature="0.3" damping="0.3" gear="2"/></actuator>',
+    ),
+    "straight where springs are at rest": bent(
+        f'<spatial stiffness="3">{STRAIGHT}</spatial>',
+        joint='<joint name="h" axis="1 1 0" ref="10" springref="30" stiffness="2"/>',
+    ),
+    "timed springs and tendons": bent(
+        f'<spatial armature="0.5">{BENT}</spatial><fixed armature="0.4">{ALONG}</fixed>',
+        joint='<joint name="h" axis="1 1 0" ref="10" springdamper="0.3 0.4"/>',
+    ),
+    "a tendon on a free body": world(
+        f'<body><freejoint/>{GEOM}<site name="w"/><body pos="0.2 0 0">{HINGE}{GEOM}{SLUNG}</body>'
+        "</body>"
+    ).replace(
+        "</worldbody>",
+        f'</worldbody><tendon><spatial stiffness="2" armature="0.4">{BENT}</spatial></tendon>',
+    ),
+    "a straight tendon from a free body": world(
+        f'<body><freejoint/>{GEOM}<site name="w"/></body><body pos="1 0 0">{GEOM}'
+        '<joint type="ball"/><site name="t" pos="0.1 0.2 0.3"/></body>'
+    ).replace(
+        "</worldbody>",
+        f'</worldbody><tendon><spatial stiffness="2">{STRAIGHT}</spatial></tendon>',
+    ),
+}
+
 
 def norm(text: str, q: Any, v: Any) -> tuple[Any, Any, Any]:
     """MuJoCo's mass matrix, bias and passive forces in this package's velocities."""
@@ -408,6 +515,22 @@ def test_gravity_compensated_by_actuators_is_told() -> None:
     mechanism = read_mjcf(world(text))
     assert "1 bound of actuators on the compensation of gravity" in mechanism.about
     assert mq.Reference(mechanism).acceleration([0.3]) == pytest.approx([0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize("name", [*(k for k in TEXTS if "sites" in k), "armature along joints"])
+def test_the_energy_of_tendons_is_mujocos(name: str) -> None:
+    mechanism, random = read_mjcf(TEXTS[name]), np.random.default_rng(3)
+    model = mujoco.MjModel.from_xml_string(TEXTS[name])
+    model.opt.enableflags = int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    data, offs = mujoco.MjData(model), []
+    for q, v in random.uniform(-1, 1, (5, 2, mechanism.nv)):
+        data.qpos[:], data.qvel[:] = q, v
+        mujoco.mj_forward(model, data)
+        energy = mq.Reference(mechanism).energy(q, v)
+        potential, kinetic = data.energy.tolist()
+        assert energy.kinetic == pytest.approx(kinetic, rel=1e-12)
+        offs.append(energy.gravity + energy.springs - potential)
+    assert np.ptp(offs) < 1e-9
 
 
 @pytest.mark.parametrize("name", TEXTS)

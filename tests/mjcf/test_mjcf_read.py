@@ -205,10 +205,22 @@ def test_files_named_in_included_files_stand_beside_the_main_or_the_included_one
         (model("", '<compiler alignfree="true"/>'), "coordinate and alignfree of <compiler>"),
         (model("", '<default class="a"/>'), "expected 'main' for the outermost class"),
         (model("", "<default><default/></default>"), "inside another needs a name"),
-        (model("", '<tendon><fixed armature="2"/></tendon>'), "armature of <fixed> along several"),
-        (model("", '<tendon><spatial armature="2"/></tendon>'), "armature of <spatial> is not"),
-        (model("", '<tendon><spatial stiffness="2 1"/></tendon>'), "polynomials of stiffness or"),
-        (model("", '<tendon><spatial damping="2"/></tendon>'), "damping of a <spatial> tendon"),
+        (
+            model("", '<tendon><spatial armature="2"><geom geom="a"/></spatial></tendon>'),
+            "a tendon around a <geom> is not read",
+        ),
+        (
+            model("", '<tendon><spatial damping="2"><site site="a"/></spatial></tendon>'),
+            "<spatial> names a site that is not there",
+        ),
+        (
+            model(
+                '<site name="a"/><body><joint name="b" type="ball"/><site name="c"/></body>',
+                '<tendon><spatial armature="1"><site site="a"/><site site="c"/></spatial></tendon>',
+            ),
+            "a tendon over joint 'b', which is no hinge or slide, is not read",
+        ),
+        (model("", '<tendon><fixed class="a"/></tendon>'), "there is no class of defaults 'a'"),
         (model("", '<tendon><fixed><joint joint="a"/></fixed></tendon>'), "'a' is no hinge or"),
         (model("", '<actuator><motor armature="0.1"/></actuator>'), "armature of <motor> at no"),
         (model("", "<actuator><plugin/></actuator>"), "plugins are not read"),

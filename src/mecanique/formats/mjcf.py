@@ -13,12 +13,13 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple, final
+from typing import NamedTuple, TypeAlias, final
 
 import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
+from mecanique.formats.scope import LENGTH
 from mecanique.formats.solids import (
     SIZES,
     Rule,
@@ -38,11 +39,20 @@ from mecanique.formats.sources import (
     turn_of,
     unit_vector,
 )
+from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Sphere, Visual
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import DISTANCE, Scalar, coordinate, symbols_in, velocity
+from mecanique.model.expression import (
+    DISTANCE,
+    Scalar,
+    coordinate,
+    evaluate,
+    plain,
+    symbols_in,
+    velocity,
+)
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import (
     CentralForce,
@@ -159,12 +169,19 @@ class _Settings:
     density: float = 0.0  # of the medium around
     viscosity: float = 0.0
     wind: Array = field(default_factory=lambda: np.zeros(3))
-    springs: bool = True
-    dampers: bool = True
     fits_box: bool = False
     folder: str = ""
     strips: bool = False
-    equalities: bool = True
+    flags: dict[str, str] = field(default_factory=dict)
+
+    def has(self, *flags: str) -> bool:
+        """Whether no one of these flags is disabled."""
+        return all(self.flags.get(flag) != "disable" for flag in flags)
+
+    @property
+    def passive(self) -> bool:
+        """Whether there are passive forces: MuJoCo computes none without springs and dampers."""
+        return self.has("spring") or self.has("damper")
 
 
 @final
@@ -225,36 +242,30 @@ class _Motion(NamedTuple):
     anchor: Array
 
 
+_Site: TypeAlias = tuple[str, Array]
+"""A place in a link: its name, and the pose in it."""
+
+
 @final
 @dataclass
 class _Tendon:
-    """A tendon along joints: length Σ cₖ qₖ."""
+    """A tendon, with the joint whose coordinate times a factor is its length, once it is known."""
 
-    factors: dict[str, float]
+    element: Element
+    name: str
+    factors: dict[str, float] = field(default_factory=dict)  # of joints, if it runs along them
+    spans: list[tuple[_Site, _Site, float]] = field(default_factory=list)  # and shares of them
+    joint: str = ""
+    factor: float = 1.0
 
-    def at(self, values: Mapping[str, float]) -> float:
-        return sum(factor * values[joint] for joint, factor in self.factors.items())
-
-    def length(self, joints: Mapping[str, Scalar]) -> Scalar:
-        total: Scalar = 0.0
-        for joint, factor in self.factors.items():
-            total = total + factor * joints[joint]
-        return total
+    def along(self, joints: Mapping[str, Scalar]) -> Scalar:
+        """Its length along joints, Σ cₖ qₖ."""
+        return sum((factor * joints[joint] for joint, factor in self.factors.items()), 0.0)
 
 
-_DRIVES = [
-    "general",
-    "motor",
-    "position",
-    "velocity",
-    "intvelocity",
-    "damper",
-    "cylinder",
-    "muscle",
-    "adhesion",
-    "dcmotor",
-]
-"""Actuators, whose classes of defaults are one."""
+_DRIVES = "general motor position velocity intvelocity damper cylinder muscle adhesion dcmotor"
+_DRIVE = "general"
+"""Actuators, and under which name classes keep the defaults of all of them as one."""
 
 
 @final
@@ -274,6 +285,7 @@ class _Reader(Source):
         self._meshes: dict[str, tuple[Element, dict[str, str]]] = {}
         self._solids: dict[str, _Mesh] = {}
         self._tendons: dict[str, _Tendon] = {}
+        self._lengths: dict[str, str] = {}  # bodies of joints that are as far as tendons are long
         self._bodies, self._names = Names([GROUND]), Names()
         self._rotors: dict[str, float] = {}
         self._carried_along: dict[str, float] = {}
@@ -295,6 +307,8 @@ class _Reader(Source):
             self._compile(child)
         for child in root.all("option"):
             self._set_options(child)
+        if not self._settings.has("gravity"):
+            self._settings.gravity = np.zeros(3)
         for child in root.all("default"):
             if child.attributes.get("class", "main") != "main":
                 raise self.refuse(child, "expected 'main' for the outermost class of defaults")
@@ -304,7 +318,7 @@ class _Reader(Source):
             self._note_meshes(asset)
         for world in root.all("worldbody"):
             expanded = self._replicate(world, "")[0]
-            self._fill(expanded, self._links[0], "main", np.eye(4))
+            self._fill(expanded, self._links[0], "main", np.eye(4), np.zeros(3))
         self._pull_tendons(root)
         self._add_drives(root)
         return self._mechanism(root)
@@ -361,19 +375,17 @@ class _Reader(Source):
         s.viscosity = self.number(element, texts, "viscosity", s.viscosity)
         s.wind = self.numbers(element, texts, "wind", s.wind, 3)
         for flag in element.all("flag"):
-            off = {name for name, text in flag.attributes.items() if text == "disable"}
-            if "gravity" in off:
-                s.gravity = np.zeros(3)
-            s.springs = s.springs and not off & {"spring", "passive"}
-            s.dampers = s.dampers and not off & {"damper", "passive"}
-            s.equalities = s.equalities and not off & {"equality", "constraint"}
+            whole = flag.attributes.get("passive")  # of MuJoCo until 3.3
+            s.flags |= {} if whole is None else {"spring": whole, "damper": whole}
+            s.flags |= flag.attributes
 
     def _define(self, element: Element, name: str, inherited: dict[str, dict[str, str]]) -> None:
         """Note the defaults of a class, and of those inside it."""
         table = {tag: dict(texts) for tag, texts in (self._classes.get(name) or inherited).items()}
         for child in element.children:
             if child.tag != "default":
-                table.setdefault(child.tag, {}).update(child.attributes)
+                kind = _DRIVE if child.tag in _DRIVES.split() else child.tag
+                table[kind] = _overlay(table.get(kind, {}), child.attributes)
         self._classes[name] = table
         for child in element.all("default"):
             inner = child.attributes.get("class", "")
@@ -390,22 +402,18 @@ class _Reader(Source):
         for name in element.attributes:
             if name not in known:
                 raise self.refuse(element, f"{name}=… of <{element.tag}> is not read")
-        merged = {name: text for name, text in defaults.items() if name in known}
-        if element.attributes.keys() & set(_ORIENTATIONS):
-            merged = {name: text for name, text in merged.items() if name not in _ORIENTATIONS}
-        for name in _IN_PARTS & merged.keys() & element.attributes.keys():
-            given, rest = element.attributes[name].split(), merged[name].split()
-            merged[name] = " ".join([*given, *rest[len(given) :]])
-        whole = {
-            k: text for k, text in element.attributes.items() if k not in _IN_PARTS & merged.keys()
-        }
-        return merged | whole
+        inherited = {name: text for name, text in defaults.items() if name in known}
+        return _overlay(inherited, element.attributes)
 
-    def _resolve(self, element: Element, kind: str, inherited: str) -> dict[str, str]:
+    def _defaults(self, element: Element, kind: str, inherited: str = "main") -> dict[str, str]:
+        """Return what an element's class of defaults says of its kind."""
         name = element.attributes.get("class", inherited)
         if name not in self._classes:
             raise self.refuse(element, f"there is no class of defaults {name!r}")
-        return self._attributes(element, kind, self._classes[name].get(element.tag, {}))
+        return self._classes[name].get(kind, {})
+
+    def _resolve(self, element: Element, kind: str, inherited: str) -> dict[str, str]:
+        return self._attributes(element, kind, self._defaults(element, element.tag, inherited))
 
     # numbers
 
@@ -494,7 +502,9 @@ class _Reader(Source):
             inner = texts.get("childclass", inherited)
             yield from self._contents(child, inner, pose @ self._pose(child, texts))
 
-    def _fill(self, element: Element, link: _Link, inherited: str, shift: Array) -> None:
+    def _fill(
+        self, element: Element, link: _Link, inherited: str, shift: Array, place: Array
+    ) -> None:
         """Read what stands in a body into its link, then the bodies inside.
 
         Args:
@@ -502,15 +512,19 @@ class _Reader(Source):
             link: its link.
             inherited: its class of defaults.
             shift: pose of the body's frame in the link's.
+            place: origin of the body's frame in its parent's.
         """
         parts: list[Mass] = []
-        given: Mass | None = None
         inside: list[tuple[Element, str, Array]] = []
+        contents = [*self._contents(element, inherited, shift)]
+        stated = [
+            self._inertial(child).move(frame)
+            for child, _, frame in contents
+            if child.tag == "inertial"
+        ]
         rule = self._settings.from_geoms
-        by_geoms = link.name != GROUND and (
-            rule == "true" or (rule == "auto" and element.child("inertial") is None)
-        )
-        for child, name, frame in self._contents(element, inherited, shift):
+        by_geoms = link.name != GROUND and (rule == "true" or (rule == "auto" and not stated))
+        for child, name, frame in contents:
             match child.tag:
                 case "body":
                     inside.append((child, name, frame))
@@ -519,23 +533,21 @@ class _Reader(Source):
                     part = self._geom(child, texts, frame, link, by_geoms)
                     if part is not None:
                         parts.append(part)
-                case "inertial":
-                    given = self._inertial(child).move(frame)
                 case "site":
-                    site = self._classes[child.attributes.get("class", name)].get("site", {})
-                    there = {**site, **child.attributes}
+                    there = _overlay(self._defaults(child, "site", name), child.attributes)
                     if there.get("name"):
                         self._sites[there["name"]] = (link.name, frame @ self._pose(child, there))
-                case "joint" | "freejoint":
+                case "joint" | "freejoint" | "inertial":
                     pass  # of the link itself
                 case "camera" | "light":
                     self.omitted["cameras and lights"] += 1
                 case _:
                     raise self.refuse(child, f"<{child.tag}> is not read")
         if link.name != GROUND:
-            if by_geoms:
-                given = sum_masses(parts)
-            link.mass = self._limit(given or no_mass())
+            # without geoms MuJoCo takes what is stated; without that, too, it adds to the body's
+            # place that place once more, where the least mass then stands
+            nothing = replace(no_mass(), center=place).move(shift)
+            link.mass = self._limit(sum_masses(parts) if parts else [nothing, *stated][-1])
         for child, name, frame in inside:
             self._body(child, link, name, frame)
 
@@ -568,7 +580,7 @@ class _Reader(Source):
         link = _Link(name, no_mass(), [], shift, home @ np.linalg.inv(shift))
         link.lift = self.number(element, texts, "gravcomp", 0.0)
         self._links.append(link)
-        self._fill(element, link, inherited, shift)
+        self._fill(element, link, inherited, shift, (np.linalg.inv(parent.shift) @ pose)[:3, 3])
 
     def _joint(
         self,
@@ -620,7 +632,7 @@ class _Reader(Source):
             self._carried_along[child] = values["armature"] if form == "free" else 0.0
             if form == "free" and parent != GROUND:
                 raise self.refuse(element, "a free joint expects a body of the world")
-            if damping[0] and self._settings.dampers:
+            if damping[0] and self._settings.has("damper"):
                 self._damp(name, form, parent, child, float(damping[0]))
         at = np.eye(4)
         at[:3, 3] = (frame @ [*self.numbers(element, texts, "pos", (0, 0, 0), 3), 1.0])[:3]
@@ -672,7 +684,11 @@ class _Reader(Source):
         if all(timing > 0):
             self._timed[name] = timing
         else:
-            self._resist(name, stiffness * self._settings.springs, rest, damping)
+            stiffness, damping = (
+                stiffness * self._settings.has("spring"),
+                damping * self._settings.has("damper"),
+            )
+            self._resist(name, name, stiffness, np.full(2, rest), damping)
         return np.asarray(np.linalg.inv(at))
 
     def _time_springs(self, masses: Mapping[str, Mass]) -> None:
@@ -688,8 +704,9 @@ class _Reader(Source):
             stiffness, damping = np.zeros((2, 3))
             stiffness[0] = inertia[places[joint]] / (constant * ratio) ** 2
             damping[0] = 2 * inertia[places[joint]] / constant
-            stiffness *= self._settings.springs
-            self._resist(joint, stiffness, self._rests[joint], damping)
+            stiffness *= self._settings.has("spring")
+            damping *= self._settings.has("damper")
+            self._resist(joint, joint, stiffness, np.full(2, self._rests[joint]), damping)
 
     def _mass_matrix(self, masses: Mapping[str, Mass]) -> Array:
         """The mass matrix in the position of the text, in the order of `_motions`."""
@@ -714,24 +731,51 @@ class _Reader(Source):
                 elif motion.child in carrying:
                     slides[k] = motion.axis
             M += part.mass * slides @ slides.T + spins @ part.inertia @ spins.T
+        for joint in self._joints:
+            if isinstance(joint, Single) and joint.name in self._lengths and joint.armature:
+                law, at = plain(self.laws[joint.name][1]), self._references
+                rates = [evaluate(law.diff(coordinate(m.joint)), at) for m in self._motions]
+                M += joint.armature * np.outer(rates, rates)
         return M
 
-    def _resist(self, joint: str, stiffness: Array, rest: float, damping: Array) -> None:
-        """Add spring and damper in a joint: Σ kₙ xⁿ⁺¹, and Σ cₙ |v|ⁿ v."""
-        if any(stiffness[1:]):
-            x = coordinate(joint) - rest
+    def _resist(
+        self,
+        name: str,
+        joint: str,
+        stiffness: Array,
+        ends: Array,
+        damping: Array,
+        factor: float = 1.0,
+    ) -> None:
+        """Add spring and damper in a joint: Σ kₙ xⁿ⁺¹ beyond two ends, and Σ cₙ |v|ⁿ v.
+
+        Args:
+            name: before the names of both.
+            joint: its name.
+            stiffness: shape (3,), of x and its powers.
+            ends: between which no spring pulls, shape (2,).
+            damping: shape (3,).
+            factor: by which x is the joint's coordinate.
+        """
+        powers = np.arange(2, 5)
+        stiffness, damping = stiffness * factor**powers, damping * abs(factor) ** powers
+        low, high = sorted((ends / factor).tolist())
+        names = Names(force.name for force in self._forces)
+        if low != high or any(stiffness[1:]):
+            x = _beyond(coordinate(joint), low, high)
             V = sum(k * x ** (n + 2) / (n + 2) for n, k in enumerate(stiffness.tolist()))
-            self._forces.append(Potential(f"{joint}_spring", joint, V))
+            if any(stiffness):
+                self._forces.append(Potential(names.free(f"{name}_spring"), joint, V))
         elif stiffness[0]:
-            spring = JointSpring(f"{joint}_spring", joint, float(stiffness[0]), rest)
+            spring = JointSpring(names.free(f"{name}_spring"), joint, float(stiffness[0]), low)
             self._forces.append(spring)
-        if not self._settings.dampers:
-            return
         if any(damping[1:]):
-            pull = -_resistance(damping, velocity(joint))
-            self._forces.append(JointForce(f"{joint}_damper", joint, pull))
+            rate = velocity(joint)
+            pull = -sum(c * abs(rate) ** n * rate for n, c in enumerate(damping.tolist()) if c)
+            self._forces.append(JointForce(names.free(f"{name}_damper"), joint, pull))
         elif damping[0]:
-            self._forces.append(JointDamper(f"{joint}_damper", joint, float(damping[0])))
+            damper = JointDamper(names.free(f"{name}_damper"), joint, float(damping[0]))
+            self._forces.append(damper)
 
     def _limits(self, element: Element, texts: Mapping[str, str], unit: float) -> Limits | None:
         """The bounds of a joint's position, and of its effort where both signs have the same."""
@@ -805,6 +849,8 @@ class _Reader(Source):
         still = np.zeros(3)
         flows = {GROUND: _Flow(still, still, self._settings.wind, 0)}
         for joint in self._joints:
+            if joint.name in self._lengths:
+                continue
             flow = flows[joint.parent].move(pose_of(joint.origin))
             if not isinstance(joint, Fixed):
                 flow = flow._replace(depth=flow.depth + 1)
@@ -859,7 +905,7 @@ class _Reader(Source):
         density = self.number(element, texts, "density", 1000.0)
         if mass == 0 or (mass is None and density == 0):
             counts = False
-        medium = self._settings.density or self._settings.viscosity
+        medium = self._settings.passive and (self._settings.density or self._settings.viscosity)
         if medium and texts.get("fluidshape", "none") != "none":
             raise self.refuse(element, "fluidshape=… of <geom> is not read")
         shell = texts.get("shellinertia") == "true"
@@ -952,8 +998,7 @@ class _Reader(Source):
                 raise self.refuse(child, "<model> among the assets is not read")
             if child.tag != "mesh":
                 continue
-            kind = child.attributes.get("class", "main")
-            texts = {**self._classes.get(kind, {}).get("mesh", {}), **child.attributes}
+            texts = _overlay(self._defaults(child, "mesh"), child.attributes)
             name = texts.get("name") or Path(texts.get("file", "")).stem
             self._meshes[name] = child, texts
 
@@ -1037,162 +1082,175 @@ class _Reader(Source):
 
     # what is left
 
-    def _class_of(self, element: Element, tags: Sequence[str]) -> dict[str, str]:
-        """Return the defaults of an element whose class may write them for several tags."""
-        table = self._classes.get(element.attributes.get("class", "main"), {})
-        defaults: dict[str, str] = {}
-        for tag in tags:
-            defaults.update(table.get(tag, {}))
-        return defaults
-
     def _pull_tendons(self, root: Element) -> None:
         """Read the tendons, and the springs and dampers along them."""
         s, names = self._settings, Names()
         for element in (child for part in root.all("tendon") for child in part.children):
-            texts = self._attributes(element, "tendon", self._class_of(element, ["tendon"]))
-            name = names.free(texts.get("name") or "tendon")
+            texts = self._attributes(element, "tendon", self._defaults(element, "tendon"))
+            tendon = _Tendon(element, names.free(texts.get("name") or "tendon"))
+            self._tendons[tendon.name] = tendon
+            if element.tag == "fixed":
+                tendon.factors |= self._factors_of(element)
             armature = self.number(element, texts, "armature", 0.0)
             stiffness, damping = (
                 factor * self.numbers(element, texts, what, (0, 0, 0), 3, least=1)
-                for what, factor in (("stiffness", s.springs), ("damping", s.dampers))
+                for what, factor in (
+                    ("stiffness", s.has("spring")),
+                    ("damping", s.has("damper")),
+                )
             )
             ends = self.numbers(element, texts, "springlength", (-1, -1), 2, least=1)
             if len(texts.get("springlength", "").split()) == 1:
                 ends[1] = ends[0]
-            if element.tag == "fixed":
-                tendon = self._tendons[name] = self._joints_of(element)
-                if armature:
-                    self._load_tendon(element, tendon, armature)
-                if (ends == -1).all():
-                    ends[:] = tendon.at(self._rests)
-                self._pull(name, tendon, stiffness, ends, damping)
+            if not (armature or any(stiffness) or any(damping)):
                 continue
-            if armature:
-                raise self.refuse(element, f"armature of <{element.tag}> is not read")
-            if any(stiffness[1:]) or any(damping[1:]):
-                message = f"polynomials of stiffness or damping of <{element.tag}> are not read"
-                raise self.refuse(element, message)
-            if stiffness[0] or damping[0]:
-                self._stretch(element, name, float(stiffness[0]), ends, float(damping[0]))
+            if element.tag != "fixed":
+                tendon.spans += self._spans_of(element)
+            if not (tendon.factors or tendon.spans):
+                continue
+            if (ends == -1).all():
+                ends[:] = self._rest_length(tendon)
+            simple = not armature and not any(stiffness[1:]) and not any(damping[1:])
+            if simple and len(tendon.spans) == 1 and tendon.spans[0][2] == 1:
+                self._stretch(tendon, float(stiffness[0]), ends, float(damping[0]))
+                continue
+            self._load(tendon, armature)
+            self._resist(tendon.name, tendon.joint, stiffness, ends, damping, tendon.factor)
 
-    def _load_tendon(self, element: Element, tendon: _Tendon, armature: float) -> None:
-        """Add the armature of a tendon to the one joint along it."""
-        moved = [(joint, factor) for joint, factor in tendon.factors.items() if factor]
-        if len(moved) != 1:
-            raise self.refuse(
-                element, f"armature of <{element.tag}> along several joints is not read"
-            )
-        ((name, factor),) = moved
-        places = {joint.name: k for k, joint in enumerate(self._joints)}
-        joint = self._joints[places[name]]
-        assert isinstance(joint, Single), "tendons run along hinges and slides"
-        self._joints[places[name]] = replace(joint, armature=joint.armature + factor**2 * armature)
-
-    def _joints_of(self, element: Element) -> _Tendon:
+    def _factors_of(self, element: Element) -> dict[str, float]:
         factors: dict[str, float] = {}
         for child in element.all("joint"):
             joint = child.attributes.get("joint", "")
             if joint not in self._references:
                 raise self.refuse(child, f"{joint!r} is no hinge or slide")
-            factor = self.number(child, child.attributes, "coef", 0.0)
-            factors[joint] = factors.get(joint, 0.0) + factor
-        return _Tendon(factors)
+            if factor := self.number(child, child.attributes, "coef", 0.0):
+                factors[joint] = factors.get(joint, 0.0) + factor
+        return factors
 
-    def _pull(
-        self, name: str, tendon: _Tendon, stiffness: Array, ends: Array, damping: Array
-    ) -> None:
-        """Add the forces of a spring and a damper along joints; between two ends it is slack."""
-        slack = ends[0] != ends[1]
-        simple = not slack and not any(stiffness[1:]) and not any(damping[1:])
-        if simple and len(tendon.factors) == 1:
-            ((joint, factor),) = tendon.factors.items()
-            square, rest = factor**2, float(ends[0])
-            if square * stiffness[0]:
-                spring = JointSpring(
-                    f"{name}_spring", joint, float(square * stiffness[0]), rest / factor
-                )
-                self._forces.append(spring)
-            if square * damping[0]:
-                damper = JointDamper(f"{name}_damper", joint, float(square * damping[0]))
-                self._forces.append(damper)
-            return
-        if not any(stiffness) and not any(damping):
-            return
-        length = tendon.length({joint: coordinate(joint) for joint in tendon.factors})
-        rate = tendon.length({joint: velocity(joint) for joint in tendon.factors})
-        low, high = ends.tolist()
-        stretch = length - low
-        if slack:
-            stretch = _positive(length - high) - _positive(low - length)
-        springs = sum(k * stretch ** (n + 1) for n, k in enumerate(stiffness.tolist()) if k)
-        pull = -springs - _resistance(damping, rate)
-        for joint, factor in tendon.factors.items():
-            if factor:
-                self._forces.append(JointForce(f"{name}_on_{joint}", joint, factor * pull))
-        self.omitted["tendon springs in the energy"] += bool(any(stiffness))
+    def _spans_of(self, element: Element) -> list[tuple[_Site, _Site, float]]:
+        """Return the straight parts of a tendon; a pulley begins a branch that counts less."""
+        spans: list[tuple[_Site, _Site, float]] = []
+        before, share = None, 1.0
+        for child in element.children:
+            if child.tag == "pulley":
+                before, share = None, 1 / self.number(child, child.attributes, "divisor", 1.0)
+                continue
+            if child.tag != "site":
+                raise self.refuse(child, f"a tendon around a <{child.tag}> is not read")
+            site = self._sites.get(child.attributes.get("site", ""))
+            if site is None:
+                raise self.refuse(child, f"<{element.tag}> names a site that is not there")
+            if before is not None:
+                spans.append((before, site, share))
+            before = site
+        return spans
 
-    def _stretch(
-        self, element: Element, name: str, stiffness: float, ends: Array, damping: float
-    ) -> None:
-        """Add a spring and a damper between the two sites of a straight tendon."""
-        low, high = ends.tolist()
-        sites = [self._sites.get(child.attributes.get("site", "")) for child in element.all("site")]
-        if len(element.children) != 2 or len(sites) != 2:
-            what = "stiffness" if stiffness else "damping"
-            message = f"{what} of a <{element.tag}> tendon that is not straight is not read"
+    def _length(self, tendon: _Tendon) -> Scalar:
+        """The length of a tendon in letters."""
+        from sympy import sqrt
+
+        length = tendon.along({joint: coordinate(joint) for joint in tendon.factors})
+        for (a, at_a), (b, at_b), share in tendon.spans:
+            ways = [self._way_to(body) for body in (a, b)]
+            shared = sum(1 for pair in zip(*ways, strict=False) if pair[0] is pair[1])
+            ends = []
+            for way, site in zip(ways, (at_a, at_b), strict=True):
+                pose = np.eye(4)
+                for joint in way[shared:]:
+                    pose = pose @ self._pose_in_letters(tendon.element, joint)
+                ends.append((pose @ site)[:3, 3])
+            length = length + share * sqrt(sum((ends[1] - ends[0]) ** 2))
+        return length
+
+    def _rest_length(self, tendon: _Tendon) -> float:
+        """The length of a tendon where the springs in joints are at rest."""
+        if tendon.spans and self._rests != self._references:
+            return float(evaluate(self._length(tendon), self._rests))
+        homes = {link.name: link.home for link in self._links}
+        length = float(tendon.along(self._rests))
+        for (a, at_a), (b, at_b), share in tendon.spans:
+            length += share * float(np.linalg.norm((homes[b] @ at_b - homes[a] @ at_a)[:3, 3]))
+        return length
+
+    def _way_to(self, body: str) -> list[Joint]:
+        """The joints from the world to a body."""
+        carriers = {joint.child: joint for joint in self._joints}
+        way: list[Joint] = []
+        while body in carriers:
+            way.insert(0, carriers[body])
+            body = carriers[body].parent
+        return way
+
+    def _pose_in_letters(self, element: Element, joint: Joint) -> Array:
+        pose = pose_of(joint.origin)
+        if isinstance(joint, Fixed):
+            return pose
+        if not isinstance(joint, Revolute | Prismatic):
+            message = f"a tendon over joint {joint.name!r}, which is no hinge or slide, is not read"
             raise self.refuse(element, message)
-        start, end = sites
-        if start is None or end is None:
-            raise self.refuse(element, f"<{element.tag}> names a site that is not there")
-        (a, at_a), (b, at_b) = start, end
-        if low == high == -1:
-            if any(self._rests[joint] != self._references[joint] for joint in self._rests):
-                raise self.refuse(element, "a tendon at rest where springs are is not read")
-            home = {link.name: link.home for link in self._links}
-            arm = (home[a] @ at_a)[:3, 3] - (home[b] @ at_b)[:3, 3]
-            low = high = float(np.linalg.norm(arm))
+        moved = np.eye(4, dtype=object)
+        if joint.turns:
+            moved[:3, :3] = _turn_by(np.array(joint.axis), coordinate(joint.name))
+        else:
+            moved[:3, 3] = coordinate(joint.name) * np.array(joint.axis)
+        return np.asarray(pose @ moved)
+
+    def _load(self, tendon: _Tendon, armature: float) -> None:
+        """Add the armature of a tendon, and find the joint of its length: if none, one follows."""
+        if not tendon.joint and len(tendon.factors) == 1:
+            ((tendon.joint, tendon.factor),) = tendon.factors.items()
+        elif not tendon.joint:
+            tendon.joint = self._names.free(f"{tendon.name}{LENGTH}")
+            body = self._bodies.free(tendon.joint)
+            self._lengths[tendon.joint] = body
+            self._joints.append(Prismatic(tendon.joint, GROUND, body))
+            self.follow(tendon.element, tendon.joint, self._length(tendon))
+        self._add_armature(tendon.joint, tendon.factor**2 * armature)
+
+    def _add_armature(self, name: str, armature: float) -> None:
+        (place,) = (k for k, joint in enumerate(self._joints) if joint.name == name)
+        joint = self._joints[place]
+        assert isinstance(joint, Single), "rotors turn with hinges and slides"
+        self._joints[place] = replace(joint, armature=joint.armature + armature)
+
+    def _stretch(self, tendon: _Tendon, stiffness: float, ends: Array, damping: float) -> None:
+        """Add a spring and a damper between the two sites of a straight tendon."""
+        (((a, at_a), (b, at_b), _),), name = tendon.spans, tendon.name
+        low, high = ends.tolist()
         points = (a, tuple(at_a[:3, 3].tolist()), b, tuple(at_b[:3, 3].tolist()))
         if stiffness and low == high:
             self._forces.append(Spring(f"{name}_spring", *points, stiffness, low))
         elif stiffness:
-            length = coordinate(DISTANCE)
-            beyond = _positive(length - high) ** 2 + (_positive(low - length) ** 2 if low else 0.0)
-            V = stiffness * beyond / 2
+            V = stiffness * _beyond(coordinate(DISTANCE), low, high) ** 2 / 2
             self._forces.append(CentralForce(f"{name}_spring", *points, V))
         if damping:
             self._forces.append(Damper(f"{name}_damper", *points, damping))
 
     def _add_drives(self, root: Element) -> None:
         """Add the rotor inertia and the damping of actuators at the joints they drive."""
-        joints = {joint.name: k for k, joint in enumerate(self._joints)}
         for element in (child for part in root.all("actuator") for child in part.children):
-            texts = {**self._class_of(element, _DRIVES), **element.attributes}
+            texts = _overlay(self._defaults(element, _DRIVE), element.attributes)
             if element.tag == "plugin" or "plugin" in texts:
                 raise self.refuse(element, "plugins are not read")
-            values = {}
-            for what in ("armature", "damping"):
-                value = self.number(element, texts, what, 0.0)
-                if value:
-                    values[what] = value
-            if not values:
+            armature = self.number(element, texts, "armature", 0.0)
+            damping = self.numbers(element, texts, "damping", (0, 0, 0), 3, least=1)
+            damping *= self._settings.has("damper")
+            if not armature and not any(damping):
                 continue
             name, factor = texts.get("joint", texts.get("jointinparent", "")), 1.0
-            tendon = self._tendons.get(texts.get("tendon", ""))
-            if tendon is not None and len(tendon.factors) == 1:
-                ((name, factor),) = tendon.factors.items()
-            joint = self._joints[joints[name]] if name in joints else None
-            if not isinstance(joint, Single):
-                named = " and ".join(values)
+            if (tendon := self._tendons.get(texts.get("tendon", ""))) is not None:
+                if tendon.element.tag != "fixed" and not tendon.spans:
+                    tendon.spans += self._spans_of(tendon.element)
+                self._load(tendon, 0.0)
+                name, factor = tendon.joint, tendon.factor
+            elif name not in self._references:
+                named = " and ".join(what for what in ("armature", "damping") if what in texts)
                 raise self.refuse(element, f"{named} of <{element.tag}> at no hinge or slide")
             gears = self.split(element, texts.get("gear", "1"), "expected numbers for gear")
-            gear = factor * (gears[0] if gears else 1.0)
-            rotor = gear**2 * values.get("armature", 0.0)
-            armature = joint.armature + rotor
-            self._joints[joints[name]] = replace(joint, armature=armature)
-            damping = gear**2 * values.get("damping", 0.0)
-            if damping and self._settings.dampers:
-                drive = Names(force.name for force in self._forces).free(f"{name}_drive_damper")
-                self._forces.append(JointDamper(drive, name, damping))
+            square = gears[0] ** 2 if gears else 1.0  # which MuJoCo takes for powers of v as well
+            self._add_armature(name, factor**2 * square * armature)
+            none = np.zeros(3)
+            self._resist(f"{name}_drive", name, none, none[:2], square * damping, factor)
 
     def _close(self, root: Element) -> list[Loop]:
         """Return the loops that the equality constraints make, and note which joints follow."""
@@ -1200,11 +1258,9 @@ class _Reader(Source):
         names = Names()
         links = {link.name: link for link in self._links}
         for element in (child for part in root.all("equality") for child in part.children):
-            kind = element.attributes.get("class", "main")
-            defaults = self._classes.get(kind, {}).get("equality", {})
-            if {**defaults, **element.attributes}.get("active") == "false" or (
-                not self._settings.equalities
-            ):
+            defaults = self._defaults(element, "equality")
+            inactive = {**defaults, **element.attributes}.get("active") == "false"
+            if inactive or not self._settings.has("equality", "constraint"):
                 self.omitted["inactive constraints"] += 1
                 continue
             if element.tag not in ("connect", "weld", "joint", "tendon"):
@@ -1269,7 +1325,7 @@ class _Reader(Source):
         """Solve L − L₀ = Σ cₖ (M − M₀)ᵏ of two tendons along joints for the first's last joint."""
         tendons = []
         for name in [texts.get("tendon1", ""), *([texts["tendon2"]] if "tendon2" in texts else [])]:
-            if name not in self._tendons:
+            if name not in self._tendons or self._tendons[name].element.tag != "fixed":
                 raise self.refuse(element, f"{name!r} is no tendon along joints")
             tendons.append(self._tendons[name])
         factors = self.numbers(element, texts, "polycoef", (0, 1, 0, 0, 0), 5, least=1).tolist()
@@ -1277,16 +1333,14 @@ class _Reader(Source):
         moved = {joint: coordinate(joint) - self._references[joint] for joint in self._references}
         law: Scalar = factors[0]
         for second in tendons[1:]:
-            x = second.length(moved)
+            x = second.along(moved)
             law = law + sum(c * x**k for k, c in enumerate(factors) if k and c)
-        free = [
-            joint for joint, factor in first.factors.items() if factor and joint not in self.laws
-        ]
+        free = [joint for joint in first.factors if joint not in self.laws]
         if not free:
             raise self.refuse(element, "no joint along the tendon is free to follow")
         joint = free[-1]
-        rest = {name: factor for name, factor in first.factors.items() if name != joint}
-        law = (law - _Tendon(rest).length(moved)) / first.factors[joint] + self._references[joint]
+        law = (law - first.along(moved | {joint: 0.0})) / first.factors[joint]
+        law = law + self._references[joint]
         self.follow(element, joint, law)
 
     def _mechanism(self, root: Element) -> Mechanism:
@@ -1294,7 +1348,7 @@ class _Reader(Source):
         total = sum(link.mass.mass for link in self._links)
         scale = s.total / total if s.total > 0 and total > 0 else 1.0
         loops, follows = self._close(root), self.compose_laws()
-        if s.density or s.viscosity:
+        if s.passive and (s.density or s.viscosity):
             self._immerse(root.child("option") or root)
         masses = {
             link.name: Mass(scale * link.mass.mass, link.mass.center, scale * link.mass.inertia)
@@ -1305,7 +1359,7 @@ class _Reader(Source):
         bodies = []
         for link in self._links:
             whole = masses[link.name]
-            self._lift("gravcomp", link, whole.center, link.lift * whole.mass)
+            self._lift("gravcomp", link, whole.center, s.passive * link.lift * whole.mass)
             # a rotor of a ball resists turning alike about all axes, as a sphere does
             whole.inertia = whole.inertia + self._rotors.get(link.name, 0.0) * np.eye(3)
             if load := self._carried_along.get(link.name, 0.0):
@@ -1314,6 +1368,7 @@ class _Reader(Source):
                 whole = sum_masses([whole, Mass(load, np.zeros(3), np.zeros((3, 3)))])
                 self._lift("armature", link, np.zeros(3), load)
             bodies.append(whole.body(link.name, link.visuals))
+        bodies += map(Body, self._lengths.values())
         if self._drives_lift and any(link.lift for link in self._links):
             self.omitted["bound of actuators on the compensation of gravity"] += 1
         return Mechanism(
@@ -1334,6 +1389,17 @@ class _Reader(Source):
             x, y, z = point.tolist()
             fx, fy, fz = (-mass * self._settings.gravity).tolist()
             self._forces.append(Force(f"{link.name}_{word}", link.name, (x, y, z), (fx, fy, fz)))
+
+
+def _overlay(defaults: Mapping[str, str], given: Mapping[str, str]) -> dict[str, str]:
+    """Return attributes over their defaults; one orientation takes the place of another."""
+    turned = given.keys() & set(_ORIENTATIONS)
+    merged = {k: text for k, text in defaults.items() if not (turned and k in _ORIENTATIONS)}
+    for name, text in given.items():
+        words = text.split()
+        rest = merged.get(name, "").split()[len(words) :] if name in _IN_PARTS else []
+        merged[name] = " ".join([*words, *rest]) if rest else text
+    return merged
 
 
 def _in_free_joints(force: AnyForce, follows: Mapping[str, Scalar]) -> AnyForce:
@@ -1372,14 +1438,12 @@ def _turn_of(quaternion: Sequence[Scalar]) -> Array:
     return np.asarray(np.eye(3) + 2 * w * k + 2 * (k @ k))
 
 
-def _positive(x: Scalar) -> Scalar:
-    """A length where it is positive, else zero."""
-    return (x + abs(x)) / 2
-
-
-def _resistance(damping: Array, rate: Scalar) -> Scalar:
-    """Σ cₙ |v|ⁿ v (MuJoCo documentation, "Polynomial stiffness and damping")."""
-    return sum((c * abs(rate) ** n * rate for n, c in enumerate(damping.tolist()) if c), 0.0)
+def _beyond(x: Scalar, low: float, high: float) -> Scalar:
+    """How far x is above an interval, or below it as a negative number."""
+    if low == high:
+        return x - low
+    above, below = x - high, low - x
+    return (above + abs(above)) / 2 - (below + abs(below)) / 2
 
 
 def _rename(element: Element, suffix: str) -> Element:

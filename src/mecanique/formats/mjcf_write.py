@@ -10,13 +10,16 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.formats.scope import (
+    LENGTH,
     SCOPES,
     THICKENED,
     is_thin,
     joint_damping,
     joint_spring,
     lifted_share,
+    list_lengths,
     passes_on,
+    tendon_factors,
 )
 from mecanique.formats.sources import placement_at
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
@@ -49,7 +52,10 @@ class _Writer:
         self._steps = chains(mechanism)
         self._bodies = {body.name: body for body in mechanism.bodies}
         self._carried: dict[str, list[Joint]] = {}
+        self._lengths = list_lengths(mechanism)
         for joint in mechanism.joints:
+            if joint.name in self._lengths:
+                continue
             self._carried.setdefault(joint.parent, []).append(joint)
         self._sites: dict[str, list[Tag]] = {}
         shares = ((force, lifted_share(mechanism, force)) for force in mechanism.forces)
@@ -167,15 +173,20 @@ class _Writer:
         if step.limits is not None and 0 < step.limits.effort < UNBOUNDED:
             effort = step.limits.effort
             attributes["actuatorfrcrange"] = numbers((-effort, effort), where)
-        if not isinstance(joint, Single) or step.name != joint.name:
-            return attributes
+        if isinstance(joint, Single) and step.name == joint.name:
+            attributes |= self._resistance(joint)
+        return attributes
+
+    def _resistance(self, joint: Single, rest: str = "springref") -> dict[str, str]:
+        """Return rotor, spring and damper of a joint or tendon."""
+        where, attributes = f"joint {joint.name!r}", {}
         armature = self._mechanism.evaluate(joint.armature)
         if armature:
             attributes["armature"] = number(armature, where)
         stiffness, reference = joint_spring(self._mechanism, joint.name)
         if stiffness:
             attributes["stiffness"] = number(stiffness, where)
-            attributes["springref"] = number(reference, where)
+            attributes[rest] = number(reference, where)
         damping = joint_damping(self._mechanism, joint.name)
         if damping:
             attributes["damping"] = number(damping, where)
@@ -186,6 +197,11 @@ class _Writer:
 
     def _tendons(self) -> Iterator[Tag]:
         evaluate = self._mechanism.evaluate
+        for name, joint in self._lengths.items():
+            factors = tendon_factors(self._mechanism, name) or {}
+            ways = [Tag("joint", joint=k, coef=number(c, name)) for k, c in factors.items()]
+            given = self._resistance(joint, "springlength")
+            yield Tag("fixed", *ways, name=name.removesuffix(LENGTH), **given)
         for force in self._mechanism.forces:
             if isinstance(force, Spring | Damper):
                 ends = [f"{force.name}_{letter}" for letter in "ab"]
@@ -208,7 +224,7 @@ class _Writer:
             if scope.loops is not None and loop.kind in scope.loops:
                 yield self._closure(loop)
         steps = axial_steps(mechanism)
-        for name in mechanism.coordinates.driven:
+        for name in (k for k in mechanism.coordinates.driven if k not in self._lengths):
             law = law_of_follower(mechanism, steps, name, scope.degree)
             if law is None:
                 continue

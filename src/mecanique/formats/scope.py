@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, final
 
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.errors import InputError
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Mesh
 from mecanique.model.constraints.loops import Loop
+from mecanique.model.expression import coordinate, evaluate, plain, symbols_in
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import Damper, Force, JointDamper, JointSpring, Spring
 from mecanique.model.joint_base import Single
-from mecanique.model.joints import Fixed, Floating, Joint, Planar
+from mecanique.model.joints import Fixed, Floating, Joint, Planar, Prismatic
 from mecanique.model.mechanism import Mechanism
 from mecanique.urdf.dialect import UNBOUNDED
 from mecanique.urdf.write import axial_steps, law_of_follower
 from mecanique.wording import say_count
 
 Form: TypeAlias = Literal["URDF", "MJCF", "SDF"]
+
+LENGTH = "_length"
+"""Behind the name of a tendon, that of a joint which is as far as the tendon is long."""
 
 THICKENED = 2e-15
 """Moment of inertia that a thin rod or a particle gets in MJCF, about every axis [kg·m²].
@@ -102,7 +107,8 @@ def list_losses(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
 
 def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
     form = scope.form
-    for force in mechanism.forces:
+    unstated = list_unstated(mechanism, form)
+    for force in leave_lengths_out(mechanism, unstated).forces:
         if not isinstance(force, scope.forces):
             share = lifted_share(mechanism, force)
             if share is None or scope.lifts == "none" or (scope.lifts == "whole" and share != 1):
@@ -115,12 +121,18 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
             yield f"loop {loop.name}: {form} has none of the kind {loop.kind!r}"
         elif scope.closed and not is_closed(mechanism, loop, poses):
             yield f"loop {loop.name}: it is open where {form} states it, at coordinates of zero"
-    steps = axial_steps(mechanism)
+    steps, lengths = axial_steps(mechanism), list_lengths(mechanism)
+    for name in unstated:
+        yield f"tendon {name.removesuffix(LENGTH)}: {form} states none of its kind"
     for name, law in mechanism.coordinates.driven.items():
+        if name in lengths:
+            continue
         if law_of_follower(mechanism, steps, name, scope.degree) is None:
             most = "linear laws of one joint" if scope.degree == 1 else "polynomials of degree four"
             yield f"{name} = {law}: {form} knows {most} alone"
     for joint in mechanism.joints:
+        if joint.name in lengths:
+            continue
         if isinstance(joint, scope.joints):
             yield f"joint {joint.name}: {form} has none of the kind {type(joint).__name__!r}"
         if isinstance(joint, Floating) and form != "URDF":
@@ -189,17 +201,70 @@ def is_thin(mechanism: Mechanism, joint: Joint) -> bool:
     return bool(moments[0] < THICKENED)
 
 
+def list_lengths(mechanism: Mechanism) -> dict[str, Prismatic]:
+    """Return the joints that move nothing and follow others as the lengths of tendons do."""
+    parents = {joint.parent for joint in mechanism.joints}
+    return {
+        joint.name: joint
+        for joint in mechanism.joints
+        if isinstance(joint, Prismatic)
+        and joint.name in mechanism.coordinates.driven
+        and joint.parent == mechanism.ground
+        and joint.child not in parents
+        and _is_idle(mechanism, joint.child)
+    }
+
+
+def list_unstated(mechanism: Mechanism, form: Form) -> list[str]:
+    """Return the lengths of those tendons that a format does not state."""
+    lengths = list_lengths(mechanism)
+    return [n for n in lengths if form != "MJCF" or tendon_factors(mechanism, n) is None]
+
+
+def leave_lengths_out(mechanism: Mechanism, names: Collection[str]) -> Mechanism:
+    """Return a mechanism without the lengths of some tendons, and without what acts along them."""
+    left = {joint.child for joint in mechanism.joints if joint.name in names}
+    driven = mechanism.coordinates.driven.items()
+    return replace(
+        mechanism,
+        bodies=tuple(body for body in mechanism.bodies if body.name not in left),
+        joints=tuple(joint for joint in mechanism.joints if joint.name not in names),
+        forces=tuple(f for f in mechanism.forces if getattr(f, "joint", "") not in names),
+        coordinates=replace(
+            mechanism.coordinates,
+            map=tuple((name, law) for name, law in driven if name not in names),
+        ),
+    )
+
+
+def tendon_factors(mechanism: Mechanism, name: str) -> dict[str, float] | None:
+    """Return the factors of the simple joints that a tendon runs along; None if it does not."""
+    steps, values = axial_steps(mechanism), dict.fromkeys(mechanism.coordinates.names, 0.0)
+    law = plain(mechanism.coordinates.driven[name])
+    leaders = sorted(symbols_in(law) - mechanism.values.keys())
+    try:
+        rates = {steps[k]: mechanism.evaluate(law.diff(coordinate(k))) for k in leaders}
+    except (KeyError, InputError):
+        return None
+    return None if evaluate(law, {**mechanism.values, **values}) else rates
+
+
+def _is_idle(mechanism: Mechanism, name: str) -> bool:
+    """Whether a body has no mass, shows nothing, and nothing but joints acts on it."""
+    (body,) = (body for body in mechanism.bodies if body.name == name)
+    ends = {end for loop in mechanism.loops for end in loop.bodies}
+    ends |= {end for force in mechanism.forces for end in getattr(force, "bodies", ())}
+    return is_empty(mechanism, body) and not body.visuals and name not in ends
+
+
 def passes_on(mechanism: Mechanism, joint: Joint) -> Joint | None:
     """Return the joint behind a hinge or slide that carries nothing else: MJCF puts both in a body.
 
     MuJoCo refuses bodies between joints that have no mass.
     """
-    (body,) = (body for body in mechanism.bodies if body.name == joint.child)
-    behind = [other for other in mechanism.joints if other.parent == body.name]
-    ends = {end for loop in mechanism.loops for end in loop.bodies}
-    ends |= {end for force in mechanism.forces for end in getattr(force, "bodies", ())}
-    alone = isinstance(joint, Single) and is_empty(mechanism, body) and not body.visuals
-    if not alone or len(behind) != 1 or body.name in ends:
+    behind = [other for other in mechanism.joints if other.parent == joint.child]
+    idle = isinstance(joint, Single) and _is_idle(mechanism, joint.child)
+    if not idle or len(behind) != 1:
         return None
     return None if isinstance(behind[0], Fixed | Floating) else behind[0]
 

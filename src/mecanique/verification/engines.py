@@ -14,13 +14,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError, UnknownNameError
 from mecanique.formats.read import read
+from mecanique.formats.scope import list_lengths
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.force_base import AnyForce
 from mecanique.model.joint_base import Single
@@ -126,10 +127,11 @@ def _open_tree(origin: Origin, gravity: tuple[float, float, float]) -> Mechanism
 
 
 def _strip(mechanism: Mechanism) -> Mechanism:
-    """Return the bare tree: no forces, loops or mimic joints."""
-    return replace(
-        mechanism, forces=(), loops=(), contacts=(), elements=(), coordinates=Coordinates(())
-    )
+    """Return the bare tree: no forces, loops or mimic joints, but the tendons' rotors."""
+    lengths = {name: mechanism.coordinates.driven[name] for name in list_lengths(mechanism)}
+    coordinates = Coordinates((), lengths)
+    bare: dict[str, Any] = dict.fromkeys(("forces", "loops", "contacts", "elements"), ())
+    return replace(mechanism, coordinates=coordinates, **bare)
 
 
 def _compare_all(
@@ -141,7 +143,8 @@ def _compare_all(
     loaded: Mechanism | None = None,
 ) -> tuple[EngineReading, ...]:
     """Compare what engines read with what mecanique read, and with one another."""
-    ours = {joint.name: joint for joint in tree.joints if isinstance(joint, Single)}
+    singles = (joint for joint in tree.joints if isinstance(joint, Single))
+    ours = {j.name: j for j in singles if j.name not in tree.coordinates.driven}
     random = np.random.default_rng(seed)
     q = {name: random.uniform(-1.0, 1.0, states).tolist() for name in ours}
     v = {name: random.uniform(-1.0, 1.0, states).tolist() for name in ours}
