@@ -37,7 +37,8 @@ test("a turned box is as large as its corners reach", () => {
 
 test("a body's box holds all of its solids", () => {
   const ball = { kind: "sphere", size: [0.5], turn: UPRIGHT, place: [0, 0, 1] };
-  const pin = { kind: "cylinder", size: [0.1, 4], turn: UPRIGHT, place: [0, 0, 0] };
+  const side = [-2, 2].map((z) => [0.1, z]);
+  const pin = { kind: "cylinder", size: [0.1, 4], profile: side, turn: UPRIGHT, place: [0, 0, 0] };
   const box = boxAround([BAR, ball, pin].map(solidOf));
   assertNear(box.low, [-0.5, -0.5, -2]);
   assertNear(box.high, [2, 0.5, 2]);
@@ -52,6 +53,16 @@ test("a motion is framed whole, unless it goes far", () => {
   const far = frame(boxes, [rowAt(0), rowAt(100)], LAYOUT);
   assert.equal(far.far, true);
   assertNear(far.box.high, [2, 0.1, 0.2]);
+});
+
+test("what rests is framed as far as it is near what moves", () => {
+  const floor = { ...BAR, size: [40, 40, 0], place: [0, 0, -1] };
+  const boxes = [floor, BAR].map((solid) => boxAround([solidOf(solid)]));
+  const rows = [0, 1].map((x) => Float64Array.from([0, 0, 0, 0, 0, 0, 1, x, 0, 0, 0, 0, 0, 1]));
+  const { low, high } = frame(boxes, rows, { lines: 14, series: 14 }).box;
+  const near = 0.3 * Math.hypot(3, 0.2, 0.4); // of the box in which the bar moves
+  assertNear([low[0], low[2]], [-near, -1]);
+  assertNear(high, [3 + near, 0.1 + near, 0.2]);
 });
 
 for (const preset of ["front", "side", "top", "free"])

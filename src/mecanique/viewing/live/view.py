@@ -565,7 +565,7 @@ def scene_at_rest(mechanism: Mechanism, inspection: Inspection) -> Scene:
         bodies=bodies_of(mechanism),
         positions=poses[None, :, :3, 3],
         quaternions=from_matrices(poses[None, :, :3, :3]),
-        joints=marks_of(mechanism),
+        joints=marks_of(mechanism, poses),
         document=SceneText(
             subtitle=f"{counted}, {say_count(mechanism.nv, 'velocity', 'velocities')}, at rest",
             urdf=text,

@@ -29,6 +29,9 @@ def viewer_directory() -> Path:
 # cylinders of three.js point along y, those of a mechanism along z
 _UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
+_RING = 0.92
+"""Inner radius of a ring, in its outer one."""
+
 _ROUND = 50
 """Facets around a cylinder."""
 
@@ -64,6 +67,7 @@ def _solid(shape: SceneShape) -> dict[str, Any]:
     return {
         "kind": shape.kind,
         "size": list(map(float, shape.size)),
+        "profile": _profile(shape) if shape.kind == "cylinder" else [],
         "turn": shape.pose[:3, :3].ravel().tolist(),
         "place": shape.pose[:3, 3].tolist(),
         "color": f"#{material['color']:06x}",
@@ -103,11 +107,25 @@ def _geometry(shape: SceneShape) -> dict[str, Any]:
             facets = {"widthSegments": 40, "heightSegments": 28}
             return {"type": "SphereGeometry", "radius": radius, **facets}
         case "cylinder":
-            radius, length = size
-            radii = {"radiusTop": radius, "radiusBottom": radius}
-            measures = {**radii, "height": length, "radialSegments": _ROUND}
-            return {"type": "CylinderGeometry", **measures}
+            # every corner twice, so that edges are sharp
+            points = [{"x": x, "y": y} for x, y in _profile(shape) for _ in (0, 1)]
+            return {"type": "LatheGeometry", "points": points, "segments": _ROUND}
     raise ValueError(f"no geometry of kind {shape.kind!r}")
+
+
+def _profile(shape: SceneShape) -> list[tuple[float, float]]:
+    """The distance from its axis and the height of the corners that turn into a round solid."""
+    radius, length = map(float, shape.size)
+    low, high = -length / 2, length / 2
+    match shape.form:
+        case "thin ring":
+            inner = _RING * radius
+            corners = [(inner, low), (radius, low), (radius, high), (inner, high), (inner, low)]
+        case "solid cone":  # drawn by its base, an eighth as high as it is
+            corners = [(0.0, high - 8 * length), (radius, high), (0.0, high)]
+        case _:
+            corners = [(0.0, low), (radius, low), (radius, high), (0.0, high)]
+    return corners
 
 
 def _material(rgba: Rgba) -> dict[str, Any]:

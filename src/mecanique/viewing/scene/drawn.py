@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar, final
 
@@ -14,7 +14,7 @@ from mecanique.model.constraint_base import Strung, list_cord_runs
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.force_base import LineLoad, loads_in
 from mecanique.model.joint_base import Single
-from mecanique.model.joints import Planar, Prismatic
+from mecanique.model.joints import Joint, Planar, Prismatic, Revolute, Spherical, Universal
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.teeth import visuals_of
 from mecanique.viewing.scene.scene import (
@@ -30,7 +30,10 @@ from mecanique.viewing.scene.scene import (
 def bodies_of(mechanism: Mechanism) -> tuple[SceneBody, ...]:
     """Return a mechanism's bodies as they are drawn."""
     visuals = visuals_of(mechanism)
-    shapes = {name: tuple(_shapes(mechanism, listed)) for name, listed in visuals.items()}
+    forms = {
+        b.name: {s.visuals[0]: s.form for s in b.shapes if s.visuals} for b in mechanism.bodies
+    }
+    shapes = {b: tuple(_shapes(mechanism, listed, forms[b])) for b, listed in visuals.items()}
     missing = any(
         isinstance(visual.geometry, Mesh) and visual.geometry.path is None
         for listed in visuals.values()
@@ -88,17 +91,40 @@ _THINNEST, _THICKEST = 0.03, 0.25
 """Radii of such rods, in terms of their lengths."""
 
 
-def marks_of(mechanism: Mechanism) -> tuple[JointMark, ...]:
-    """Return a mark for each joint, at the origin of its child."""
+def marks_of(mechanism: Mechanism, poses: np.ndarray) -> tuple[JointMark, ...]:
+    """Return a mark for each joint, at the origin of its child; mean poses (nb, 4, 4)."""
     marks = []
     for joint in mechanism.joints:
         axis = joint.axis if isinstance(joint, (Single, Planar)) else (0.0, 0.0, 0.0)
         kind = type(joint).__name__.lower()
-        marks.append(JointMark(joint.name, kind, joint.child, (0.0, 0.0, 0.0), axis))
+        foot = _foot(mechanism, joint, poses)
+        marks.append(JointMark(joint.name, kind, joint.child, (0.0, 0.0, 0.0), axis, foot))
     return tuple(marks)
 
 
-def _shapes(mechanism: Mechanism, visuals: Sequence[Visual]) -> Iterator[SceneShape]:
+def _foot(mechanism: Mechanism, joint: Joint, poses: np.ndarray) -> tuple[float, ...]:
+    """Where a pin on the bare ground is, and its foot's direction: up where bodies hang from it."""
+    pinned = isinstance(joint, Revolute | Universal | Spherical)
+    ground = mechanism.ground
+    if not pinned or joint.parent != ground or mechanism.body(ground).visuals:
+        return ()
+    carried = {joint.child}
+    for later in mechanism.tree:
+        carried |= {later.child} if later.parent in carried else set()
+    numbered = [(k, body) for k, body in enumerate(mechanism.bodies) if body.name in carried]
+    centers = [(poses[k] @ (*mechanism.evaluate_all(body.center), 1.0))[2] for k, body in numbered]
+    seat = mechanism.evaluate_all(joint.origin.xyz)
+    hangs = sum(centers) < len(centers) * seat[2] - _LEVEL
+    return (*seat, 0.0, 0.0, 1.0 if hangs else -1.0)
+
+
+_LEVEL = 1e-9
+"""Bodies that are less below a pin do not hang from it [m]."""
+
+
+def _shapes(
+    mechanism: Mechanism, visuals: Sequence[Visual], forms: Mapping[Visual, str]
+) -> Iterator[SceneShape]:
     for visual in visuals:
         kind, sizes = measure(visual.geometry)
         path = visual.geometry.path if isinstance(visual.geometry, Mesh) else None
@@ -106,7 +132,8 @@ def _shapes(mechanism: Mechanism, visuals: Sequence[Visual]) -> Iterator[SceneSh
             continue  # lint reports a mesh that was not found; there is nothing to draw
         rgba = visual.rgba or (None if path else GREY)
         pose = mechanism.matrix(visual.placement)
-        yield SceneShape(kind, tuple(mechanism.evaluate_all(sizes)), pose, rgba, path)
+        form = forms.get(visual, "")
+        yield SceneShape(kind, tuple(mechanism.evaluate_all(sizes)), pose, rgba, path, form)
 
 
 _SLENDER = 4
@@ -133,14 +160,15 @@ class DrawnSpan:
 
 
 def spans_of(mechanism: Mechanism) -> Iterator[DrawnSpan]:
-    """Yield springs, dampers and massless rods, and slides that no body shows."""
+    """Yield springs, dampers, attractions, massless rods, and slides that no body shows."""
     sprung = {
         joint.name for joint in mechanism.joints if loads_in(mechanism.forces, joint.name, "spring")
     }
-    for force in mechanism.forces:
-        if isinstance(force, LineLoad) and force.kind != "load":
-            a, b = (Spot(end.body, end.point) for end in force.ends)
-            yield DrawnSpan(force.name, "spring" if force.kind == "spring" else "damper", (a, b))
+    kinds: dict[str, LineKind] = {"spring": "spring", "damper": "damper", "load": "pull"}
+    forces = [force for force in mechanism.forces if isinstance(force, LineLoad)]
+    for force in forces:
+        a, b = (Spot(end.body, end.point) for end in force.ends)
+        yield DrawnSpan(force.name, kinds[force.kind], (a, b))
     for loop in mechanism.loops:
         if loop.kind == "distance":
             a, b = Spot(loop.body_a, loop.frame_a.xyz), Spot(loop.body_b, loop.frame_b.xyz)
@@ -151,8 +179,10 @@ def spans_of(mechanism: Mechanism) -> Iterator[DrawnSpan]:
             yield DrawnSpan(f"joint {run.name}", "rod", (a, b))
     cords = [guide for guide in mechanism.elements if isinstance(guide, Strung)]
     held = {stop.body for cord in cords for stop in cord.stops}
+    held |= {body for force in forces for body in force.bodies}
     for joint in mechanism.joints:
-        # a slide without a visible body is shown by the cable or the spring that spans it
+        # a slide without a visible body is shown by the cable or the spring that spans it, or by
+        # the line along which a force acts
         if isinstance(joint, Prismatic) and (
             joint.name in sprung or (joint.parent != mechanism.ground and joint.child not in held)
         ):

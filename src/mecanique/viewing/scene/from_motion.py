@@ -130,7 +130,7 @@ def scene_of(
         arrows=tuple(_arrows(shown)),
         lines=(*_lines(motion.described, poses, at), *_cords(motion)),
         traces=tuple(_traces(mechanism, poses, at)),
-        joints=marks_of(mechanism),
+        joints=marks_of(mechanism, poses.mean(axis=0)),
         series=curves_of(motion),
         document=SceneText() if document is None else document,
         planar=_planar(poses) and _stays_planar(mechanism, poses[0], at),

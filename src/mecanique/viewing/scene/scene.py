@@ -181,7 +181,7 @@ Floats: TypeAlias = NDArray[np.float64]
 Rgba: TypeAlias = tuple[float, float, float, float]
 ArrowKind: TypeAlias = Literal["weight", "spring", "damper", "load", "reaction", "inertia"]
 ArrowUnit: TypeAlias = Literal["N", "N·m"]
-LineKind: TypeAlias = Literal["spring", "damper", "rod"]
+LineKind: TypeAlias = Literal["spring", "damper", "rod", "pull"]
 
 GREY: Rgba = (0.55, 0.58, 0.62, 1.0)
 _SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "mesh": 3}
@@ -201,6 +201,7 @@ class SceneShape:
     pose: Floats = field(default_factory=_nowhere)  # shape (4, 4), in the body's frame
     rgba: Rgba | None = GREY  # None keeps the colors of a mesh
     path: Path | None = None
+    form: str = ""  # what a cylinder stands for, if that is a ring or a cone
 
     def __post_init__(self) -> None:
         if self.kind not in _SIZES:
@@ -270,6 +271,9 @@ class JointMark:
     body: str
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
     axis: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    foot: tuple[
+        float, ...
+    ] = ()  # of a pin on the ground: its place there, and where its foot points
 
 
 @final

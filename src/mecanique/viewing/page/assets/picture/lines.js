@@ -1,6 +1,6 @@
 // Springs, dampers and rods, which stretch; traces, which are left behind; and marks at the joints.
 
-const PAINT = { spring: 0x66707c, damper: 0x8a939e, rod: 0x7a838e };
+const PAINT = { spring: 0x66707c, damper: 0x8a939e, rod: 0x7a838e, pull: 0x9aa4b0 };
 const TRACES = [0xd55e00, 0x0072b2, 0x009e73, 0xcc79a7, 0xe69f00, 0x56b4e9];
 
 export class Lines {
@@ -14,11 +14,8 @@ export class Lines {
       const column = layout.lines + 6 * i;
       const rest = Math.max(this.ends(row, column).length, 2 * r);
       const paint = new MeshPhongMaterial({ color: PAINT[line.kind], shininess: 30, side: 2 });
-      const group = { spring: this.coil, damper: this.dashpot, rod: this.rod }[line.kind].call(
-        this,
-        paint,
-        rest,
-      );
+      const drawn = { spring: this.coil, damper: this.dashpot, rod: this.rod, pull: this.thread };
+      const group = drawn[line.kind].call(this, paint, rest);
       group.traverse((part) => (part.castShadow = true));
       stage.root.add(group);
       return { ...line, column, group, rest, shift: this.shift[i] };
@@ -99,13 +96,15 @@ export class Lines {
     return group;
   }
 
-  rod(paint) {
+  thread(paint, rest) {
+    return this.rod(paint, rest, 0.07);
+  }
+
+  rod(paint, rest, share = 0.25) {
     const { Group, Mesh, CylinderGeometry } = this.stage.three;
     const group = new Group();
-    const bar = new Mesh(
-      new CylinderGeometry(0.25 * this.radius, 0.25 * this.radius, 1, 16),
-      paint,
-    );
+    const r = share * this.radius;
+    const bar = new Mesh(new CylinderGeometry(r, r, 1, 16), paint);
     group.add(bar);
     group.userData.pose = (length) => {
       bar.scale.y = Math.max(length, 1e-9);
@@ -230,6 +229,19 @@ export class JointMarks {
       stage.nodes[joint.body].add(group);
       return { ...joint, group };
     });
+    // pins on the ground stand on a foot
+    for (const { foot } of scene.joints.filter((joint) => joint.foot.length)) {
+      const group = new Group();
+      const leg = new Mesh(new CylinderGeometry(0.5 * r, 1.6 * r, 3.4 * r, 28), dark);
+      const sole = new Mesh(new BoxGeometry(6.4 * r, 0.5 * r, 6.4 * r), dark);
+      [leg.position.y, sole.position.y] = [-1.7 * r, -3.6 * r];
+      group.add(leg, sole);
+      group.position.set(...foot.slice(0, 3));
+      const down = new Vector3(...foot.slice(3)).negate();
+      group.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), down);
+      stage.root.add(group);
+      this.items.push({ group });
+    }
   }
 
   show(on) {

@@ -4,8 +4,10 @@
 import { cross, dot, unit } from "../data/vectors.js";
 
 // Of the mechanism's own size: what may be framed at the start, and what is a motion that goes far.
-const SPREAD = 2.5;
+const SPREAD = 1.8;
 const FAR = 5;
+
+const NEAR = 0.3; // of the room in which bodies move: how far around it what rests is framed
 
 export const FIELD = 26; // of the camera, from top to bottom [degrees]
 
@@ -75,9 +77,17 @@ function boundsOfBodies(boxes, rows, counts = () => true) {
   return box;
 }
 
-// The box around all that ever moves, from rows of the table; no side of it is very short.
-function bounds(boxes, rows, layout) {
-  const box = boundsOfBodies(boxes, rows);
+// The box around all that moves in rows of the table, and around what rests as far as that is near,
+// so that a wide floor leaves no small picture of what rolls on it; no side of it is very short.
+function bounds(boxes, rows, layout, moves) {
+  const box = boundsOfBodies(boxes, rows, (b) => moves[b]);
+  const rest = boundsOfBodies(boxes, [rows[0]], (b) => !moves[b]);
+  if (isEmpty(box)) unite(box, rest);
+  else if (!isEmpty(rest)) {
+    const near = NEAR * sizeOf(box);
+    const clip = (x, i) => Math.min(Math.max(x, box.low[i] - near), box.high[i] + near);
+    unite(box, { low: rest.low.map(clip), high: rest.high.map(clip) });
+  }
   for (const row of rows)
     for (let j = layout.lines; j < layout.series; j += 3) {
       const point = row.subarray(j, j + 3);
@@ -96,19 +106,22 @@ function bounds(boxes, rows, layout) {
 
 // How large the bodies that move are together. What rests says nothing of how large that is which
 // moves away from it, nor do lines, such as the slides along which it goes.
-function ownSize(boxes, rows) {
+const ownSize = (boxes, rows, moves) =>
+  Math.max(...rows.map((row) => sizeOf(boundsOfBodies(boxes, [row], (b) => moves[b]))));
+
+// Which bodies are not at the same place in all rows.
+function findMoving(boxes, rows) {
   const changes = (i) => rows.some((row) => row[i] !== rows[0][i]);
-  const moving = boxes.map((_, b) => [0, 1, 2, 3, 4, 5, 6].some((i) => changes(7 * b + i)));
-  return Math.max(...rows.map((row) => sizeOf(boundsOfBodies(boxes, [row], (b) => moving[b]))));
+  return boxes.map((_, b) => [0, 1, 2, 3, 4, 5, 6].some((i) => changes(7 * b + i)));
 }
 
 // The box to begin with: all that the first rows sweep, unless that is much larger than the
 // mechanism as it starts.
-function startBox(boxes, rows, layout) {
-  let swept = bounds(boxes, [rows[0]], layout);
+function startBox(boxes, rows, layout, moves) {
+  let swept = bounds(boxes, [rows[0]], layout, moves);
   const largest = sizeOf(swept);
   for (const row of rows) {
-    const wider = unite(copyOf(swept), bounds(boxes, [row], layout));
+    const wider = unite(copyOf(swept), bounds(boxes, [row], layout, moves));
     if (sizeOf(wider) > SPREAD * largest) break;
     swept = wider;
   }
@@ -119,10 +132,11 @@ function startBox(boxes, rows, layout) {
 // one does that goes so far that the mechanism would be small in a picture of all of it.
 export function frame(boxes, rows, layout, { bounds: given, streamed = false } = {}) {
   if (given) return { box: { low: given[0], high: given[1] }, far: streamed };
-  const whole = bounds(boxes, rows, layout);
-  const size = ownSize(boxes, rows);
+  const moves = findMoving(boxes, rows);
+  const whole = bounds(boxes, rows, layout, moves);
+  const size = ownSize(boxes, rows, moves);
   const far = streamed || (size > 0 && sizeOf(whole) > FAR * size);
-  return { box: far ? startBox(boxes, rows, layout) : whole, far };
+  return { box: far ? startBox(boxes, rows, layout, moves) : whole, far };
 }
 
 // Where to look, and from where: every corner of the box is in the picture, with a margin.
