@@ -1,5 +1,6 @@
 // What ends a motion or sends it back: limits of coordinates and joints, events that stop, impacts.
 
+import { dot } from "../data/vectors.js";
 import { bisect } from "./dop853.js";
 
 const LOOKS = 4; // within a step
@@ -95,7 +96,6 @@ export class Bounds {
       program.rates(t, state, p, out, push);
       return out;
     };
-    const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
     const n = new Float64Array(nv + 1);
     for (let i = 0; i < nv; i++) {
       const v = new Float64Array(nv);

@@ -1,21 +1,16 @@
 // A hand that moves a point of a body: coordinates follow as far as joints and loops let them.
 
+import { cross, dot, subtract } from "../data/vectors.js";
+
 const PULLS = 12;
 const NUDGE = 1e-6;
 const DAMPING_SHARE = 1e-3; // of the squares of the rows, so that stretched arms do not jerk
 const SHORTEST_PULL = 1e-9;
 const FARTHEST_TURN = 0.5; // of a round, in the units of the coordinates
 
-function subtract3(a, b) {
-  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-}
-
 // x with (A + damping) x = b for a symmetric 3×3 matrix, by Cramer's rule.
 function solve3(A, b) {
-  const det = (m) =>
-    m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-    m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-    m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+  const det = ([first, second, third]) => dot(first, cross(second, third));
   const whole = det(A);
   return [0, 1, 2].map(
     (k) => det(A.map((row, i) => row.map((x, j) => (j === k ? b[i] : x)))) / whole,
@@ -61,7 +56,7 @@ export class Grip {
     const here = this.at(y);
     return Array.from({ length: this.machine.nv }, (_, k) => {
       const x = Array.from({ length: this.machine.nv }, (__, j) => (j === k ? 1 : 0));
-      return subtract3(this.at(this.moved(y, x, NUDGE)), here).map((d) => d / NUDGE);
+      return subtract(this.at(this.moved(y, x, NUDGE)), here).map((d) => d / NUDGE);
     });
   }
 
@@ -69,10 +64,10 @@ export class Grip {
   pull(target) {
     for (let round = 0; round < PULLS; round++) {
       const here = this.at(this.y);
-      const gap = subtract3(target, here);
+      const gap = subtract(target, here);
       const columns = this.columns(this.y);
       const rows = [0, 1, 2].map((i) => this.free(columns.map((column) => column[i])));
-      const squares = rows.map((a) => rows.map((b) => a.reduce((sum, x, k) => sum + x * b[k], 0)));
+      const squares = rows.map((a) => rows.map((b) => dot(a, b)));
       const size = squares[0][0] + squares[1][1] + squares[2][2];
       if (!(size > 0)) break;
       for (let i = 0; i < 3; i++) squares[i][i] += DAMPING_SHARE * size;
@@ -92,7 +87,7 @@ export class Grip {
       if (this.loops && !this.loops.close(this.t, next)) continue;
       next.fill(0, this.machine.nq);
       if (this.machine.beyond(this.p, [this.t, next], true)) continue;
-      if (Math.hypot(...subtract3(target, this.at(next))) >= distance) continue;
+      if (Math.hypot(...subtract(target, this.at(next))) >= distance) continue;
       this.y = next;
       return true;
     }
@@ -104,7 +99,7 @@ export class Grip {
     if (!this.loops) return row;
     this.loops.evaluate(this.t, this.y);
     for (const { axis } of this.loops.basis(0, null)) {
-      const along = axis.reduce((sum, x, k) => sum + x * row[k], 0);
+      const along = dot(axis, row);
       row = row.map((x, k) => x - along * axis[k]);
     }
     return row;

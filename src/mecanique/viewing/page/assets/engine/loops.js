@@ -1,6 +1,8 @@
 // Closes the loops of a mechanism and keeps what rolls on its plane: at the start by Newton's
 // method, and after each step of a motion by projection, which costs no accuracy.
 
+import { dot } from "../data/vectors.js";
+
 const ROUNDS = 60;
 const CLOSED = 1e-13;
 const FARTHEST = 0.4; // of a round, in the units of the coordinates
@@ -35,7 +37,7 @@ export class Loops {
       let part = found[first + r];
       for (let pass = 0; pass < 2; pass++)
         for (const { axis, share } of basis) {
-          const along = axis.reduce((sum, x, k) => sum + x * row[k], 0);
+          const along = dot(axis, row);
           for (let k = 0; k < nv; k++) row[k] -= along * axis[k];
           part -= along * share;
         }

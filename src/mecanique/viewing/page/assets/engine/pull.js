@@ -1,6 +1,7 @@
 // A spring from a point of a body to the hand that pulls it, while the mechanism moves: stiff enough
 // to be felt whatever the body weighs, damped so that it comes to rest.
 
+import { dot, subtract } from "../data/vectors.js";
 import { Grip } from "./grip.js";
 
 const STIFFNESS = 40; // per mass that the point shows along the spring [1/s²]
@@ -48,13 +49,13 @@ export class Pull {
     grip.t = this.t;
     const columns = grip.columns(y);
     const place = grip.at(y);
-    const arm = target.map((x, i) => x - place[i]);
+    const arm = subtract(target, place);
     const distance = Math.hypot(...arm);
     const force = new Float64Array(nv + 1);
     if (!(distance > 0)) return force;
     const along = arm.map((x) => x / distance);
     const unit = new Float64Array(nv + 1);
-    columns.forEach((each, k) => (unit[k] = each.reduce((sum, x, i) => sum + x * along[i], 0)));
+    columns.forEach((each, k) => (unit[k] = dot(each, along)));
     const slopes = (push) => {
       const out = new Float64Array(y.length);
       program.rates(this.t, y, grip.p, out, push);

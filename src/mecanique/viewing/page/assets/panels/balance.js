@@ -1,13 +1,11 @@
 // The sums below the tables: virtual work by coordinate, forces and moments on a body cut free.
 
 import { measure } from "../data/numbers.js";
-import { cross } from "../data/vectors.js";
+import { add, cross, subtract } from "../data/vectors.js";
 
 // A sum smaller than this part of its terms is what rounding of the key frames leaves.
 const NOISE = { work: 2e-5, force: 1e-4 };
 
-const add = (a, b) => a.map((x, i) => x + b[i]);
-const subtract = (a, b) => a.map((x, i) => x - b[i]);
 const negate = (a) => a.map((x) => -x);
 
 function measureSum(sum, size, rounding) {
