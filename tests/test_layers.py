@@ -93,7 +93,7 @@ ORDER: dict[str, list[str]] = {
         "linear switching term_units",
         "glossary",
         "document",
-        "solved",
+        "solved steady",
         "equations",
         "methods",
         "reduction single_equation",

@@ -90,3 +90,10 @@ def test_exponents_of_undamped_motions_have_no_real_part(name: str) -> None:
     assert len(listed) == 4
     assert all(exponent == "0" or exponent.startswith(("0-", "0+")) for exponent in listed)
     assert not re.search(r"e-\d", " ".join(listed))
+
+
+def test_matrices_are_printed_in_letters() -> None:
+    """M_11 is the bicycle's moment of inertia about the line of its contacts."""
+    words = ("whipple_bicycle", "-v", "x=1", "--expand", "roll", "--expand", "steer", "--letters")
+    M = "M_11 = mR rR^2 + IRxx + mB zB^2 + IBxx + mH zH^2 + IHxx + mF rF^2 + IFxx"
+    assert M in run(*words)

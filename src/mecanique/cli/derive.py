@@ -86,14 +86,8 @@ def derive(
 ) -> None:
     """Derive the equations of motion; explain the symbols."""
     if absolute:
-        letters = {}
-        for pair in absolute.split(","):
-            name, _, letter = map(str.strip, pair.partition("="))
-            if not letter:
-                raise click.BadParameter(f"expected NAME=LETTER, got {pair!r}")
-            letters[name] = letter
-        angles = chosen.mechanism.with_absolute_angles(letters)
-        chosen = replace(chosen, mechanism=angles)
+        letters = dict(_split(pair) for pair in absolute.split(","))
+        chosen = replace(chosen, mechanism=chosen.mechanism.with_absolute_angles(letters))
     if units and (form != "text" or steps or document or method == "all"):
         raise click.BadParameter("expected --units without --steps, --format and --method all")
     reduced = alone is not None or solved
@@ -205,6 +199,14 @@ def code(
     for path in paths:
         say(f"Wrote {path}")
     say("Not run here; see the head of the file." if made.verdict is None else str(made.verdict))
+
+
+def _split(pair: str) -> tuple[str, str]:
+    """Return the two sides of NAME=LETTER."""
+    name, _, letter = map(str.strip, pair.partition("="))
+    if not letter:
+        raise click.BadParameter(f"expected NAME=LETTER, got {pair!r}")
+    return name, letter
 
 
 def _pictures(mechanism: mq.Mechanism, *, cut: bool) -> Iterator[str]:

@@ -140,6 +140,7 @@ def linearize(
     metavar="NAME",
     help="Print M, C, K of this coordinate as functions of the speed; repeatable.",
 )
+@click.option("--letters", is_flag=True, help="Print those of --expand in letters.")
 @click.option(
     "--plot", type=options.PATH, metavar="FILE", help="Plot the table as SVG, PDF or PNG."
 )
@@ -151,6 +152,7 @@ def steady(
     speeds: str | None,
     by: tuple[str, ...],
     expand: tuple[str, ...],
+    letters: bool,
     plot: Path | None,
     as_json: bool,
 ) -> None:
@@ -164,7 +166,8 @@ def steady(
     place, moving = numbers(at, "--at"), numbers(chosen.v, "-v")
     if expand:
         matrices = mq.expand_in_speed(mechanism, place, moving, expand, by=by)
-        say(matrix_figures(matrices) if as_json else str(matrices))
+        said = str(matrices.letters if letters else matrices)
+        say(matrix_figures(matrices) if as_json else said)
         if speeds is None:
             return
     if speeds is None:

@@ -116,9 +116,11 @@ def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ..
         if atom.named and atom.function != FOLLOWER and used.get(name) is Kind.ATOM:
             sentence = derivation.lengths.get(name, "root")
             entries.append(Meaning((name,), sentence, root(atom.argument)))
+    together: dict[str, list[str]] = {}
     for name, sentence in derivation.unknowns.items():
         if name in used or steps:
-            entries.append(Meaning((name,), sentence))
+            together.setdefault(sentence, []).append(name)
+    entries += [Meaning(tuple(names), sentence) for sentence, names in together.items()]
     if steps:
         entries += _explain_steps(derivation, {name for entry in entries for name in entry.names})
     if "t" in used:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 
+from mecanique.derivation.steady import SteadyLetters, steady_letters
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
@@ -198,6 +200,8 @@ class SpeedMatrices(Legible):
         M: shape (k, k).
         C: C0 and C1 of C = C0 + u C1, shape (2, k, k).
         K: K0, K1 and K2 of K = K0 + u K1 + u² K2, shape (3, k, k).
+        position: of the motion, by name where it was given.
+        velocity: at speed 1, by name.
 
     Example:
         >>> coin = mq.textbook.load("rolling_coin")
@@ -213,6 +217,18 @@ class SpeedMatrices(Legible):
     M: np.ndarray
     C: np.ndarray
     K: np.ndarray
+    position: Mapping[str, float] = field(default_factory=dict)
+    velocity: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def letters(self) -> SteadyLetters:
+        """The same in letters: the matrices by their entries, found by the derivation.
+
+        Raises:
+            DerivationError: if the motion is not steady for all values of the parameters, or the
+                entries cannot be written so.
+        """
+        return steady_letters(self.mechanism, self.position, self.velocity, self.names)
 
     def at(self, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return M, C and K at a speed, each shape (k, k)."""
@@ -300,8 +316,15 @@ def expand_in_speed(
             f"M, C and K of {mechanism.name!r} are no polynomials M, C0 + u C1, K0 + u K1 + u² K2 "
             "of the speed u; use sweep_speeds, which takes each speed by itself"
         )
+    where = mechanism.position(at).tolist()
     return SpeedMatrices(
-        mechanism, tuple(names), fitted[0, 0], fitted[:2, 1].copy(), fitted[:, 2].copy()
+        mechanism,
+        tuple(names),
+        fitted[0, 0],
+        fitted[:2, 1].copy(),
+        fitted[:, 2].copy(),
+        dict(zip(mechanism.coordinates, where, strict=True)),
+        dict(v),
     )
 
 

@@ -1,0 +1,379 @@
+"""Write the linear equations of small deviations from a steady motion in letters.
+
+The equations M a + h − Q = Jᵀ λ and J v = 0 of a mechanism on a tape are evaluated as series in its
+parameters, at the motion itself, with their derivatives by each coordinate and velocity. With
+displacements S that the constraints allow, J S = 0, deviations δq have δv = S w + P δq, and what is
+left of the equations along S is M̂ w' + Ĉ w + K̂ δq = 0 (Neimark & Fufaev, Dynamics of Nonholonomic
+Systems, 1972, ch. VI).
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import final
+
+from mecanique.derivation.document import Document
+from mecanique.derivation.mechanics.forces import Forces
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.loops import loops_of
+from mecanique.derivation.mechanics.recursion import recursion_on_tape
+from mecanique.derivation.printing.equations import equations, expression
+from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.functions import function
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.derivation import (
+    Derivation,
+    Left,
+    Matrix,
+    Result,
+    Stage,
+    along_displacement,
+)
+from mecanique.derivation.symbolic.multipliers import Column, sweep
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.tolerances import NEAT
+from mecanique.errors import DerivationError
+from mecanique.model.mechanism import Mechanism
+from mecanique.program.sweeps import push_forward
+from mecanique.program.tape import Value
+from mecanique.program.traced import values_of
+
+_FINEST = 10**6
+"""Numbers of the description with denominators up to this are taken as fractions."""
+
+_MOTION = (
+    "The coordinates and velocities of the motion that are not zero, at the speed {}. No force is "
+    "left along the displacements that the constraints allow, so that it goes on."
+)
+_MASS = (
+    "Mass matrix",
+    "In small deviations of these coordinates, to first order, the others follow by the "
+    "constraints. Entries are numbered by row and column, in the order of the coordinates; those "
+    "that are not listed are zero.",
+)
+_RATES = ("Matrices of the velocities", "C0 stands without the speed, C1 with it.")
+_PLACES = (
+    "Matrices of the deviations",
+    "K0 stands without the speed, times the acceleration of free fall if all of it is due to "
+    "weights; K1 stands with the speed and K2 with its square.",
+)
+_CLOSING = (
+    "C is C0 + {u} C1 and K is {g}K0 + {u} K1 + {u}² K2. Below, a coordinate is the deviation from "
+    "its value in the steady motion."
+)
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class SteadyLetters:
+    """M q'' + C q' + K q = 0 of small deviations q from a steady motion at the speed u, in letters.
+
+    Args:
+        derivation: the matrices as steps, and the equations that they make.
+        names: of the coordinates.
+        M: rows of the mass matrix.
+        C: the matrices of C = C0 + u C1.
+        K: the matrices of K = K0 + u K1 + u² K2.
+    """
+
+    derivation: Derivation
+    names: tuple[str, ...]
+    M: Matrix
+    C: tuple[Matrix, ...]
+    K: tuple[Matrix, ...]
+
+    def text(self) -> str:
+        """Return the motion, the matrices and the equations as text, with the symbols."""
+        return self._document.text(True, True)
+
+    def latex(self) -> str:
+        """Return the same in LaTeX, as a fragment of a document."""
+        return self._document.latex(True, True)
+
+    def mathml(self) -> str:
+        """Return the same in MathML, as a fragment of an HTML page."""
+        return self._document.mathml(True, True)
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def __repr__(self) -> str:
+        name = self.derivation.algebra.mechanism.name
+        return f"<Linear equations in letters of {name!r}, {', '.join(self.names)}>"
+
+    def _repr_html_(self) -> str:
+        return self._document.html(True)
+
+    @property
+    def _document(self) -> Document:
+        return Document(self.derivation, "small deviations from a steady motion")
+
+
+def steady_letters(
+    mechanism: Mechanism, at: Mapping[str, float], v: Mapping[str, float], names: Sequence[str]
+) -> SteadyLetters:
+    """Return M, C and K of some coordinates about a steady motion, in letters.
+
+    Args:
+        mechanism: what moves.
+        at: positions that are not zero; what loops and wheels on the ground ask for follows.
+        v: velocities at speed 1, by name; those left out follow, or are zero.
+        names: of the coordinates.
+
+    Raises:
+        DerivationError: if the motion is not steady for all values of the parameters, others move
+            with these coordinates, or the entries are no such polynomials of the speed.
+    """
+    motion = _Motion(mechanism, at, v, names)
+    M, damping, stiffness = motion.matrices()
+    C, K = motion.split(damping, 1), motion.split(stiffness, 2)
+    ring, u, g = motion.algebra.ring, motion.u, motion.weight(K[0])
+    sums = [ring.number(0)] * len(names)
+
+    def entries(letter: str, rows: Matrix, factor: Series, dots: str) -> Iterator[Result]:
+        """Yield the entries of a matrix, and add its terms to the equations."""
+        for i, row in enumerate(rows):
+            for k, entry in enumerate(row):
+                if entry:
+                    label = f"{letter}_{i + 1}{k + 1}"
+                    sums[i] = sums[i] + factor * ring.parameter(label) * ring[f"{names[k]}{dots}"]
+                    yield Result(Left(label), entry)
+
+    falls = ring.number(1) if g is None else g
+    bare = tuple(tuple(tidy(x / falls) for x in row) for row in K[0])
+    steps = {
+        _MASS: [*entries("M", M, ring.number(1), "''")],
+        _RATES: [x for k, rows in enumerate(C) for x in entries(f"C{k}", rows, u**k, "'")],
+        _PLACES: [
+            *entries("K0", bare, falls, ""),
+            *(x for k in (1, 2) for x in entries(f"K{k}", K[k], u**k, "")),
+        ],
+    }
+    stages = [Stage("Steady motion", _MOTION.format(motion.speed), motion.lines())]
+    stages += [Stage(*head, tuple(lines)) for head, lines in steps.items() if lines]
+    meanings = {motion.speed: "speed of the steady motion"}
+    if g is not None:
+        meanings[expression(g).text()] = "acceleration of free fall [m/s²]"
+    labels = {
+        line.left.quantity: f"entries of the {title[0].lower()}{title[1:]}"
+        for (title, _), lines in steps.items()
+        for line in lines
+        if isinstance(line.left, Left)
+    }
+    derivation = Derivation(
+        motion.algebra,
+        M=(),
+        h=(),
+        Q=(),
+        stages=tuple(stages),
+        closing=_CLOSING.format(u=motion.speed, g="" if g is None else f"{expression(g).text()} "),
+        unknowns=meanings | labels,
+        written=equations(sums),
+    )
+    return SteadyLetters(derivation, tuple(names), M, C, K)
+
+
+class _Motion:
+    """A steady motion of a mechanism on a tape, whose values there are series."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        at: Mapping[str, float],
+        speeds: Mapping[str, float],
+        names: Sequence[str],
+    ) -> None:
+        self._name, self._gravity, self._names = mechanism.name, mechanism.gravity, names
+        self.algebra = Algebra(mechanism)
+        ring = self._ring = self.algebra.ring
+        self._zero = ring.number(0)
+        self._v, self._q = list(mechanism.velocities), list(mechanism.coordinates)
+        if self._v != [f"{name}'" for name in self._q]:
+            raise DerivationError(
+                f"mechanism {self._name!r} turns by a quaternion; describe it by hinges"
+            )
+        letters = Letters(mechanism, [parameter.symbol for parameter in mechanism.parameters])
+        recursion = recursion_on_tape(letters)
+        loops = loops_of(letters, recursion)
+        self._tape = letters.tape
+        self._mass = [values_of(row) for row in recursion.mass_matrix()]
+        loads = zip(recursion.bias(), Forces(letters, recursion).project(), strict=True)
+        self._rest = values_of([h - Q for h, Q in loads])
+        self._jacobian = [values_of(row) for row in loops.jacobian]
+        self._slips = values_of(loops.rate)
+        taken = {generator.name for generator in ring.generators}
+        self.speed = next(letter for letter in ("u", "U", "speed", "v_0") if letter not in taken)
+        """The letter of the speed."""
+        self.u = ring.parameter(self.speed)
+        # what is asked for gives way last
+        kept = {*names, *speeds}
+        ranks = [len(self._q) * (name in kept) - k for k, name in enumerate(self._q)]
+        self._base = dict.fromkeys([*self._q, *self._v, "t"], self._zero)
+        self._base |= {name: self._lift(x) for name, x in at.items()}
+        self._place = self._close(values_of(loops.residual), ranks)
+        self._J = [self._values(row) for row in self._jacobian]
+        self._allowed, _ = sweep(ring, self._J, len(self._v), ranks)
+        for column, k in zip(self._allowed.basis, _alone(self._allowed.basis), strict=True):
+            speed = self.u * self._lift(speeds.get(self._q[k], 0.0))
+            for name, part in zip(self._v, column, strict=True):
+                self._base[name] = tidy(self._base[name] + speed * part)
+
+    def lines(self) -> tuple[Result, ...]:
+        """Return the positions and velocities that are not zero."""
+        state = [(name, self._base[name]) for name in (*self._q, *self._v)]
+        return tuple(Result(self._ring[name], x) for name, x in state if x)
+
+    def matrices(self) -> tuple[Matrix, Matrix, Matrix]:
+        """Return M, C and K."""
+        S, w, free = self._allowed.basis, _alone(self._allowed.basis), _alone(self._place)
+        wanted = [self._q.index(name) for name in self._names]
+        if not {*wanted} <= {*w} & {*free}:
+            raise DerivationError(
+                f"mechanism {self._name!r}: expected coordinates that stay independent, as do "
+                f"{', '.join(self._q[k] for k in w)}, got {', '.join(self._names)}"
+            )
+        M = [self._values(row) for row in self._mass]
+        slips = self._slopes(self._slips, self._q)
+        turned = [  # δv by δq at w = 0
+            self._allowed.reach(self._ring, self._J, [-x for x in _mix(column, slips)])
+            for column in self._place
+        ]
+        by_q, by_v = self._balance(), self._slopes(self._rest, self._v)
+
+        def project(forces: Column, rate: Column) -> Column:
+            """Return what forces, and the accelerations that δq brings at a rate, do along S."""
+            a = _mix([rate[k] for k in free], turned)
+            total = [x + along_displacement(a, row) for x, row in zip(forces, M, strict=True)]
+            return [tidy(along_displacement(total, s)) for s in S]
+
+        mass = [[along_displacement(_mix(column, M), s) for s in S] for column in S]
+        damping = [project(_mix(column, by_v), column) for column in S]
+        stiffness = []
+        for rate, column in zip(turned, self._place, strict=True):
+            pairs = zip(_mix(rate, by_v), _mix(column, by_q), strict=True)
+            stiffness.append(project([a + b for a, b in pairs], rate))
+        picked = [w.index(k) for k in wanted]
+        places = [free.index(k) for k in wanted]
+        return (
+            self._pick(mass, picked, picked),
+            self._pick(damping, picked, picked),
+            self._pick(stiffness, picked, places),
+        )
+
+    def split(self, matrix: Matrix, most: int) -> tuple[Matrix, ...]:
+        """Return the matrices of a polynomial in the speed."""
+        powers = [[x.coefficients([self.speed]) for x in row] for row in matrix]
+        if any(not 0 <= e <= most for row in powers for x in row for (e,) in x):
+            raise DerivationError(
+                f"the equations of {self._name!r} about this motion are no polynomials "
+                f"C0 + {self.speed} C1 and K0 + {self.speed} K1 + {self.speed}^2 K2 of its speed"
+            )
+        return tuple(
+            tuple(tuple(x.get((k,), self._zero) for x in row) for row in powers)
+            for k in range(most + 1)
+        )
+
+    def weight(self, K: Matrix) -> Series | None:
+        """Return the acceleration of free fall if all entries are proportional to it."""
+        falls = [self.algebra.series(component) for component in self._gravity]
+        names = [generator.name for fall in falls for generator in fall.generators()]
+        entries = [entry for row in K for entry in row if entry]
+        alike = len(names) == 1 and all({*x.coefficients(names)} == {(1,)} for x in entries)
+        return self._ring[names[0]] if alike and entries else None
+
+    def _close(self, gaps: Sequence[Value], ranks: Sequence[int]) -> list[Column]:
+        """Close loops and put wheels on the ground; return the displacements that keep them so."""
+        slopes = self._slopes(gaps, self._q)
+        rows = [list(row) for row in zip(*slopes, strict=True) if any(row)]
+        values = [-gap for gap, *row in zip(self._values(gaps), *slopes, strict=True) if any(row)]
+        allowed, _ = sweep(self._ring, rows, len(self._q), ranks)
+        step = allowed.reach(self._ring, rows, values) if rows else []
+        self._base |= {
+            name: tidy(self._base[name] + x) for name, x in zip(self._q, step, strict=False)
+        }
+        if any(self._values(gaps)):
+            raise DerivationError(
+                f"mechanism {self._name!r}: its loops or contacts are not closed in this position "
+                "for all values of the parameters"
+            )
+        return allowed.basis
+
+    def _balance(self) -> list[Column]:
+        """Return h − Q − Jᵀ λ by each coordinate, at the λ of the motion, which balances it."""
+        rest = self._values(self._rest)
+        left = [tidy(along_displacement(rest, column)) for column in self._allowed.basis]
+        if any(left):
+            changing = next(expression(x).text() for x in left if x)
+            raise DerivationError(
+                f"the motion of {self._name!r} is not steady for all values of the parameters: "
+                f"{changing} is left of its forces"
+            )
+        weights = self._allowed.weigh(self._ring, self._J, rest) if self._J else []
+        held = [self._slopes(row, self._q) for row in self._jacobian]
+        balances = []
+        for k, column in enumerate(self._slopes(self._rest, self._q)):
+            pulls = _mix([-x for x in weights], [slopes[k] for slopes in held])
+            balances.append([x + y for x, y in zip(column, pulls or column, strict=True)])
+        return balances
+
+    def _pick(self, columns: list[Column], rows: list[int], picked: list[int]) -> Matrix:
+        """Return some rows of some columns; what else stands in these rows must be zero."""
+        others = [column for k, column in enumerate(columns) if k not in picked]
+        if any(column[row] for column in others for row in rows):
+            raise DerivationError(
+                f"mechanism {self._name!r}: other coordinates move with {', '.join(self._names)}"
+            )
+        return tuple(tuple(tidy(columns[k][row]) for k in picked) for row in rows)
+
+    def _slopes(self, outputs: Sequence[Value], by: Sequence[str]) -> list[Column]:
+        """Return the derivatives of values of the tape by each of some inputs."""
+        inputs = [self._tape.input(name) for name in by]
+        return [self._values(push_forward(self._tape, outputs, {x: 1.0})) for x in inputs]
+
+    def _values(self, outputs: Sequence[Value]) -> Column:
+        """Return values of the tape at the motion."""
+        results: dict[int, Series] = {}
+
+        def value(operand: Value) -> Series:
+            return results[operand] if isinstance(operand, int) else self._lift(operand)
+
+        for place in self._tape.find_needed(outputs):
+            kind, operands, name = self._tape.operations[place]
+            if kind == "input":
+                known = self._base.get(name)
+                results[place] = (
+                    self.algebra.lift(self.algebra.values[name]) if known is None else known
+                )
+            else:
+                results[place] = tidy(
+                    (_ARITHMETIC.get(kind) or function(kind))(*map(value, operands))
+                )
+        return [value(output) for output in outputs]
+
+    def _lift(self, number: float) -> Series:
+        """Return a number of the description, as the fraction that it stands for."""
+        near = Fraction(number).limit_denominator(_FINEST)
+        close = abs(float(near) - number) <= NEAT * abs(number)
+        return self._ring.number(near if close else Fraction(number))
+
+
+_ARITHMETIC = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
+
+
+def _mix(factors: Sequence[Series], columns: Sequence[Column]) -> Column:
+    """Return the sum of columns, each times its factor."""
+    return [along_displacement(factors, parts) for parts in zip(*columns, strict=True)]
+
+
+def _alone(basis: Sequence[Column]) -> list[int]:
+    """Return the entry of each displacement that is 1 there and 0 in all others."""
+    users = [sum(map(bool, parts)) for parts in zip(*basis, strict=True)]
+    return [next(i for i, x in enumerate(c) if x == 1 and users[i] == 1) for c in basis]
