@@ -104,7 +104,7 @@ ORDER: dict[str, list[str]] = {
         "chart",
         "recursion",
         "forces",
-        "contacts guides switching",
+        "contacts switching",
         "loops",
     ],
     "derivation.numeric": [

@@ -29,7 +29,12 @@ from mecanique.derivation.mechanics.vectors import (
     scale,
 )
 from mecanique.derivation.numeric.constraints.rows import constraints
-from mecanique.generation.mechanics.constrained import ConstrainedSolution, independent, sample
+from mecanique.generation.mechanics.constrained import (
+    ConstrainedSolution,
+    independent,
+    sample,
+    weakness,
+)
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.states import States
 from mecanique.program.solving import factorize
@@ -101,7 +106,7 @@ class Articulated:
         """Solve for accelerations and multipliers."""
         acceleration, multipliers = self._substitute(drive, self._loops.gamma)
         entries = [multipliers.get(row, 0.0) for row in range(len(self._loops.names))]
-        return ConstrainedSolution(tuple(acceleration), tuple(entries))
+        return ConstrainedSolution(acceleration, entries)
 
     def close(self, gaps: list[Any]) -> list[Any]:
         """Return the displacements of least energy that close the gaps of all rows."""
@@ -218,14 +223,8 @@ class Articulated:
         block: Rows = []
         for row in rows:
             block.append([compliance[row].get(other, 0.0) for other in rows])
-        factors = factorize(self._tape, block)
-        total: Any = 0.0
-        for k, row in enumerate(rows):
-            unit = [1.0 if k == i else 0.0 for i in range(len(rows))]
-            inverse = factors.solve(unit)[k]
-            for i, other in enumerate(rows):
-                if self._loops.blocks[other] == self._loops.blocks[row]:
-                    total = total + block[i][i] * inverse
+        blocks = [self._loops.blocks[row] for row in rows]
+        total = weakness(block, factorize(self._tape, block), blocks)
         self._weakness = self._weakness + total * total
 
     def _add_loops(

@@ -9,6 +9,7 @@ loops.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, final
 
@@ -22,7 +23,7 @@ from mecanique.derivation.tolerances import INDEPENDENT
 from mecanique.generation.program import LoopProjection
 from mecanique.model.states import States
 from mecanique.program.evaluation import evaluate
-from mecanique.program.solving import factorize
+from mecanique.program.solving import Factors, factorize
 from mecanique.program.sweeps import push_forward
 from mecanique.program.traced import trace, value_of, values_of
 from mecanique.verification.states import random_states
@@ -63,8 +64,8 @@ _STATES = 16
 class ConstrainedSolution:
     """The accelerations and multipliers of a closed mechanism."""
 
-    acceleration: tuple[Any, ...]  # a
-    multipliers: tuple[Any, ...]  # λ of every row; zero for redundant ones
+    acceleration: list[Any]  # a
+    multipliers: list[Any]  # λ of every row; zero for redundant ones
 
 
 class Projecting(Protocol):
@@ -129,7 +130,7 @@ class FactorizedConstraints:
         multipliers: list[Any] = [0.0] * len(self._loops.names)
         for k, value in zip(self._kept, values, strict=True):
             multipliers[k] = value
-        return ConstrainedSolution(tuple(a), tuple(multipliers))
+        return ConstrainedSolution(a, multipliers)
 
     def _solve_reduced(self, drive: list[Any]) -> ConstrainedSolution:
         """Solve with a = S b + c substituted into M a = f + Jᵀ λ, which takes fewer operations."""
@@ -172,15 +173,21 @@ class FactorizedConstraints:
         if not self._kept:
             return 1.0
         blocks = [self._loops.blocks[k] for k in self._kept]
-        total: Any = 0.0
-        for k, block in enumerate(blocks):
-            unit = [1.0 if k == i else 0.0 for i in range(len(blocks))]
-            compliance = self._factors.solve(unit)[k]
-            for i, block2 in enumerate(blocks):
-                if block2 == block:
-                    total = total + self._resistance[i][i] * compliance
+        total = weakness(self._resistance, self._factors, blocks)
         root = self._tape.call("sqrt", self._tape.divide(1.0, value_of(total)))
         return trace(self._tape, root)
+
+
+def weakness(resistance: Rows, factors: Factors, blocks: Sequence[int]) -> Any:
+    """Return Σ 1/σ² of rows of J by J M⁻¹ Jᵀ, rows of a block scaled to unit length together."""
+    total: Any = 0.0
+    for k, block in enumerate(blocks):
+        unit = [1.0 if k == i else 0.0 for i in range(len(blocks))]
+        compliance = factors.solve(unit)[k]
+        for i, beside in enumerate(blocks):
+            if beside == block:
+                total = total + resistance[i][i] * compliance
+    return total
 
 
 @final

@@ -148,13 +148,13 @@ class TapeDynamics:
     def acceleration(self) -> list[Any]:
         """Generalized accelerations."""
         if self.letters.mechanism.constrained:
-            return list(self._solution.acceleration)
+            return self._solution.acceleration
         return factorize(self.letters.tape, self.mass_matrix).solve(self._drive)
 
     @property
     def multipliers(self) -> list[Any]:
         """The multiplier of every row of the loops."""
-        return list(self._solution.multipliers)
+        return self._solution.multipliers
 
     @property
     def _drive(self) -> list[Any]:

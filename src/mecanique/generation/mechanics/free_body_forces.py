@@ -3,17 +3,22 @@
 A joint's reaction follows from the balance of its child and all bodies beyond: the sum of
 m (x'' − g) and of the rates of angular momentum, minus the forces of springs, dampers, drives,
 loads and loops (d'Alembert's principle, Fundamentals of Dynamics, eqs. 1.21, 1.22).
+
+With the total wrench T_k across joint k, S_kj balances the unit force j of a guiding element on all
+bodies beyond it. The joint transmits nothing along its own directions n: n·T_k + Σ f_j n·S_kj = 0
+for each direction that the coordinate map drives. These are more equations than forces f, but
+consistent; they are solved by least squares.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, final
 
-from mecanique.derivation.mechanics.elements import act_loop
+from mecanique.derivation.mechanics.elements import UnitForce, act_loop, unit_forces
 from mecanique.derivation.mechanics.forces import NOTHING, AppliedWrench, on_velocities
-from mecanique.derivation.mechanics.guides import Guides
 from mecanique.derivation.mechanics.vectors import (
     Rows,
     Triple,
@@ -31,7 +36,7 @@ from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.dynamics import TapeDynamics
 from mecanique.model.bodies import Body
 from mecanique.model.constraints.contacts import Contact
-from mecanique.model.constraints.elements import force_names
+from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.mechanism.description import bodies_with_inertia, bodies_with_mass
 from mecanique.program.solving import factorize
@@ -128,17 +133,66 @@ class FreeBodyForces:
     @cached_property
     def guide_sizes(self) -> dict[str, Any]:
         """The magnitudes of the guiding elements' forces, by name."""
-        names = force_names(self._mechanism.elements)
-        return dict(zip(names, self._guides.sizes(self._acting), strict=True))
+        elements = self._mechanism.elements
+        if not elements:
+            return {}
+        names, totals = force_names(elements), self._drive_along(self._acting)
+        rows = []
+        for k in range(len(names)):
+            unit_actions = [self._act(unit) for unit, _ in self._unit_pairs if unit.index == k]
+            rows.append(self._drive_along(unit_actions))
+        for preload in preloads(elements):
+            totals = [*totals, -1.0 * self._number(preload.total)]
+            rows = [[*row, float(k in preload.forces)] for k, row in enumerate(rows)]
+        missing = [-dot(row, totals) for row in rows]
+        sizes = factorize(self._letters.tape, products(rows, rows)).solve(missing)
+        return dict(zip(names, sizes, strict=True))
 
     @cached_property
     def guiding(self) -> list[AppliedWrench]:
         """The actions of the guiding elements on the bodies."""
-        return self._guides.actions(self.guide_sizes) if self._mechanism.elements else []
+        actions, sizes = list[AppliedWrench](), self.guide_sizes
+        for unit, pressing in self._unit_pairs if sizes else ():
+            action = self._act(unit)
+            size = sizes[action.name]
+            force, moment = scale(size, action.force), scale(size, action.moment)
+            if pressing is not None:
+                strength = self._letters.call("Abs", size)
+                force = add(force, scale(strength, pressing.force))
+            actions.append(replace(action, force=force, moment=moment))
+        return actions
 
     @cached_property
-    def _guides(self) -> Guides:
-        return Guides(self._letters, self._recursion, self._transmit)
+    def _unit_pairs(self) -> list[tuple[UnitForce, UnitForce | None]]:
+        """Each unit force with the separating force at the same point, if any."""
+        units = unit_forces(self._mechanism, self._recursion.ground)
+        following = zip(units, [*units[1:], None], strict=True)
+        return [
+            (unit, after if after is not None and after.pressed else None)
+            for unit, after in following
+            if not unit.pressed
+        ]
+
+    def _act(self, unit: UnitForce) -> AppliedWrench:
+        name = force_names(self._mechanism.elements)[unit.index]
+        return AppliedWrench(name, "reaction", unit.body, unit.point, unit.force, unit.moment)
+
+    def _drive_along(self, acting: Sequence[AppliedWrench]) -> list[Any]:
+        """Return the joints' wrenches along the directions in which the map drives them."""
+        recursion, components = self._recursion, list[Any]()
+        crossing = self._transmit(acting)
+        for joint in self._mechanism.tree:
+            if not joint.velocities:
+                continue
+            place = recursion.seats[joint.child].place
+            link, turn = recursion.links[place], [row[:3] for row in recursion.poses[place]]
+            vectors = (crossing[joint.name].force, crossing[joint.name].moment)
+            for k in link.columns:
+                if all(isinstance(entry, float) and not entry for entry in recursion.chart.G[k]):
+                    continue
+                pairs = zip((link.linear.get(k), link.angular.get(k)), vectors, strict=True)
+                components.append(sum((dot(apply(turn, n), x) for n, x in pairs if n), 0.0))
+        return components
 
     @cached_property
     def _closing(self) -> list[AppliedWrench]:
