@@ -19,7 +19,7 @@ MOST_POSITIONAL = 8
 """A call with more arguments names them."""
 
 RIGHT = {
-    "model/bodies/shape.py: tuple `(rows[0][0], rows[1][1], rows[2][2], row…`": (
+    "model/bodies/body.py: tuple `(rows[0][0], rows[1][1], rows[2][2], row…`": (
         "the six entries of an inertia, in the order of URDF"
     ),
 }

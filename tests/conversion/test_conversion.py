@@ -15,7 +15,7 @@ from mecanique import conversion as room
 from mecanique.cli import app
 from mecanique.formats.mjcf_write import write_mjcf
 from mecanique.formats.scope import SCOPES, Form
-from mecanique.model.bodies.shape import Shape
+from mecanique.model.bodies.body import Shape
 from mecanique.verification.engines import ENGINES
 
 ARM = """<sdf version="1.9"><model name="m"><link name="a"><pose>0 0 1 0.1 0.2 0.3</pose></link>

@@ -7,7 +7,7 @@ from systems import derive_system
 
 from mecanique import textbook
 from mecanique.cli import derive as derivations
-from mecanique.derivation.term_units import find_units
+from mecanique.derivation.glossary import find_units
 
 NUMBERS = {"squeezer"}
 """Systems whose description holds plain numbers for quantities with a unit."""

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.verification.kinematics import compare_kinematics, has_mass
+from mecanique.verification.compare import compare_kinematics, has_mass
 
 ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lower"/>
 <joint name="q" type="revolute"><origin xyz="0 0.1 1" rpy="0.1 0.2 0.3"/><parent link="base"/>

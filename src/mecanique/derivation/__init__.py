@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from mecanique.derivation.equations import Solved
 from mecanique.derivation.methods import METHODS, derive, readable
 from mecanique.derivation.reduction import Reduction, routh
 from mecanique.derivation.single_equation import SingleEquation, reduce_loops
-from mecanique.derivation.solved import Solved
 
 __all__ = [
     "METHODS",

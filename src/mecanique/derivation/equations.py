@@ -1,9 +1,9 @@
-"""Equations of motion as a result, M a + bias = forces, to read and to compute with."""
+"""Equations of motion as a result, M a + bias = forces, to read, to compute with and to solve."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, final
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mecanique.derivation.document import Document
+from mecanique.derivation.glossary import unit_of
 from mecanique.derivation.linear import Linear
 from mecanique.derivation.numeric.constraints.multipliers import Constrained
 from mecanique.derivation.numeric.dynamics import BatchDynamics
@@ -18,11 +19,9 @@ from mecanique.derivation.numeric.newton_euler import Balances, JointWrench
 from mecanique.derivation.printing.expressions import to_matrix
 from mecanique.derivation.printing.prose import escape as escape_for_latex
 from mecanique.derivation.printing.writers import Equation
-from mecanique.derivation.solved import Solved
 from mecanique.derivation.symbolic.derivation import Derivation, Stages
-from mecanique.derivation.symbolic.solution import solve
+from mecanique.derivation.symbolic.solution import EliminatedSolution, solve
 from mecanique.derivation.symbolic.symbols import MOST_TERMS, coordinate_of
-from mecanique.derivation.term_units import unit_of
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.dynamics import Dynamics, Quantity
@@ -32,6 +31,102 @@ from mecanique.model.values import Given
 
 if TYPE_CHECKING:
     from sympy import Matrix
+
+
+_CLOSING = "Solved for the accelerations and the forces of the constraints."
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class Solved:
+    """Equations of motion solved for accelerations and forces of constraints.
+
+    Constraints are eliminated by the displacements that they allow (G. A. Maggi, Principii della
+    teoria matematica del movimento, 1896; Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972,
+    ch. III), accelerations that depend on each other, three at most, by Cramer's rule.
+
+    Args:
+        derivation: what is solved.
+        found: the solution in closed form.
+
+    Example:
+        >>> disk = mq.derive(mq.textbook.load("rolling_disk")).solved()
+        >>> print(disk.accelerations["x''"])
+        x'' = 2 g sin(alpha)/3
+        >>> print(disk.forces["lambda_contact_x"])
+        lambda_contact_x = -m g sin(alpha)/3
+    """
+
+    derivation: Derivation
+    found: EliminatedSolution
+
+    @property
+    def independent(self) -> tuple[str, ...]:
+        """The coordinates, or velocities that are no coordinate's rate, that remain independent.
+
+        None if there are none, as with the knife edge of a sleigh: the speed along it is no rate.
+        """
+        return tuple(map(coordinate_of, self.found.kept))
+
+    @property
+    def equations(self) -> tuple[Equation, ...]:
+        """The equations of motion in these alone, without multipliers; empty if none are."""
+        return self.found.equations
+
+    @cached_property
+    def accelerations(self) -> dict[str, Equation]:
+        """Each acceleration, e.g. x'' = 2 g/3, by name; empty if they would be long."""
+        return {name: value.equate(name) for name, value in self.found.accelerations.items()}
+
+    @cached_property
+    def forces(self) -> dict[str, Equation]:
+        """Each multiplier by name; in terms of the accelerations if those are not solved for.
+
+        Those that redundant constraints leave undetermined are not listed.
+        """
+        return {name: value.equate(name) for name, value in self.found.forces.items()}
+
+    def text(self, symbols: bool = False) -> str:
+        """Return what is solved as text, one line each.
+
+        Args:
+            symbols: whether to say above it what it is of and what each letter means.
+        """
+        return self._document.text(False, symbols)
+
+    def latex(self, symbols: bool = False) -> str:
+        """Return what is solved in LaTeX for mathematics mode; with symbols, a fragment.
+
+        Args:
+            symbols: whether to say above it what it is of and what each letter means.
+        """
+        return self._document.latex(False, symbols)
+
+    def mathml(self, symbols: bool = False) -> str:
+        """Return what is solved in MathML, an element each; with symbols, part of an HTML page.
+
+        Args:
+            symbols: whether to say above it what it is of and what each letter means.
+        """
+        return self._document.mathml(False, symbols)
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def __repr__(self) -> str:
+        name = self.derivation.algebra.mechanism.name
+        independent = ", ".join(self.independent) or "no velocity"
+        return f"<Solved equations of {name!r}, {independent} independent>"
+
+    def _repr_html_(self) -> str:
+        return self._document.html()
+
+    @cached_property
+    def _document(self) -> Document:
+        motion = self.accelerations.values() or self.equations
+        lines = (*motion, *self.forces.values(), *self.found.turned)
+        solved = replace(self.derivation, written=lines, stages=(), closing=_CLOSING)
+        return Document(solved, "the equations of motion, solved")
 
 
 def require_balances(numeric: BatchDynamics, method: str, what: str) -> Balances:

@@ -1,7 +1,7 @@
 """What a mechanism is: parameters, shapes, bodies, joints, forces, coordinates. Frozen data."""
 
 from mecanique.model.bodies import Body
-from mecanique.model.bodies.shape import Shape
+from mecanique.model.bodies.body import Shape
 from mecanique.model.bodies.shapes import (
     ball,
     bar,

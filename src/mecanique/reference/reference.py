@@ -37,10 +37,9 @@ from mecanique.reference.engine.many import center_speeds, energies, momenta, re
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.engine.tree import EngineTree
-from mecanique.reference.loops.closed import COMPONENTS, Closed
+from mecanique.reference.loops.closed import COMPONENTS, Closed, Loaded, load_once
 from mecanique.reference.loops.freedom import generic_rank
 from mecanique.reference.loops.independent import driving_forces, free_motions
-from mecanique.reference.loops.loading import Loaded, load_once
 from mecanique.reference.loops.nullspace import solve
 from mecanique.reference.loops.singular import ClosedRhs, branch_acceleration, plain_rhs
 

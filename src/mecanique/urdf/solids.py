@@ -12,7 +12,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.bodies import Body
-from mecanique.model.bodies.shape import Shape
+from mecanique.model.bodies.body import Shape
 from mecanique.model.bodies.tensor import entries_of
 from mecanique.model.bodies.visuals import Visual
 from mecanique.model.mechanism.validation import inertia_fault

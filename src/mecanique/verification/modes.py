@@ -48,7 +48,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.reference.engine.package import engine_name
-from mecanique.reference.loops.loading import load_once
+from mecanique.reference.loops.closed import load_once
 from mecanique.verification.rows import IMPACT_MOMENTUM, OF_ELEMENTS, rows_of
 from mecanique.verification.states import random_states
 from mecanique.verification.verdict import TOLERANCE, Row, Verdict, conclude

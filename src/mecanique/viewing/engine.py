@@ -35,7 +35,7 @@ from mecanique.model.constraint_base import PressingContact
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.expression import evaluate as evaluate_scalar
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.mechanism.rules import MASS, MOMENT, TRIANGLE, rules_of
+from mecanique.model.mechanism.validation import MASS, MOMENT, TRIANGLE, rules_of
 from mecanique.model.placement import Placement
 from mecanique.model.quaternions import to_matrices
 from mecanique.model.states import States

@@ -7,8 +7,7 @@ from functools import cached_property
 from math import inf
 from typing import Any, NamedTuple, Protocol, final
 
-from mecanique.derivation.tree.poses import Arithmetic
-from mecanique.derivation.tree.quaternions import quaternion_rotation
+from mecanique.derivation.tree.poses import Arithmetic, quaternion_rotation
 from mecanique.errors import DerivationError
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.mechanism import Mechanism

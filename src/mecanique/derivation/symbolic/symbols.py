@@ -16,8 +16,9 @@ from mecanique.derivation.tree.poses import (
     Arithmetic,
     combination,
     joint_values,
+    quaternion_product,
+    quaternion_rotation,
 )
-from mecanique.derivation.tree.quaternions import quaternion_product, quaternion_rotation
 from mecanique.model.expression import Scalar, evaluate, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism

@@ -42,7 +42,7 @@ from mecanique.derivation.symbolic.vectors import Vector, along, cross, dot, lif
 from mecanique.derivation.tolerances import ALIGNED
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
-from mecanique.model.bodies.shape import Shape
+from mecanique.model.bodies.body import Shape
 from mecanique.model.bodies.visuals import Cylinder
 from mecanique.model.mechanism import Mechanism
 from mecanique.wording import enumerate_words

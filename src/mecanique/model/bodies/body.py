@@ -1,18 +1,144 @@
-"""Bodies: rigid, each with a frame of its own."""
+"""Bodies: rigid, each made of pieces, with a frame of its own."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import final
+from typing import Any, TypeAlias, final
 
 import numpy as np
 
 from mecanique.errors import InputError
-from mecanique.model.bodies.shape import Inertia, Shape, combine
-from mecanique.model.bodies.visuals import Visual
-from mecanique.model.expression import Scalar, Vector
-from mecanique.model.placement import vector
+from mecanique.model.bodies.visuals import Rgba, Visual
+from mecanique.model.expression import Scalar, Vector, plain
+from mecanique.model.placement import Matrix3, Placement, rotate, vector
+
+Inertia: TypeAlias = "tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]"
+"""ixx, iyy, izz, ixy, ixz, iyz: entries of the tensor, as in URDF (ixy is no product)."""
+
+
+@final
+@dataclass(frozen=True)
+class Shape:
+    """A piece of a body: its mass, inertia and appearance, in the body's frame.
+
+    Args:
+        mass: [kg].
+        center: shape (3,), center of mass [m].
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about the center of mass, in body axes [kg·m²].
+        visuals: what is drawn.
+        form: what it is if it is homogeneous, e.g. "slender rod"; else empty.
+
+    Example:
+        >>> flywheel = mq.Shape(3.0, inertia=(0.02, 0.02, 0.04, 0, 0, 0))
+        >>> flywheel.at((0, 0, 0.5)).center
+        (0.0, 0.0, 0.5)
+    """
+
+    mass: Scalar
+    center: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, 0.0)
+    inertia: Inertia = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    visuals: tuple[Visual, ...] = ()
+    form: str = field(default="", compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", plain(self.mass))
+        object.__setattr__(self, "center", vector(self.center, "center of mass"))
+        given = as_tuple(self.inertia, "six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia")
+        inertia = tuple(plain(entry) for entry in given)
+        if len(inertia) != 6:
+            raise InputError(
+                "expected six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia, "
+                f"got {len(inertia)}"
+            )
+        object.__setattr__(self, "inertia", inertia)
+        object.__setattr__(self, "visuals", as_tuple(self.visuals, "visuals", Visual))
+
+    def at(self, xyz: Vector = (0.0, 0.0, 0.0), rpy: Vector = (0.0, 0.0, 0.0)) -> Shape:
+        """Return the shape moved to another place in the body.
+
+        Args:
+            xyz: shape (3,), where its origin goes [m].
+            rpy: shape (3,), how it is turned: roll, pitch, yaw [rad].
+        """
+        place = Placement(xyz, rpy)  # type: ignore[arg-type]  # it takes any three
+        turn = place.rotation
+        return replace(
+            self,
+            center=_sum(place.xyz, rotate(turn, self.center)),
+            inertia=_turn_inertia(turn, self.inertia),
+            visuals=tuple(visual.at(place) for visual in self.visuals),
+        )
+
+    def colored(self, rgba: Rgba) -> Shape:
+        """Return the shape drawn in another color.
+
+        Args:
+            rgba: red, green, blue, opacity, each from 0 to 1.
+        """
+        return replace(self, visuals=tuple(replace(visual, rgba=rgba) for visual in self.visuals))
+
+
+def as_tuple(values: object, what: str, kind: type = object) -> tuple[Any, ...]:
+    """Return a sequence as a tuple."""
+    if not isinstance(values, Iterable) or isinstance(values, (str, bytes)):
+        raise InputError(f"expected {what}, got {values!r}")
+    items = tuple(values)
+    for item in items:
+        if not isinstance(item, kind):
+            raise InputError(f"expected {what}, got {item!r} among them")
+    return items
+
+
+def combine(shapes: Sequence[Shape]) -> Shape:
+    """Return several shapes as one: masses add, inertias add about the common center of mass."""
+    heavy = [shape for shape in shapes if not all(map(_is_zero, (shape.mass, *shape.inertia)))]
+    visuals = tuple(visual for shape in shapes for visual in shape.visuals)
+    if len(heavy) == 1:
+        return replace(heavy[0], visuals=visuals)
+    if not heavy:
+        return Shape(0.0, visuals=visuals)
+    mass = _total(shape.mass for shape in heavy)
+    center: list[Scalar] = []
+    for column in zip(*(shape.center for shape in heavy), strict=True):
+        moments = [shape.mass * c for shape, c in zip(heavy, column, strict=True)]
+        center.append(0.0 if all(map(_is_zero, moments)) else _total(moments) / mass)
+    x, y, z = center
+    inertia: list[Scalar] = [0.0] * 6
+    for shape in heavy:
+        dx, dy, dz = (c - r for c, r in zip(shape.center, (x, y, z), strict=True))
+        steiner = (dy**2 + dz**2, dx**2 + dz**2, dx**2 + dy**2, -dx * dy, -dx * dz, -dy * dz)
+        inertia = [
+            i + about_center + shape.mass * s
+            for i, about_center, s in zip(inertia, shape.inertia, steiner, strict=True)
+        ]
+    return Shape(mass, (x, y, z), tuple(inertia), visuals)
+
+
+def _total(terms: Any) -> Scalar:
+    first, *rest = terms
+    return sum(rest, first)
+
+
+def _is_zero(scalar: Scalar) -> bool:
+    return isinstance(scalar, (int, float)) and scalar == 0
+
+
+def _sum(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
+    x, y, z = (p + q for p, q in zip(a, b, strict=True))
+    return x, y, z
+
+
+def _turn_inertia(turn: Matrix3, inertia: Inertia) -> Inertia:
+    """R I Rᵀ, entry by entry."""
+    ixx, iyy, izz, ixy, ixz, iyz = inertia
+    columns = zip(
+        *(rotate(turn, row) for row in ((ixx, ixy, ixz), (ixy, iyy, iyz), (ixz, iyz, izz))),
+        strict=True,
+    )
+    rows = [rotate(turn, column) for column in columns]
+    return rows[0][0], rows[1][1], rows[2][2], rows[0][1], rows[0][2], rows[1][2]
 
 
 @final

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from mecanique.errors import InputError
-from mecanique.model.bodies.shape import Shape, as_tuple, combine
+from mecanique.model.bodies.body import Shape, as_tuple, combine
 from mecanique.model.bodies.visuals import Box, Cylinder, Rgba, Sphere, Visual, extent, extents
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import final
 
-from mecanique.model.bodies.shape import Shape
+from mecanique.model.bodies.body import Shape
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere
 from mecanique.model.expression import DISTANCE, Scalar, symbols_in
 from mecanique.model.forces import CentralForce

@@ -39,7 +39,7 @@ class SwitchingRows:
     """The rows of a mechanism with elements that switch."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        from mecanique.reference.loops.loading import load_once
+        from mecanique.reference.loops.closed import load_once
 
         self.mechanism = mechanism
         self.base = replace(mechanism, switching=())

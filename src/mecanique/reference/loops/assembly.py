@@ -26,8 +26,7 @@ from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import expect_mechanism
 from mecanique.model.values import Given, names_of, whole
-from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.loading import load_loops
+from mecanique.reference.loops.closed import Closed, load_loops
 from mecanique.reference.loops.nullspace import Metric, are_certain
 from mecanique.reference.tolerances import (
     ASSEMBLED,

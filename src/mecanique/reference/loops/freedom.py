@@ -22,9 +22,8 @@ from mecanique.model.mechanism.description import bodies_with_mass
 from mecanique.model.states import expect_mechanism
 from mecanique.model.values import Given, whole
 from mecanique.reference.loops.assembly import close_position, displace, position_near
-from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.closed import Closed, load_loops
 from mecanique.reference.loops.closures import ScaledClosure
-from mecanique.reference.loops.loading import load_loops
 from mecanique.reference.loops.nullspace import Split, split
 from mecanique.reference.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
 from mecanique.wording import Legible, say_count, write_table

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import final
 
 from mecanique.model.bodies import Body
-from mecanique.model.bodies.shape import Inertia, Shape
+from mecanique.model.bodies.body import Inertia, Shape
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Rgba, Sphere, Visual
 from mecanique.model.mechanism.validation import inertia_fault
 from mecanique.model.placement import Placement

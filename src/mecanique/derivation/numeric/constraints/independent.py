@@ -26,8 +26,13 @@ from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tolerances import ON_LOOPS, RANK, REGULAR
 from mecanique.derivation.tree.links import links
-from mecanique.derivation.tree.poses import combination, joint_values, poses
-from mecanique.derivation.tree.quaternions import quaternion_product, quaternion_rotation
+from mecanique.derivation.tree.poses import (
+    combination,
+    joint_values,
+    poses,
+    quaternion_product,
+    quaternion_rotation,
+)
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
