@@ -251,12 +251,12 @@ class Document:
     def symbols(self) -> tuple[tuple[str, str], ...]:
         """Return each symbol of the equations of motion in MathML, with its meaning in words."""
         writer = MathML()
-        found = []
+        listed = []
         for meaning in meanings(self.derivation, steps=False):
             written = [writer.letter(name, False, "") for name in meaning.names]
             symbol = "<mo>,</mo>".join(written)
-            found.append((_MATH.format("inline", symbol), self._spell(meaning.sentence)))
-        return tuple(found)
+            listed.append((_MATH.format("inline", symbol), self._spell(meaning.sentence)))
+        return tuple(listed)
 
     def sections(self) -> tuple[Section, ...]:
         """Return symbols, steps, the equations of motion and what they come to, in MathML."""
@@ -297,7 +297,7 @@ class Document:
     def meanings(self, steps: bool) -> tuple[Meaning, ...]:
         """Return the meanings of its symbols that have not been explained before."""
         every = meanings(self.derivation, steps=steps)
-        return tuple(one for one in every if not self.explained.issuperset(one.names))
+        return tuple(meaning for meaning in every if not self.explained.issuperset(meaning.names))
 
     def _warn(self, steps: bool) -> Iterator[str]:
         """Yield warnings about letters with two meanings."""
@@ -337,7 +337,7 @@ class Document:
     @cached_property
     def _names(self) -> frozenset[str]:
         """Every printed symbol."""
-        return frozenset(name for each in meanings(self.derivation) for name in each.names)
+        return frozenset(name for meaning in meanings(self.derivation) for name in meaning.names)
 
     @property
     def _heading(self) -> str:

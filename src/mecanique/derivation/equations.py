@@ -401,8 +401,8 @@ class Equations(Dynamics):
         if quantity == "inverse_dynamics":
             needed = self.numeric.inverse_dynamics(states, states.a)
             return np.asarray(needed - self.numeric.forces(states))
-        found: np.ndarray = getattr(self.numeric, quantity)(states)
-        return found
+        answer: np.ndarray = getattr(self.numeric, quantity)(states)
+        return answer
 
     def multipliers(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, np.ndarray]:
         """Return Lagrange's multipliers λ of the constraints, each shape () or (n,).
@@ -425,14 +425,14 @@ class Equations(Dynamics):
         states = States.of(self.mechanism, q, v, t)
         if not self.mechanism.constrained:
             return {}
-        found = (
+        values = (
             self.numeric.multipliers(states)
             if self.mechanism.rolls and isinstance(self.numeric, Balances)
             else self._constrained.motion(states).multipliers
         )
         return {
             name: states.unbatch(row)
-            for name, row in zip(self._constrained.names, found.T, strict=True)
+            for name, row in zip(self._constrained.names, values.T, strict=True)
         }
 
     @cached_property
@@ -503,8 +503,8 @@ class Equations(Dynamics):
         """
         balances = require_balances(self.numeric, self.method, "forces of elements")
         states = States.of(self.mechanism, q, v, t)
-        found = balances.guide_forces(states)
-        return {name: states.unbatch(force) for name, force in found.items()}
+        forces = balances.guide_forces(states)
+        return {name: states.unbatch(force) for name, force in forces.items()}
 
     def _transmit(
         self,
@@ -518,8 +518,8 @@ class Equations(Dynamics):
         states = States.of(self.mechanism, q, v, t, tau=tau)
         if states.efforts is not None:
             states.efforts.refuse_without_seat()
-        found = what(balances, states)
-        return {name: JointWrench(*map(states.unbatch, both)) for name, both in found.items()}
+        wrenches = what(balances, states)
+        return {name: JointWrench(*map(states.unbatch, both)) for name, both in wrenches.items()}
 
     def momentum(
         self, q: Given, v: Given, t: float | np.ndarray = 0.0

@@ -60,8 +60,8 @@ def _find_dimension(dimensions: Dimensions, term: Product) -> Dimension | None:
 def _collect_dimensions(derivation: Derivation) -> Dimensions:
     """Return the dimensions of all letters: the mechanism's own, a, roots and multipliers."""
     algebra = derivation.algebra
-    own = dimensions_of(algebra.mechanism)
-    known = {**own.states, **own.declared}
+    stated = dimensions_of(algebra.mechanism)
+    known = {**stated.states, **stated.declared}
     for velocity in algebra.velocities:
         if velocity in known:
             known[f"{velocity}'"] = divide(known[velocity], read_unit("s"))
@@ -76,9 +76,9 @@ def _collect_dimensions(derivation: Derivation) -> Dimensions:
 def _collect_stated(meanings: Iterable[tuple[str, str]]) -> Iterable[tuple[str, Dimension]]:
     """Yield the dimension of each symbol whose meaning ends with a unit."""
     for name, sentence in meanings:
-        found = UNIT_AT_END.search(sentence)
-        if found:
-            yield name, read_unit(found[1])
+        unit = UNIT_AT_END.search(sentence)
+        if unit:
+            yield name, read_unit(unit[1])
 
 
 _PARTS = ("x component", "y component", "z component", "scalar part")
@@ -191,8 +191,8 @@ def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ..
 def clashes(derivation: Derivation, *, steps: bool, matrices: bool) -> Iterator[str]:
     """Yield a warning for each letter with two meanings."""
     mechanism = derivation.algebra.mechanism
-    own = {parameter.symbol: parameter.meaning for parameter in mechanism.parameters}
-    own |= {signal.symbol: signal.meaning for signal in mechanism.inputs}
+    stated = {parameter.symbol: parameter.meaning for parameter in mechanism.parameters}
+    stated |= {signal.symbol: signal.meaning for signal in mechanism.inputs}
     used = _collect_kinds(derivation, steps=steps)
     other: dict[str, str] = {}
     if steps:
@@ -202,10 +202,10 @@ def clashes(derivation: Derivation, *, steps: bool, matrices: bool) -> Iterator[
         other |= {"M": "matrix of masses", "C": "matrix of dampings", "K": "stiffness matrix"}
         other |= {"f": "column of forces"}
     for letter, meaning in other.items():
-        if letter in own and letter in used:
+        if letter in stated and letter in used:
             yield (
-                f"Beware: {letter} stands for the {own[letter] or 'parameter'}; alone on the left "
-                f"of a step, in a derivative or before a column it is the {meaning}."
+                f"Beware: {letter} stands for the {stated[letter] or 'parameter'}; alone on the "
+                f"left of a step, in a derivative or before a column it is the {meaning}."
             )
 
 
@@ -229,14 +229,14 @@ def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
 
 def _explain_coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
     # followers among them are no coordinates of the mechanism
-    own = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint))
+    of_joint = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint))
     unit = units(mechanism)
     driven = mechanism.coordinates.driven.items()
     for name in mechanism.coordinates:
         follow = [joint for joint, law in driven if name in symbols_in(law)]
         sets = f" that sets {enumerate_words(follow)}" if follow else ""
         yield Meaning(
-            (name,), own.get(name) or _add_unit(f"generalized coordinate{sets}", unit[name])
+            (name,), of_joint.get(name) or _add_unit(f"generalized coordinate{sets}", unit[name])
         )
     for joint in mechanism.joints:
         if not joint.quaternion:
@@ -252,7 +252,7 @@ def _explain_followers(derivation: Derivation) -> Iterator[Meaning]:
     """Yield the joint coordinates that the coordinate map gives, each with its expression."""
     algebra = derivation.algebra
     mechanism = algebra.mechanism
-    own = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint))
+    of_joint = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint))
     named = {
         algebra.ring.generators[index].name: atom.argument
         for index, atom in algebra.ring.atoms.items()
@@ -260,7 +260,7 @@ def _explain_followers(derivation: Derivation) -> Iterator[Meaning]:
     }
     for name in mechanism.coordinates.driven:
         value = named.get(name) or algebra.lift(algebra.values[name])
-        yield Meaning((name,), own.get(name, "joint coordinate"), expression(value))
+        yield Meaning((name,), of_joint.get(name, "joint coordinate"), expression(value))
 
 
 def _explain_signals(derivation: Derivation, used: dict[str, Kind]) -> Iterator[Meaning]:
@@ -276,7 +276,7 @@ def _explain_signals(derivation: Derivation, used: dict[str, Kind]) -> Iterator[
 def _explain_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]:
     """Yield the meanings of the left sides of steps, components of one quantity together."""
     mechanism = derivation.algebra.mechanism
-    owners = [each.name for each in (*mechanism.bodies, *mechanism.joints, *mechanism.forces)]
+    owners = [part.name for part in (*mechanism.bodies, *mechanism.joints, *mechanism.forces)]
     owners += [tie.name for tie in derivation.ties]
     rates = _find_rates(mechanism)
     demands = {f"{tie.letter}_{tie.name}": _find_unit(tie) for tie in derivation.ties}
@@ -295,9 +295,9 @@ def _explain_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]
         yield Meaning(("ω", "v"), sentence)
     for sentence, names in groups.items():
         if len(names) == 1:
-            _, _, own = names[0].partition("_")
+            _, _, coordinate = names[0].partition("_")
             for plural, singular, _ in _OF_COORDINATE.values():
-                sentence = sentence.replace(plural, singular.format(own))
+                sentence = sentence.replace(plural, singular.format(coordinate))
         yield Meaning(tuple(names), sentence)
 
 

@@ -101,7 +101,7 @@ def _project(lagrange: Derivation, other: Derivation) -> tuple[Series, ...]:
     """Lagrange's left sides, projected on the other method's independent displacements, if any."""
     if not other.quasi:
         return lagrange.rows
-    return tuple(along_displacement(one, lagrange.rows) for one in other.quasi)
+    return tuple(along_displacement(displacement, lagrange.rows) for displacement in other.quasi)
 
 
 def agreement(mechanism: Mechanism) -> str:

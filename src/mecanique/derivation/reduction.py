@@ -122,17 +122,20 @@ def reduce_by_momenta(lagrange: Lagrange) -> Routh:
     while left:
         slopes = {name: kinetic.diff(f"{name}'") for name in left}
         inertias = {name: tidy(slopes[name].diff(f"{name}'")) for name in left}
-        name = min(left, key=lambda each: (not is_constant(inertias[each]), len(inertias[each])))
+        name = min(
+            left,
+            key=lambda candidate: (not is_constant(inertias[candidate]), len(inertias[candidate])),
+        )
         v = ring[f"{name}'"]
         A, momentum = inertias[name], left.pop(name)
         rest = tidy(slopes[name] - A * v)
         folded = any(g.kind is Kind.VELOCITY for g in rest.generators())
-        one = Ignored(name, momentum, A, rest, folded)
+        coordinate = Ignored(name, momentum, A, rest, folded)
         # with q' = (p − B)/A, T − p q' is the part of T without q', minus (p − B)²/(2 A)
         kinetic = tidy(kinetic - A * v**2 / 2 - rest * v)
         if folded:
-            kinetic = tidy(kinetic - one.energy)
-        ignored.append(one)
+            kinetic = tidy(kinetic - coordinate.energy)
+        ignored.append(coordinate)
     return _finish(lagrange, kinetic, ignored)
 
 
@@ -150,23 +153,23 @@ def _find_cyclic(lagrange: Lagrange) -> list[str]:
         ring.along(lagrange.V),
         strict=True,
     )
-    found, held = [], []
+    cyclic, held = [], []
     for v, free, momentum, along_T, along_V in slopes:
         name = coordinate_of(v)
         if name == v:
             continue
         acting = any(series.diff(by) for series in other for by in (v, name))
         if free and momentum and not (along_T or along_V or acting):
-            found.append(name)
+            cyclic.append(name)
         else:
             held.append(name)
-    if not found:
+    if not cyclic:
         raise DerivationError(
             f"mechanism {algebra.mechanism.name!r} has no cyclic coordinate: T or V depends on "
             f"each of {', '.join(held) or 'its velocities'}, or another force acts along it; "
             "no momentum ∂T/∂q' is conserved, and Routh's reduction does not apply"
         )
-    return found
+    return cyclic
 
 
 def _inverse(inertia: Series) -> Series:
@@ -212,11 +215,17 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
         written.append(Equation(left, expression(drive), ring.number(1)))
     M, h = mass_and_bias(algebra, rows)
     R = tidy(ring.sum([kinetic, *(-coordinate.energy for coordinate in ahead), -V]))
-    shown_R = join([expression(kinetic), *(one.shown_energy(-1) for one in ahead), expression(-V)])
+    shown_R = join(
+        [
+            expression(kinetic),
+            *(coordinate.shown_energy(-1) for coordinate in ahead),
+            expression(-V),
+        ]
+    )
     rates = [algebra.velocities[k] for k in moving]
     still = kinetic.coefficients(rates).get((0,) * len(rates), ring.number(0))
     effective = tidy(ring.sum([*(coordinate.energy for coordinate in ahead), V, -still]))
-    shown_V = join([*(one.shown_energy(1) for one in ahead), expression(V - still)])
+    shown_V = join([*(coordinate.shown_energy(1) for coordinate in ahead), expression(V - still)])
     derivation = Derivation(
         algebra=algebra,
         M=M,
@@ -246,29 +255,29 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
 
 
 def _list_momenta(lagrange: Lagrange, ignored: Sequence[Ignored]) -> Iterator[Result]:
-    for one in ignored:
-        momentum = lagrange.T.diff(f"{one.name}'")
-        yield Result(Left(_letter_of(one), one.name, component=True), tidy(momentum))
+    for coordinate in ignored:
+        momentum = lagrange.T.diff(f"{coordinate.name}'")
+        yield Result(Left(_letter_of(coordinate), coordinate.name, component=True), tidy(momentum))
 
 
 def _rates(ignored: Sequence[Ignored]) -> Iterator[Result]:
-    for one in ignored:
-        yield Result(Left(f"{one.name}'"), one.rate, one.shown_rate)
+    for coordinate in ignored:
+        yield Result(Left(f"{coordinate.name}'"), coordinate.rate, coordinate.shown_rate)
 
 
-def _letter_of(one: Ignored) -> str:
-    return name_of(one.momentum).removesuffix(f"_{one.name}")
+def _letter_of(coordinate: Ignored) -> str:
+    return name_of(coordinate.momentum).removesuffix(f"_{coordinate.name}")
 
 
 def _meanings(lagrange: Lagrange, ignored: Sequence[Ignored]) -> dict[str, str]:
     """Return the meaning of each momentum, with its unit."""
     unit = units(lagrange.algebra.mechanism)
-    found = {}
-    for one in ignored:
-        of_turning = unit[one.name] == "rad"
+    meanings = {}
+    for coordinate in ignored:
+        of_turning = unit[coordinate.name] == "rad"
         size = "kg·m²/s" if of_turning else "kg·m/s"
-        found[name_of(one.momentum)] = f"momentum of {one.name}, constant [{size}]"
-    return found
+        meanings[name_of(coordinate.momentum)] = f"momentum of {coordinate.name}, constant [{size}]"
+    return meanings
 
 
 def _closing(lagrange: Lagrange, any_left: bool) -> str:
@@ -315,13 +324,15 @@ class Reduction(Legible):
     @property
     def cyclic(self) -> tuple[str, ...]:
         """The cyclic coordinates, in the mechanism's order."""
-        names = {one.name for one in self.found.ignored}
+        names = {coordinate.name for coordinate in self.found.ignored}
         return tuple(name for name in self.mechanism.coordinates if name in names)
 
     @property
     def momenta(self) -> tuple[str, ...]:
         """The letter of the momentum of each cyclic coordinate, in the same order."""
-        letters = {one.name: name_of(one.momentum) for one in self.found.ignored}
+        letters = {
+            coordinate.name: name_of(coordinate.momentum) for coordinate in self.found.ignored
+        }
         return tuple(letters[name] for name in self.cyclic)
 
     @cached_property
@@ -357,8 +368,10 @@ class Reduction(Legible):
         worst = 0.0
         for parts in self.found.parts:
             worst = max(worst, relative_rest([evaluate(part) for part in parts]))
-        for one in self.found.ignored:
-            worst = max(worst, relative_rest([evaluate(one.rate), -values[f"{one.name}'"]]))
+        for coordinate in self.found.ignored:
+            worst = max(
+                worst, relative_rest([evaluate(coordinate.rate), -values[f"{coordinate.name}'"]])
+            )
         return worst
 
     def _compute_states(self, samples: int, random: np.random.Generator) -> dict[str, Any]:

@@ -148,7 +148,9 @@ class _Reducing:
 
     def _adjoin(self, name: str, taken: set[str], *, ahead: bool = False) -> Series:
         """Adjoin a letter under an unused name, ordered after lengths or ahead of them."""
-        free = next(each for each in (name, f"{name}_", f"{name}__") if each not in taken)
+        free = next(
+            candidate for candidate in (name, f"{name}_", f"{name}__") if candidate not in taken
+        )
         self.ring.places[free] = 0 if ahead else _AFTER_LENGTHS
         return self.ring.parameter(free)
 

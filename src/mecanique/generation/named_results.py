@@ -201,7 +201,7 @@ def spell(name: str) -> str:
 def name_results(recursion: TreeRecursion) -> dict[int, str]:
     """Return the names of the components of the links' vectors, by place on the tape."""
     names: dict[int, str] = {}
-    for letter, vectors in recursion.found.items():
+    for letter, vectors in recursion.vectors.items():
         for body, vector in zip(_bodies(recursion), vectors, strict=True):
             for axis, component in zip("xyz", vector, strict=True):
                 if not isinstance(component, Traced):

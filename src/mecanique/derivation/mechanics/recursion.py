@@ -168,8 +168,8 @@ class Moving:
 
     def project(self, force: Triple, moment: Triple) -> dict[int, Any]:
         """Return the power of a force and a moment in each unit motion, by velocity index."""
-        found = {k: dot(axis, force) for k, axis in self.linear.items()}
-        return found | {k: dot(axis, moment) for k, axis in self.angular.items()}
+        powers = {k: dot(axis, force) for k, axis in self.linear.items()}
+        return powers | {k: dot(axis, moment) for k, axis in self.angular.items()}
 
     def carry(self, force: Triple, moment: Triple) -> tuple[Triple, Triple]:
         """Refer a force and its moment to the parent's axes and origin."""
@@ -346,7 +346,7 @@ class TreeRecursion:
         self.skeleton = skeleton
         self.seats, self.inertias = skeleton.bodies, skeleton.inertias
         self.gravity = skeleton.gravity
-        self.found: dict[str, Sequence[Triple]] = {}
+        self.vectors: dict[str, Sequence[Triple]] = {}
         """The vectors of each link in the last recursion, by letter: w, alpha, a, then F and N."""
 
     @cached_property
@@ -464,15 +464,15 @@ class TreeRecursion:
     @cached_property
     def velocities(self) -> list[tuple[Triple, Triple]]:
         """ω of each moving link and v of its origin, in its axes."""
-        found: list[tuple[Triple, Triple]] = []
+        twists: list[tuple[Triple, Triple]] = []
         for link in self.links:
-            spin, speed = found[link.parent] if link.parent >= 0 else (STILL, STILL)
+            spin, speed = twists[link.parent] if link.parent >= 0 else (STILL, STILL)
             angular, linear = link.relative(self.chart.u)
             carried = add(speed, cross(spin, position(link.pose)))
             w = add(apply_transpose(link.pose, spin), angular)
             v = add(apply_transpose(link.pose, carried), linear)
-            found.append((w, v))
-        return found
+            twists.append((w, v))
+        return twists
 
     def joint_forces(self, ud: Sequence[Any], outside: Sequence[LinkWrench] = ()) -> list[Any]:
         """Return the joint forces for given joint accelerations and gravity, shape (nu,)."""
@@ -480,11 +480,11 @@ class TreeRecursion:
 
     def fields(self, u: Sequence[Any], ud: Sequence[Any]) -> list[Field]:
         """Return ω, U, α and a of each moving link; gravity accelerates the ground."""
-        found: list[Field] = []
+        link_fields: list[Field] = []
         for link in self.links:
             p = position(link.pose)
             if link.parent >= 0:
-                spin, U, alpha, a = found[link.parent]
+                spin, U, alpha, a = link_fields[link.parent]
                 spin = apply_transpose(link.pose, spin)
                 alpha = apply_transpose(link.pose, alpha)
                 a = apply_transpose(link.pose, add(a, apply(U, p)))
@@ -496,8 +496,8 @@ class TreeRecursion:
             a = add(a, sliding, scale(2.0, cross(spin, linear)), cross(angular, linear))
             alpha = add(alpha, turning, cross(spin, angular))
             w = add(spin, angular)
-            found.append((w, acceleration_field(w, alpha), alpha, a))
-        return found
+            link_fields.append((w, acceleration_field(w, alpha), alpha, a))
+        return link_fields
 
     def _forces(
         self, u: Sequence[Any], ud: Sequence[Any], outside: Sequence[LinkWrench] = ()
@@ -522,7 +522,7 @@ class TreeRecursion:
                 tau[k] = tau[k] + link.armature * ud[k]
         w, _, alpha, a = zip(*fields, strict=True) if fields else ((), (), (), ())
         F, N = zip(*loads, strict=True) if loads else ((), ())
-        self.found = {"w": w, "alpha": alpha, "a": a, "F": F, "N": N}
+        self.vectors = {"w": w, "alpha": alpha, "a": a, "F": F, "N": N}
         return tau
 
     def collect(self, loads: list[tuple[Triple, Triple]]) -> list[Any]:
@@ -736,17 +736,17 @@ class World:
 
     def columns(self, body: str, place: Triple) -> dict[int, Triple]:
         """Return the derivatives of that velocity by each joint velocity, by index."""
-        found = dict[int, Triple]()
+        slopes = dict[int, Triple]()
         for motion in self._carriers(body):
             arm = add(place, scale(-1.0, motion.p))
             for k, (slide, axis) in motion.columns.items():
-                found[k] = add(slide, cross(axis, arm))
-        return found
+                slopes[k] = add(slide, cross(axis, arm))
+        return slopes
 
     def turns(self, body: str) -> dict[int, Triple]:
         """Return the derivatives of a body's angular velocity by each joint velocity, by index."""
         columns = [motion.columns for motion in self._carriers(body)]
-        return {k: axis for own in columns for k, (_, axis) in own.items()}
+        return {k: axis for moved in columns for k, (_, axis) in moved.items()}
 
     def _carriers(self, body: str) -> Iterator[LinkMotion]:
         """Yield the motions of the links that move a body, from its own to the root."""
@@ -764,7 +764,7 @@ class World:
             for axis in range(3):
                 entries = [column[axis] for column in columns.values()]
                 moved = transpose([G[k] for k in columns])
-                rows.append([dot(entries, each) for each in moved] or nothing)
+                rows.append([dot(entries, generalized) for generalized in moved] or nothing)
         return rows
 
     def _step(self, link: Moving) -> Triple:

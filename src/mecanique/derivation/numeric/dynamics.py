@@ -34,8 +34,8 @@ class Latest(Generic[T]):
         kept = self._kept  # once, as another thread may replace it
         if kept is None or not _same(kept[0], states):
             # a caller may change arrays in place, which must not change what is kept
-            own = replace(states, q=states.q.copy(), v=states.v.copy(), t=states.t.copy())
-            self._kept = kept = own, self._compute(own)
+            copied = replace(states, q=states.q.copy(), v=states.v.copy(), t=states.t.copy())
+            self._kept = kept = copied, self._compute(copied)
         return kept[1]
 
 

@@ -137,12 +137,12 @@ def find_unexplained(
     scale = _scale(mechanism, along)
     known = scale[:, None] * _collect_columns(along, 0)
     onto = known @ np.linalg.pinv(known, rcond=RANK)
-    found = []
+    unexplained = []
     for guide in guides:
         basis = scale[:, None] * _find_tie_forces(along, guide, 0)
         if not guide.crossed or np.abs(basis - onto @ basis).max() > EXPLAINED:
-            found.append(guide)
-    return tuple(found)
+            unexplained.append(guide)
+    return tuple(unexplained)
 
 
 def size(
@@ -154,14 +154,14 @@ def size(
     refuse_work(mechanism, along)
     count, scale = along.forces.shape[2], _scale(mechanism, along)
     stated = preloads(mechanism.elements)
-    totals = np.array(mechanism.evaluate_all(one.total for one in stated))
+    totals = np.array(mechanism.evaluate_all(preload.total for preload in stated))
     forces, idle = [], []
     for k, wanted in enumerate(demand):
         bases = [_find_tie_forces(along, guide, k) for guide in guides if guide.crossed]
         A = scale[:, None] * np.concatenate([_collect_columns(along, k), *bases], axis=1)
         together = np.zeros((len(stated), A.shape[1]))
-        for row, one in zip(together, stated, strict=True):
-            row[one.forces] = 1.0
+        for row, preload in zip(together, stated, strict=True):
+            row[preload.forces] = 1.0
         A = np.concatenate([A, together])
         inverse = np.linalg.pinv(A, rcond=RANK)
         forces.append((inverse @ np.concatenate([-scale * wanted, totals]))[:count])
@@ -177,11 +177,11 @@ def _scale(mechanism: Mechanism, along: Along) -> np.ndarray:
 
 def _collect_columns(along: Along, k: int) -> np.ndarray:
     """Columns along the joints: unit forces of the elements, and forces within single joints."""
-    own = [along.forces[k]]
+    columns = [along.forces[k]]
     for joint in dict.fromkeys(holder for holder, _ in along.joints):
         rows = [u for u, (holder, _) in enumerate(along.joints) if holder == joint]
-        own.append(_find_null(along.rates[k], rows))
-    return np.concatenate(own, axis=1)
+        columns.append(_find_null(along.rates[k], rows))
+    return np.concatenate(columns, axis=1)
 
 
 def _find_tie_forces(along: Along, guide: Guide, k: int) -> np.ndarray:
@@ -279,15 +279,15 @@ class Balances(FreeBodyDynamics):
     def reactions(self, states: States) -> dict[str, JointWrench]:
         """Return the reaction in each joint by name, without springs, dampers, drives and loads."""
         # Components that depend on a guide without an element are NaN
-        found = self._hold(states)[0] if self._mechanism.elements else self.totals(states)
+        wrenches = self._hold(states)[0] if self._mechanism.elements else self.totals(states)
         crossed = {name for guide in self.guides for name in guide.crossed}
         if crossed:
             at = self._bodies.at(states)
             for k, joint in enumerate(self._mechanism.tree):
                 if joint.name in crossed:
                     part = np.where(self._loose(at, k), np.nan, 0.0)
-                    found[joint.name] = JointWrench(part[:, :3], part[:, 3:])
-        return found
+                    wrenches[joint.name] = JointWrench(part[:, :3], part[:, 3:])
+        return wrenches
 
     def _loose(self, at: Snapshot, k: int) -> np.ndarray:
         """Whether a guide may act along each component of the k-th joint's wrench, shape (n, 6)."""
@@ -314,9 +314,9 @@ class Balances(FreeBodyDynamics):
     def guides(self) -> tuple[Guide, ...]:
         """The guides that no element describes."""
         m = self._mechanism
-        found = guides_of(m)
+        every = guides_of(m)
         if not m.elements:
-            return found
+            return every
         away = np.random.default_rng(1784).uniform(0.2, 1.0, m.nq)
         fault = None
         for near in (0.1, 0.03, 0.01, 0.003, 0.0):
@@ -327,7 +327,7 @@ class Balances(FreeBodyDynamics):
             except DerivationError as error:
                 fault = error
             else:
-                return find_unexplained(m, found, along)
+                return find_unexplained(m, every, along)
         assert fault is not None
         raise fault
 
@@ -395,11 +395,11 @@ class Balances(FreeBodyDynamics):
             A, known = self._held_system(at, states)
             defined = np.isfinite(A).all(axis=(1, 2))  # not where a crowned wheel lies flat
             inverse = np.linalg.pinv(np.where(defined[:, None, None], A, 0.0), rcond=RANK_UNSCALED)
-            found = np.where(defined[:, None], np.zeros_like(known), np.nan)
+            solution = np.where(defined[:, None], np.zeros_like(known), np.nan)
             # refined iteratively: forces and accelerations differ much in size
             for _ in range(_REFINED):
-                found += times(inverse, known - times(A, found))
-            return found
+                solution += times(inverse, known - times(A, solution))
+            return solution
         if self._mechanism.nv + 6 * len(at.parents) <= _DENSE:
             A, known = self._system(at)
             return solve(self._mechanism, A, known)

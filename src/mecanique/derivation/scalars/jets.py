@@ -230,9 +230,9 @@ def _leibniz(
     a: np.ndarray, b: np.ndarray, times: Callable[[np.ndarray, np.ndarray], np.ndarray]
 ) -> np.ndarray:
     """Multiply one coefficient by many, with their partial derivatives."""
-    found = times(a, b[:, :1])
-    found[:, 1:] += times(a[:1], b[:, 1:])
-    return found
+    product = times(a, b[:, :1])
+    product[:, 1:] += times(a[:1], b[:, 1:])
+    return product
 
 
 def _expand_circular(f: np.ndarray, slope: np.ndarray, orders: int) -> list[np.ndarray]:

@@ -39,15 +39,15 @@ def exponent(monomial: int, index: int) -> int:
 @lru_cache(maxsize=1 << 16)
 def exponents(monomial: int) -> tuple[tuple[int, int], ...]:
     """Return (generator, exponent) for every generator in a monomial, in order."""
-    found, rest, index = [], monomial, 0
+    powers, rest, index = [], monomial, 0
     while rest:
         # skip to the first generator that occurs
         empty = ((rest & -rest).bit_length() - 1) // _BITS
         rest, index = rest >> (_BITS * empty), index + empty
         low = ((rest + _HALF) & _MASK) - _HALF
-        found.append((index, low))
+        powers.append((index, low))
         rest, index = (rest - low) >> _BITS, index + 1
-    return tuple(found)
+    return tuple(powers)
 
 
 def generators_in(monomials: Iterable[int], count: int) -> list[int]:
@@ -212,12 +212,12 @@ def differentiate_angles(parts: Parts, index: int) -> Parts:
 def split_powers(parts: Parts, places: Mapping[int, int]) -> dict[tuple[int, ...], Parts]:
     """Return the coefficients of a polynomial in some generators, by their exponents."""
     split = {m: _split_monomial(m, places) for m in set().union(*parts.values())}
-    found: dict[tuple[int, ...], Parts] = {}
+    by_powers: dict[tuple[int, ...], Parts] = {}
     for trig, polynomial in parts.items():
         for monomial, c in polynomial.items():
             powers, rest = split[monomial]
-            found.setdefault(powers, {}).setdefault(trig, {})[rest] = c
-    return found
+            by_powers.setdefault(powers, {}).setdefault(trig, {})[rest] = c
+    return by_powers
 
 
 def _split_monomial(monomial: int, places: Mapping[int, int]) -> tuple[tuple[int, ...], int]:
@@ -234,15 +234,15 @@ def lower_powers(
     parts: Parts, index: int, degree: int, *, below_zero: bool = False
 ) -> dict[int, Parts]:
     """Return the coefficients of (x^degree)^k by k; lower powers of x remain in them."""
-    found: dict[int, Parts] = {}
+    by_power: dict[int, Parts] = {}
     for trig, polynomial in parts.items():
         for monomial, c in polynomial.items():
             k = exponent(monomial, index) // degree
             if k < 0 and not below_zero:
                 k = 0
             rest = monomial - power(index, k * degree)
-            found.setdefault(k, {}).setdefault(trig, {})[rest] = c
-    return found
+            by_power.setdefault(k, {}).setdefault(trig, {})[rest] = c
+    return by_power
 
 
 @lru_cache(maxsize=1 << 16)

@@ -163,15 +163,15 @@ class Series:
 
     def generators(self) -> list[Generator]:
         """Return the generators it depends on in order, including those in angles and atoms."""
-        found: set[int] = set()
+        indices: set[int] = set()
         todo: list[Series] = [self]
         while todo:
             series = todo.pop()
-            direct = set(series._powers()) - found
-            found |= direct
+            direct = set(series._powers()) - indices
+            indices |= direct
             todo += [self.ring.angles[j].argument for j in series._turns()]
             todo += [self.ring.atoms[i].argument for i in direct if i in self.ring.atoms]
-        return [self.ring.generators[i] for i in sorted(found)]
+        return [self.ring.generators[i] for i in sorted(indices)]
 
     def __repr__(self) -> str:
         return (
@@ -299,10 +299,10 @@ class Series:
     def coefficients(self, generators: Sequence[str]) -> dict[tuple[int, ...], Series]:
         """Return the coefficients of a polynomial in some generators, by their exponents."""
         places = {self.ring.index(name): k for k, name in enumerate(generators)}
-        found = split_powers(self.parts, places)
+        by_powers = split_powers(self.parts, places)
         return {
             key: canonical(self.ring, parts, self.denominator, self.reach)
-            for key, parts in found.items()
+            for key, parts in by_powers.items()
         }
 
     def linear(self, generators: Sequence[str]) -> tuple[list[Series], Series]:
@@ -507,11 +507,11 @@ class Ring:
     def along(self, series: Series) -> list[Series]:
         """Return the derivatives of a function of the coordinates along each velocity."""
         moving = [g for g in series.generators() if g.kind is Kind.COORDINATE]
-        found = []
+        slopes = []
         for v in self.names(Kind.VELOCITY):
             rates = [(g.name, self.rates[g.index].diff(v)) for g in moving]
-            found.append(self.sum([series.diff(name) * rate for name, rate in rates if rate]))
-        return found
+            slopes.append(self.sum([series.diff(name) * rate for name, rate in rates if rate]))
+        return slopes
 
     def euler(self, L: Series) -> list[Euler]:
         """Apply Lagrange's operator for every velocity (Mécanique analytique, 1788)."""

@@ -66,31 +66,31 @@ def demands(
 ) -> dict[str, SymbolicWrench]:
     """Return the wrench that every joint must transmit, by name of its child."""
     # Force and moment are in the axes of the child's carrier, the moment about the child's origin
-    found: dict[str, SymbolicWrench] = {}
+    needed: dict[str, SymbolicWrench] = {}
     behind: dict[str, list[str]] = {}
     for cut in cuts.bodies:
         behind.setdefault(cut.joint.parent, []).append(cut.body)
     for cut in reversed(cuts.bodies):
-        carried = [cuts.hand_down(found[c], c, cut.body) for c in behind.get(cut.body, ())]
+        carried = [cuts.hand_down(needed[c], c, cut.body) for c in behind.get(cut.body, ())]
         whole = resultant([part(cut), *carried])
         sums = {"force": whole.force, "moment": whole.moment}
         for rate in () if free is None else free[cut.body]:
             size = dot(rate.axis, sums[rate.kind]) + rate.rotor
             sums[rate.kind] = sums[rate.kind] - rate.axis * size
-        found[cut.body] = SymbolicWrench(**sums).tidy()
-    return found
+        needed[cut.body] = SymbolicWrench(**sums).tidy()
+    return needed
 
 
 def joint_rates(cuts: Cuts) -> tuple[JointRate, ...]:
     """Return the joint velocities in the order of the tree."""
     child = {joint.name: joint.child for joint in cuts.algebra.mechanism.joints}
-    found: list[JointRate] = []
+    rates: list[JointRate] = []
     for place, link in enumerate(cuts.kinematics.tree):
         if link.kind in ("turn", "slide"):
-            found.append(_find_axial(cuts, place, child[link.joint]))
+            rates.append(_find_axial(cuts, place, child[link.joint]))
         elif link.kind in ("ball", "free"):
-            found += _list_quasi(cuts.algebra, link, child[link.joint])
-    return tuple(found)
+            rates += _list_quasi(cuts.algebra, link, child[link.joint])
+    return tuple(rates)
 
 
 def _find_axial(cuts: Cuts, place: int, body: str) -> JointRate:
@@ -123,13 +123,13 @@ def _list_quasi(algebra: Algebra, link: Link, body: str) -> Iterator[JointRate]:
 
 
 def project(
-    cuts: Cuts, rates: Iterable[JointRate], found: Mapping[str, SymbolicWrench], *, rotors: bool
+    cuts: Cuts, rates: Iterable[JointRate], wrenches: Mapping[str, SymbolicWrench], *, rotors: bool
 ) -> list[Series]:
     """Project reactions on the generalized velocities: Σ ∂u/∂v × (reaction · axis + rotor)."""
     ring = cuts.algebra.ring
     sums: list[list[Series]] = [[] for _ in cuts.algebra.velocities]
     for rate in rates:
-        size = dot(rate.axis, found[rate.body].part(rate.kind))
+        size = dot(rate.axis, wrenches[rate.body].part(rate.kind))
         if rotors:
             size = size + rate.rotor
         for terms, slope in zip(sums, rate.partials, strict=True):
@@ -184,11 +184,11 @@ class Guiding:
 
         The wrenches are by name of the child.
         """
-        one, found = self._algebra.ring.number(-1), []
+        one, balances = self._algebra.ring.number(-1), []
         for force in sorted(self._actions, key=lambda force: force[::-1]):
             resist = partial(self._sum, sizes={force: one})
-            found.append((self._size(force), demands(self._cuts, resist)))
-        return found
+            balances.append((self._size(force), demands(self._cuts, resist)))
+        return balances
 
     def _sum(self, cut: Cut, sizes: Mapping[tuple[int, bool], Series]) -> SymbolicWrench:
         """Return the wrench on a body under forces of some sizes."""
@@ -329,7 +329,7 @@ class FreeBodies:
         ring, free, demand = self.algebra.ring, self._free(cut), self.demands[cut.body]
         letters = _TOTALS if self.is_guided(cut) else _LETTERS
         nothing = [ring.number(0)] * 3
-        own = {"force": nothing.copy(), "moment": nothing.copy()}
+        named = {"force": nothing.copy(), "moment": nothing.copy()}
         sums = {"force": [zero(ring)], "moment": [zero(ring)]}
         for d in cut.axes.directions:
             loose = [
@@ -344,12 +344,12 @@ class FreeBodies:
                 self.zeros.append(name)
                 continue
             R = d.sign * ring.unknown(name, Kind.REACTION)
-            own[d.kind][d.place] = R
+            named[d.kind][d.place] = R
             sums[d.kind].append(lift(ring, d.row) * R)
             self.unknowns[name] = describe_reaction(cut, d, guided=self.is_guided(cut))
             self.closed.append(Result(Left(name), d.sign * value))
         self.symbols[cut.body] = SymbolicWrench(total(sums["force"]), total(sums["moment"]))
-        self._own[cut.body] = SymbolicWrench(Vector(*own["force"]), Vector(*own["moment"]))
+        self._own[cut.body] = SymbolicWrench(Vector(*named["force"]), Vector(*named["moment"]))
 
     def _find_guide_forces(self) -> None:
         """Solve for the forces of elements, and remove their actions from the joints' wrenches."""
@@ -377,8 +377,8 @@ class FreeBodies:
         if len(self.rates) == len(algebra.velocities):
             return here
         if algebra.mechanism.elements:
-            own = cut.joint.followers
-            return [] if own else [rate for rate in here if rate.name not in self._held]
+            followers = cut.joint.followers
+            return [] if followers else [rate for rate in here if rate.name not in self._held]
         driven = algebra.mechanism.coordinates.driven
         guided = set(driven)
         for name in driven:
@@ -393,8 +393,8 @@ class FreeBodies:
             for child in self.cuts.bodies
             if child.joint.parent == cut.body
         ]
-        own = (cut.fall(), cut.loads(), self.guiding.on(cut), self.symbols[cut.body])
-        return resultant([*own, *joints]).about(_lead_back(cut))
+        direct = (cut.fall(), cut.loads(), self.guiding.on(cut), self.symbols[cut.body])
+        return resultant([*direct, *joints]).about(_lead_back(cut))
 
     def forces_along(self, cut: Cut) -> Vector:
         """Return the resultant force along the axes in which the body's equations are written."""
@@ -411,11 +411,11 @@ class FreeBodies:
 
     def _rotors(self, cut: Cut, kind: str) -> Vector:
         """Return the force or moment on the rotor of a body's joint, with opposite sign."""
-        found = zero(self.algebra.ring)
+        resistance = zero(self.algebra.ring)
         for rate in self._free(cut):
             if rate.kind == kind and rate.rotor:
-                found = found - rate.axis * rate.rotor
-        return found
+                resistance = resistance - rate.axis * rate.rotor
+        return resistance
 
     def angular_momentum(self, cut: Cut) -> Vector:
         """Return the angular momentum about the fixed point, or else the center of mass."""

@@ -67,8 +67,8 @@ def bonds_of(kinematics: Kinematics) -> tuple[Bond, ...]:
 def ties_of(kinematics: Kinematics, bonds: Sequence[Bond]) -> tuple[Tie, ...]:
     """Return the equations of all loops, then of contacts, then of velocity constraints."""
     met = sorted((tie for bond in bonds for tie in bond.ties), key=lambda tie: tie.of_contact)
-    found = [tie for tie in met if not tie.demand.vanishes()]
-    return (*found, *_velocity_constraints(kinematics))
+    constraining = [tie for tie in met if not tie.demand.vanishes()]
+    return (*constraining, *_velocity_constraints(kinematics))
 
 
 def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
@@ -144,8 +144,8 @@ def _velocity(kinematics: Kinematics, body: str, place: Vector) -> Vector:
         return zero(kinematics.algebra.ring)
     carrier = kinematics.carrier(body)
     v, w = (
-        kinematics.between(one, carrier, -1)
-        for one in (kinematics.velocity(body), kinematics.spin(body))
+        kinematics.between(vector, carrier, -1)
+        for vector in (kinematics.velocity(body), kinematics.spin(body))
     )
     return (v + cross(w, place - kinematics.point(body, ORIGIN))).tidy()
 
@@ -185,7 +185,7 @@ def _cut_open(kinematics: Kinematics, loop: Loop) -> Bond:
     a, b = [lift(ring, axis) for axis in A], [lift(ring, axis) for axis in B]
     on_a, on_b = lift(ring, start), lift(ring, end)
     within = _plane(a[2]) if loop.kind in ("pin", "plate") else None
-    own = loop.kind in ("pin", "plate") and within is None
+    turning = loop.kind in ("pin", "plate") and within is None
     ties, units, one = list[Tie](), list[SymbolicWrench](), ring.number(1)
     for row in (*_along(kinematics, loop, a, on_b - on_a, within), *_about(loop, a, b)):
         demand = without_rounding(tidy(row.demand), [*on_a, *on_b] if row.shifts else [one])
@@ -197,7 +197,7 @@ def _cut_open(kinematics: Kinematics, loop: Loop) -> Bond:
     # axes that turn with body a carry the force's point of action along
     return Bond(
         name=f"the loop {loop.name}",
-        ends=((loop.body_b, on_b), (loop.body_a, on_b if own else on_a)),
+        ends=((loop.body_b, on_b), (loop.body_a, on_b if turning else on_a)),
         ties=tuple(ties),
         units=tuple(units),
     )
@@ -221,9 +221,9 @@ def _along(
         return
     world = [lift(ring, axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
     flat = loop.kind in ("pin", "plate")
-    own = flat and within is None
-    axes, whose = (a, f"the frame in {loop.body_a}") if own else (world, "the world")
-    for k in (0, 1) if own else [k for k in range(3) if k != within]:
+    turning = flat and within is None
+    axes, whose = (a, f"the frame in {loop.body_a}") if turning else (world, "the world")
+    for k in (0, 1) if turning else [k for k in range(3) if k != within]:
         meaning = f"force {_on(loop)}, {'xyz'[k]} component in the axes of {whose} [N]"
         yield _Row("xyz"[k], dot(axes[k], p), meaning, SymbolicWrench(axes[k], nothing))
 

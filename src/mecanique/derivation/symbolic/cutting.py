@@ -84,8 +84,8 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
     if normal is None:
         carrier = kinematics.carrier(body)
         rows = transpose(kinematics.turn(kinematics.place[body]))
-        own = carrier >= 0 or rows != [list(unit) for unit in _UNITS]
-        whose = body if own else "the world"
+        turned = carrier >= 0 or rows != [list(unit) for unit in _UNITS]
+        whose = body if turned else "the world"
         sentence = f"x, y and z are the axes of {whose}; moments are taken about them."
         return Axes(rows, ("x", "y", "z"), (1, 1, 1), rows, ("x", "y", "z"), sentence, whose)
     if (swing := find_swing(mechanism, body)) is not None:

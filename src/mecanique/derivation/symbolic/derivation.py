@@ -212,7 +212,7 @@ class Derivation:
             held = [-multiplier * slope[k] for multiplier, slope in slopes]
             rows.append(ring.sum([*inertia, h, -Q, *held]))
         if self.quasi:
-            sums = [along_displacement(one, rows) for one in self.quasi]
+            sums = [along_displacement(displacement, rows) for displacement in self.quasi]
             rows = [by_velocity(total, self.algebra.velocities) for total in sums]
         return tuple(rows)
 

@@ -100,9 +100,9 @@ class _Balance:
     factors: tuple[Series, ...]
     rest: Series
 
-    def unknown(self, found: Sequence[int]) -> list[int]:
+    def unknown(self, known: Sequence[int]) -> list[int]:
         """Return the indices of its multipliers that are not known yet."""
-        return [k for k, factor in enumerate(self.factors) if factor and k not in found]
+        return [k for k, factor in enumerate(self.factors) if factor and k not in known]
 
     def cost(self) -> int:
         """Return its length; constant factors cost less."""
@@ -226,10 +226,10 @@ def redundancy_stages(mechanism: Mechanism, *, of_work: bool = False) -> list[St
         return []
     if not rows:
         return []
-    verb, own = ("follows", "it restrains") if len(rows) == 1 else ("follow", "they restrain")
+    verb, restrain = ("follows", "it restrains") if len(rows) == 1 else ("follow", "they restrain")
     sentence = (
         f"In every position that the constraints allow, {_list(rows)} {verb} from the others and "
-        f"from how the joints lead the bodies: {own} nothing more."
+        f"from how the joints lead the bodies: {restrain} nothing more."
     )
     if not of_work and len(shared) == 1:
         sentence += f" The force of {shared[0]} is undetermined."
@@ -438,7 +438,7 @@ def _solve_by_cramer(
                     choices.append((len(minor), places[::-1], places, entries, minor))
         size -= 1
     *_, held, entries, minor = min(choices, key=lambda choice: choice[:2])
-    found = []
+    displacements = []
     for free in range(len(basis)):
         if free in held:
             continue
@@ -447,8 +447,8 @@ def _solve_by_cramer(
         for k, share in zip(held, shares, strict=True):
             column = [a - share * b for a, b in zip(column, basis[k], strict=True)]
         shared = divide_waves([tidy(entry) for entry in column])
-        found.append(make_positive(divide_common(shared, Kind.PARAMETER, Kind.COORDINATE)))
-    return found
+        displacements.append(make_positive(divide_common(shared, Kind.PARAMETER, Kind.COORDINATE)))
+    return displacements
 
 
 def determinant(ring: Ring, rows: Sequence[Sequence[Series]]) -> Series:
@@ -466,19 +466,21 @@ def determinant(ring: Ring, rows: Sequence[Sequence[Series]]) -> Series:
 
 def cramer(ring: Ring, rows: Sequence[Sequence[Series]], sides: Sequence[Series]) -> list[Series]:
     """Return each unknown of a linear system times its determinant, by Cramer's rule."""
-    found = []
+    numerators = []
     for k in range(len(rows)):
         pairs = zip(rows, sides, strict=True)
-        found.append(determinant(ring, [[*row[:k], side, *row[k + 1 :]] for row, side in pairs]))
-    return found
+        numerators.append(
+            determinant(ring, [[*row[:k], side, *row[k + 1 :]] for row, side in pairs])
+        )
+    return numerators
 
 
 def _select(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[list[Series]]:
     """Select entries of every row, in the given order."""
-    found: list[list[Series]] = []
+    selected: list[list[Series]] = []
     for row in rows:
-        found.append([row[k] for k in places])
-    return found
+        selected.append([row[k] for k in places])
+    return selected
 
 
 def make_positive(column: Column) -> Column:

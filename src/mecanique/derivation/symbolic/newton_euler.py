@@ -147,12 +147,12 @@ class NewtonEuler:
         kinematics = self.cuts.kinematics
         center = self.algebra.mechanism.body(cut.body).center
         place = kinematics.point(cut.body, center).tidy()
-        found = [*list_components(f"r_{cut.body}", "xyz", place)]
+        results = [*list_components(f"r_{cut.body}", "xyz", place)]
         a = kinematics.change(cut.center_velocity, cut.carrier)
         for letter, vector in (("v", cut.center_velocity), ("a", a)):
             parts = along(cut.axes.rows, vector)
-            found += list_components(f"{letter}_{cut.body}", cut.axes.labels, parts)
-        return found
+            results += list_components(f"{letter}_{cut.body}", cut.axes.labels, parts)
+        return results
 
     def _eliminate(self) -> Iterator[Stage]:
         """Yield the steps with the reactions and the forces of guides in closed form."""

@@ -114,8 +114,8 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 def component(row: Sequence[Any], vector: Vector) -> Series:
     """Return the component of a vector along a direction, shape (3,)."""
-    found = combination(row, vector)
-    return tidy(found) if isinstance(found, Series) else vector.x.ring.number(found)
+    projected = combination(row, vector)
+    return tidy(projected) if isinstance(projected, Series) else vector.x.ring.number(projected)
 
 
 def along(rows: Sequence[Sequence[Any]], vector: Vector) -> Vector:

@@ -202,7 +202,7 @@ class Ledger:
         self.cuts = balances.cuts
         self.displacements = displacements
         self._ring = balances.algebra.ring
-        acting = {(cut.body, one.name) for cut in self.cuts.bodies for one in cut.applied}
+        acting = {(cut.body, action.name) for cut in self.cuts.bodies for action in cut.applied}
         self._acting = Counter(name for _, name in acting)
         self.inertia: list[Series] = []
         """The work of the inertia forces of each body entered so far."""
@@ -391,9 +391,9 @@ class VirtualWork:
         users = [sum(map(bool, row)) for row in zip(*S, strict=True)]
         for k, column in enumerate(S):
             alone = [i for i, entry in enumerate(column) if entry == one]
-            own = [i for i in alone if users[i] == 1]
-            if own:
-                named.append(self._displacements.deltas[own[0]])
+            free = [i for i in alone if users[i] == 1]
+            if free:
+                named.append(self._displacements.deltas[free[0]])
                 continue
             name = f"δπ{k + 1}"
             named.append(self.algebra.ring.unknown(name, Kind.VARIATION))
@@ -490,7 +490,7 @@ class VirtualWork:
         title, zero = f"Equilibrium of {cut.body}", self.algebra.ring.number(0)
         F = self.balances.forces_along(cut) - along(cut.axes.rows, cut.push)
         C = self.balances.moments_along(cut) - along(cut.axes.turns, self.balances.turning(cut))
-        lines = [Result(one, zero) for one in (*F, *C) if one]
+        lines = [Result(resultant, zero) for resultant in (*F, *C) if resultant]
         if not lines:
             return Stage(title, f"{cut.body} has no mass, and no force acts on it.")
         about = cut.joint.name if cut.fixed or not cut.mass else "the center of mass"

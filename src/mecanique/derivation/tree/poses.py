@@ -32,7 +32,11 @@ def quaternion_product(p: Sequence[Any], r: Sequence[Any]) -> list[Any]:
         w * c + x * b - y * a,
         -(x * a + y * b + z * c),
     ]
-    return [each + scalar[0] * part for each, part in zip(out, p, strict=True)] if scalar else out
+    return (
+        [vector_part + scalar[0] * part for vector_part, part in zip(out, p, strict=True)]
+        if scalar
+        else out
+    )
 
 
 def quaternion_rotation(x: Any, y: Any, z: Any, w: Any) -> tuple[tuple[Any, Any, Any], ...]:
@@ -190,8 +194,8 @@ def moments(body: Body, values: Mapping[str, Any], arithmetic: Arithmetic) -> Ma
         first = [times(mass, c) for c in center]
         for i in range(3):
             for k in range(3):
-                own = plus(second[i][k], times(first[i], center[k]))
-                total[i][k] = plus(total[i][k], own)
+                moment = plus(second[i][k], times(first[i], center[k]))
+                total[i][k] = plus(total[i][k], moment)
             total[i][3] = total[3][i] = plus(total[i][3], first[i])
         total[3][3] = plus(total[3][3], mass)
     return total

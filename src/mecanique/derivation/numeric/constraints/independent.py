@@ -86,10 +86,10 @@ class Reduced:
 
     def regularity(self, states: States) -> np.ndarray:
         """Return the least singular value of the dependent columns of J, relative to J's, (n,)."""
-        found = np.ones(len(states))
+        regular = np.ones(len(states))
         for group in self._groups(states) if self._mechanism.nv else ():
-            found[group.at] = group.regular
-        return found
+            regular[group.at] = group.regular
+        return regular
 
     def _groups(self, states: States) -> Iterator[_Group]:
         """Group the states by their dependent coordinates."""
@@ -126,14 +126,14 @@ class Reduced:
                 "its loops allow a motion without inertia; give a body in it mass"
             ) from None
         without = np.stack([2 * x.c[2, 0] for x in rest], axis=-1)
-        found: np.ndarray = without + np.einsum("nvk,nk->nv", follow, independent)
+        accelerations: np.ndarray = without + np.einsum("nvk,nk->nv", follow, independent)
         for joint in self._mechanism.joints:
             if joint.quaternion and joint.linear_velocities:
                 # the components of the velocity are in axes that turn with the body
                 at = [self._mechanism.velocities.index(name) for name in joint.velocities]
                 v, omega = states.v[:, at[:3]], states.v[:, at[3:]]
-                found[:, at[:3]] -= np.cross(omega, v)
-        return found
+                accelerations[:, at[:3]] -= np.cross(omega, v)
+        return accelerations
 
     def _operator(
         self, states: States, a: np.ndarray, group: _Group
@@ -188,8 +188,8 @@ class Reduced:
         for joint in mechanism.joints:
             if joint.quaternion:
                 place = [mechanism.velocities.index(name) for name in joint.velocities]
-                own = _turn([q[name] for name in joint.coordinates], [x[at] for at in place])
-                values |= zip(joint.coordinates, own, strict=True)
+                displaced = _turn([q[name] for name in joint.coordinates], [x[at] for at in place])
+                values |= zip(joint.coordinates, displaced, strict=True)
         c = np.zeros(x[0].c.shape)
         c[0, 0], c[1, 0] = states.t, 1.0
         values["t"] = Jet(c)

@@ -180,14 +180,14 @@ def _second_order(state: States, free: Array, at: Callable[[States], Constraints
     pairs = list(combinations_with_replacement(range(k), 2))
     c = np.array([np.eye(k)[i] + (np.eye(k)[j] if i != j else 0.0) for i, j in pairs])
     v = np.concatenate([np.zeros((1, len(free))), c @ free.T, -c @ free.T])
-    each = state.at(np.zeros(len(v), dtype=int))
-    gamma = at(replace(each, v=v)).gamma
+    repeated = state.at(np.zeros(len(v), dtype=int))
+    gamma = at(replace(repeated, v=v)).gamma
     # the even part in c without its value at rest; the rest is due to prescribed motions
     along = (gamma[1 : 1 + len(c)] + gamma[1 + len(c) :]) / 2 - gamma[0]
     forms = np.zeros((gamma.shape[1], k, k))
-    own = {i: along[n] for n, (i, j) in enumerate(pairs) if i == j}
+    squares = {i: along[n] for n, (i, j) in enumerate(pairs) if i == j}
     for n, (i, j) in enumerate(pairs):
-        value = along[n] if i == j else (along[n] - own[i] - own[j]) / 2
+        value = along[n] if i == j else (along[n] - squares[i] - squares[j]) / 2
         forms[:, i, j] = forms[:, j, i] = value
     return forms
 

@@ -30,9 +30,9 @@ def find_redundancy(mechanism: Mechanism) -> Redundancy:
     """Find the equations that are redundant in every sampled position that can be reached."""
     held = Held(mechanism)
     rows, shared = set(range(len(held.names))), set(range(len(held.names)))
-    found = False
+    closed = False
     for q in _find_positions(mechanism, held):
-        found = True
+        closed = True
         J = _rows(mechanism, held, q)
         rank = [_rank(J[:k]) for k in range(len(J) + 1)]
         rows &= {k for k in range(len(J)) if rank[k + 1] == rank[k]}
@@ -40,7 +40,7 @@ def find_redundancy(mechanism: Mechanism) -> Redundancy:
             break
         left = np.linalg.svd(J)[0][:, rank[-1] :]
         shared &= set(np.flatnonzero((np.abs(left) > RANK_CLOSED).any(axis=1)).tolist())
-    if not found or not rows:
+    if not closed or not rows:
         return Redundancy((), ())
     return Redundancy(_select_names(held, rows), _select_names(held, shared))
 

@@ -113,15 +113,15 @@ class Held:
 
     def forces(self, states: States) -> dict[int, Push]:
         """Return the unit force of each row that belongs to a contact, by row."""
-        poses, found = self._poses(states), dict[int, Push]()
+        poses, pushes = self._poses(states), dict[int, Push]()
         row = sum(len(CLOSED[loop.kind]) for loop in self._mechanism.loops)
         for contact in self._mechanism.contacts:
             place, directions, _ = self._touch(contact, poses)
             for direction in directions:
                 at, along = place.value[:, :, 0], direction.value[:, :, 0]
-                found[row] = Push(at, along, (contact.body, contact.on))
+                pushes[row] = Push(at, along, (contact.body, contact.on))
                 row += 1
-        return found
+        return pushes
 
     def _poses(self, states: States) -> list[Jet]:
         return self._definition.motion(states, np.zeros_like(states.v))[1]
@@ -207,9 +207,9 @@ def _angle(y: Any, x: Any) -> Any:
 def _carry(H: Jet, place: Jet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return H' s, its rate without accelerations, and δH s, of the body's point at a place."""
     s = H[:, :3, :3].T @ (place - H[:, :3, 3:])
-    one = np.ones((*s.c.shape[2:-2], 1, 1))
-    at = np.concatenate([s.c[0, 0], one], axis=-2)
-    moving = np.concatenate([s.c[1, 0], 0 * one], axis=-2)
+    unit = np.ones((*s.c.shape[2:-2], 1, 1))
+    at = np.concatenate([s.c[0, 0], unit], axis=-2)
+    moving = np.concatenate([s.c[1, 0], 0 * unit], axis=-2)
     velocity = H.c[1, 0] @ at
     rate = 2 * H.c[2, 0] @ at + H.c[1, 0] @ moving
     shifts = H.c[0, 1:] @ at
