@@ -16,7 +16,7 @@ import mecanique as mq
 from mecanique.reference import Reference
 from mecanique.reference.engine import tree
 from mecanique.reference.engine.load import EngineModel, load
-from mecanique.reference.loops import loading
+from mecanique.reference.loops import closed
 
 
 @pytest.fixture
@@ -112,11 +112,11 @@ def test_a_loaded_mechanism_lives_no_longer_than_itself() -> None:
 def test_motions_do_not_keep_what_is_loaded() -> None:
     """Of many mechanisms those asked for last stay loaded, though their motions are there."""
     base = mq.textbook.load("simple_pendulum")
-    mechanisms = [base.replace(l=1.0 + k) for k in range(loading.MOST + 3)]
+    mechanisms = [base.replace(l=1.0 + k) for k in range(closed.MOST + 3)]
     motions = [mq.simulate(each, duration=0.1, method="dop853") for each in mechanisms[:2]]
     engines = [weakref.ref(Reference.of(each)._tree) for each in mechanisms]
     gc.collect()
-    assert [engine() is None for engine in engines] == [True] * 3 + [False] * loading.MOST
+    assert [engine() is None for engine in engines] == [True] * 3 + [False] * closed.MOST
     assert motions[0].energy().total[0] == pytest.approx(motions[0].energy().total[-1], rel=1e-12)
 
 
