@@ -33,8 +33,9 @@ class System:
         tags: words to find it by.
         options: whole numbers that change its structure, e.g. the number of links.
         facts: closed-form facts that the tests hold it to.
-        forms: lines of its derivation by Lagrange, of Routh's reduction or of its loops' single
-            equation as a book has them, each with the place there.
+        forms: lines of its derivation by Lagrange, of Routh's reduction, of its loops' single
+            equation or of small deviations as a book has them, each with the place there, or as
+            this library does where books differ; a factor of parameters may have been divided out.
     """
 
     title: str

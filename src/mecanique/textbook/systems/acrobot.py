@@ -105,4 +105,10 @@ SYSTEM = System(
             given={"K": 0.0},
         ),
     ),
+    forms={
+        (
+            "(m2 l2^2/3 + m2 l1 l2 cos(q2)/2) q1'' + m2 l2^2 q2''/3 + m2 l1 l2 sin(q2) q1'^2/2 + "
+            "m2 g l2 sin(q1 + q2)/2 = tau"
+        ): "Spong 1995, d12 q1'' + d22 q2'' + h2 + φ2 = τ, with uniform links",
+    },
 )

@@ -121,4 +121,10 @@ SYSTEM = System(
             given={"C": 0.0, "n": 1},
         ),
     ),
+    forms={
+        (
+            "V = k (q1^2 + (q2 - q1)^2 + (q3 - q2)^2 + (q4 - q3)^2)/2 + P l (cos(q1) + cos(q2) + "
+            "cos(q3) + cos(q4))"
+        ): "Hencky 1920, the energy of the hinges and of the load, here for four bars",
+    },
 )

@@ -67,4 +67,9 @@ SYSTEM = System(
             energy,
         ),
     ),
+    forms={
+        "J = 9 m l^2 + 8 m l^2 K_delta^2": (
+            "this library's form, by the coefficients of Eksergian; Example 1.2 has small motions"
+        ),
+    },
 )

@@ -106,4 +106,10 @@ SYSTEM = System(
             period,
         ),
     ),
+    forms={
+        (
+            "m l theta2''/3 + sin(theta2) lambda_closing2_x - cos(theta2) lambda_closing2_z + m "
+            "g cos(theta2)/2 = 0"
+        ): "this library's form; the source has coordinates of points",
+    },
 )

@@ -82,4 +82,9 @@ SYSTEM = System(
         ),
         facts.Reaction("the pin bears m a_G and the weight", "pin", reaction),
     ),
+    forms={
+        "((m1/3 + m2) l^2 + m2 r^2/2) q'' + (m1/2 + m2) g l sin(q) = 0": (
+            "Huygens, part IV: the moment of inertia times q'' and the moment of the weights"
+        ),
+    },
 )

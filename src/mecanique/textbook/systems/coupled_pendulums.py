@@ -81,4 +81,9 @@ SYSTEM = System(
         ),
         facts.Conserved("the energy with the spring's exact elongation", energy),
     ),
+    forms={
+        "m l^2 q1'' + m g l sin(q1) + k a (d - rho) (d cos(q1) - a sin(q1 - q2))/rho = 0": (
+            "this library's form; French has small motions"
+        ),
+    },
 )

@@ -93,4 +93,10 @@ SYSTEM = System(
             given={"w": 0.0},
         ),
     ),
+    forms={
+        "(l0 - w t) theta'' - 2 w theta' + cos(theta) x'' + g sin(theta) = 0": (
+            "Abdel-Rahman, Nayfeh & Masoud 2003, l θ'' + 2 l' θ' + x'' cos θ + g sin θ = 0 with "
+            "l = l0 - w t"
+        ),
+    },
 )

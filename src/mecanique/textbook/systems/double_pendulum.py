@@ -81,4 +81,9 @@ SYSTEM = System(
             "without gravity, the angular momentum about the upper pin", spin, given={"g": 0.0}
         ),
     ),
+    forms={
+        "l1 cos(q1 - q2) q1''/2 + l2 q2''/3 - l1 sin(q1 - q2) q1'^2/2 + g sin(q2)/2 = 0": (
+            "this library's form; Goldstein, ch. 1, ex. 22, has particles in place of rods"
+        ),
+    },
 )

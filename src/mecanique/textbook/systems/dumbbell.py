@@ -84,4 +84,9 @@ SYSTEM = System(
             lambda s: s["theta'"] ** 2 + s["phi'"] ** 2 * sin(s.theta) ** 2,
         ),
     ),
+    forms={
+        "theta'' - sin(theta) cos(theta) phi'^2 = 0": (
+            "this library's form: a rod in spherical coordinates about its center"
+        ),
+    },
 )

@@ -73,4 +73,12 @@ SYSTEM = System(
             "the energy m (r'² + r² theta'²) / 2 + k (r - l0)² / 2 - m g r cos(theta)", energy
         ),
     ),
+    forms={
+        "m r'' - m r theta'^2 + k (r - l0) - m g cos(theta) = 0": (
+            "this library's form, Newton's law along the spring in polar coordinates"
+        ),
+        "r^2 theta'' + 2 r r' theta' + g r sin(theta) = 0": (
+            "this library's form, the balance of the angular momentum"
+        ),
+    },
 )

@@ -89,4 +89,9 @@ SYSTEM = System(
             given={"g": 9.81, "l": 2.0, "W": (9.81 / 2.0 / 0.5403023058681398) ** 0.5},
         ),
     ),
+    forms={
+        (
+            "T = m l^2 ((cos(beta) alpha' - W sin(beta) cos(alpha))^2 + (beta' + W sin(alpha))^2)/2"
+        ): "this library's form; Landau & Lifshitz have small swings",
+    },
 )

@@ -70,4 +70,7 @@ SYSTEM = System(
             ],
         ),
     ),
+    forms={
+        "m z'' + m g = 0": "eq. 1.1, along z",
+    },
 )

@@ -68,4 +68,9 @@ SYSTEM = System(
             until=lambda s: 1.0,
         ),
     ),
+    forms={
+        "T = m (x'^2 + z'^2)/2 + m (a^2 + b^2) theta'^2/24": (
+            "eq. 1.32, with the moment of a plate"
+        ),
+    },
 )

@@ -106,4 +106,9 @@ SYSTEM = System(
             until=lambda s: 1.0,
         ),
     ),
+    forms={
+        "(m r^2/4 + m l^2/12) free_wx' + (m r^2/2 - m r^2/4 - m l^2/12) free_wy free_wz = 0": (
+            "Landau & Lifshitz, eq. 36.5, with the moments of a cylinder"
+        ),
+    },
 )

@@ -94,4 +94,10 @@ SYSTEM = System(
             lambda s: [0, sqrt((1 + 3 * s.m / s.M) * s.g / s.l)],
         ),
     ),
+    forms={
+        (
+            "m r l cos(theta) alpha'' + m l^2 theta'' - m l^2 sin(theta) cos(theta) alpha'^2 + m "
+            "g l sin(theta) = 0"
+        ): "Cazzolato & Prime 2011, with a particle at the end of a massless rod",
+    },
 )

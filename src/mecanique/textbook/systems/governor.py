@@ -100,4 +100,9 @@ SYSTEM = System(
             "turning at psi'² = ((m + M) g - k (2 l cos theta - a)) / (m l cos theta)", turning
         ),
     ),
+    forms={
+        "p_psi = (J + m l^2 sin(theta1)^2 + m l^2 sin(theta2)^2) psi'": (
+            "this library's form; the sources have steady speeds"
+        ),
+    },
 )

@@ -83,4 +83,9 @@ SYSTEM = System(
         ),
         facts.Steady("upright is an equilibrium at any time", {"q": 3.141592653589793}),
     ),
+    forms={
+        "q'' + (g - A W^2 cos(W t)) sin(q)/l = 0": (
+            "Stephenson 1908; Landau & Lifshitz, sect. 30, problem 1"
+        ),
+    },
 )

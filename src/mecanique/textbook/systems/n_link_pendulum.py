@@ -106,4 +106,10 @@ SYSTEM = System(
         ),
         facts.Conserved("the energy v·M v / 2 - m g l Σ (n + 1 - i) cos(qi)", energy),
     ),
+    forms={
+        (
+            "l cos(q1 - q4) q1'' + l cos(q2 - q4) q2'' + l cos(q3 - q4) q3'' + l q4'' - l sin(q1 "
+            "- q4) q1'^2 - l sin(q2 - q4) q2'^2 - l sin(q3 - q4) q3'^2 + g sin(q4) = 0"
+        ): "this library's form, here of four links; Goldstein, ch. 1, ex. 22, has two",
+    },
 )

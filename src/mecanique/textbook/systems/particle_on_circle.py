@@ -54,4 +54,7 @@ SYSTEM = System(
             advance={"theta": 6.283185307179586},
         ),
     ),
+    forms={
+        "T = m R^2 theta'^2/2": "Figure 1.1, by the angle",
+    },
 )

@@ -55,4 +55,7 @@ SYSTEM = System(
             until=lambda s: 2.0,
         ),
     ),
+    forms={
+        "T = m R^2 x'^2/(2 (R^2 - x^2))": "Figure 1.1, by the abscissa",
+    },
 )

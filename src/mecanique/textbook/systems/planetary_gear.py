@@ -158,4 +158,7 @@ SYSTEM = System(
             energy,
         ),
     ),
+    forms={
+        "V = m g (rs + rp) cos(arm)": "this library's form; the sources have ratios of speeds",
+    },
 )

@@ -97,4 +97,7 @@ SYSTEM = System(
             lambda s: 2 * pi / rate(s),
         ),
     ),
+    forms={
+        "(M + m/2) x'' + k x - D/r = 0": "this library's form; the source has the line of action",
+    },
 )

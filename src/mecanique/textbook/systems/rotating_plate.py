@@ -65,4 +65,7 @@ SYSTEM = System(
         facts.Frequencies("ω = sqrt(k / I_o)", lambda s: [sqrt(s.k / inertia(s))]),
         facts.Reaction("the axis bears m a_G and the weight", "corner", support),
     ),
+    forms={
+        "T = m (a^2 + b^2) theta'^2/6": "eq. 1.33, with I_o = m (a^2 + b^2)/3",
+    },
 )

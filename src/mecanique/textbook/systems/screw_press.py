@@ -102,4 +102,9 @@ SYSTEM = System(
             lambda s: inertia(s) * s["theta'"] ** 2 / 2 - ((s.m + s.M) * s.g * s.p + s.D) * s.theta,
         ),
     ),
+    forms={
+        "(m R^2/2 + (m + M) p^2) theta'' - (m + M) g p - D = 0": (
+            "this library's form; the source has the screw's pitch"
+        ),
+    },
 )

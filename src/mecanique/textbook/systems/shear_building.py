@@ -109,4 +109,9 @@ SYSTEM = System(
         facts.Frequencies("ω_j = 2 sqrt(k / m) sin((2 j - 1) pi / (4 n + 2))", frequencies),
         facts.Eigenvalues("free motion decays as e^(λ t), λ² + (c / k) ω_j² λ + ω_j² = 0", roots),
     ),
+    forms={
+        "m u5'' + c (u5' - u4') + k (u5 - u4) = -m ag": (
+            "Chopra, sect. 9.1 and 13.2, the row of the roof"
+        ),
+    },
 )

@@ -141,4 +141,10 @@ SYSTEM = System(
             front_force,
         ),
     ),
+    forms={
+        (
+            "(J + Ja + 2 Jw + m l^2 cos(phi)^2/sin(phi)^2) theta'' + m B l^2 W sin(W t) cos(phi) "
+            "theta'/sin(phi)^3 = Ja A W^2 sin(W t)"
+        ): "Ostrowski et al. 1994, reduced to the heading",
+    },
 )

@@ -98,4 +98,10 @@ SYSTEM = System(
         facts.Conserved("without damping, the energy", energy, given={"b": 0.0}),
         facts.Steady("hanging, q1 = -pi/2 and q2 = 0, is an equilibrium", {"q1": -np.pi / 2}),
     ),
+    forms={
+        (
+            "(m2 l2^2/3 + m2 l1 l2 cos(q2)/2) q1'' + m2 l2^2 q2''/3 + m2 l1 l2 sin(q2) q1'^2/2 + "
+            "b q2' + m2 g l2 cos(q1 + q2)/2 = tau2"
+        ): "Spong, Hutchinson & Vidyasagar, sect. 6.4, with uniform links and friction",
+    },
 )

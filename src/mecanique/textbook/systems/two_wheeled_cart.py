@@ -151,4 +151,10 @@ SYSTEM = System(
             at=lambda s: {"z": s.r},
         ),
     ),
+    forms={
+        (
+            "((m + 2 mw) r^2 + 2 Jw) (b yaw'' + r left'' + r pitch'') - m h r^2 (cos(pitch) "
+            "pitch'' - sin(pitch) pitch'^2 - sin(pitch) yaw'^2) = 0"
+        ): "this library's form, by Maggi's equations",
+    },
 )
