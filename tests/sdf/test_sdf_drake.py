@@ -10,7 +10,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.formats.sdf import read_sdf
-from mecanique.model.joints import Floating
+from mecanique.model.joints import Floating, Spherical
 
 INERTIA = (
     "<inertia><ixx>0.3</ixx><iyy>0.2</iyy><izz>0.4</izz><ixy>0.01</ixy><iyz>0.02</iyz></inertia>"
@@ -43,6 +43,26 @@ AXIS = "<axis><xyz{}>0 1 0.5</xyz></axis>"
 def dynamics(text: str) -> str:
     return f"<axis><xyz>0 1 0</xyz><dynamics>{text}</dynamics></axis>"
 
+
+def collision(name: str, pose: str, shape: str, more: str = "") -> str:
+    geometry = f"<geometry>{shape}</geometry>"
+    return f'<collision name="{name}"><pose>{pose}</pose>{more}{geometry}</collision>'
+
+
+SOLIDS = (
+    collision("box", "0.1 0 0 0.1 0.2 0.3", "<box><size>0.1 0.2 0.3</size></box>")
+    + collision("ball", "0 1 0 0 0 0", "<sphere><radius>0.2</radius></sphere>")
+    + collision(
+        "can",
+        "0 0 1 1 0 0",
+        "<cylinder><radius>0.2</radius><length>0.4</length></cylinder>",
+        "<density>500</density>",
+    )
+    + collision(
+        "pill", "0 0 1 1 2 0", "<capsule><radius>0.2</radius><length>0.4</length></capsule>"
+    )
+    + collision("egg", "1 0 1 1 2 0", "<ellipsoid><radii>0.1 0.2 0.3</radii></ellipsoid>")
+)
 
 TEXTS = {
     "free": model(A),
@@ -171,6 +191,31 @@ TEXTS = {
             "r", "a", "b", "<axis><xyz>0 1 0</xyz></axis><axis2><xyz>1 0 0</xyz></axis2>"
         ).replace("revolute", "universal")
     ),
+    "universal with damping": model(
+        TWO
+        + joint(
+            "r",
+            "a",
+            "b",
+            f"{dynamics('<damping>0.3</damping>')}<axis2><xyz>1 0 0</xyz></axis2>",
+            "<pose>0.1 0.2 0.3 0.4 0.5 0.6</pose>",
+        ).replace("revolute", "universal")
+    ),
+    "ball with damping": model(
+        TWO + joint("r", "a", "b", dynamics("<damping>0.3</damping>")).replace("revolute", "ball")
+    ),
+    "ball of the world with damping": model(
+        A + joint("r", "world", "a", dynamics("<damping>0.3</damping>")).replace("revolute", "ball")
+    ),
+    "inertia of collisions": model(
+        f'<link name="a"><inertial auto="true"><density>300</density></inertial>{SOLIDS}</link>'
+        f"{ROOT}",
+        "1.11",
+    ),
+    "inertia of collisions by mass": model(
+        f'<link name="a"><inertial auto="true"><mass>7</mass></inertial>{SOLIDS}</link>{ROOT}',
+        "1.11",
+    ),
     "world": f'<sdf version="1.9"><world name="w"><gravity>1 2 -3</gravity>'
     f'<model name="m">{TWO}{joint("r", "a", "b")}</model></world></sdf>',
     "two models": f'<sdf version="1.9"><world name="w"><model name="m">{TWO}'
@@ -186,7 +231,7 @@ TEXTS = {
 def norm(text: str, mechanism: mq.Mechanism, q: Any, v: Any) -> tuple[Any, Any, Any]:
     """Drake's mass matrix, bias and inverse dynamics in this package's velocities."""
     from pydrake.common.eigen_geometry import Quaternion
-    from pydrake.math import RotationMatrix
+    from pydrake.math import RollPitchYaw, RotationMatrix
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
     from pydrake.multibody.tree import JointIndex, MultibodyForces
@@ -215,6 +260,11 @@ def norm(text: str, mechanism: mq.Mechanism, q: Any, v: Any) -> tuple[Any, Any, 
             continue
         theirs = carriers[ours.child] if isinstance(ours, Floating) else joints[ours.name]
         start, row = theirs.position_start(), theirs.velocity_start()
+        if isinstance(ours, Spherical):  # Drake's has three angles, and turns in the parent's axes
+            pose = RotationMatrix(Quaternion(np.roll(q[at], 1)))
+            place[start : start + 3] = RollPitchYaw(pose).vector()
+            turn[row : row + 3, columns] = pose.matrix()
+            continue
         if not isinstance(ours, Floating):
             place[start : start + len(at)] = q[at]
             turn[range(row, row + len(at)), columns] = 1.0

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from test_sdf_drake import MASS, ROOT, TWO, A, B, joint, link, model
+from test_sdf_drake import MASS, ROOT, TWO, A, B, dynamics, joint, link, model
 
 import mecanique as mq
 from mecanique.cli import app
@@ -120,6 +120,19 @@ def test_a_link_without_gravity_weighs_nothing() -> None:
     assert np.abs(engine.inverse_dynamics([0.3], [0.0], [0.0])).max() < 1e-14
 
 
+def test_comments_may_hold_hyphens_and_places_stay() -> None:
+    text = model(f"<!-- gz sim --record -->\n<!---->{A}").replace(
+        "<model", "<world name='w'><actor name='b'/><!-- -- --><model"
+    )
+    mechanism = read_sdf(text.replace("</sdf>", "</world></sdf>"))
+    assert mechanism.nv == 6
+    assert mq.read("<mujoco><!-- a -- b --><worldbody/></mujoco>").nv == 0
+    with pytest.raises(mq.InputError, match="line 3: <cat> in <model>"):
+        read_sdf(model("<!-- --\n-- -->\n<cat/>"))
+    with pytest.raises(mq.UrdfError, match="not well-formed"):
+        mq.read("<robot name='a'><!-- a -- b --><link name='b'/></robot>")
+
+
 def test_models_are_included_from_files(tmp_path: Path) -> None:
     folder = tmp_path / "parts" / "arm"
     folder.mkdir(parents=True)
@@ -207,7 +220,23 @@ def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
             model(A + '<frame name="f" attached_to="f"/>' + joint("q", "world", "f")),
             "frames are attached to one another in a circle",
         ),
-        (model(A.replace("<inertial>", '<inertial auto="true">')), 'auto="true" of <inertial>'),
+        (model(A.replace("<inertial>", '<inertial auto="true">')), "the collisions have no mass"),
+        (
+            model(
+                '<link name="a"><inertial auto="true"/><collision name="c"><geometry><mesh/>'
+                "</geometry></collision></link>"
+            ),
+            "the inertia of this <collision> is not computed",
+        ),
+        (
+            model(
+                TWO
+                + joint("r", "a", "b", dynamics("<spring_stiffness>1</spring_stiffness>")).replace(
+                    "revolute", "ball"
+                )
+            ),
+            "spring_stiffness of a ball joint is not read",
+        ),
         (model(A.replace("<mass>2", "<mass>two")), "expected 1 finite number in <mass>"),
         (model(A + joint("q", "a", "world")), "a joint whose child is the world is not read"),
         (model(A + joint("q", "a", "a")), "it joins link 'a' to itself"),

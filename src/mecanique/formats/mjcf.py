@@ -34,6 +34,7 @@ from mecanique.formats.sources import (
     MOST_ELEMENTS,
     Source,
     placement_at,
+    resist_rates,
     turn_about,
     turn_from_z,
     turn_of,
@@ -632,22 +633,18 @@ class _Reader(Source):
             self._carried_along[child] = values["armature"] if form == "free" else 0.0
             if form == "free" and parent != GROUND:
                 raise self.refuse(element, "a free joint expects a body of the world")
-            if damping[0] and self._settings.has("damper"):
-                self._damp(name, form, parent, child, float(damping[0]))
         at = np.eye(4)
         at[:3, 3] = (frame @ [*self.numbers(element, texts, "pos", (0, 0, 0), 3), 1.0])[:3]
-        if form == "free":
-            at = np.eye(4)
         if form in ("free", "ball"):
+            at = np.eye(4) if form == "free" else at
             shown = home @ at
             for turns in (False, True) if form == "free" else (True,):
                 for axis in shown[:3, :3].T:
                     self._motions.append(_Motion(name, child, turns, axis, shown[:3, 3]))
-        if form == "free":
-            self._joints.append(Floating(name, parent, child))
-            return np.eye(4)
-        if form == "ball":
-            self._joints.append(Spherical(name, parent, child, origin=placement_at(pose @ at)))
+            ball = Spherical(name, parent, child, origin=placement_at(pose @ at))
+            joint = Floating(name, parent, child) if form == "free" else ball
+            self._joints.append(joint)
+            self._forces += resist_rates(joint, float(damping[0] * self._settings.has("damper")))
             return np.asarray(np.linalg.inv(at))
         if form not in ("hinge", "slide"):
             raise self.refuse(
@@ -804,18 +801,6 @@ class _Reader(Source):
         while body != GROUND and isinstance(carriers[body], Fixed | Prismatic):
             body = carriers[body].parent
         return body != GROUND
-
-    def _damp(self, name: str, form: str, parent: str, child: str, damping: float) -> None:
-        """Add the resistance to each velocity of a free or ball joint, in the child's axes."""
-        wx, wy, wz = (-damping * coordinate(f"{name}_w{k}") for k in "xyz")
-        self._forces.append(Torque(f"{name}_damper", child, (wx, wy, wz), axes=child))
-        if form == "free":
-            fx, fy, fz = (-damping * coordinate(f"{name}_v{k}") for k in "xyz")
-            drag = Force(f"{name}_drag", child, (0.0, 0.0, 0.0), (fx, fy, fz), axes=child)
-            self._forces.append(drag)
-        elif self._turns(parent):
-            reaction = Torque(f"{name}_damper_on_{parent}", parent, (-wx, -wy, -wz), axes=child)
-            self._forces.append(reaction)
 
     def _immerse(self, option: Element) -> None:
         """Add the forces of the medium on the boxes that have the inertia of the bodies.

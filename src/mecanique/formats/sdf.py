@@ -23,6 +23,7 @@ from mecanique.formats.sources import (
     GROUND,
     Source,
     placement_at,
+    resist_rates,
     turn_of,
     unit_vector,
 )
@@ -50,7 +51,7 @@ from mecanique.model.placement import Placement, pose_of
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.packages import MeshSearch, PackagePath
-from mecanique.urdf.solids import Mass, no_mass
+from mecanique.urdf.solids import Mass, no_mass, solid_of, sum_masses
 
 _UNBOUNDED = 1e16
 """SDF's word for no limit, and all above it."""
@@ -62,6 +63,7 @@ _MOST_DEPTH = 20
 """Deepest nesting of models, so that one which includes itself ends."""
 
 _OMITTED = {
+    "actor": "actors",
     "audio_sink": "sounds",
     "audio_source": "sounds",
     "battery": "batteries",
@@ -489,7 +491,7 @@ class _Reader(Source):
             return Mass(1.0, np.zeros(3), np.eye(3))
         self._check(inertial, "inertial")
         if inertial.attributes.get("auto", "false") in ("true", "1"):
-            raise self.refuse(inertial, 'auto="true" of <inertial> is not read')
+            return self._inertia_of(element, inertial)
         pose, relative = self._pose_in(inertial)
         if relative:
             raise self.refuse(inertial, "the pose of <inertial> is always relative to its link")
@@ -502,6 +504,40 @@ class _Reader(Source):
         entries = [self._number_in(stated, name, default) for name, default in names.items()]
         return Mass(mass, np.zeros(3), tensor_of(entries)).move(pose)
 
+    def _inertia_of(self, link: Element, inertial: Element) -> Mass:
+        """The mass that a link's collisions have by their volumes and densities, or as stated."""
+        density = self._number_in(inertial, "density", 1000.0)
+        parts: list[Mass] = []
+        for collision in link.all("collision"):
+            pose, relative = self._pose_in(collision)
+            geometry = collision.child("geometry")
+            shape = next(iter(geometry.children), None) if geometry is not None else None
+            size = None if shape is None or relative else self._half_size(shape)
+            if shape is None or size is None:
+                raise self.refuse(collision, "the inertia of this <collision> is not computed")
+            volume, squares = solid_of(shape.tag, size)
+            mass = self._number_in(collision, "density", density) * volume
+            parts.append(Mass(mass, np.zeros(3), np.diag(mass * squares)).move(pose))
+        whole = sum_masses(parts)
+        if not whole.mass > 0:
+            raise self.refuse(inertial, "the collisions have no mass")
+        mass = self._number_in(inertial, "mass", whole.mass)
+        return Mass(mass, whole.center, mass / whole.mass * whole.inertia)
+
+    def _half_size(self, shape: Element) -> Array | None:
+        """Half the sizes along three axes, as far as a simple solid has them."""
+        radius = self._number_in(shape, "radius", 0.5 if shape.tag == "capsule" else 1.0)
+        match shape.tag:
+            case "box":
+                return self._numbers_in(shape, "size", (1, 1, 1)) / 2
+            case "sphere":
+                return np.array([radius, 0.0, 0.0])
+            case "cylinder" | "capsule":
+                return np.array([radius, self._number_in(shape, "length", 1.0) / 2, 0.0])
+            case "ellipsoid":
+                return self._numbers_in(shape, "radii", (1, 1, 1))
+        return None
+
     def _visuals(self, element: Element) -> Iterator[Visual]:
         for visual in element.all("visual"):
             geometry = visual.child("geometry")
@@ -512,17 +548,15 @@ class _Reader(Source):
                 yield Visual(drawn, placement_at(pose))
 
     def _geometry(self, shape: Element) -> Geometry | None:
+        size = self._half_size(shape)
+        a, b, c = (0.0, 0.0, 0.0) if size is None else size.tolist()
         match shape.tag:
             case "box":
-                x, y, z = self._numbers_in(shape, "size", (1, 1, 1)).tolist()
-                return Box((x, y, z)) if min(x, y, z) > 0 else None
+                return Box((2 * a, 2 * b, 2 * c)) if min(a, b, c) > 0 else None
             case "cylinder":
-                radius = self._number_in(shape, "radius", 1.0)
-                length = self._number_in(shape, "length", 1.0)
-                return Cylinder(radius, length) if min(radius, length) > 0 else None
+                return Cylinder(a, 2 * b) if min(a, b) > 0 else None
             case "sphere":
-                radius = self._number_in(shape, "radius", 1.0)
-                return Sphere(radius) if radius > 0 else None
+                return Sphere(a) if a > 0 else None
             case "mesh":
                 uri = shape.child("uri")
                 if uri is None or not uri.text.strip():
@@ -645,10 +679,11 @@ class _Reader(Source):
             case _:
                 raise self.refuse(element, f"a joint of type {kind!r} is not read")
         for stated in axes:
-            dynamics = stated.child("dynamics")
-            for tag in ("damping", "spring_stiffness"):
-                if self._number_in(dynamics, tag, 0.0):
-                    raise self.refuse(stated, f"{tag} of a {kind} joint is not read")
+            if self._number_in(stated.child("dynamics"), "spring_stiffness", 0.0):
+                raise self.refuse(stated, f"spring_stiffness of a {kind} joint is not read")
+        # Drake takes the damping of the first axis for all
+        damping = self._number_in(axis.child("dynamics") if axis else None, "damping", 0.0)
+        self._forces += resist_rates(self._joints[-1], damping)
 
     def _single(self, joint: _Joint, kind: str, axis: Element | None, place: Placement) -> None:
         """Add a joint with one coordinate, its spring, its damper and what it follows."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,8 +17,10 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.bodies import Body
 from mecanique.model.expression import Scalar, coordinate, symbols_in
+from mecanique.model.forces import Force, Torque
+from mecanique.model.joints import Floating, Joint, Universal
 from mecanique.model.mechanism.validation import inertia_fault
-from mecanique.model.placement import Placement, rpy_of
+from mecanique.model.placement import Placement, pose_of, rpy_of
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
 from mecanique.urdf.parse import MOST_BYTES, parse
@@ -155,6 +157,28 @@ def placement_at(pose: Array) -> Placement:
     """Return the placement of a pose, shape (4, 4)."""
     x, y, z = pose[:3, 3].tolist()
     return Placement((x, y, z), rpy_of(pose[:3, :3]))
+
+
+def resist_rates(joint: Joint, damping: float) -> Iterator[Force | Torque]:
+    """Yield the resistance to each velocity of a ball, universal or free joint, on both bodies."""
+    if not damping:
+        return
+    rates = np.array([coordinate(name) for name in joint.velocities[-3:]])
+    axes, turn = joint.child, np.eye(3)
+    if isinstance(joint, Universal):  # whose second axis the first one turns, both in the parent
+        from sympy import cos, sin
+
+        first = coordinate(joint.coordinates[0])
+        axes, turn = joint.parent, pose_of(joint.origin)[:3, :3]
+        rates = np.array([rates[0], rates[1] * cos(first), rates[1] * sin(first)])
+    x, y, z = -damping * turn @ rates
+    yield Torque(f"{joint.name}_damper", joint.child, (x, y, z), axes=axes)
+    if joint.parent != GROUND:
+        name = f"{joint.name}_damper_on_{joint.parent}"
+        yield Torque(name, joint.parent, (-x, -y, -z), axes=axes)
+    if isinstance(joint, Floating):
+        fx, fy, fz = (-damping * coordinate(name) for name in joint.velocities[:3])
+        yield Force(f"{joint.name}_drag", joint.child, (0.0, 0.0, 0.0), (fx, fy, fz), axes=axes)
 
 
 def unit_vector(vector: Array | Sequence[float]) -> Array:

@@ -11,6 +11,8 @@ from mecanique.safe_xml import Reader, XmlRefusedError
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
 
+_COMMENT = re.compile(rb"<!--(.*?)-->", re.DOTALL)
+_FOREIGN = re.compile(rb"<(mujoco|sdf)")
 _LATE = re.compile(
     rb"""\s+(<\?xml\s+version\s*=\s*["']1\.0["'](?:\s+encoding\s*=\s*["']utf-8["'])?\s*\?>)""",
     re.IGNORECASE,
@@ -41,7 +43,7 @@ def parse(data: bytes | str, report: Report) -> Element | None:
         return None
     builder = _Builder("UTF-8" if isinstance(data, str) else None)
     try:
-        builder.reader.read(_blank_late_declaration(raw, report))
+        builder.reader.read(_blank_hyphens(_blank_late_declaration(raw, report)))
     except XmlRefusedError as refused:
         match refused.reason:
             case "malformed":
@@ -65,6 +67,13 @@ def _blank_late_declaration(raw: bytes, report: Report) -> bytes:
     line = raw.count(b"\n", 0, late.start(1)) + 1
     report.aside.add("M007", line, "", "the text begins with blanks before its <?xml … ?>")
     return raw[: late.start(1)] + re.sub(rb"[^\n]", b" ", late.group(1)) + raw[late.end() :]
+
+
+def _blank_hyphens(raw: bytes) -> bytes:
+    """Return MJCF and SDF without hyphens in comments, where engines take any and XML no two."""
+    if _FOREIGN.search(raw) is None:
+        return raw
+    return _COMMENT.sub(lambda comment: b"<!--" + comment[1].replace(b"-", b" ") + b"-->", raw)
 
 
 @final
