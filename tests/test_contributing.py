@@ -40,6 +40,7 @@ ELSEWHERE = {
         "formats/mjcf.py",
         "formats/mjcf_write.py",
         "formats/scope.py",
+        "formats/sources.py",
         "formats/sdf.py",
         "conversion.py",
         "formats/read.py",
