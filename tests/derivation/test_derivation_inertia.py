@@ -208,3 +208,17 @@ def test_every_system_states_the_form_of_a_book_or_that_it_is_the_librarys() -> 
     assert not is_alike("T = m x'^2/2", "T = m x'^2", "x")
     assert not is_alike("x x'' = 0", "x'' = 0", "x")
     assert is_alike("m x''/2 + k x/2 = 0", "m x'' + k x = 0", "x")
+
+
+@pytest.mark.parametrize(
+    ("name", "idle"),
+    [
+        ("heavy_top", "no force but weights does work:"),
+        ("rotating_plate", "no force but springs does work:"),
+        ("double_pendulum", "no force but weights does work:"),
+        ("particle_on_circle", "no force does work:"),
+        ("kepler_orbit", "no force but attraction does work:"),
+    ],
+)
+def test_an_energy_integral_names_what_does_work(name: str, idle: str) -> None:
+    assert idle in " ".join(derive_system(name).text(steps=True).split())

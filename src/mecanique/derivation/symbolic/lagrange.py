@@ -168,12 +168,12 @@ def energy_integral(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stag
     if lagrange.D or driven or timed or any(work.kind == "work" for work in works):
         return []
     potentials = [work for work in works if work.kind == "potential"]
-    usual = gravity or not potentials or any(work.elastic for work in potentials)
-    sources = ["weights", "springs"] if usual else []
-    sources += [work.name for work in works if work.kind == "potential" and not work.elastic]
-    idle = f"Nothing depends on time, no force but {enumerate_words(sources)} does work" + (
-        ", and the constraints do none" if ties else ""
-    )
+    sources = ["weights"] if gravity else []
+    sources += ["springs"] if any(work.elastic for work in potentials) else []
+    sources += [work.name for work in potentials if not work.elastic]
+    idle = "Nothing depends on time, no force "
+    idle += f"but {enumerate_words(sources)} does work" if sources else "does work"
+    idle += ", and the constraints do none" if ties else ""
     potential = partial(_write_potential, gravity, works, V)
     if _find_orders(T) <= {2}:
         sentence = f"{idle}: the total energy is constant along any motion."
