@@ -14,7 +14,7 @@ import pytest
 from systems import derive_system
 
 from mecanique import textbook
-from mecanique.derivation import readable
+from mecanique.derivation import METHODS
 from mecanique.derivation.document import to_page
 from mecanique.derivation.printing.lines import PAGE, align, display, number_rows, width
 from mecanique.derivation.printing.prose import to_latex
@@ -79,7 +79,7 @@ def fragments() -> dict[str, str]:
     """Every step of all systems by all methods in which they can be read."""
     found = {}
     for name in textbook.names():
-        for method in readable(textbook.load(name)):
+        for method in METHODS:
             equations = derive_system(name, method)
             if equations.symbolic:
                 found[f"{name} {method}"] = equations.latex(steps=True)

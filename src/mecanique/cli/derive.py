@@ -288,7 +288,7 @@ def derivation(
 
 def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     """Return the derivations by all methods with every step, and whether they agree."""
-    from mecanique.derivation import readable
+    from mecanique.derivation import METHODS
     from mecanique.derivation.methods import agreement
     from mecanique.derivation.printing.prose import to_latex
 
@@ -296,7 +296,7 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     if shortest.symbolic and not shortest.legible:  # the others are longer and take minutes
         return derivation(mechanism, shortest.method, form, steps=True)
     parts, explained = list[str](), frozenset[str]()
-    for method in readable(mechanism):
+    for method in METHODS:
         equations = mq.derive(mechanism, method=method)
         if not equations.legible:
             parts.append(derivation(mechanism, method, form, steps=True))

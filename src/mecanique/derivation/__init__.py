@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mecanique.derivation.equations import Solved
-from mecanique.derivation.methods import METHODS, derive, readable
+from mecanique.derivation.methods import METHODS, derive
 from mecanique.derivation.reduction import Reduction, routh
 from mecanique.derivation.single_equation import SingleEquation, reduce_loops
 
@@ -13,7 +13,6 @@ __all__ = [
     "SingleEquation",
     "Solved",
     "derive",
-    "readable",
     "reduce_loops",
     "routh",
 ]

@@ -86,11 +86,6 @@ def _derive_symbols(mechanism: Mechanism, method: str) -> Derivation:
     return METHODS[method].symbolic(mechanism, None).derivation()
 
 
-def readable(mechanism: Mechanism) -> tuple[str, ...]:
-    """Return the methods whose derivations can be written out, in textbook order."""
-    return tuple(METHODS)
-
-
 def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
     """Derive a mechanism by every method in the same symbols, by name in textbook order."""
     algebra = Algebra(mechanism)

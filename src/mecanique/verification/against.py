@@ -25,6 +25,7 @@ from mecanique.verification.foreign import (
     ask_fmu,
     ask_in_child,
     ask_library,
+    quantity_of,
     read_samples,
 )
 from mecanique.verification.rounding import rounding
@@ -214,18 +215,16 @@ def _ask_file(
     """Ask an FMU, a shared library, a URDF file, or take the samples of a CSV file."""
     name = os.path.basename(os.fspath(path))
     ending = os.path.splitext(path)[1].lower()
+    if not (ending == ".fmu" or ending in LIBRARIES or _is_urdf(path)):
+        states, tau = read_samples(path, mechanism)
+        return _Source(name, states, {"inverse dynamics": tau}, given=name)
+    states = random_states(mechanism, samples, seed)
     if ending == ".fmu":
-        states = random_states(mechanism, samples, seed)
         return _Source(name, states, ask_fmu(path, mechanism, states))
     if ending in LIBRARIES:
-        states = random_states(mechanism, samples, seed)
         given = (path, header, mechanism, states)
         return _Source(name, states, ask_in_child(name, ask_library, *given))
-    if _is_urdf(path):
-        states = random_states(mechanism, samples, seed)
-        return _ask_mechanism(mechanism, read(path), states)
-    states, tau = read_samples(path, mechanism)
-    return _Source(name, states, {"inverse dynamics": tau}, given=name)
+    return _ask_mechanism(mechanism, read(path), states)
 
 
 def _ask_mechanism(mechanism: Mechanism, theirs: Mechanism, states: States) -> _Source:
@@ -279,13 +278,13 @@ def _functions(
     name = getattr(given, "__name__", "")
     if callable(getattr(given, "name_in", None)):
         name = getattr(given, "name", str)()  # CasADi's
-    known = [quantity for quantity in TAKES if name == quantity or name.endswith(f"_{quantity}")]
-    if not known:
+    quantity = quantity_of(name)
+    if not quantity:
         raise InputError(
             f"expected a function called after what it gives ({', '.join(TAKES)}), got {name!r}; "
             f"say what it gives: against={{'acceleration': function}}"
         )
-    return Functions.of({known[0]: given})
+    return Functions.of({quantity: given})
 
 
 def _compare_some(

@@ -17,7 +17,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.formats.read import read
 from mecanique.model import slips
 from mecanique.model.bodies import Body
-from mecanique.model.bodies.tensor import moments_of, tensor_of
+from mecanique.model.bodies.tensor import entries_of, moments_of, tensor_of
 from mecanique.model.expression import plain, symbols_in
 from mecanique.model.force_base import JointLoad
 from mecanique.model.joint_base import Limits, Single
@@ -204,9 +204,6 @@ def _alike(joint_a: Joint, twin_joint: Joint, body: Body, twin: Body) -> bool:
 _SAME = 1e-9
 """Numbers that differ by less, relative to their size, are the same, written another way."""
 
-_ROWS, _COLUMNS = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
-"""Where xx, yy, zz, xy, xz, yz stand in a tensor."""
-
 _STATES = 4
 """Number of random states at which a change is weighed."""
 
@@ -353,7 +350,7 @@ def _bodies(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
             yield _change(where, "center of mass", c, d, "m", slip), body.replace(center=d)
         if _differ(inertia, moment, 1e-7):
             slip = inertia_slip(m, c, inertia, moment)
-            old, new = (tensor[_ROWS, _COLUMNS] for tensor in (inertia, moment))
+            old, new = (np.array(entries_of(tensor)) for tensor in (inertia, moment))
             yield (
                 _change(where, "inertia xx yy zz xy xz yz", old, new, "kg·m²", slip),
                 Body(body.name, *body.replace(inertia=twin.inertia).shapes, as_given=True),

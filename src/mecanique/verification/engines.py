@@ -71,9 +71,7 @@ _STATES = 5
 
 def read_by(mechanism: Mechanism, engines: Sequence[str], seed: int) -> tuple[EngineReading, ...]:
     """Compare what engines read from a mechanism's file; nothing if it is from no file."""
-    # a verdict without Pinocchio says so in its first line
-    chosen = [engine_of(name) for name in engines if name != "pinocchio" or has_pinocchio()]
-    origin = mechanism.origin
+    chosen, origin = _choose(engines), mechanism.origin
     if origin is None:
         return ()
     x, y, z = mechanism.evaluate_all(mechanism.gravity)
@@ -99,11 +97,14 @@ def read_text_by(
         states: number of them.
         passive: the springs and dampers that engines compute, if they compute any.
     """
-    tree = _strip(mechanism)
-    chosen = [engine_of(name) for name in engines if name != "pinocchio" or has_pinocchio()]
-    origin = Origin(None, text.encode())
+    tree, origin = _strip(mechanism), Origin(None, text.encode())
     loaded = replace(tree, forces=tuple(passive))
-    return _compare_all(tree, origin, chosen, seed, states, loaded)
+    return _compare_all(tree, origin, _choose(engines), seed, states, loaded)
+
+
+def _choose(engines: Sequence[str]) -> list[Engine]:
+    # a verdict without Pinocchio says so in its first line
+    return [engine_of(name) for name in engines if name != "pinocchio" or has_pinocchio()]
 
 
 def engine_of(name: str) -> Engine:

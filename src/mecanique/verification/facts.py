@@ -491,14 +491,6 @@ def _margin(bench: Bench, fact: StabilityLimit) -> float:
     return float(np.linalg.det(turn - np.eye(2 * n)))
 
 
-def _acceleration(bench: Bench, fact: Acceleration) -> float:
-    return _at_states(bench, fact.formula, bench.dynamics.acceleration)
-
-
-def _kinetic_energy(bench: Bench, fact: KineticEnergy) -> float:
-    return _at_states(bench, fact.formula, lambda q, v, t: bench.dynamics.energy(q, v, t)[0])
-
-
 def _reaction(bench: Bench, fact: Reaction) -> float:
     """Compare the force in a joint; in all, where something not described guides across it."""
     reference = bench.reference
@@ -512,9 +504,11 @@ def _guide_force(bench: Bench, fact: GuideForce) -> float:
 
 
 _RESIDUALS: dict[type, Callable[[Bench, Any], float]] = {
-    Acceleration: _acceleration,
+    Acceleration: lambda bench, fact: _at_states(bench, fact.formula, bench.dynamics.acceleration),
     MassMatrix: _mass_matrix,
-    KineticEnergy: _kinetic_energy,
+    KineticEnergy: lambda bench, fact: _at_states(
+        bench, fact.formula, lambda q, v, t: bench.dynamics.energy(q, v, t)[0]
+    ),
     Reaction: _reaction,
     GuideForce: _guide_force,
     Conserved: _drift,

@@ -96,7 +96,7 @@ def load_library(
                 f"expected n{kind} = {expected} ({', '.join(names)}) in {header}, it states {size}"
             )
     declared: dict[str, str] = dict(_DECLARATION.findall(text))
-    wanted = {name: what for name in declared if (what := _quantity(name))}
+    wanted = {name: what for name in declared if (what := quantity_of(name))}
     if not wanted:
         raise InputError(
             f"expected functions in {header} whose names end in "
@@ -119,7 +119,8 @@ def load_library(
     return functions
 
 
-def _quantity(name: str) -> str:
+def quantity_of(name: str) -> str:
+    """Return what a function gives by its own name, or the end of it; empty if it is none."""
     return next((what for what in TAKES if name == what or name.endswith(f"_{what}")), "")
 
 

@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from mecanique.derivation import derive, readable
+from mecanique.derivation import METHODS, derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.printing.writers import MathML
 from mecanique.derivation.switching import (
@@ -107,7 +107,7 @@ def derive_all(mechanism: Mechanism) -> Iterator[Equations]:
     if shortest.symbolic and not fits_page(shortest):  # the others are longer, and take minutes
         yield shortest
         return
-    for method in readable(mechanism):
+    for method in METHODS:
         with suppress(MecaniqueError):
             yield shortest if method == shortest.method else derive(mechanism, method)
 

@@ -268,9 +268,6 @@ class Elements:
         return self._engine.holders[body]
 
 
-"""Components below this of self-balancing sets of unit forces count as zero."""
-
-
 class GuideReactions(NamedTuple):
     """The forces of the elements in one state, and the reactions that remain."""
 
