@@ -385,16 +385,16 @@ class TreeRecursion:
 
     def inverse_dynamics(self, a: Sequence[Any], outside: Sequence[LinkWrench] = ()) -> Triple:
         """Return M a + bias, minus the generalized forces of external wrenches; a (nv,)."""
-        return self.chart.project(self.joint_forces(self.chart.spread(a), outside))
+        return self.chart.project(self.joint_forces(self.chart.u, self.chart.spread(a), outside))
 
     def bias(self) -> Triple:
         """Return Coriolis, centrifugal and rheonomic inertia terms and gravity."""
-        return self.chart.project(self.joint_forces(self.chart.gamma))
+        return self.chart.project(self.joint_forces(self.chart.u, self.chart.gamma))
 
     def gravity_forces(self) -> Triple:
         """Return gravity's part of the bias."""
         still = [0.0] * len(self.chart.u)
-        return self.chart.project(self._forces(still, still))
+        return self.chart.project(self.joint_forces(still, still))
 
     def mass_matrix(self) -> Rows:
         """Return M."""
@@ -474,10 +474,6 @@ class TreeRecursion:
             twists.append((w, v))
         return twists
 
-    def joint_forces(self, ud: Sequence[Any], outside: Sequence[LinkWrench] = ()) -> list[Any]:
-        """Return the joint forces for given joint accelerations and gravity, shape (nu,)."""
-        return self._forces(self.chart.u, ud, outside)
-
     def fields(self, u: Sequence[Any], ud: Sequence[Any]) -> list[Field]:
         """Return ω, U, α and a of each moving link; gravity accelerates the ground."""
         link_fields: list[Field] = []
@@ -499,9 +495,10 @@ class TreeRecursion:
             link_fields.append((w, acceleration_field(w, alpha), alpha, a))
         return link_fields
 
-    def _forces(
+    def joint_forces(
         self, u: Sequence[Any], ud: Sequence[Any], outside: Sequence[LinkWrench] = ()
     ) -> list[Any]:
+        """Return the joint forces at joint velocities and accelerations, shape (nu,)."""
         fields = self.fields(u, ud)
         loads: list[tuple[Triple, Triple]] = []
         for (_, U, _, a), body in zip(fields, self.inertias, strict=True):
