@@ -44,11 +44,8 @@ from mecanique.model.joints import Joint, Prismatic, Revolute
 MEASURED_LENGTH, MEASURED_RADIUS = 40.0, 18.0
 """Shorter lengths on paper get no dimension [pt]."""
 
-DIMENSION_OFFSET = 18.0
-"""Distance from a rod to its dimension line [pt]."""
-
-SHORTEST_SPAN, EDGE_OFFSET, PIN_OFFSET = 8.0, 12.0, 36.0
-"""Least length of a dimension, and its distance from an edge and from pins [pt]."""
+SHORTEST_SPAN, OFFSETS = 8.0, {"rod": 18.0, "edge": 12.0, "place": 36.0}
+"""Least length of a dimension, and its distance from a rod, an edge and pins [pt]."""
 
 SLOPE_RADIUS = 60.0
 """Radius of the arc that shows an incline's angle [pt]."""
@@ -87,7 +84,7 @@ def lengths(setting: Setting) -> Iterator[Mark]:
         name = setting.name(stated)
         if not name or name in written:
             continue
-        marks = [*(_length if rod else _radius)(setting, solid, name)]
+        marks = [*(_draw_length if rod else _radius)(setting, solid, name)]
         if marks:
             written.add(name)
         yield from marks
@@ -112,7 +109,7 @@ def _is_multiple(text: str, symbol: str) -> bool:
     return rest == symbol and (not factor or factor.isdecimal())
 
 
-SpanKind: TypeAlias = Literal["edge", "place", "axis", "center"]
+SpanKind: TypeAlias = Literal["rod", "edge", "place", "axis", "center"]
 
 
 @final
@@ -191,16 +188,22 @@ def _find_side(setting: Setting, cylinder: Outline) -> tuple[Floats, Floats]:
     return cylinder.corners[k], cylinder.corners[half + k]
 
 
+def _draw_length(setting: Setting, rod: Outline, name: str) -> Iterator[Mark]:
+    a, b = setting.camera.at(rod.ends)
+    if math.hypot(*(b - a)) >= MEASURED_LENGTH:
+        yield from _draw_span(setting, _Span(name, *rod.ends, "rod"), a, b)
+
+
 def _draw_span(setting: Setting, span: _Span, a: Point, b: Point) -> Iterator[Mark]:
-    """A dimension: beside an edge, beyond the pins of joints, or up to a center of mass."""
-    outward = _outward(setting, a, b)
-    if span.kind == "edge":
-        yield from dimension(a, b, span.name.lstrip("-"), outward * EDGE_OFFSET)
-    elif span.kind == "place" and setting.camera.flat:
-        yield from dimension(a, b, span.name.lstrip("-"), outward * PIN_OFFSET)
+    """A dimension: beside a rod or an edge, beyond the pins of joints, or up to a center."""
+    name, outward = span.name.lstrip("-"), _outward(setting, a, b)
+    if span.kind == "edge" or (span.kind in OFFSETS and setting.camera.flat):
+        yield from dimension(a, b, name, outward * OFFSETS[span.kind])
+    elif span.kind == "rod":
+        yield label((a + b) / 2, name, across(unit(b - a)), 9.0)
     else:
         yield from arrow(a, b, "thin", double=True)
-        yield label((a + b) / 2, span.name.lstrip("-"), across(unit(b - a)) * outward, 4.0)
+        yield label((a + b) / 2, name, across(unit(b - a)) * outward, 4.0)
     if span.kind == "center":
         yield from center_of_mass(b)
 
@@ -215,16 +218,6 @@ def _tilt(setting: Setting, joint: Joint, name: str) -> Iterator[Mark]:
     up = math.copysign(1.0, -float(camera.at(axis)[1]))
     at, ends = camera.at(seat), camera.at(np.array([straight, axis])) * up / camera.scale
     yield from _corner(at, ends[0], ends[1], name)
-
-
-def _length(setting: Setting, rod: Outline, name: str) -> Iterator[Mark]:
-    a, b = setting.camera.at(rod.ends)
-    if math.hypot(*(b - a)) < MEASURED_LENGTH:
-        return
-    if setting.camera.flat:
-        yield from dimension(a, b, name, _outward(setting, a, b) * DIMENSION_OFFSET)
-    else:
-        yield label((a + b) / 2, name, across(unit(b - a)), 9.0)
 
 
 def _radius(setting: Setting, disk: Outline, name: str) -> Iterator[Mark]:

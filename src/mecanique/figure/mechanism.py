@@ -176,7 +176,7 @@ def _slabs(setting: Setting) -> Iterator[Mark]:
         base = paper.mean(axis=0) + float((spread @ low).max()) * low
         half = float((spread @ along).max())
         a, b = base - half * along, base + half * along
-        yield from hatch(a, b) if float(-across(unit(b - a)) @ low) > 0 else hatch(b, a)
+        yield from hatch(a, b, low)
 
 
 def _find_leader(setting: Setting, joint: Joint) -> str:
@@ -236,7 +236,7 @@ def _planes(setting: Setting) -> Iterator[Mark]:
             elif rise < -0.1:
                 high = min(high, -reach / rise)
         a, b = at + low * along, at + high * along
-        yield from hatch(a, b) if float(across(along) @ out) > 0 else hatch(b, a)
+        yield from hatch(a, b, -out)
 
 
 def _floor(setting: Setting, plane: Floats) -> Iterator[Mark]:
@@ -337,7 +337,7 @@ def _draw_line(rails: list[_Rail]) -> Iterator[Mark]:
     along = unit(first.b - first.a)
     ends = [float((end - first.a) @ along) for rail in rails for end in (rail.a, rail.b)]
     a, b = first.a + min(ends) * along, first.a + max(ends) * along
-    yield from hatch(a, b) if float(-across(along) @ first.below) > 0 else hatch(b, a)
+    yield from hatch(a, b, first.below)
 
 
 def stands_on_columns(setting: Setting, joint: Prismatic) -> bool:
@@ -351,8 +351,7 @@ def stands_on_columns(setting: Setting, joint: Prismatic) -> bool:
 def wall(at: Point, outward: Point) -> Iterator[Mark]:
     """Yield a short hatched wall."""
     side = across(outward)
-    a, b = at - 20 * side, at + 20 * side
-    yield from hatch(a, b) if float(-across(unit(b - a)) @ outward) < 0 else hatch(b, a)
+    yield from hatch(at - 20 * side, at + 20 * side, -outward)
 
 
 _NEARLY = 0.8
@@ -408,10 +407,7 @@ def _attract(setting: Setting, force: CentralForce, a: Point, b: Point) -> Itera
     pulls = math.copysign(1.0, evaluate(slope, values))
     for body, at, along in ((force.body_a, a, unit(b - a)), (force.body_b, b, unit(a - b))):
         if body != setting.mechanism.ground:
-            tail = _beyond(setting, body, at, pulls * along)
-            tip = tail + ARROW * pulls * along
-            yield from arrow(tail, tip, "force")
-            yield label(tip, force.name, pulls * along, 5.0, "force-letter")
+            yield from _draw_force(setting, body, at, pulls * along, force.name)
 
 
 def _level(outward: Point) -> Point:
@@ -577,9 +573,14 @@ def _push(setting: Setting, force: str, wrench: WrenchOnBody, now: Floats | None
     along = setting.camera.at(turn @ present)
     if math.hypot(*along) < 1e-9:
         return
-    along = unit(along)
     at = setting.camera.at(setting.point(wrench.body, wrench.point))
-    tail = _beyond(setting, wrench.body, at, along)
+    yield from _draw_force(setting, wrench.body, at, unit(along), name)
+
+
+def _draw_force(setting: Setting, body: str, at: Point, along: Point, name: str) -> Iterator[Mark]:
+    """An arrow that points away from a body at a place on paper, from just outside it."""
+    inside = max(setting.reach(body, along) - float(at @ along), 0.0)
+    tail = at + (inside + 3.0) * along
     tip = tail + ARROW * along
     yield from arrow(tail, tip, "force")
     if len(name) > LONG_NAME and abs(along[0]) < 0.95:
@@ -589,22 +590,13 @@ def _push(setting: Setting, force: str, wrench: WrenchOnBody, now: Floats | None
         yield label(tip, name, along, 5.0, "force-letter")
 
 
-def _beyond(setting: Setting, body: str, at: Point, along: Point) -> Point:
-    """The tail of an arrow that points away from a body at a place on paper: just outside it."""
-    inside = max(setting.reach(body, along) - float(at @ along), 0.0)
-    return at + (inside + 3.0) * along
-
-
 def _drive(setting: Setting, force: JointLoad) -> Iterator[Mark]:
     """A drive in a hinge or a slide, acting on the child."""
     joint, camera = setting.mechanism.joint(force.joints[0]), setting.camera
     at = camera.at(setting.point(joint.child))
     name = (setting.name(force.coefficient) or force.name).lstrip("-")
     if isinstance(joint, Prismatic):
-        along = unit(camera.at(setting.axis(joint)))
-        tail = _beyond(setting, joint.child, at, along)
-        yield from arrow(tail, tail + ARROW * along, "force")
-        yield label(tail + ARROW * along, name, along, 5.0, "force-letter")
+        yield from _draw_force(setting, joint.child, at, unit(camera.at(setting.axis(joint))), name)
     elif isinstance(joint, Revolute):
         toward = float(setting.axis(joint) @ camera.toward)
         yield from _bend(at, toward, name, setting.clear_side(at))

@@ -255,8 +255,10 @@ def spiral(at: Point, start: float) -> Iterator[Mark]:
     yield Stroke(points, "spring")
 
 
-def hatch(a: Point, b: Point, depth: float = 8.0) -> Iterator[Mark]:
-    """Yield a line of ground, hatched on the right going from a to b, to a depth [pt]."""
+def hatch(a: Point, b: Point, into: Point | None = None, depth: float = 8.0) -> Iterator[Mark]:
+    """Yield a line of ground, hatched into a direction, or on the right going from a to b."""
+    if into is not None and float(across(unit(b - a)) @ into) > 0:
+        a, b = b, a
     along, length = unit(b - a), math.hypot(*(b - a))
     below = -across(along)
     count = max(2, round(length / 7.0))
@@ -273,15 +275,5 @@ def pin(at: Point, towards: Point | None = None) -> Iterator[Mark]:
         side = across(down)
         foot = at + 17 * down
         yield Stroke(np.array([at, foot + 10 * side, foot - 10 * side]), "pin", closed=True)
-        # the ground lies beyond the foot: to the right, starting from its left end
-        yield from (
-            hatch(foot + 18 * side, foot - 18 * side)
-            if _right(down, side)
-            else hatch(foot - 18 * side, foot + 18 * side)
-        )
+        yield from hatch(foot + 18 * side, foot - 18 * side, down)
     yield Circle(at, 4.2, "pin")
-
-
-def _right(down: Point, side: Point) -> bool:
-    """Whether the line from +side to −side has the ground on its right."""
-    return float(-across(-side) @ down) > 0
