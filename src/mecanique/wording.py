@@ -62,6 +62,12 @@ def write_value(value: Any) -> str:
     return f"shape {value.shape}, {value.min():.6g} … {value.max():.6g}"
 
 
+def to_title(name: str) -> str:
+    """Return a name as a title: "heavy_top" as "Heavy top"."""
+    words = name.replace("_", " ")
+    return words[:1].upper() + words[1:]
+
+
 def say_count(count: int, noun: str, plural: str = "") -> str:
     """Return a count with its noun: "1 state", "2 states", "3 bodies".
 

@@ -77,7 +77,11 @@ def test_derive_prints_a_complete_latex_file() -> None:
     assert text.startswith("\\documentclass")
     assert text.rstrip().endswith("\\end{document}")
     assert "Kinetic energy" in text
-    assert text.index("\\begin{picture}") < text.index("\\section*")
+    places = [
+        text.index(part)
+        for part in ("\\LARGE Rigid bar pendulum", "\\begin{picture}", "\\section*")
+    ]
+    assert places == sorted(places)
     assert "\\makebox(0,0){" in text
     assert "Verdict" not in text
     assert "align*" not in text

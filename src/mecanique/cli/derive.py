@@ -118,7 +118,8 @@ def derive(
 
         verdict = [_judge(chosen.mechanism)] if method == "all" else []
         cut = method in ("all", "newton_euler")
-        text = to_page([*_pictures(chosen.mechanism, cut=cut), text, *verdict])
+        parts = [*_pictures(chosen.mechanism, cut=cut), text, *verdict]
+        text = to_page(parts, chosen.mechanism.name)
     say(text)
 
 

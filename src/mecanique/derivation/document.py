@@ -19,6 +19,7 @@ from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text,
 from mecanique.derivation.scalars.cancel import without_common_divisor
 from mecanique.derivation.symbolic.derivation import REACTIONS, Derivation, Result
 from mecanique.derivation.symbolic.solution import result_of
+from mecanique.wording import to_title
 
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
 _COLUMNS = '<dl style="display: grid; grid-template-columns: fit-content(40%) 1fr; gap: 0.3em 1em">'
@@ -38,6 +39,9 @@ _PREAMBLE = r"""\documentclass[a4paper]{article}
 \allowdisplaybreaks
 \emergencystretch=3em
 \setlength{\parindent}{0pt}
+\makeatletter % headings are not hyphenated
+\renewcommand\section{\@startsection{section}{1}{\z@}{-3.5ex}{2.3ex}{\Large\bfseries\raggedright}}
+\makeatother
 \begin{document}"""
 
 
@@ -341,8 +345,7 @@ class Document:
 
     @property
     def _heading(self) -> str:
-        name = self.derivation.algebra.mechanism.name.replace("_", " ")
-        return f"{name[:1].upper()}{name[1:]}: {self.title}"
+        return f"{to_title(self.derivation.algebra.mechanism.name)}: {self.title}"
 
     @property
     def _nothing(self) -> str:
@@ -366,9 +369,10 @@ class Document:
             yield f"{_TAKEN.format(assumption.subject)} {positive}, {_POSITIVE}"
 
 
-def to_page(parts: Sequence[str]) -> str:
-    """Assemble fragments of LaTeX into a complete document, its equations numbered."""
-    return "\n".join([_PREAMBLE, *map(number_rows, parts), "\\end{document}", ""])
+def to_page(parts: Sequence[str], name: str = "") -> str:
+    """Assemble fragments of LaTeX into a complete document about something, equations numbered."""
+    title = [f"\\begin{{center}}\\LARGE {tex(to_title(name))}\\end{{center}}"] if name else []
+    return "\n".join([_PREAMBLE, *title, *map(number_rows, parts), "\\end{document}", ""])
 
 
 def _wrap(sentence: str) -> list[str]:

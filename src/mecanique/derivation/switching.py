@@ -40,7 +40,7 @@ from mecanique.model.constraints.friction import Contact, Friction, Stop, Switch
 from mecanique.model.expression import plain, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import add_unit
-from mecanique.wording import Legible, say_count
+from mecanique.wording import Legible, say_count, to_title
 
 MOST_MODES = 81
 """So many modes at most are written out."""
@@ -170,7 +170,7 @@ class Modes(Legible):
 
     def latex(self) -> str:
         """Return the modes as LaTeX."""
-        name = prose.escape(self.mechanism.name.replace("_", " ").capitalize())
+        name = prose.escape(to_title(self.mechanism.name))
         parts = [f"\\section*{{{name}: equations of motion in each mode}}", "\\begin{description}"]
         for symbol, meaning in list_symbols(self.mechanism):
             letter = Latex().letter(symbol, False, "")

@@ -191,7 +191,7 @@ def _find_side(setting: Setting, cylinder: Outline) -> tuple[Floats, Floats]:
 def _draw_length(setting: Setting, rod: Outline, name: str) -> Iterator[Mark]:
     a, b = setting.camera.at(rod.ends)
     if math.hypot(*(b - a)) >= MEASURED_LENGTH:
-        yield from _draw_span(setting, _Span(name, *rod.ends, "rod"), a, b)
+        yield from _draw_span(setting, _Span(name, rod.ends[0], rod.ends[1], "rod"), a, b)
 
 
 def _draw_span(setting: Setting, span: _Span, a: Point, b: Point) -> Iterator[Mark]:

@@ -19,6 +19,7 @@ from mecanique.files import require_directory, write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.motion import Motion
 from mecanique.reference import Reference
+from mecanique.wording import to_title
 
 FORMS = (".svg", ".png", ".pdf")
 
@@ -219,5 +220,4 @@ def _marks(
 
 
 def _title(seen: Setting, free_body: str | None) -> str:
-    name = seen.mechanism.name.replace("_", " ")
-    return f"{name[:1].upper()}{name[1:]}" + (f": forces on {free_body}" if free_body else "")
+    return to_title(seen.mechanism.name) + (f": forces on {free_body}" if free_body else "")

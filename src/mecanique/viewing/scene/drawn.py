@@ -25,6 +25,7 @@ from mecanique.viewing.scene.scene import (
     SceneBody,
     SceneShape,
 )
+from mecanique.wording import to_title
 
 
 def bodies_of(mechanism: Mechanism) -> tuple[SceneBody, ...]:
@@ -51,9 +52,7 @@ def bodies_of(mechanism: Mechanism) -> tuple[SceneBody, ...]:
 
 def title_of(mechanism: Mechanism) -> str:
     """Return the title of a mechanism's page: the name in its file, or the catalogue's in words."""
-    if mechanism.origin is not None:
-        return mechanism.name
-    return mechanism.name.replace("_", " ").capitalize()
+    return to_title(mechanism.name) if mechanism.origin is None else mechanism.name
 
 
 def _join(mechanism: Mechanism, name: str) -> Iterator[SceneShape]:
