@@ -142,10 +142,14 @@ def _spans(setting: Setting) -> Iterator[_Span]:
         if not solid.form or solid.kind == "rod":
             continue
         if isinstance(solid.geometry, Box):
+            corners = solid.corners.reshape(2, 2, 2, 3)
             for k, edge in enumerate(solid.geometry.size):
-                yield _Span(setting.name(edge), *_find_edge(setting, solid, k), "edge")
+                edges = np.moveaxis(corners, k, 0).reshape(2, 4, 3)
+                yield _Span(setting.name(edge), *_find_edge(setting, edges), "edge")
         elif isinstance(solid.geometry, Cylinder):
-            yield _Span(setting.name(solid.geometry.length), *_find_side(setting, solid), "edge")
+            edges = solid.corners.reshape(2, -1, 3)
+            name = setting.name(solid.geometry.length)
+            yield _Span(name, *_find_edge(setting, edges), "edge")
 
 
 def _places(setting: Setting) -> Iterator[tuple[str, Vector, SpanKind]]:
@@ -170,22 +174,13 @@ def _places(setting: Setting) -> Iterator[tuple[str, Vector, SpanKind]]:
         yield from ((body.name, s.center, "center") for s in body.shapes if not is_zero(s.mass))
 
 
-def _find_edge(setting: Setting, box: Outline, axis: int) -> tuple[Floats, Floats]:
-    """The ends of the edge of a box along an axis that lies lowest and outermost on paper."""
-    corners = box.corners.reshape(2, 2, 2, 3)
-    edges = np.moveaxis(corners, axis, 0).reshape(2, 4, 3)
-    middle = setting.camera.at(box.corners.mean(axis=0))
-    along = unit(setting.camera.at(edges[1, 0] - edges[0, 0]))
-    out = setting.camera.at(edges.mean(axis=0)) - middle
-    k = int(np.argmax(np.round(np.abs(out @ across(along)), 6) + 1e-3 * out[:, 1]))
+def _find_edge(setting: Setting, edges: Floats) -> tuple[Floats, Floats]:
+    """Of parallel edges, shape (2, n, 3), the ends of the outermost and lowest on paper."""
+    paper = setting.camera.at(edges)
+    out = paper.mean(axis=0) - paper.mean(axis=(0, 1))
+    aside = np.abs(out @ across(unit(paper[1, 0] - paper[0, 0])))
+    k = int(np.argmax(np.round(aside, 6) + 1e-3 * out[:, 1]))
     return edges[0, k], edges[1, k]
-
-
-def _find_side(setting: Setting, cylinder: Outline) -> tuple[Floats, Floats]:
-    """The ends of the line of a cylinder's surface that is seen on the left."""
-    half = len(cylinder.corners) // 2
-    k = int(np.argmin(setting.camera.at(cylinder.corners[:half])[:, 0]))
-    return cylinder.corners[k], cylinder.corners[half + k]
 
 
 def _draw_length(setting: Setting, rod: Outline, name: str) -> Iterator[Mark]:
