@@ -15,6 +15,7 @@ import {
   wireShow,
   wireTooltip,
 } from "./panels/controls.js";
+import { make } from "./panels/elements.js";
 import { LiveClock } from "./clock/live.js";
 import { ModeStrips } from "./clock/strips.js";
 import { Loop } from "./clock/loop.js";
@@ -42,9 +43,7 @@ import { layoutOf, openParcel, Table, unpack } from "./data/unpack.js";
 
 // The viewer and the program stand in the page; their hashes in its policy admit them.
 function run(bytes) {
-  const script = document.createElement("script");
-  script.textContent = new TextDecoder().decode(bytes);
-  document.head.append(script);
+  document.head.append(make("script", {}, new TextDecoder().decode(bytes)));
 }
 
 async function loadSetup(scene, layout, motion) {

@@ -1,13 +1,10 @@
 // The modes of a motion, below its clock: for each element that switches a strip of its states.
 
 import { measure } from "../data/numbers.js";
+import { make } from "../panels/elements.js";
 
 // A state that lasts a smaller part of the motion has no words in its strip, only in its hint.
 const NARROW = 0.1;
-
-function make(tag, className, textContent = "") {
-  return Object.assign(document.createElement(tag), { className, textContent });
-}
 
 const spell = (state) => state.replace("-", "−");
 
@@ -17,17 +14,15 @@ export class ModeStrips {
     const holder = document.getElementById("strips");
     holder.hidden = !modes.length;
     this.strips = modes.map((mode) => {
-      const track = make("div", "track");
-      const needle = make("i", "");
-      const now = make("output", "");
+      const track = make("div", { className: "track" });
+      const needle = make("i");
+      const now = make("output");
       now.setAttribute("aria-label", `${mode.name} now`);
       for (const span of mode.spans) track.append(this.segment(mode.name, span));
       for (const t of mode.impacts) track.append(this.impact(mode.name, t));
       track.append(needle);
       this.wire(track);
-      const row = make("div", "strip");
-      row.append(make("span", "", mode.name), track, now);
-      holder.append(row);
+      holder.append(make("div", { className: "strip" }, make("span", {}, mode.name), track, now));
       return { ...mode, needle, now };
     });
   }
@@ -39,7 +34,7 @@ export class ModeStrips {
 
   segment(name, [begin, end, state]) {
     const long = this.share(end) - this.share(begin) > NARROW;
-    const bar = make("b", "", long ? spell(state) : "");
+    const bar = make("b", {}, long ? spell(state) : "");
     bar.dataset.state = state;
     bar.title = `${name} ${spell(state)} from ${measure(begin)} s to ${measure(end)} s`;
     bar.style.left = `${100 * this.share(begin)}%`;
@@ -48,8 +43,7 @@ export class ModeStrips {
   }
 
   impact(name, t) {
-    const mark = make("u", "");
-    mark.title = `impact at ${name}, t = ${measure(t)} s`;
+    const mark = make("u", { title: `impact at ${name}, t = ${measure(t)} s` });
     mark.style.left = `${100 * this.share(t)}%`;
     return mark;
   }

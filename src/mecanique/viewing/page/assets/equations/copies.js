@@ -1,12 +1,12 @@
 // What a click copies, derivations that unfold step by step, and the bar between picture and panel.
 
+import { make } from "../panels/elements.js";
 import { wholeOf } from "./breaking.js";
 
 // Puts a text on the clipboard, by the old way where the new one is not allowed, as in a file.
 export async function copyText(button, text) {
   const words = button.textContent;
-  const field = Object.assign(document.createElement("textarea"), { value: text });
-  field.className = "copied";
+  const field = make("textarea", { value: text, className: "copied" });
   button.after(field);
   field.select();
   let done = document.execCommand("copy");

@@ -1,12 +1,12 @@
 // The buttons over the picture: cameras, what is shown, which forces, one body alone.
 
 import { KINDS, colorOf } from "../picture/arrows.js";
+import { make, swatch } from "./elements.js";
 
 function checkbox(text, checked, onchange, parent) {
-  const label = document.createElement("label");
-  const box = Object.assign(document.createElement("input"), { type: "checkbox", checked });
+  const box = make("input", { type: "checkbox", checked });
   if (onchange) box.onchange = () => onchange(box.checked);
-  label.append(box, text);
+  const label = make("label", {}, box, text);
   parent.append(label);
   return label;
 }
@@ -78,9 +78,7 @@ export function listForces(scene) {
   for (const kind of present) {
     const chip = checkbox(KINDS[kind].label, false, null, chips);
     chip.dataset.force = kind;
-    const swatch = document.createElement("i");
-    swatch.style.backgroundColor = colorOf(kind);
-    chip.insertBefore(swatch, chip.lastChild);
+    chip.insertBefore(swatch(colorOf(kind)), chip.lastChild);
   }
   document.getElementById("forces").hidden = !present.length;
 }

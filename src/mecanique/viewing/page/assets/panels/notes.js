@@ -1,8 +1,10 @@
 // What has been found out since the page was made: the badge, the insides of panels, and what
 // went wrong.
 
+import { make } from "./elements.js";
+
 export function wireNotes(live) {
-  const banner = Object.assign(document.createElement("div"), { id: "alarm", hidden: true });
+  const banner = make("div", { id: "alarm", hidden: true });
   banner.setAttribute("role", "alert");
   document.querySelector("header").after(banner);
   const wrong = { alarm: "", warning: "" };
@@ -20,10 +22,6 @@ export function wireNotes(live) {
     for (const key of Object.keys(wrong)) wrong[key] = notes[key] ?? wrong[key];
     const texts = Object.values(wrong).filter(Boolean);
     banner.hidden = !texts.length;
-    banner.replaceChildren(
-      ...texts.map((text) =>
-        Object.assign(document.createElement("p"), { textContent: text, dir: "auto" }),
-      ),
-    );
+    banner.replaceChildren(...texts.map((text) => make("p", { dir: "auto" }, text)));
   };
 }

@@ -3,6 +3,7 @@
 import { measure } from "../data/numbers.js";
 import { isNothing, rangeOf } from "../data/scales.js";
 import { MARGIN, drawAxes, stack, svg } from "./drawing.js";
+import { make, swatch } from "./elements.js";
 import { drawPhase } from "./phase.js";
 import { save } from "./tabs.js";
 
@@ -127,36 +128,26 @@ export class Plots {
     const groups = new Map();
     for (const each of this.list) {
       if (!groups.has(each.group)) {
-        const set = document.createElement("fieldset");
-        const legend = document.createElement("legend");
-        legend.textContent = each.group;
-        set.append(legend);
+        const set = make("fieldset", {}, make("legend", {}, each.group));
         groups.set(each.group, set);
         picker.append(set);
       }
-      const label = document.createElement("label");
-      const box = Object.assign(document.createElement("input"), {
-        type: "checkbox",
-        checked: this.chosen.has(each.id),
-      });
+      const box = make("input", { type: "checkbox", checked: this.chosen.has(each.id) });
       box.onchange = () => {
         if (box.checked) this.chosen.add(each.id);
         else this.chosen.delete(each.id);
         this.draw();
       };
       this.boxes.set(each.id, box);
-      label.append(box, this.caption(each), each.unit ? ` [${each.unit}]` : "");
-      groups.get(each.group).append(label);
+      const unit = each.unit ? ` [${each.unit}]` : "";
+      groups.get(each.group).append(make("label", {}, box, this.caption(each), unit));
     }
   }
 
   // Labels come from the page's maker, which lets MathML through and nothing else.
   caption(each) {
-    const span = document.createElement("span");
-    if (each.html) span.innerHTML = each.html;
-    else span.textContent = each.text;
-    span.dir = "auto";
-    return span;
+    const text = each.html ? { innerHTML: each.html } : { textContent: each.text };
+    return make("span", { dir: "auto", ...text });
   }
 
   survey() {
@@ -211,22 +202,15 @@ export class Plots {
   }
 
   chart(unit, members, width) {
-    const figure = document.createElement("figure");
-    const legend = document.createElement("figcaption");
-    const readings = members.map((each) => {
-      const entry = document.createElement("span");
-      const swatch = document.createElement("i");
-      swatch.style.backgroundColor = each.color;
-      const reading = document.createElement("output");
-      entry.append(swatch, this.caption(each), " = ", reading);
-      legend.append(entry);
-      return reading;
-    });
+    const readings = members.map(() => make("output"));
+    const entries = members.map((each, k) =>
+      make("span", {}, swatch(each.color), this.caption(each), " = ", readings[k]),
+    );
     const over = this.list[this.over];
     const drawn = over
       ? drawPhase(this, over, members, width)
       : this.overTime(unit, members, width);
-    figure.append(legend, drawn.picture);
+    const figure = make("figure", {}, make("figcaption", {}, ...entries), drawn.picture);
     return { ...drawn, figure, members, readings };
   }
 

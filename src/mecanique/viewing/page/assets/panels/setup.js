@@ -5,6 +5,7 @@ import { describeBreaks, findBreaks } from "../studies/holding.js";
 import { describeSwing } from "../engine/section.js";
 import { measure, numberOf } from "../data/numbers.js";
 import { copyText } from "../equations/copies.js";
+import { make } from "./elements.js";
 import { round } from "./sliders.js";
 
 // In words, why a motion ends before its time.
@@ -88,10 +89,10 @@ export class Setup {
     return this.attempt(() => this.bench.set(changes), said);
   }
 
-  attempt(make, said, field = null) {
+  attempt(compute, said, field = null) {
     let table;
     try {
-      table = make();
+      table = compute();
     } catch (error) {
       this.say(error.message, true);
       if (field) this.refuse(field, error.message);
@@ -111,9 +112,8 @@ export class Setup {
     this.show(field);
     field.setAttribute("aria-invalid", "true");
     const row = field.closest("tr");
-    this.reason = document.createElement("tr");
-    const cell = this.reason.insertCell();
-    Object.assign(cell, { colSpan: row.cells.length, className: "wrong", textContent: reason });
+    const place = { colSpan: row.cells.length, className: "wrong" };
+    this.reason = make("tr", {}, make("td", place, reason));
     row.after(this.reason);
     this.reason.scrollIntoView({ block: "nearest" });
   }

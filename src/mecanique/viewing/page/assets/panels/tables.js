@@ -4,6 +4,7 @@ import { colorOf } from "../picture/arrows.js";
 import { balance, totalWork } from "./balance.js";
 import { measure } from "../data/numbers.js";
 import { isNothing } from "../data/scales.js";
+import { make, swatch } from "./elements.js";
 
 function cell(row, text = "", className = "") {
   const made = row.insertCell();
@@ -81,12 +82,8 @@ export class ForceTable {
 
   list(arrow, rows) {
     const row = rows.insertRow();
-    const swatch = document.createElement("i");
-    swatch.style.backgroundColor = colorOf(arrow.kind);
-    const text = document.createElement("span");
-    text.dir = "auto";
-    text.textContent = arrow.name; // which says what it acts on
-    cell(row).append(swatch, text);
+    // the name says what it acts on
+    cell(row).append(swatch(colorOf(arrow.kind)), make("span", { dir: "auto" }, arrow.name));
     for (let i = 0; i < 4; i++) cell(row, "", "number");
     cell(row, arrow.unit);
   }
@@ -112,8 +109,4 @@ export class ForceTable {
   }
 }
 
-function describe(what, value) {
-  const term = Object.assign(document.createElement("dt"), { textContent: what });
-  const meaning = Object.assign(document.createElement("dd"), { textContent: value });
-  return [term, meaning];
-}
+const describe = (what, value) => [make("dt", {}, what), make("dd", {}, value)];

@@ -1,5 +1,7 @@
 // Tabs that the keyboard reaches, and files to save.
 
+import { make } from "./elements.js";
+
 // What is wider than its frame is scrolled by the keyboard too, once it has the focus.
 export function reach() {
   for (const frame of document.querySelectorAll(".equation, .scroll, pre")) {
@@ -43,9 +45,8 @@ export function wireTabs(list) {
 }
 
 export function save(name, text, type) {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([text], { type }));
-  link.download = name;
+  const href = URL.createObjectURL(new Blob([text], { type }));
+  const link = make("a", { href, download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 2000);
 }

@@ -2,6 +2,7 @@
 
 import { turn } from "../data/unpack.js";
 import { measure } from "../data/numbers.js";
+import { make } from "../panels/elements.js";
 
 const LINE = 22; // from one label to the next below it [px]
 
@@ -28,10 +29,8 @@ export class Labels {
   }
 
   mark(text, kind) {
-    const mark = document.createElement("span");
-    mark.className = `label ${kind}`;
-    mark.dir = "auto";
-    mark.textContent = text.length > 40 ? text.slice(0, 39) + "…" : text;
+    const short = text.length > 40 ? text.slice(0, 39) + "…" : text;
+    const mark = make("span", { className: `label ${kind}`, dir: "auto" }, short);
     this.layer.append(mark);
     return mark;
   }

@@ -1,6 +1,7 @@
 // Energies as bars over the picture, and what the energy is at the start, in a common scale.
 
 import { measure } from "../data/numbers.js";
+import { make } from "../panels/elements.js";
 
 const TITLES = { kinetic: "T", potential: "V", total: "T + V" };
 
@@ -11,15 +12,9 @@ export class EnergyBars {
     this.columns = Object.keys(TITLES).map((name) => [name, layout.series + at(name), at(name)]);
     this.known = this.columns.every(([, , found]) => found >= 0);
     this.bars = Object.entries(TITLES).map(([name, title]) => {
-      const line = document.createElement("div");
-      const label = Object.assign(document.createElement("span"), { textContent: title });
-      const track = document.createElement("i");
-      const fill = document.createElement("b");
-      fill.className = name;
-      const value = document.createElement("output");
-      track.append(fill);
-      line.append(label, track, value);
-      this.holder.append(line);
+      const fill = make("b", { className: name });
+      const value = make("output");
+      this.holder.append(make("div", {}, make("span", {}, title), make("i", {}, fill), value));
       return { fill, value };
     });
   }

@@ -4,6 +4,7 @@ import { Computed } from "../engine/computed.js";
 import { SmallMotions } from "../engine/modes.js";
 import { showSpeed } from "../clock/player.js";
 import { measure } from "../data/numbers.js";
+import { make } from "../panels/elements.js";
 
 const PERIODS = 4;
 const SWAY = 0.25; // amplitude of the largest coordinate: rad, or this part of the picture's size
@@ -112,7 +113,7 @@ export class Modes {
   }
 
   offer(rest) {
-    const button = Object.assign(document.createElement("button"), { type: "button" });
+    const button = make("button", { type: "button" });
     const falls = rest.modes.some(({ square }) => square < 0);
     button.textContent = `${this.place(rest)}: ${falls ? "unstable" : "stable"}`;
     button.onclick = () => this.tell(rest);
@@ -122,12 +123,7 @@ export class Modes {
   tell(found) {
     this.told.textContent = `At rest where ${this.place(found)}. ${this.count(found.modes)}`;
     const rows = found.modes.map((mode, k) => this.row(found, mode, k));
-    const head = document.createElement("tr");
-    for (const text of COLUMNS) {
-      const cell = Object.assign(document.createElement("th"), { textContent: text });
-      cell.scope = "col";
-      head.append(cell);
-    }
+    const head = make("tr", {}, ...COLUMNS.map((text) => make("th", { scope: "col" }, text)));
     this.table.replaceChildren(head, ...rows);
   }
 
@@ -142,7 +138,6 @@ export class Modes {
   }
 
   row(found, mode, k) {
-    const line = document.createElement("tr");
     const omega = Math.sqrt(mode.square);
     const known = mode.square > 0;
     const texts = known
@@ -150,14 +145,11 @@ export class Modes {
           measure(x, 4),
         )
       : [mode.square < 0 ? "unstable" : "0", "–", "–", "–"];
-    const head = Object.assign(document.createElement("th"), { textContent: String(k + 1) });
-    head.scope = "row";
-    line.append(head);
-    for (const text of texts)
-      Object.assign(line.insertCell(), { textContent: text, className: "number" });
+    const cells = texts.map((text) => make("td", { className: "number" }, text));
+    const line = make("tr", {}, make("th", { scope: "row" }, String(k + 1)), ...cells);
     const last = line.insertCell();
     if (!known) return line;
-    const button = Object.assign(document.createElement("button"), { type: "button" });
+    const button = make("button", { type: "button" });
     button.textContent = "Show";
     button.setAttribute("aria-label", `Show mode ${k + 1}`);
     button.onclick = () => this.play(found, mode, k);
