@@ -107,7 +107,7 @@ def list_losses(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
 
 def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
     form = scope.form
-    unstated = list_unstated(mechanism, form)
+    unstated = find_unstated(mechanism, form)
     for force in leave_lengths_out(mechanism, unstated).forces:
         if not isinstance(force, scope.forces):
             share = lifted_share(mechanism, force)
@@ -215,7 +215,7 @@ def list_lengths(mechanism: Mechanism) -> dict[str, Prismatic]:
     }
 
 
-def list_unstated(mechanism: Mechanism, form: Form) -> list[str]:
+def find_unstated(mechanism: Mechanism, form: Form) -> list[str]:
     """Return the lengths of those tendons that a format does not state."""
     lengths = list_lengths(mechanism)
     return [n for n in lengths if form != "MJCF" or tendon_factors(mechanism, n) is None]
