@@ -149,6 +149,11 @@ STRAIGHT = '<site site="w"/><site site="t"/>'
 TEXTS |= {
     "mesh": mesh(f"{TETRAHEDRON} {FACES}"),
     "mesh of points": mesh(TETRAHEDRON),
+    "field of distances": mesh(f"{TETRAHEDRON} {FACES}").replace('type="mesh"', 'type="sdf"'),
+    "field of heights": body(
+        f'{HINGE}{GEOM}<geom type="hfield" hfield="f"/>',
+        '<asset><hfield name="f" nrow="2" ncol="2" size="1 1 1 1"/></asset>',
+    ),
     "mesh with mass": mesh(f"{TETRAHEDRON} {FACES}", 'mass="3"'),
     "mesh with density": mesh(f"{TETRAHEDRON} {FACES}", 'density="70"'),
     "mesh scaled": mesh(f'{TETRAHEDRON} {FACES} scale="0.5 1 2"'),
@@ -501,6 +506,7 @@ def test_the_armature_of_a_free_joint_resists_as_a_mass_without_weight() -> None
     text = body('<joint type="free" armature="0.4"/>' + GEOM + SECOND)
     mechanism, random = read_mjcf(text), np.random.default_rng(3)
     engine = mq.Reference(mechanism)
+    assert "The energy counts the weight of the armature at 'b'" in mechanism.about
     for _ in range(5):
         q, v = mechanism.neutral(), random.uniform(-1, 1, mechanism.nv)
         q[:3], turned = random.uniform(-1, 1, 3), random.uniform(-1, 1, 4)

@@ -285,6 +285,7 @@ class _Reader(Source):
         self._rests: dict[str, float] = {}
         self._meshes: dict[str, tuple[Element, dict[str, str]]] = {}
         self._solids: dict[str, _Mesh] = {}
+        self._fields: dict[str, Array] = {}  # half the sizes of boxes with the mass of heights
         self._tendons: dict[str, _Tendon] = {}
         self._lengths: dict[str, str] = {}  # bodies of joints that are as far as tendons are long
         self._bodies, self._names = Names([GROUND]), Names()
@@ -880,6 +881,7 @@ class _Reader(Source):
     ) -> Mass | None:
         """Note how a geom looks, and return its mass if it counts."""
         form = texts.get("type", "mesh" if "mesh" in texts else "sphere")
+        form = "mesh" if form == "sdf" and "mesh" in texts else form
         if self.number(element, texts, "contype", 1) or self.number(
             element, texts, "conaffinity", 1
         ):
@@ -896,11 +898,14 @@ class _Reader(Source):
         shell = texts.get("shellinertia") == "true"
         if "mesh" in texts and form in {*SIZES, "mesh"}:
             return self._mesh_geom(element, texts, form, frame, link, counts)
+        size = self.numbers(element, texts, "size", (0, 0, 0), 3, least=1)
+        drawn = form
+        if form == "hfield" and texts.get("hfield") in self._fields:
+            form, size = "box", self._fields[texts["hfield"]]
         if form not in SIZES:
             if counts and form != "plane":
                 raise self.refuse(element, f"the inertia of a geom of type {form!r} is not read")
             return None
-        size = self.numbers(element, texts, "size", (0, 0, 0), 3, least=1)
         pose = self._pose(element, texts)
         if "fromto" in texts:
             ends = self.numbers(element, texts, "fromto", (0,) * 6, 6)
@@ -915,7 +920,7 @@ class _Reader(Source):
             raise self.refuse(element, f"expected {SIZES[form]} positive sizes of a {form}")
         place = frame @ pose
         rgba = tuple(self.numbers(element, texts, "rgba", (0.5, 0.5, 0.5, 1), 4).tolist())
-        for geometry, offset in _draw(form, size):
+        for geometry, offset in _draw(drawn, size):
             at = np.eye(4)
             at[2, 3] = offset
             link.visuals.append(Visual(geometry, placement_at(place @ at), rgba))
@@ -981,6 +986,10 @@ class _Reader(Source):
         for child in asset.children:
             if child.tag == "model":
                 raise self.refuse(child, "<model> among the assets is not read")
+            if child.tag == "hfield":
+                a, b, top, base = self.numbers(child, child.attributes, "size", (0.0,) * 4, 4)
+                name = child.attributes.get("name") or Path(child.attributes.get("file", "")).stem
+                self._fields[name] = np.array([a, b, top / 4 + base / 2])  # as MuJoCo weighs it
             if child.tag != "mesh":
                 continue
             texts = _overlay(self._defaults(child, "mesh"), child.attributes)
@@ -1365,8 +1374,14 @@ class _Reader(Source):
             coordinates=Coordinates((), tuple(follows.items())),
             gravity=tuple(s.gravity.tolist()),
             ground=GROUND,
-            about=self.describe(bodies),
+            about=self.describe(bodies, *self._heavier()),
         )
+
+    def _heavier(self) -> Iterator[str]:
+        loaded = [body for body, load in self._carried_along.items() if load]
+        if loaded:
+            names = ", ".join(map(repr, loaded))
+            yield f"The energy counts the weight of the armature at {names}, unlike MuJoCo's."
 
     def _lift(self, word: str, link: _Link, point: Array, mass: float) -> None:
         """Carry the weight of a mass at a point of a body."""
