@@ -16,8 +16,7 @@ from mecanique.formats.mjcf_write import write_mjcf
 from mecanique.formats.scope import (
     SCOPES,
     Form,
-    find_unstated,
-    leave_lengths_out,
+    leave_tendons_out,
     lifted_share,
     list_lengths,
     list_losses,
@@ -152,7 +151,7 @@ def convert(
     if not isinstance(states, int) or states < 1:
         raise InputError(f"expected a number of states from 1, got {states!r}")
     lost = list_losses(mechanism, form)
-    mechanism = leave_lengths_out(mechanism, find_unstated(mechanism, form))
+    mechanism = leave_tendons_out(mechanism, form)
     text = _WRITERS[form](mechanism)
     result = _READERS[form](text)
     if form == "URDF":  # which does not state it

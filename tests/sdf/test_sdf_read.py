@@ -133,6 +133,17 @@ def test_comments_may_hold_hyphens_and_places_stay() -> None:
         mq.read("<robot name='a'><!-- a -- b --><link name='b'/></robot>")
 
 
+def test_a_capsule_is_drawn_as_a_cylinder_between_two_balls() -> None:
+    shape = "<capsule><radius>0.1</radius><length>0.4</length></capsule>"
+    visual = f'<visual name="v"><pose>1 0 0 0 0 0</pose><geometry>{shape}</geometry></visual>'
+    drawn = read_sdf(model(f'<link name="a">{MASS}{visual}</link>')).bodies[1].visuals
+    assert [(each.geometry, each.placement.xyz) for each in drawn] == [
+        (mq.Cylinder(0.1, 0.4), (1.0, 0.0, 0.0)),
+        (mq.Sphere(0.1), (1.0, 0.0, 0.2)),
+        (mq.Sphere(0.1), (1.0, 0.0, -0.2)),
+    ]
+
+
 def test_models_are_included_from_files(tmp_path: Path) -> None:
     folder = tmp_path / "parts" / "arm"
     folder.mkdir(parents=True)

@@ -21,8 +21,8 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.formats.scope import LENGTH
 from mecanique.formats.solids import (
+    RULES,
     SIZES,
-    Rule,
     faces_of,
     mesh_of,
     principal_axes,
@@ -33,6 +33,8 @@ from mecanique.formats.sources import (
     GROUND,
     MOST_ELEMENTS,
     Source,
+    beyond,
+    draw,
     placement_at,
     resist_rates,
     turn_about,
@@ -42,9 +44,8 @@ from mecanique.formats.sources import (
 )
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
-from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Sphere, Visual
+from mecanique.model.bodies.visuals import Mesh, Visual
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import (
     DISTANCE,
     Scalar,
@@ -59,10 +60,7 @@ from mecanique.model.forces import (
     CentralForce,
     Damper,
     Force,
-    JointDamper,
     JointForce,
-    JointSpring,
-    Potential,
     Spring,
     Torque,
 )
@@ -166,7 +164,6 @@ class _Settings:
     least_inertia: float = 0.0
     balance: bool = False
     total: float = -1.0
-    gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
     density: float = 0.0  # of the medium around
     viscosity: float = 0.0
     wind: Array = field(default_factory=lambda: np.zeros(3))
@@ -278,8 +275,6 @@ class _Reader(Source):
         self._settings = _Settings()
         self._classes: dict[str, dict[str, dict[str, str]]] = {"main": {}}
         self._links: list[_Link] = []
-        self._joints: list[Joint] = []
-        self._forces: list[AnyForce] = []
         self._sites: dict[str, tuple[str, Array]] = {}
         self._references: dict[str, float] = {}
         self._rests: dict[str, float] = {}
@@ -310,7 +305,7 @@ class _Reader(Source):
         for child in root.all("option"):
             self._set_options(child)
         if not self._settings.has("gravity"):
-            self._settings.gravity = np.zeros(3)
+            self.gravity = np.zeros(3)
         for child in root.all("default"):
             if child.attributes.get("class", "main") != "main":
                 raise self.refuse(child, "expected 'main' for the outermost class of defaults")
@@ -372,7 +367,7 @@ class _Reader(Source):
 
     def _set_options(self, element: Element) -> None:
         texts, s = self._attributes(element, "option", {}), self._settings
-        s.gravity = self.numbers(element, texts, "gravity", s.gravity, 3)
+        self.gravity = self.numbers(element, texts, "gravity", self.gravity, 3)
         s.density = self.number(element, texts, "density", s.density)
         s.viscosity = self.number(element, texts, "viscosity", s.viscosity)
         s.wind = self.numbers(element, texts, "wind", s.wind, 3)
@@ -578,7 +573,7 @@ class _Reader(Source):
             carrier, origin = moved, np.eye(4)
         if not held:
             weld = self._names.free(f"{name}_weld")
-            self._joints.append(Fixed(weld, parent.name, name, origin=placement_at(pose)))
+            self.joints.append(Fixed(weld, parent.name, name, origin=placement_at(pose)))
         link = _Link(name, no_mass(), [], shift, home @ np.linalg.inv(shift))
         link.lift = self.number(element, texts, "gravcomp", 0.0)
         self._links.append(link)
@@ -644,8 +639,8 @@ class _Reader(Source):
                     self._motions.append(_Motion(name, child, turns, axis, shown[:3, 3]))
             ball = Spherical(name, parent, child, origin=placement_at(pose @ at))
             joint = Floating(name, parent, child) if form == "free" else ball
-            self._joints.append(joint)
-            self._forces += resist_rates(joint, float(damping[0] * self._settings.has("damper")))
+            self.joints.append(joint)
+            self.forces += resist_rates(joint, float(damping[0] * self._settings.has("damper")))
             return np.asarray(np.linalg.inv(at))
         if form not in ("hinge", "slide"):
             raise self.refuse(
@@ -664,7 +659,7 @@ class _Reader(Source):
             back[:3, 3] = -reference * axis
         make = Revolute if form == "hinge" else Prismatic
         x, y, z = axis.tolist()
-        self._joints.append(
+        self.joints.append(
             make(
                 name,
                 parent,
@@ -686,7 +681,7 @@ class _Reader(Source):
                 stiffness * self._settings.has("spring"),
                 damping * self._settings.has("damper"),
             )
-            self._resist(name, name, stiffness, np.full(2, rest), damping)
+            self.resist(name, name, stiffness, np.full(2, rest), damping)
         return np.asarray(np.linalg.inv(at))
 
     def _time_springs(self, masses: Mapping[str, Mass]) -> None:
@@ -704,11 +699,11 @@ class _Reader(Source):
             damping[0] = 2 * inertia[places[joint]] / constant
             stiffness *= self._settings.has("spring")
             damping *= self._settings.has("damper")
-            self._resist(joint, joint, stiffness, np.full(2, self._rests[joint]), damping)
+            self.resist(joint, joint, stiffness, np.full(2, self._rests[joint]), damping)
 
     def _mass_matrix(self, masses: Mapping[str, Mass]) -> Array:
         """The mass matrix in the position of the text, in the order of `_motions`."""
-        carriers = {joint.child: joint for joint in self._joints}
+        carriers = {joint.child: joint for joint in self.joints}
         rotors = [
             joint.armature if isinstance(joint := carriers[motion.child], Single) else 0.0
             for motion in self._motions
@@ -729,51 +724,12 @@ class _Reader(Source):
                 elif motion.child in carrying:
                     slides[k] = motion.axis
             M += part.mass * slides @ slides.T + spins @ part.inertia @ spins.T
-        for joint in self._joints:
+        for joint in self.joints:
             if isinstance(joint, Single) and joint.name in self._lengths and joint.armature:
                 law, at = plain(self.laws[joint.name][1]), self._references
                 rates = [evaluate(law.diff(coordinate(m.joint)), at) for m in self._motions]
                 M += joint.armature * np.outer(rates, rates)
         return M
-
-    def _resist(
-        self,
-        name: str,
-        joint: str,
-        stiffness: Array,
-        ends: Array,
-        damping: Array,
-        factor: float = 1.0,
-    ) -> None:
-        """Add spring and damper in a joint: Σ kₙ xⁿ⁺¹ beyond two ends, and Σ cₙ |v|ⁿ v.
-
-        Args:
-            name: before the names of both.
-            joint: its name.
-            stiffness: shape (3,), of x and its powers.
-            ends: between which no spring pulls, shape (2,).
-            damping: shape (3,).
-            factor: by which x is the joint's coordinate.
-        """
-        powers = np.arange(2, 5)
-        stiffness, damping = stiffness * factor**powers, damping * abs(factor) ** powers
-        low, high = sorted((ends / factor).tolist())
-        names = Names(force.name for force in self._forces)
-        if low != high or any(stiffness[1:]):
-            x = _beyond(coordinate(joint), low, high)
-            V = sum(k * x ** (n + 2) / (n + 2) for n, k in enumerate(stiffness.tolist()))
-            if any(stiffness):
-                self._forces.append(Potential(names.free(f"{name}_spring"), joint, V))
-        elif stiffness[0]:
-            spring = JointSpring(names.free(f"{name}_spring"), joint, float(stiffness[0]), low)
-            self._forces.append(spring)
-        if any(damping[1:]):
-            rate = velocity(joint)
-            pull = -sum(c * abs(rate) ** n * rate for n, c in enumerate(damping.tolist()) if c)
-            self._forces.append(JointForce(names.free(f"{name}_damper"), joint, pull))
-        elif damping[0]:
-            damper = JointDamper(names.free(f"{name}_damper"), joint, float(damping[0]))
-            self._forces.append(damper)
 
     def _limits(self, element: Element, texts: Mapping[str, str], unit: float) -> Limits | None:
         """The bounds of a joint's position, and of its effort where both signs have the same."""
@@ -798,7 +754,7 @@ class _Reader(Source):
 
     def _turns(self, body: str) -> bool:
         """Whether a body can turn against the world."""
-        carriers = {joint.child: joint for joint in self._joints}
+        carriers = {joint.child: joint for joint in self.joints}
         while body != GROUND and isinstance(carriers[body], Fixed | Prismatic):
             body = carriers[body].parent
         return body != GROUND
@@ -828,13 +784,13 @@ class _Reader(Source):
             x, y, z = mass.center.tolist()
             on = {"body": link.name, "axes": link.name}
             drag = Force(f"{link.name}_drag", point=(x, y, z), force=tuple(force), **on)
-            self._forces += [drag, Torque(f"{link.name}_spin_drag", torque=tuple(torque), **on)]
+            self.forces += [drag, Torque(f"{link.name}_spin_drag", torque=tuple(torque), **on)]
 
     def _flows(self, option: Element) -> dict[str, _Flow]:
         """Return how bodies that move do so, and the wind, in their own axes, as expressions."""
         still = np.zeros(3)
         flows = {GROUND: _Flow(still, still, self._settings.wind, 0)}
-        for joint in self._joints:
+        for joint in self.joints:
             if joint.name in self._lengths:
                 continue
             flow = flows[joint.parent].move(pose_of(joint.origin))
@@ -920,10 +876,7 @@ class _Reader(Source):
             raise self.refuse(element, f"expected {SIZES[form]} positive sizes of a {form}")
         place = frame @ pose
         rgba = tuple(self.numbers(element, texts, "rgba", (0.5, 0.5, 0.5, 1), 4).tolist())
-        for geometry, offset in _draw(drawn, size):
-            at = np.eye(4)
-            at[2, 3] = offset
-            link.visuals.append(Visual(geometry, placement_at(place @ at), rgba))
+        link.visuals += draw(drawn, size, place, rgba)
         if not counts:
             return None
         volume, radii = shell_of(form, size) if shell else solid_of(form, size)
@@ -1019,13 +972,7 @@ class _Reader(Source):
         element, texts = self._meshes[name]
         self._attributes(element, "mesh", {})
         rule = texts.get("inertia", "legacy")
-        rules: dict[str, Rule] = {
-            "legacy": "legacy",
-            "exact": "exact",
-            "convex": "convex",
-            "shell": "shell",
-        }
-        if rule not in rules:
+        if rule not in RULES:
             raise self.refuse(element, f"inertia={rule!r} of <mesh> is not read")
         drawn = "file" in texts or "face" in texts
         if "maxhullvert" in texts and (rule == "convex" or not drawn):
@@ -1040,7 +987,7 @@ class _Reader(Source):
             corners = corners * scale
             if np.prod(scale) < 0:
                 corners = corners[:, ::-1]
-            mesh = _Mesh(mesh_of(corners, rules[rule]), self._show(element, texts))
+            mesh = _Mesh(mesh_of(corners, RULES[rule]), self._show(element, texts))
         except InputError as error:
             place = self.refuse(element, "")
             if str(error).startswith(str(place)):
@@ -1109,7 +1056,7 @@ class _Reader(Source):
                 self._stretch(tendon, float(stiffness[0]), ends, float(damping[0]))
                 continue
             self._load(tendon, armature)
-            self._resist(tendon.name, tendon.joint, stiffness, ends, damping, tendon.factor)
+            self.resist(tendon.name, tendon.joint, stiffness, ends, damping, tendon.factor)
 
     def _factors_of(self, element: Element) -> dict[str, float]:
         factors: dict[str, float] = {}
@@ -1168,7 +1115,7 @@ class _Reader(Source):
 
     def _way_to(self, body: str) -> list[Joint]:
         """The joints from the world to a body."""
-        carriers = {joint.child: joint for joint in self._joints}
+        carriers = {joint.child: joint for joint in self.joints}
         way: list[Joint] = []
         while body in carriers:
             way.insert(0, carriers[body])
@@ -1197,15 +1144,15 @@ class _Reader(Source):
             tendon.joint = self._names.free(f"{tendon.name}{LENGTH}")
             body = self._bodies.free(tendon.joint)
             self._lengths[tendon.joint] = body
-            self._joints.append(Prismatic(tendon.joint, GROUND, body))
+            self.joints.append(Prismatic(tendon.joint, GROUND, body))
             self.follow(tendon.element, tendon.joint, self._length(tendon))
         self._add_armature(tendon.joint, tendon.factor**2 * armature)
 
     def _add_armature(self, name: str, armature: float) -> None:
-        (place,) = (k for k, joint in enumerate(self._joints) if joint.name == name)
-        joint = self._joints[place]
+        (place,) = (k for k, joint in enumerate(self.joints) if joint.name == name)
+        joint = self.joints[place]
         assert isinstance(joint, Single), "rotors turn with hinges and slides"
-        self._joints[place] = replace(joint, armature=joint.armature + armature)
+        self.joints[place] = replace(joint, armature=joint.armature + armature)
 
     def _stretch(self, tendon: _Tendon, stiffness: float, ends: Array, damping: float) -> None:
         """Add a spring and a damper between the two sites of a straight tendon."""
@@ -1213,12 +1160,12 @@ class _Reader(Source):
         low, high = ends.tolist()
         points = (a, tuple(at_a[:3, 3].tolist()), b, tuple(at_b[:3, 3].tolist()))
         if stiffness and low == high:
-            self._forces.append(Spring(f"{name}_spring", *points, stiffness, low))
+            self.forces.append(Spring(f"{name}_spring", *points, stiffness, low))
         elif stiffness:
-            V = stiffness * _beyond(coordinate(DISTANCE), low, high) ** 2 / 2
-            self._forces.append(CentralForce(f"{name}_spring", *points, V))
+            V = stiffness * beyond(coordinate(DISTANCE), low, high) ** 2 / 2
+            self.forces.append(CentralForce(f"{name}_spring", *points, V))
         if damping:
-            self._forces.append(Damper(f"{name}_damper", *points, damping))
+            self.forces.append(Damper(f"{name}_damper", *points, damping))
 
     def _add_drives(self, root: Element) -> None:
         """Add the rotor inertia and the damping of actuators at the joints they drive."""
@@ -1244,7 +1191,7 @@ class _Reader(Source):
             square = gears[0] ** 2 if gears else 1.0  # which MuJoCo takes for powers of v as well
             self._add_armature(name, factor**2 * square * armature)
             none = np.zeros(3)
-            self._resist(f"{name}_drive", name, none, none[:2], square * damping, factor)
+            self.resist(f"{name}_drive", name, none, none[:2], square * damping, factor)
 
     def _close(self, root: Element) -> list[Loop]:
         """Return the loops that the equality constraints make, and note which joints follow."""
@@ -1349,46 +1296,30 @@ class _Reader(Source):
             for link in self._links
         }
         self._time_springs(masses)
-        self._forces = [_in_free_joints(force, follows) for force in self._forces]
+        self.forces = [_in_free_joints(force, follows) for force in self.forces]
         bodies = []
         for link in self._links:
             whole = masses[link.name]
-            self._lift("gravcomp", link, whole.center, s.passive * link.lift * whole.mass)
+            self.lift(link.name, "gravcomp", whole.center, s.passive * link.lift * whole.mass)
             # a rotor of a ball resists turning alike about all axes, as a sphere does
             whole.inertia = whole.inertia + self._rotors.get(link.name, 0.0) * np.eye(3)
             if load := self._carried_along.get(link.name, 0.0):
                 # that of a free joint resists the origin's acceleration as a mass there without
                 # weight would
                 whole = sum_masses([whole, Mass(load, np.zeros(3), np.zeros((3, 3)))])
-                self._lift("armature", link, np.zeros(3), load)
+                self.lift(link.name, "armature", np.zeros(3), load)
             bodies.append(whole.body(link.name, link.visuals))
         bodies += map(Body, self._lengths.values())
         if self._drives_lift and any(link.lift for link in self._links):
             self.omitted["bound of actuators on the compensation of gravity"] += 1
-        return Mechanism(
-            root.attributes.get("model", "MuJoCo model"),
-            tuple(bodies),
-            tuple(self._joints),
-            forces=tuple(self._forces),
-            loops=tuple(loops),
-            coordinates=Coordinates((), tuple(follows.items())),
-            gravity=tuple(s.gravity.tolist()),
-            ground=GROUND,
-            about=self.describe(bodies, *self._heavier()),
-        )
+        name = root.attributes.get("model", "MuJoCo model")
+        return self.assemble(name, bodies, loops, follows, *self._heavier())
 
     def _heavier(self) -> Iterator[str]:
         loaded = [body for body, load in self._carried_along.items() if load]
         if loaded:
             names = ", ".join(map(repr, loaded))
             yield f"The energy counts the weight of the armature at {names}, unlike MuJoCo's."
-
-    def _lift(self, word: str, link: _Link, point: Array, mass: float) -> None:
-        """Carry the weight of a mass at a point of a body."""
-        if mass:
-            x, y, z = point.tolist()
-            fx, fy, fz = (-mass * self._settings.gravity).tolist()
-            self._forces.append(Force(f"{link.name}_{word}", link.name, (x, y, z), (fx, fy, fz)))
 
 
 def _overlay(defaults: Mapping[str, str], given: Mapping[str, str]) -> dict[str, str]:
@@ -1438,14 +1369,6 @@ def _turn_of(quaternion: Sequence[Scalar]) -> Array:
     return np.asarray(np.eye(3) + 2 * w * k + 2 * (k @ k))
 
 
-def _beyond(x: Scalar, low: float, high: float) -> Scalar:
-    """How far x is above an interval, or below it as a negative number."""
-    if low == high:
-        return x - low
-    above, below = x - high, low - x
-    return (above + abs(above)) / 2 - (below + abs(below)) / 2
-
-
 def _rename(element: Element, suffix: str) -> Element:
     """Return an element with a suffix to its name and to all names inside."""
     children = tuple(_rename(child, suffix) for child in element.children)
@@ -1453,18 +1376,3 @@ def _rename(element: Element, suffix: str) -> Element:
     if "name" in attributes:
         attributes["name"] += suffix
     return replace(element, attributes=attributes, children=children)
-
-
-def _draw(form: str, size: Array) -> list[tuple[Geometry, float]]:
-    """What shows a geom, and where along its z axis."""
-    a, b, c = size.tolist()
-    match form:
-        case "sphere":
-            return [(Sphere(a), 0.0)]
-        case "box":
-            return [(Box((2 * a, 2 * b, 2 * c)), 0.0)]
-        case "cylinder":
-            return [(Cylinder(a, 2 * b), 0.0)]
-        case "capsule":
-            return [(Cylinder(a, 2 * b), 0.0), (Sphere(a), b), (Sphere(a), -b)]
-    return []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, final
 
@@ -107,8 +107,8 @@ def list_losses(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
 
 def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
     form = scope.form
-    unstated = find_unstated(mechanism, form)
-    for force in leave_lengths_out(mechanism, unstated).forces:
+    lengths, stated = list_lengths(mechanism), leave_tendons_out(mechanism, form)
+    for force in stated.forces:
         if not isinstance(force, scope.forces):
             share = lifted_share(mechanism, force)
             if share is None or scope.lifts == "none" or (scope.lifts == "whole" and share != 1):
@@ -121,8 +121,8 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
             yield f"loop {loop.name}: {form} has none of the kind {loop.kind!r}"
         elif scope.closed and not is_closed(mechanism, loop, poses):
             yield f"loop {loop.name}: it is open where {form} states it, at coordinates of zero"
-    steps, lengths = axial_steps(mechanism), list_lengths(mechanism)
-    for name in unstated:
+    steps = axial_steps(mechanism)
+    for name in lengths.keys() - list_lengths(stated).keys():
         yield f"tendon {name.removesuffix(LENGTH)}: {form} states none of its kind"
     for name, law in mechanism.coordinates.driven.items():
         if name in lengths:
@@ -215,25 +215,17 @@ def list_lengths(mechanism: Mechanism) -> dict[str, Prismatic]:
     }
 
 
-def find_unstated(mechanism: Mechanism, form: Form) -> list[str]:
-    """Return the lengths of those tendons that a format does not state."""
-    lengths = list_lengths(mechanism)
-    return [n for n in lengths if form != "MJCF" or tendon_factors(mechanism, n) is None]
-
-
-def leave_lengths_out(mechanism: Mechanism, names: Collection[str]) -> Mechanism:
-    """Return a mechanism without the lengths of some tendons, and without what acts along them."""
-    left = {joint.child for joint in mechanism.joints if joint.name in names}
-    driven = mechanism.coordinates.driven.items()
+def leave_tendons_out(mechanism: Mechanism, form: Form) -> Mechanism:
+    """Return a mechanism without the tendons that a format does not state."""
+    lengths, m = list_lengths(mechanism), mechanism
+    left = [n for n in lengths if form != "MJCF" or tendon_factors(mechanism, n) is None]
+    laws = tuple((name, law) for name, law in m.coordinates.driven.items() if name not in left)
     return replace(
-        mechanism,
-        bodies=tuple(body for body in mechanism.bodies if body.name not in left),
-        joints=tuple(joint for joint in mechanism.joints if joint.name not in names),
-        forces=tuple(f for f in mechanism.forces if getattr(f, "joint", "") not in names),
-        coordinates=replace(
-            mechanism.coordinates,
-            map=tuple((name, law) for name, law in driven if name not in names),
-        ),
+        m,
+        bodies=tuple(b for b in m.bodies if b.name not in {lengths[n].child for n in left}),
+        joints=tuple(joint for joint in m.joints if joint.name not in left),
+        forces=tuple(force for force in m.forces if getattr(force, "joint", "") not in left),
+        coordinates=replace(m.coordinates, map=laws),
     )
 
 

@@ -22,6 +22,7 @@ from mecanique.errors import InputError
 from mecanique.formats.sources import (
     GROUND,
     Source,
+    draw,
     placement_at,
     resist_rates,
     turn_of,
@@ -29,18 +30,14 @@ from mecanique.formats.sources import (
 )
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
-from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Sphere, Visual
+from mecanique.model.bodies.visuals import Mesh, Visual
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import coordinate, symbols_in
-from mecanique.model.force_base import AnyForce
-from mecanique.model.forces import Force, JointDamper, JointSpring
 from mecanique.model.joint_base import Limits
 from mecanique.model.joints import (
     Fixed,
     Floating,
     Helical,
-    Joint,
     Prismatic,
     Revolute,
     Spherical,
@@ -176,10 +173,7 @@ class _Reader(Source):
         self._version = (1, 0)
         self._links: list[_Link] = []
         self._carried: list[_Joint] = []
-        self._joints: list[Joint] = []
-        self._forces: list[AnyForce] = []
         self._loops: list[Loop] = []
-        self._gravity = np.array([0.0, 0.0, -9.81])
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
         root = self.parse(self.file if self.file is not None else str(source))
@@ -542,28 +536,15 @@ class _Reader(Source):
         for visual in element.all("visual"):
             geometry = visual.child("geometry")
             shape = next(iter(geometry.children), None) if geometry is not None else None
-            drawn = None if shape is None else self._geometry(shape)
             pose, _ = self._pose_in(visual)
-            if drawn is not None:
-                yield Visual(drawn, placement_at(pose))
-
-    def _geometry(self, shape: Element) -> Geometry | None:
-        size = self._half_size(shape)
-        a, b, c = (0.0, 0.0, 0.0) if size is None else size.tolist()
-        match shape.tag:
-            case "box":
-                return Box((2 * a, 2 * b, 2 * c)) if min(a, b, c) > 0 else None
-            case "cylinder":
-                return Cylinder(a, 2 * b) if min(a, b) > 0 else None
-            case "sphere":
-                return Sphere(a) if a > 0 else None
-            case "mesh":
-                uri = shape.child("uri")
-                if uri is None or not uri.text.strip():
-                    return None
+            if shape is None:
+                continue
+            if (size := self._half_size(shape)) is not None:
+                yield from draw(shape.tag, size, pose)
+            uri = shape.child("uri")
+            if shape.tag == "mesh" and uri is not None and uri.text.strip():
                 x, y, z = self._numbers_in(shape, "scale", (1, 1, 1)).tolist()
-                return Mesh(uri.text.strip(), None, (x, y, z))
-        return None
+                yield Visual(Mesh(uri.text.strip(), None, (x, y, z)), placement_at(pose))
 
     # joints
 
@@ -606,12 +587,12 @@ class _Reader(Source):
         for link in waiting:
             if link.static:
                 place = placement_at(self._place(link.frame))
-                self._joints.append(
+                self.joints.append(
                     Fixed(names.free(f"{link.name}_weld"), GROUND, link.name, origin=place)
                 )
             else:
                 base = "root_joint" if len(waiting) == 1 else f"{link.name}_root_joint"
-                self._joints.append(Floating(names.free(base), GROUND, link.name))
+                self.joints.append(Floating(names.free(base), GROUND, link.name))
         reached = {GROUND, *(link.name for link in waiting)}
         left = [*carrier.values()]
         while left:
@@ -667,12 +648,12 @@ class _Reader(Source):
         name, ends = joint.name, (parent.name, child.name)
         match kind:
             case "fixed":
-                self._joints.append(Fixed(name, *ends, origin=place))
+                self.joints.append(Fixed(name, *ends, origin=place))
                 return
             case "ball":
-                self._joints.append(Spherical(name, *ends, origin=place))
+                self.joints.append(Spherical(name, *ends, origin=place))
             case "universal":
-                self._joints.append(Universal(name, *ends, origin=place))
+                self.joints.append(Universal(name, *ends, origin=place))
             case "revolute" | "continuous" | "prismatic" | "screw":
                 self._single(joint, kind, axis, place)
                 return
@@ -683,7 +664,7 @@ class _Reader(Source):
                 raise self.refuse(stated, f"spring_stiffness of a {kind} joint is not read")
         # Drake takes the damping of the first axis for all
         damping = self._number_in(axis.child("dynamics") if axis else None, "damping", 0.0)
-        self._forces += resist_rates(self._joints[-1], damping)
+        self.forces += resist_rates(self.joints[-1], damping)
 
     def _single(self, joint: _Joint, kind: str, axis: Element | None, place: Placement) -> None:
         """Add a joint with one coordinate, its spring, its damper and what it follows."""
@@ -711,22 +692,21 @@ class _Reader(Source):
         ends = joint.parent.name, joint.child.name
         if kind == "screw":
             stated["pitch"] = self._pitch(element)
-            self._joints.append(Helical(name, *ends, **stated))  # type: ignore[arg-type]
+            self.joints.append(Helical(name, *ends, **stated))  # type: ignore[arg-type]
         else:
             made = Prismatic if kind == "prismatic" else Revolute
-            self._joints.append(made(name, *ends, **stated))  # type: ignore[arg-type]
+            self.joints.append(made(name, *ends, **stated))  # type: ignore[arg-type]
         dynamics = axis.child("dynamics")
         if dynamics is not None:
             self._check(dynamics, "dynamics")
-        stiffness = self._number_in(dynamics, "spring_stiffness", 0.0)
-        rest = self._number_in(dynamics, "spring_reference", 0.0)
-        damping = self._number_in(dynamics, "damping", 0.0)
+        stiffness, damping, rest = (
+            self._number_in(dynamics, tag, 0.0)
+            for tag in ("spring_stiffness", "damping", "spring_reference")
+        )
+        linear = np.array([1.0, 0.0, 0.0])
+        self.resist(name, name, stiffness * linear, np.full(2, rest), damping * linear)
         if self._number_in(dynamics, "friction", 0.0):
             self.rubbing.append(name)
-        if stiffness:
-            self._forces.append(JointSpring(f"{name}_spring", name, stiffness, rest))
-        if damping:
-            self._forces.append(JointDamper(f"{name}_damper", name, damping))
         mimic = axis.child("mimic")
         tied = element.child("drake:mimic")
         if tied is not None:
@@ -787,7 +767,7 @@ class _Reader(Source):
                 raise self.refuse(element, f"a loop closed by a joint of type {kind!r} is not read")
 
     def _read_gravity(self, world: Element) -> None:
-        self._gravity = self._numbers_in(world, "gravity", self._gravity)
+        self.gravity = self._numbers_in(world, "gravity", self.gravity)
 
     def _mechanism(self, name: str) -> Mechanism:
         bodies = [Body(GROUND)]
@@ -799,11 +779,8 @@ class _Reader(Source):
                 visuals.append(replace(visual, placement=place))
             bodies.append(mass.body(link.name, visuals))
             if link.weightless:
-                x, y, z = mass.center.tolist()
-                fx, fy, fz = (-mass.mass * self._gravity).tolist()
-                lift = Force(f"{link.name}_weightless", link.name, (x, y, z), (fx, fy, fz))
-                self._forces.append(lift)
-        singles = {joint.name for joint in self._joints}
+                self.lift(link.name, "weightless", mass.center, mass.mass)
+        singles = {joint.name for joint in self.joints}
         for follower, (element, law) in self.laws.items():
             missing = symbols_in(law) - singles
             if missing:
@@ -811,15 +788,5 @@ class _Reader(Source):
                 raise self.refuse(element, message)
         light = [link.name for link in self._links if link.weightless and not link.static]
         weight = f"<gravity> of {', '.join(light)} is off, which Drake ignores." if light else ""
-        x, y, z = self._gravity.tolist()
-        return Mechanism(
-            name,
-            tuple(bodies),
-            tuple(self._joints),
-            forces=tuple(self._forces),
-            loops=tuple(self._loops),
-            coordinates=Coordinates((), tuple(self.compose_laws().items())),
-            gravity=(x, y, z),
-            ground=GROUND,
-            about=self.describe(bodies, *filter(None, [weight])),
-        )
+        about = filter(None, [weight])
+        return self.assemble(name, bodies, self._loops, self.compose_laws(), *about)

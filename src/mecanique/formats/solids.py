@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from mecanique.urdf.meshes import MOST_BYTES, MOST_TRIANGLES, read_stl
 from mecanique.urdf.solids import Corners, Mass, hull_of, inertia_of, moments_of_squares, pyramids
 
 Rule: TypeAlias = Literal["legacy", "exact", "convex", "shell"]
+
+RULES: Mapping[str, Rule] = {rule: rule for rule in get_args(Rule)}
 
 SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 """How many sizes each kind of geom has that has a volume."""

@@ -10,19 +10,33 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.bodies import Body
-from mecanique.model.expression import Scalar, coordinate, symbols_in
-from mecanique.model.forces import Force, Torque
+from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere, Visual
+from mecanique.model.constraints.loops import Loop
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.expression import Scalar, coordinate, symbols_in, velocity
+from mecanique.model.force_base import AnyForce
+from mecanique.model.forces import (
+    Force,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Potential,
+    Torque,
+)
 from mecanique.model.joints import Floating, Joint, Universal
+from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.validation import inertia_fault
 from mecanique.model.placement import Placement, pose_of, rpy_of
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
+from mecanique.urdf.names import Names
 from mecanique.urdf.parse import MOST_BYTES, parse
 
 GROUND = "world"
@@ -39,6 +53,9 @@ class Source:
         self.omitted: Counter[str] = Counter()
         self.rubbing: list[str] = []  # joints with dry friction
         self.laws: dict[str, tuple[Element, Scalar]] = {}  # of joints that follow others
+        self.joints: list[Joint] = []
+        self.forces: list[AnyForce] = []
+        self.gravity = np.array([0.0, 0.0, -9.81])
         self._format = format_name
         self._files = self._elements = 0
 
@@ -116,6 +133,52 @@ class Source:
         """Return an attribute's number."""
         return float(self.numbers(element, texts, name, (default,), 1)[0])
 
+    def resist(
+        self,
+        name: str,
+        joint: str,
+        stiffness: Array,
+        ends: Array,
+        damping: Array,
+        factor: float = 1.0,
+    ) -> None:
+        """Add spring and damper in a joint: Σ kₙ xⁿ⁺¹ beyond two ends, and Σ cₙ |v|ⁿ v.
+
+        Args:
+            name: before the names of both.
+            joint: its name.
+            stiffness: shape (3,), of x and its powers.
+            ends: between which no spring pulls, shape (2,).
+            damping: shape (3,).
+            factor: by which x is the joint's coordinate.
+        """
+        powers = np.arange(2, 5)
+        stiffness, damping = stiffness * factor**powers, damping * abs(factor) ** powers
+        low, high = sorted((ends / factor).tolist())
+        names = Names(force.name for force in self.forces)
+        if low != high or any(stiffness[1:]):
+            x = beyond(coordinate(joint), low, high)
+            V = sum(k * x ** (n + 2) / (n + 2) for n, k in enumerate(stiffness.tolist()))
+            if any(stiffness):
+                self.forces.append(Potential(names.free(f"{name}_spring"), joint, V))
+        elif stiffness[0]:
+            spring = JointSpring(names.free(f"{name}_spring"), joint, float(stiffness[0]), low)
+            self.forces.append(spring)
+        if any(damping[1:]):
+            rate = velocity(joint)
+            pull = -sum(c * abs(rate) ** n * rate for n, c in enumerate(damping.tolist()) if c)
+            self.forces.append(JointForce(names.free(f"{name}_damper"), joint, pull))
+        elif damping[0]:
+            damper = JointDamper(names.free(f"{name}_damper"), joint, float(damping[0]))
+            self.forces.append(damper)
+
+    def lift(self, body: str, word: str, point: Array, mass: float) -> None:
+        """Carry the weight of a mass at a point of a body."""
+        if mass:
+            x, y, z = point.tolist()
+            fx, fy, fz = (-mass * self.gravity).tolist()
+            self.forces.append(Force(f"{body}_{word}", body, (x, y, z), (fx, fy, fz)))
+
     def follow(self, element: Element, joint: str, law: Scalar) -> None:
         """Let a joint follow others by a law."""
         if joint in self.laws:
@@ -139,6 +202,28 @@ class Source:
         for joint in self.laws:
             composed[joint] = composed[joint] if joint in composed else compose(joint, ())
         return {joint: composed[joint] for joint in self.laws}
+
+    def assemble(
+        self,
+        name: str,
+        bodies: Sequence[Body],
+        loops: Sequence[Loop],
+        follows: Mapping[str, Scalar],
+        *about: str,
+    ) -> Mechanism:
+        """Return the mechanism of what was read."""
+        x, y, z = self.gravity.tolist()
+        return Mechanism(
+            name,
+            tuple(bodies),
+            tuple(self.joints),
+            forces=tuple(self.forces),
+            loops=tuple(loops),
+            coordinates=Coordinates((), tuple(follows.items())),
+            gravity=(x, y, z),
+            ground=GROUND,
+            about=self.describe(bodies, *about),
+        )
 
     def describe(self, bodies: Sequence[Body], *more: str) -> str:
         """Say what was left out, how much of it, and what else is to be known."""
@@ -179,6 +264,31 @@ def resist_rates(joint: Joint, damping: float) -> Iterator[Force | Torque]:
     if isinstance(joint, Floating):
         fx, fy, fz = (-damping * coordinate(name) for name in joint.velocities[:3])
         yield Force(f"{joint.name}_drag", joint.child, (0.0, 0.0, 0.0), (fx, fy, fz), axes=axes)
+
+
+def beyond(x: Scalar, low: float, high: float) -> Scalar:
+    """How far x is above an interval, or below it as a negative number."""
+    if low == high:
+        return x - low
+    above, below = x - high, low - x
+    return (above + abs(above)) / 2 - (below + abs(below)) / 2
+
+
+def draw(form: str, size: Array, pose: Array, rgba: Any = None) -> Iterator[Visual]:
+    """Yield what shows a solid by half its sizes; a capsule is a cylinder between two balls."""
+    a, b, c = size.tolist()
+    shown: list[tuple[Geometry, float]] = []
+    if form == "box" and size.min() > 0:
+        shown.append((Box((2 * a, 2 * b, 2 * c)), 0.0))
+    if form in ("cylinder", "capsule") and min(a, b) > 0:
+        shown.append((Cylinder(a, 2 * b), 0.0))
+    if form in ("sphere", "capsule") and a > 0:
+        ends = {"sphere": [0.0], "capsule": [b, -b]}[form]
+        shown += [(Sphere(a), end) for end in ends]
+    for geometry, offset in shown:
+        at = np.eye(4)
+        at[2, 3] = offset
+        yield Visual(geometry, placement_at(pose @ at), rgba)
 
 
 def unit_vector(vector: Array | Sequence[float]) -> Array:
