@@ -371,3 +371,26 @@ def test_an_integral_needs_its_variable() -> None:
         mq.check(pendulum, "T = ∫ sqrt(l/g)", "period from rest")
     with pytest.raises(mq.FormulaError, match=r"expected integral\(f, x, a, b\), over a letter x"):
         mq.check(pendulum, "T = integral(q, 2, 0, q0)", "period from rest")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "w' = -g/l sin(q)\nq' = w",
+        "w' = -g/l sin(q); w = q'",
+        r"\dot{w} = -g/l \sin q \\ \dot{q} = w",
+        "w(t).diff(t) = -g/l*sin(q(t))\nq(t).diff(t) = w(t)",
+        "w'[t] == -g/l Sin[q[t]]; q'[t] == w[t]",
+    ],
+)
+def test_equations_of_first_order_stand_in_any_order(text: str) -> None:
+    # "w' = …" was taken as the definition of w
+    check = mq.check(mq.textbook.load("simple_pendulum"), text)
+    assert check.outcome == "right"
+    assert not any("sin" in note.lower() for note in check.notes)
+
+
+def test_a_rate_of_an_undefined_letter_defines_nothing() -> None:
+    # the rate lost its primes: the letter was looked up in vain, with KeyError 'qq2'
+    with pytest.raises(mq.FormulaError, match="unknown letters \"qq2''\""):
+        mq.check(mq.textbook.load("double_pendulum"), "q1 = q2\nqq2'' = q")

@@ -356,9 +356,11 @@ def read_answer(text: str, letters: KnownLetters) -> ReadText:
         kept = [line for line in lines if _defined_by(line)[0] not in defined]
         if not scanner.unknown:
             break
-        kept = [_turn_round(line, scanner.unknown) for line in kept]
-        definitions = [line for line in kept if _defined_by(line)[0] in scanner.unknown]
-        ready = [line for line in definitions if not _names(line[1:]) & scanner.unknown.keys()]
+        # no line defines w' alone, and with w its rate w' is undefined, too
+        undefined = {word.rstrip("'") for word in scanner.unknown}
+        kept = [_turn_round(line, undefined) for line in kept]
+        definitions = [line for line in kept if _defined_by(line)[0] in undefined]
+        ready = [line for line in definitions if not _names(line[1:]) & undefined]
         if not ready or len(defined) >= _MOST_DEFINITIONS or len(kept) == 1:
             raise scanner.explain_unknown()
         name, order = _defined_by(ready[0])
@@ -392,14 +394,14 @@ def _parse(tokens: list[Token], letters: KnownLetters, text: str) -> list[list[N
 
 
 def _names(tokens: Sequence[Token]) -> set[str]:
-    return {token.value for token in tokens if token.kind == "NAME"}
+    return {token.value.rstrip("'") for token in tokens if token.kind == "NAME"}
 
 
-def _turn_round(line: list[Token], unknown: Collection[str]) -> list[Token]:
+def _turn_round(line: list[Token], undefined: Collection[str]) -> list[Token]:
     """Return q' = w, of a state-space form, as the definition of its right side."""
     kinds = [token.kind for token in line]
-    if kinds == ["NAME", "EQUALS", "NAME"] and line[2].value in unknown:
-        return line if line[0].value in unknown else line[::-1]
+    if kinds == ["NAME", "EQUALS", "NAME"] and line[2].value in undefined:
+        return line if _names(line[:1]) & set(undefined) else line[::-1]
     return line
 
 

@@ -572,9 +572,8 @@ class Scanner:
         before = self._listed[-1] if self._listed else None
         if before is None or before.kind != "NAME":
             raise self._explain("expected a coordinate before .diff, e.g. q.diff(t)", match.start())
-        name = self.letters.by_key.get(before.value + "'" * _order(match["by"]))
-        if before.value in self.unknown:
-            return match.end()
+        rate = before.value + "'" * _order(match["by"])
+        name = rate if before.value in self.unknown else self.letters.by_key.get(rate)
         if name is None:
             raise self._explain(f"{before.value!r} has no derivative by t", match.start())
         self._listed[-1] = Token("NAME", name, before.start, self._place_after(match.end()))
@@ -807,8 +806,8 @@ class Scanner:
             return self._put("NAME", rate, at, end)
         if pieces is None:
             self.unknown.setdefault(word + "'" * dots, at)
-            self._put("NAME", word, at, end)
-            return end
+            of_time = _OF_TIME.match(text, end)
+            return self._put("NAME", word + "'" * dots, at, of_time.end() if of_time else end)
         for k, (piece, start, stop) in enumerate(pieces):
             last = k == len(pieces) - 1
             place = (at + start, end if last else at + stop)
