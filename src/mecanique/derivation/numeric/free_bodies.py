@@ -88,7 +88,8 @@ class BatchFreeBodies:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism
-        self._recursion = Recursion(mechanism)
+        # the tree only places bodies: what they weigh stands here, so it is given no mass
+        self._recursion = Recursion(mechanism, moments=[np.zeros((4, 4))])
         links = [link for link in self._recursion.tree for _ in link.velocities]
         self._joints = mechanism.tree
         self._order = {joint.child: k for k, joint in enumerate(self._joints)}

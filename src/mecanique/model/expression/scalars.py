@@ -144,7 +144,7 @@ def plain(scalar: Scalar) -> Scalar:
     convert = getattr(scalar, "_sympy_", None)
     if convert is not None:
         return convert()
-    if hasattr(scalar, "free_symbols"):
+    if hasattr(type(scalar), "free_symbols"):  # asked of the scalar, it would list them
         return scalar
     called = f"; call it: {scalar.__name__}(…)" if inspect.isfunction(scalar) else ""
     raise InputError(f"expected a number, a parameter or an expression, got {scalar!r}{called}")
