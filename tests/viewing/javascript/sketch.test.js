@@ -65,6 +65,15 @@ test("what rests is framed as far as it is near what moves", () => {
   assertNear(high, [3 + near, 0.1 + near, 0.2]);
 });
 
+test("a motion that goes far leaves the floor it starts on out of the picture", () => {
+  const floor = { ...BAR, size: [9, 9, 0], place: [0, 0, -0.2] };
+  const boxes = [floor, BAR].map((solid) => boxAround([solidOf(solid)]));
+  const rows = [0, 100].map((x) => Float64Array.from([0, 0, 0, 0, 0, 0, 1, x, 0, 0, 0, 0, 0, 1]));
+  const { box, far } = frame(boxes, rows, { lines: 14, series: 14 });
+  assert.equal(far, true);
+  assertNear(box.high, [2, 0.1, 0.2]);
+});
+
 for (const preset of ["front", "side", "top", "free"])
   test(`all of a box is in the picture from the ${preset}, and some of it near the edge`, () => {
     const box = { low: [-3, -1, 0], high: [1, 2, 5] };

@@ -136,7 +136,9 @@ export function frame(boxes, rows, layout, { bounds: given, streamed = false } =
   const whole = bounds(boxes, rows, layout, moves);
   const size = ownSize(boxes, rows, moves);
   const far = streamed || (size > 0 && sizeOf(whole) > FAR * size);
-  return { box: far ? startBox(boxes, rows, layout, moves) : whole, far };
+  if (!far) return { box: whole, far };
+  const moving = boxes.map((box, b) => (moves[b] ? box : null)); // what rests is left behind
+  return { box: startBox(moving, rows, layout, moves), far };
 }
 
 // Where to look, and from where: every corner of the box is in the picture, with a margin.
