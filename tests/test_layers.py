@@ -204,7 +204,7 @@ ORDER: dict[str, list[str]] = {
         "draw",
     ],
     "figure.paper": ["marks", "lettering files"],
-    "viewing": ["scene", "engine page", "live", "show", "gallery"],
+    "viewing": ["scene", "corners", "engine page", "live", "show", "gallery"],
     "viewing.scene": ["inspection", "scene", "drawn", "texts", "from_motion"],
     "viewing.page": ["panels viewer", "page"],
     "viewing.live": ["live", "view"],

@@ -48,3 +48,18 @@ def factorize(tape: Tape, M: Sequence[Sequence[Any]]) -> Factors:
                 left[i][j] = tape.subtract(left[i][j], part)
     pivots = tuple(left[k][k] for k in range(len(left)))
     return Factors(tape, pivots, tuple(rows))
+
+
+def eliminate(system: Sequence[Sequence[Any]], rest: Sequence[Any]) -> list[Any]:
+    """Return x with A x = rest for any A, by elimination without pivoting, shape (n,)."""
+    rows = [[*row, value] for row, value in zip(system, rest, strict=True)]
+    for k, pivot in enumerate(rows):
+        for row in rows[k + 1 :]:
+            part = row[k] / pivot[k]
+            for j in range(k + 1, len(row)):
+                row[j] = row[j] - part * pivot[j]
+    x: list[Any] = []
+    for k in reversed(range(len(rows))):
+        known = sum((a * b for a, b in zip(rows[k][k + 1 : -1], x, strict=True)), 0.0)
+        x.insert(0, (rows[k][-1] - known) / rows[k][k])
+    return x

@@ -45,6 +45,7 @@ from mecanique.motion.analysis.forces import Action
 from mecanique.motion.motion import Motion
 from mecanique.motion.record.events import break_names
 from mecanique.motion.simulation.watching import margins_along
+from mecanique.motion.switching.corners import ElementForce
 from mecanique.motion.tolerances import AT_LIMIT
 from mecanique.program.evaluation import evaluate
 from mecanique.program.sweeps import push_forward
@@ -52,8 +53,9 @@ from mecanique.program.traced import trace, value_of, values_of
 from mecanique.textbook import load
 from mecanique.textbook.catalogue import is_known
 from mecanique.verification.states import random_states
+from mecanique.viewing.corners import PageCorners
 from mecanique.viewing.scene.drawn import Spot, group_work, name_arrows, spans_of, tips_of
-from mecanique.viewing.scene.from_motion import fit, names_of, scene_of
+from mecanique.viewing.scene.from_motion import LOST, fit, losses_of, names_of, scene_of
 from mecanique.viewing.scene.scene import (
     Bound,
     Condition,
@@ -315,7 +317,11 @@ class Maker:
         symbols = (*mechanism.values, *(signal.symbol for signal in mechanism.inputs))
         self._dynamics: TapeDynamics = dynamics_of(equations, symbols)
         self._letters = self._dynamics.letters
-        self._work = self._letters.tape.input(WORK)
+        tape = self._letters.tape
+        self._work = tape.input(WORK)
+        lost = losses_of(motion) if motion.corners is not None else ()
+        self._lost = {f"{LOST}{name}": tape.input(f"{LOST}{name}") for name in lost}
+        self._corners = PageCorners(motion, symbols) if motion.corners is not None else None
         self._actions = FreeBodyForces(self._dynamics)
         moving = (a for a in self._actions.all() if a.body != mechanism.ground)
         self._shown = [*moving]
@@ -353,7 +359,16 @@ class Maker:
         }
         functions |= {name: scalars for name, scalars in not_always.items() if scalars}
         answers = [self._answer(name, scalars) for name, scalars in functions.items()]
-        text = "\n".join(write_functions(self._program(answers)))
+        listing = write_functions(self._program(answers))
+        switching = None
+        if self._corners is not None:
+            functions, switching = self._corners.functions()
+            switching = replace(switching, losses=tuple(losses_of(motion)))
+            answers_of_modes = [self._answer(name, scalars) for name, scalars in functions.items()]
+            program = assemble(self._corners.dynamics, "page", answers_of_modes)
+            listing += write_functions(program)
+            answers += answers_of_modes
+        text = "\n".join(listing)
         if len(text) > MOST_LETTERS:
             raise DerivationError(f"the program would take {len(text) // 1000} kB")
         names = ", ".join(answer.quantity.name for answer in answers)
@@ -377,6 +392,7 @@ class Maker:
             conditions=tuple(condition for condition, _ in conditions),
             holding=tuple(margins),
             python=python,
+            switching=switching,
             options=tuple(options_of(motion)),
         )
 
@@ -394,12 +410,12 @@ class Maker:
         """Rates of the state and of the work of everything that has no potential."""
         # that work changes the energy along the motion: ∂E/∂q q' + ∂E/∂v a + ∂E/∂t
         letters, dynamics = self._letters, self._dynamics
-        return [*letters.rates, *dynamics.acceleration, self._power()]
+        return [*letters.rates, *dynamics.acceleration, self._power(), *(0.0 for _ in self._lost)]
 
     def _row(self, scene: Scene) -> list[list[Any]]:
         """The numbers of each of a scene's columns; a rotation for each quaternion."""
         arrows = {name: (action, unit) for name, action, unit in name_arrows(self._shown)}
-        spans = {span.name: span.ends for span in spans_of(self._mechanism)}
+        spans = {span.name: span.ends for span in spans_of(self._motion.described)}
         tips = {f"path of {tip.body}": tip for tip in tips_of(self._mechanism)}
         works = dict(group_work(self._mechanism, self._shown))
         curves = self._curves()
@@ -473,9 +489,10 @@ class Maker:
     def _program(self, answers: Sequence[Answer]) -> Program:
         program = assemble(self._dynamics, "page", answers)
         letters = dict(program.letters)
-        letters["v"] = (*letters["v"], ProgramInput("work", WORK, "J"))
-        # torques are named after velocities; none drives the work
-        letters["tau"] = (*letters["tau"], ProgramInput("work", f"tau {WORK}"))
+        for k, name in enumerate((WORK, *self._lost)):
+            letters["v"] = (*letters["v"], ProgramInput(f"work{k}", name, "J"))
+            # torques are named after velocities; none drives the work
+            letters["tau"] = (*letters["tau"], ProgramInput(f"work{k}", f"tau {name}"))
         return replace(program, letters=letters)
 
     def _evaluate(self, scalars: Sequence[Any], chosen: np.ndarray) -> np.ndarray:
@@ -484,6 +501,9 @@ class Maker:
         t, q, v = motion.t[chosen], motion.q[chosen], motion.v[chosen]
         states = States(self._mechanism, q, v, t, motion.a[chosen])
         inputs = inputs_at(letters, states) | {WORK: motion.energy().work[chosen]}
+        if self._lost:
+            losses = losses_of(motion).items()
+            inputs |= {f"{LOST}{name}": lost[chosen] for name, lost in losses}
         return evaluate(letters.tape, values_of(scalars), inputs, len(chosen))
 
     def _acting(self) -> dict[str, bool]:
@@ -553,6 +573,7 @@ class Maker:
             "energy potential": V,
             "energy total": T + V,
             "energy work": trace(letters.tape, self._work),
+            **{name: trace(letters.tape, place) for name, place in self._lost.items()},
             **dict(zip(rates, self._dynamics.acceleration, strict=True)),
             **dict(zip(mechanism.velocities, letters.v, strict=True)),
             **dict(zip(mechanism.coordinates, letters.q, strict=True)),
@@ -570,16 +591,10 @@ class Maker:
 
 def refuse(mechanism: Mechanism) -> None:
     """Refuse a mechanism for which a page cannot have a program."""
-    if mechanism.switching:
-        names = ", ".join(element.name for element in mechanism.switching)
-        raise DerivationError(
-            f"which mode follows where {names} switches is found in Python alone; for other values "
-            "simulate there and export again"
-        )
     if mechanism.nv > MOST_VELOCITIES:
         raise DerivationError(f"a program for {mechanism.nv} velocities would be too long")
     for signal in mechanism.inputs:
-        if callable(signal.signal):
+        if callable(signal.signal) and not isinstance(signal.signal, ElementForce):
             raise DerivationError(f"input {signal.symbol!r} is a function of Python")
 
 
@@ -610,7 +625,7 @@ def computed_scene(
 ) -> Scene:
     """Return the scene of a motion with its engine; without one, the page says why."""
     try:
-        refuse(motion.described)
+        refuse(motion.mechanism)
         first = equations[0] if equations else derive(motion.mechanism)
         scene, maker = equip(motion, document, actions, first)
         verdict = add_row(document.verdict, judge_page(maker))

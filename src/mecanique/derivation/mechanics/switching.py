@@ -325,38 +325,59 @@ def solve_held(
 
 
 def list_margins(
+    elements: Sequence[ElementRows],
+    mode: Mode,
+    moved: tuple[Scalars, Scalars],
+    forces: Scalars | None,
+    limits: tuple[Scalars, Sequence[Any]],
+    length: Callable[..., Any],
+) -> list[tuple[Any, Any]]:
+    """Return what each element has left in its state: its gap or what presses, its friction.
+
+    The first is the gap while it is open and the normal force while it is closed, the second the
+    reserve of static friction or the speed of slip; 1 where there is none.
+
+    Args:
+        elements: those of the mechanism.
+        mode: the state of each.
+        moved: gap and slip of each row between corners; at a corner, both what it gains by.
+        forces: along each row; None if they are not known.
+        limits: what sticks at most, as in `Terms`, and what each element pulls at most.
+        length: gives that of a force by its parts.
+    """
+    (gaps, slips), (static, holds) = moved, limits
+    margins: list[tuple[Any, Any]] = []
+    for k, (element, state) in enumerate(zip(elements, mode, strict=True)):
+        normal = element.normal
+        if normal is not None and (state.name == OPEN or element.stiffness is not None):
+            gap = gaps[normal]
+            margins.append((gap if state.name == OPEN else -1.0 * gap, 1.0))
+            continue
+        press: Any = 1.0
+        if normal is not None and forces is not None:
+            press = forces[normal] + holds[k]
+        friction: Any = 1.0
+        if state.name == STICKS and forces is not None:
+            pulls = [forces[row] for row in element.tangents]
+            friction = friction_limit(element, static[k], forces) - length(*pulls)
+        elif state.direction:
+            # the slip along the direction in which it began
+            pairs = zip(element.tangents, state.direction, strict=True)
+            friction = sum(slips[row] * part for row, part in pairs)
+        margins.append((press, friction))
+    return margins
+
+
+def list_present_margins(
     terms: Terms,
     elements: Sequence[ElementRows],
     mode: Mode,
     forces: Scalars | None,
     length: Callable[..., Any],
 ) -> list[tuple[Any, Any]]:
-    """Return what each element has left in its state: its gap or what presses, its friction.
-
-    The first is the gap while it is open and the normal force while it is closed, the second the
-    reserve of static friction or the speed of slip; 1 where there is none. `length` gives that of
-    a force by its parts.
-    """
-    margins: list[tuple[Any, Any]] = []
-    for k, (element, state) in enumerate(zip(elements, mode, strict=True)):
-        normal = element.normal
-        if normal is not None and (state.name == OPEN or element.stiffness is not None):
-            gap = terms.gaps[normal]
-            margins.append((gap if state.name == OPEN else -1.0 * gap, 1.0))
-            continue
-        press: Any = 1.0
-        if normal is not None and forces is not None:
-            press = forces[normal] + element.holds
-        friction: Any = 1.0
-        if state.name == STICKS and forces is not None:
-            pulls = [forces[row] for row in element.tangents]
-            friction = friction_limit(element, terms.static[k], forces) - length(*pulls)
-        elif state.direction:
-            # the slip along the direction in which it began
-            pairs = zip(element.tangents, state.direction, strict=True)
-            friction = sum(terms.rates[row] * part for row, part in pairs)
-        margins.append((press, friction))
-    return margins
+    """Return what each element has left in its state, between corners."""
+    limits = terms.static, [rows.holds for rows in elements]
+    return list_margins(elements, mode, (terms.gaps, terms.rates), forces, limits, length)
 
 
 def friction_limit(element: ElementRows, coefficient: Any, forces: Scalars) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -20,10 +20,9 @@ from mecanique.derivation.mechanics.switching import (
     list_elements,
     solve_held,
 )
-from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.dynamics import Tree
 from mecanique.model.mechanism import Mechanism
-from mecanique.program.solving import factorize
+from mecanique.program.solving import eliminate, factorize
 
 
 @final
@@ -39,7 +38,7 @@ class SwitchingEquations:
     def __init__(self, mechanism: Mechanism, letters: Letters, idle: Callable[[str], bool]) -> None:
         self.letters = letters
         self.tree = tree = Tree(letters)
-        contacts = velocity_rows(letters, tree.recursion)
+        self.contacts = contacts = velocity_rows(letters, tree.recursion)
         names = [row.name for row in contacts]
         mass = tree.mass_matrix()
         self._factors = factorize(letters.tape, mass)
@@ -68,22 +67,24 @@ class SwitchingEquations:
             [k for k, name in enumerate(names) if idle(name)],
         )
 
+    def by_mass(self, column: Sequence[Any]) -> list[Any]:
+        """Return M⁻¹ of a column."""
+        return self._factors.solve(list(column))
+
     def solve(self, mode: Mode, drive: ModeProblem) -> tuple[Scalars, Scalars]:
         """Return the accelerations or changes of velocities, and the force along each row."""
         held = hold(self.terms, self.elements, mode, drive)
-        rows, tape, factors = held.rows, self.letters.tape, self._factors
-        if len(rows) > 1 and (held.friction != np.eye(len(self.terms.gaps))[rows]).any():
-            raise DerivationError("friction of what is pressed makes the system unsymmetric")
+        symmetric = (held.friction == np.eye(len(self.terms.gaps))[held.rows]).all()
 
         def by_mass(columns: Scalars) -> Scalars:
-            solved: Scalars = as_scalars(factors.solve(list(column)) for column in columns.T).T
+            solved: Scalars = as_scalars(self.by_mass(column) for column in columns.T).T
             return solved
 
         def by_rows(J: Scalars, yielding: Scalars, free: Scalars, wanted: Scalars) -> Scalars:
-            system, right = J @ yielding, wanted - free
-            if len(rows) == 1:
-                return as_scalars([right[0] / system[0, 0]])
-            return as_scalars(factorize(tape, list(system)).solve(list(right)))
+            system, right = list(J @ yielding), list(wanted - free)
+            if symmetric:
+                return as_scalars(factorize(self.letters.tape, system).solve(right))
+            return as_scalars(eliminate(system, right))
 
         solved = solve_held(self.terms, held, drive, by_mass, by_rows)
         assert solved is not None, "forces on a tape are always solved for"

@@ -116,8 +116,8 @@ def losses(motion: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
     """Return what friction and impacts have taken since the start, each of shape (n,) [J]."""
     lost: dict[str, np.ndarray] = {}
     if motion.corners is not None and motion.corners.rubbing:
-        heat = integral(motion.curve, motion.corners.heating, times)
-        for name, column in zip(motion.corners.rubbing, heat.T, strict=True):
+        heat = integral(motion.curve, motion.corners.powers, times)
+        for name, column in zip(motion.corners.rubbing, heat.T, strict=False):
             lost[f"{name}: friction"] = column
     return lost | _losses_at_impacts(motion, times)
 
@@ -178,6 +178,10 @@ def _work(motion: Trajectory, times: np.ndarray) -> np.ndarray:
     free = tuple(force for force in mechanism.forces if not force.conservative)
     rheonomic = is_rheonomic(mechanism)
     work: np.ndarray = np.zeros(len(times))
+    if motion.corners is not None:
+        described = {force.name for force in motion.described.forces}
+        free = tuple(force for force in free if force.name in described)
+        work = work + integral(motion.curve, motion.corners.powers, times)[:, -1]
     if free:
         from mecanique.derivation.symbolic.forces import stored_in_loads
 

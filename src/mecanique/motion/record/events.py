@@ -207,8 +207,8 @@ class Switches(Protocol):
     mechanism: Mechanism  # with its elements that switch
     rubbing: dict[str, list[int]]  # rows of the elements that rub, by name
 
-    def heating(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the power each of them turns into heat, shape (n, rubbing) [W]."""
+    def powers(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the heat of each of them, then the power of all elements, shape (n, k) [W]."""
 
 
 def break_names(mechanism: Mechanism) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 from math import inf
@@ -27,7 +27,7 @@ from mecanique.derivation.mechanics.switching import (
     Mode,
     Terms,
     accelerate,
-    list_margins,
+    list_present_margins,
 )
 from mecanique.errors import DerivationError, InputError, IntegrationError
 from mecanique.generation.mechanics.switching import SwitchingEquations
@@ -74,7 +74,7 @@ class ModeProgram:
                 return letters.call("Abs", parts[0])
             return letters.call("sqrt", sum(part * part for part in parts))
 
-        margins = list_margins(terms, elements, mode, forces, length)
+        margins = list_present_margins(terms, elements, mode, forces, length)
         self._elements = len(margins)
         rates = values_of([*letters.rates, *acceleration])
         watched = values_of([*np.ravel(margins), *terms.load])
@@ -105,7 +105,16 @@ class ModePrograms:
     def write(self, mode: Mode) -> ModeProgram | None:
         """Return a mode as a program; None if it is not to be written as one."""
         slips_in_space = any(state.name == SLIPS for state in mode)
-        if self._rows.permanent or slips_in_space:
+        sliding = any(
+            state.direction and element.pressing is not None
+            for element, state in zip(self._rows.elements, mode, strict=True)
+        )
+        # what slips beside another contact is not solved on a tape to as many digits as here
+        presses = sum(
+            state.name != OPEN and e.struck
+            for e, state in zip(self._rows.elements, mode, strict=True)
+        )
+        if self._rows.permanent or slips_in_space or (sliding and presses > 1):
             return None
         try:
             program = ModeProgram(self._rows, self._equations, mode)
@@ -250,12 +259,18 @@ class Corners:
         terms = self.rows.at(q, v, t)
         return terms, self._solve(terms, self.mode(t), t).forces
 
-    def heating(self, t: Array, q: Array, v: Array) -> Array:
-        """Return the power each element that rubs turns into heat, shape (n, rubbing) [W]."""
+    def powers(self, t: Array, q: Array, v: Array) -> Array:
+        """Return the heat of each element that rubs, then the power of all, shape (n, k) [W]."""
         powers = []
-        for state in zip(t.tolist(), q, v, strict=True):
-            terms, forces = self.forces(*state)
-            powers.append([-forces[rows] @ terms.rates[rows] for rows in self.rubbing.values()])
+        for moment, position, velocity in zip(t.tolist(), q, v, strict=True):
+            terms, forces = self.forces(moment, position, velocity)
+            size = STILL * (np.abs(terms.jacobian) @ np.abs(velocity) + np.abs(terms.drift))
+            # what is held has no power, not even by rounding, which would be resolved in vain
+            slips = np.where(np.abs(terms.rates) <= size, 0.0, terms.rates)
+            moves = terms.rates - terms.drift
+            moves = np.where(np.abs(moves) <= size, 0.0, moves)
+            heat = [-forces[rows] @ slips[rows] for rows in self.rubbing.values()]
+            powers.append([*heat, forces @ moves])
         return np.array(powers).reshape(len(t), -1)
 
     def margins(self, t: float, q: Array, v: Array) -> Array:
@@ -555,7 +570,7 @@ class Corners:
                     held = not on_source or not (source.radius == 0 or centered)
                     signals = []
                     for k, letter in enumerate(_LETTERS if held else _LETTERS[:3]):
-                        value = record.component((element.name, body, kind), k)
+                        value = ElementForce(record, (element.name, body, kind), k)
                         signals.append(add(f"{label} {letter}", "N" if k < 3 else "N·m", value))
                     x, y, z, *turn = signals
                     px, py, pz = source.center if on_source else (0.0, 0.0, 0.0)
@@ -573,7 +588,7 @@ class Corners:
                 assert isinstance(joint, Single), "validated"
                 unit = "N·m" if joint.turns else "N"
                 label = name if len(shares) == 1 else f"{name} on {joint_name}"
-                signal = add(label, unit, record.along(weights))
+                signal = add(label, unit, ElementForce(record, weights))
                 forces.append(JointForce(label, joint_name, signal))
         return replace(m, inputs=tuple(inputs), forces=tuple(forces))
 
@@ -588,7 +603,7 @@ class _ForceRecord:
         self._known: dict[float, tuple[Array, dict[tuple[str, str, str], Array]]] = {}
         self._presses = any(isinstance(e.element, Contact) for e in corners.elements)
 
-    def _at(self, t: float) -> tuple[Array, dict[tuple[str, str, str], Array]]:
+    def at(self, t: float) -> tuple[Array, dict[tuple[str, str, str], Array]]:
         """Return the forces along rows, and the wrenches of contacts, at a time."""
         known = self._known.get(t)
         if known is None:
@@ -600,30 +615,22 @@ class _ForceRecord:
             known = self._known[t] = forces, wrenches
         return known
 
-    def along(self, weights: Mapping[int, float]) -> Callable[[float], float]:
-        """Return the force along rows, weighted, as a function of time."""
-
-        def value(t: float) -> float:
-            forces = self._at(t)[0]
-            return float(sum(weight * forces[row] for row, weight in weights.items()))
-
-        return _Signal(value)
-
-    def component(self, force: tuple[str, str, str], part: int) -> Callable[[float], float]:
-        """Return a component of a contact's force on a body, or of its moment."""
-        return _Signal(lambda t: float(self._at(t)[1][force][part]))
-
 
 @final
-@dataclass(frozen=True)
-class _Signal:
+@dataclass(frozen=True, eq=False)
+class ElementForce:
     """A force along a motion, which lives with the motion that it is computed from."""
 
-    value: Callable[[float], float]
+    record: _ForceRecord = field(repr=False)
+    source: Mapping[int, float] | tuple[str, str, str]  # weights of rows, or a contact's wrench
+    part: int = 0  # of the wrench
 
     def __call__(self, t: float) -> float:
         """Return the force."""
-        return self.value(t)
+        forces, wrenches = self.record.at(t)
+        if isinstance(self.source, tuple):
+            return float(wrenches[self.source][self.part])
+        return float(sum(weight * forces[row] for row, weight in self.source.items()))
 
     def __reduce__(self) -> NoReturn:
         raise InputError(

@@ -34,6 +34,7 @@ from mecanique.derivation.mechanics.switching import (
     friction_limit,
     hold,
     list_margins,
+    list_present_margins,
     solve_held,
     strike,
 )
@@ -167,7 +168,7 @@ class Laws:
         solution = self.solve(terms, mode)
         forces = None if solution is None else solution.forces
         mode = mode if solution is None else solution.mode
-        margins = np.array(list_margins(terms, self.elements, mode, forces, hypot))
+        margins = np.array(list_present_margins(terms, self.elements, mode, forces, hypot))
         if solution is not None and solution.redundant:
             spare = self._find_spare(terms, solution, accelerate(terms, self.elements))
             for k, (element, state) in enumerate(zip(self.elements, mode, strict=True)):
@@ -329,26 +330,25 @@ class Laws:
         pull = float(np.abs(forces).max(initial=0.0)) + _typical_force(terms, drive)
         if solution.redundant and self._find_spare(terms, solution, drive) < -SLACK * pull:
             return False
+        limits = drive.sticking, drive.holds
+        left = list_margins(self.elements, solution.mode, (gained, gained), forces, limits, hypot)
         for k, (element, state) in enumerate(zip(self.elements, solution.mode, strict=True)):
-            normal, tangents = element.normal, list(element.tangents)
+            (apart, rubs), normal = left[k], element.normal
             if element.stiffness is not None:
                 continue
             if normal is not None and state.name == OPEN:
-                if k in near and gained[normal] < -SLACK * size[normal]:
+                if k in near and apart < -SLACK * size[normal]:
                     return False
                 continue
-            if state.direction and k in beginning:
-                grows = float(gained[tangents] @ np.array(state.direction))
-                if grows < -SLACK * float(size[tangents].max()):
-                    return False
+            slip = SLACK * float(size[list(element.tangents)].max(initial=0.0))
+            if state.direction and k in beginning and rubs < -slip:
+                return False
             if solution.redundant:
                 continue  # its forces are among those that are shared
-            if normal is not None and forces[normal] < -drive.holds[k] - SLACK * pull:
+            if normal is not None and apart < -SLACK * pull:
                 return False
-            if state.name == STICKS:
-                bound = friction_limit(element, drive.sticking[k], forces)
-                if np.linalg.norm(forces[tangents]) > bound + SLACK * pull:
-                    return False
+            if state.name == STICKS and rubs < -SLACK * pull:
+                return False
         return True
 
     def _find_spare(self, terms: Terms, solution: ModeSolution, drive: ModeProblem) -> float:

@@ -14,7 +14,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation import derive
-from mecanique.errors import InputError, IntegrationError, MecaniqueError
+from mecanique.errors import DerivationError, InputError, IntegrationError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding
 from mecanique.model.quaternions import from_matrices
@@ -406,6 +406,8 @@ class Computed(_Checked):
         speed: float,
     ) -> None:
         self._remark = ""
+        if (shown.described if isinstance(shown, Motion) else shown).switching:
+            raise DerivationError("a live view streams motions with corners")
         if isinstance(shown, Motion):
             motion, end, rtol = shown, float(shown.t[-1]), shown.statistics.rtol
         else:
@@ -416,7 +418,7 @@ class Computed(_Checked):
             )
             if remark and not is_cut_short(motion):  # that the page finds by itself
                 self._remark, end = remark, float(motion.t[-1])
-        refuse(motion.described)
+        refuse(motion.mechanism)
         mechanism = motion.mechanism
         actions = actions_of(motion)
         document = pending(mechanism, document_of(motion, (), None, actions))

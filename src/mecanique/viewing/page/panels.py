@@ -337,7 +337,8 @@ def write_parameters(scene: Scene, live: bool) -> str:
         if quantities:
             parts.append(f"<h3>{title}</h3>{_quantities(scene, kind, quantities, live)}")
     if scene.engine:
-        parts += [_integration(scene.engine), _fragment("beside"), _fragment("modes")]
+        parts += [_integration(scene.engine), _fragment("beside")]
+        parts += [] if scene.engine.switching else [_fragment("modes")]
     if document.freedom:
         parts.append(
             "<h3>Degrees of freedom</h3>"

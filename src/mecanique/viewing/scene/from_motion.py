@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mecanique.model.constraint_base import Striking
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import per_second, units
 from mecanique.model.quaternions import from_matrices
@@ -77,8 +78,19 @@ def _energies(motion: Motion, *, shown: bool) -> Iterator[Plot]:
         plotted = shown and name != "work"
         yield Plot(f"energy {name}", label, "J", values, "Energies", shown=plotted)
     if motion.corners is not None:
-        for name, lost in motion.losses().items():
+        for name, lost in losses_of(motion).items():
             yield Plot(f"{LOST}{name}", explain_loss(name), "J", lost, "Energies", shown=shown)
+
+
+def losses_of(motion: Motion) -> dict[str, Floats]:
+    """Return what friction and impacts took, also of elements that may be struck but were not."""
+    losses = motion.losses()
+    struck = {name for loss in losses for name in loss.removesuffix(": impact").split(", ")}
+    for element in motion.described.switching:
+        elastic = getattr(element, "stiffness", None) is not None
+        if isinstance(element, Striking) and not elastic and element.name not in struck:
+            losses[f"{element.name}: impact"] = np.zeros(len(motion.t))
+    return losses
 
 
 def explain_loss(name: str) -> str:

@@ -147,13 +147,41 @@ class Condition:
 
 @final
 @dataclass(frozen=True)
+class PageElement:
+    """An element that switches, by the numbers of its rows."""
+
+    name: str
+    normal: int | None
+    tangent: int | None
+    struck: bool = False  # whether it has impacts
+    in_turn: bool = False
+
+
+@final
+@dataclass(frozen=True)
+class PageModes:
+    """The modes and impacts of which a page has a function each: states by element."""
+
+    elements: tuple[PageElement, ...]
+    modes: tuple[tuple[str, ...], ...]
+    strikes: tuple[tuple[str, ...], ...]
+    positional: tuple[bool, ...]  # whether a row is the rate of a gap
+    forces: int  # how many of the last parameters are forces of elements
+    length: float  # that of the mechanism [m]
+    tolerances: dict[str, float]
+    losses: tuple[str, ...] = ()  # numbers of the state after the work: what each has taken
+
+
+@final
+@dataclass(frozen=True)
 class PageProgram:
     """A mechanism's program in JavaScript, and the start of its motion."""
 
     # functions (t, y, p, out): rates (of the state, and the work done), row (every number of the
     # scene, a rotation's nine entries for a quaternion), shapes; with loops closure (gap, its rate,
     # Jacobian); with bounds bounds and gradients; with conditions rules; with contacts or cords
-    # margins (a, b, c of each, which has a − √(b² + c²) left)
+    # margins (a, b, c of each, which has a − √(b² + c²) left); with elements that switch rows, and
+    # a mode and a strike for each combination of their states
 
     script: str
     coordinates: tuple[str, ...]
@@ -173,6 +201,7 @@ class PageProgram:
     conditions: tuple[Condition, ...] = ()
     holding: tuple[str, ...] = ()
     endless: bool = False
+    switching: PageModes | None = None
     python: str = ""
     options: tuple[str, ...] = ()
 

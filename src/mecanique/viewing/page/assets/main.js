@@ -57,6 +57,10 @@ async function loadSetup(scene, layout, motion) {
 function wireExtras(setup, { picture, layout, plots, clock }) {
   if (!setup) return null;
   const { scene } = picture;
+  if (scene.engine.switching) {
+    setup.listeners.push(new Beside(setup, scene, layout, plots));
+    return null;
+  }
   const modes = new Modes(setup, scene, picture);
   const hand = new Hand(picture, clock, setup);
   const exaggerating = new Exaggerating(picture, layout, modes);

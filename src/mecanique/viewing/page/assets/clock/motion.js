@@ -6,7 +6,7 @@ export class Motion {
   }
 
   adopt(table) {
-    const { source, picture, layout, plots, clock, transport, bars } = this;
+    const { source, picture, layout, plots, clock, transport, bars, tables } = this;
     const { engine, program } = table.machine;
     if (engine.resized.length) {
       const size = engine.resized.reduce((sum, each) => sum + each.size.length + 12, 0);
@@ -16,6 +16,7 @@ export class Motion {
     }
     clock.take(table);
     source.take(table);
+    for (const each of tables) each.take?.(table);
     picture.arrows.survey(table);
     bars.survey(table);
     picture.refit(table, layout);

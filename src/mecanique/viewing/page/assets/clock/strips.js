@@ -11,8 +11,18 @@ const spell = (state) => state.replace("-", "−");
 export class ModeStrips {
   constructor({ modes }, clock) {
     this.clock = clock;
-    const holder = document.getElementById("strips");
-    holder.hidden = !modes.length;
+    this.holder = document.getElementById("strips");
+    this.build(modes);
+  }
+
+  // Shows the modes of a motion that the page has computed, if there are any.
+  take({ path: { corners, last } }) {
+    if (corners) this.build(corners.strips(last));
+  }
+
+  build(modes) {
+    this.holder.hidden = !modes.length;
+    this.holder.replaceChildren();
     this.strips = modes.map((mode) => {
       const track = make("div", { className: "track" });
       const needle = make("i");
@@ -22,7 +32,8 @@ export class ModeStrips {
       for (const t of mode.impacts) track.append(this.impact(mode.name, t));
       track.append(needle);
       this.wire(track);
-      holder.append(make("div", { className: "strip" }, make("span", {}, mode.name), track, now));
+      const row = make("div", { className: "strip" }, make("span", {}, mode.name), track, now);
+      this.holder.append(row);
       return { ...mode, needle, now };
     });
   }

@@ -67,8 +67,10 @@ export class Computed {
     return this.fill(t, this.stateAt(t), out);
   }
 
-  fill(t, state, out) {
+  // By the modes of a path, where there are any.
+  fill(t, state, out, corners = this.path.corners) {
     const { raw, machine, bodies } = this;
+    corners?.press(t, state, this.p);
     machine.program.row(t, state, this.p, raw, null);
     for (let b = 0; b < bodies; b++) {
       for (let i = 0; i < 3; i++) out[7 * b + i] = raw[12 * b + i];

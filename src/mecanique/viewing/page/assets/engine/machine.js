@@ -1,6 +1,7 @@
 // The mechanism itself: its program, with parameters and a start, and the motion that follows.
 
 import { Bounds, findBeyond } from "./bounds.js";
+import { Corners } from "./corners.js";
 import { Integrator } from "./dop853.js";
 import { Loops } from "./loops.js";
 
@@ -20,6 +21,11 @@ export class Machine {
   initial() {
     const { values, start, first, duration, rtol } = this.engine;
     return { p: [...values], start: [...start], first, duration, rtol };
+  }
+
+  // Of a state: coordinates, velocities, the work done, and what each kind of loss has taken.
+  get size() {
+    return this.nq + this.nv + 1 + (this.engine.switching?.losses.length ?? 0);
   }
 
   normalize(y) {
@@ -53,7 +59,7 @@ export class Machine {
   }
 
   assemble({ p, start, first }, held) {
-    const y = new Float64Array(this.nq + this.nv + 1);
+    const y = new Float64Array(this.size);
     y.set(start);
     this.normalize(y);
     const loops = this.loopsWith(p);
@@ -75,18 +81,25 @@ export class Machine {
     const p = Float64Array.from(setting.p);
     const loops = this.loopsWith(p);
     const unit = this.engine.quaternions.length > 0;
+    const start = y.slice();
+    const span = [setting.first, end];
+    const corners = this.engine.switching ? new Corners(this, p, span, start) : null;
+    const held = loops ?? corners;
     const settle = (t, state) => {
       if (unit) this.normalize(state);
-      return loops ? loops.settle(t, state) : unit;
+      return held ? held.settle(t, state) : unit;
     };
-    const rates = (t, state, out) => program.rates(t, state, p, out, this.force);
+    const rates = corners
+      ? (t, state, out) => corners.rates(t, state, out, this.force)
+      : (t, state, out) => program.rates(t, state, p, out, this.force);
     const integrator = new Integrator(rates, {
       rtol: setting.rtol * (loops ? 0.1 : 1),
       counted: nq + nv,
-      settle: loops || unit ? settle : null,
-      bounds: this.bounded ? new Bounds(this, p, [setting.first, end], y) : null,
+      settle: held || unit ? settle : null,
+      bounds: corners ?? (this.bounded ? new Bounds(this, p, span, start) : null),
       most: MOST_STEPS,
     });
-    return integrator.run(setting.first, y, end);
+    const path = integrator.run(setting.first, start, end);
+    return Object.assign(path, { corners });
   }
 }

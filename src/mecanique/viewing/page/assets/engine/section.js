@@ -45,7 +45,7 @@ export class Section {
       path.at(t, state);
       if (this.turns && Math.cos(at(state)) < 0) continue;
       const row = new Float64Array(this.computed.layout.end);
-      this.computed.fill(t, state, row);
+      this.computed.fill(t, state, row, path.corners);
       for (const j of this.angles) row[j] -= 2 * Math.PI * Math.round(row[j] / (2 * Math.PI));
       this.rows.push(row);
       this.times.push(t);

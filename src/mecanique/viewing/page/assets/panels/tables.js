@@ -45,7 +45,13 @@ export class EnergyTable {
     this.sums = document.querySelectorAll("#energy-table tfoot td");
     this.work = column("energy work");
     this.lost = this.rows.slice(2); // after kinetic and potential energy
-    this.start = this.rows.length ? table.value(0, column("energy total")) : 0;
+    this.total = column("energy total");
+    this.take(table);
+  }
+
+  // Goes over to another motion.
+  take(table) {
+    this.start = this.rows.length ? table.value(0, this.total) : 0;
   }
 
   show(row) {

@@ -1,0 +1,295 @@
+"""What a page needs to compute a motion with corners: the program of every mode and impact.
+
+The law of modes is written on the tape that their equations are solved on, and so are the margins
+that end a mode and those by which it is one that may follow; the page compares numbers with zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from math import prod
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.switching import (
+    OPEN,
+    Mode,
+    ModeProblem,
+    Scalars,
+    accelerate,
+    as_scalars,
+    close_contacts,
+    list_margins,
+    list_present_margins,
+    name_mode,
+    strike,
+)
+from mecanique.derivation.mechanics.vectors import Triple, add, cross, scale
+from mecanique.errors import DerivationError
+from mecanique.generation.mechanics.constrained import inputs_at
+from mecanique.generation.mechanics.dynamics import TapeDynamics
+from mecanique.generation.mechanics.switching import SwitchingEquations
+from mecanique.model.constraints.friction import Contact
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
+from mecanique.motion.motion import Motion
+from mecanique.motion.switching.corners import Corners, ElementForce
+from mecanique.motion.switching.law import solve
+from mecanique.motion.tolerances import (
+    CLOSED_GAP,
+    DEAD,
+    EVEN,
+    LAST_BOUNCE,
+    LEAST_MARGIN,
+    SAME_ANSWER,
+    SLACK,
+    STILL,
+    TINY,
+)
+from mecanique.program.evaluation import evaluate
+from mecanique.program.traced import values_of
+from mecanique.verification.states import random_states
+from mecanique.viewing.scene.scene import PageElement, PageModes
+
+MOST_MODES = 64
+"""More modes than this make a long program."""
+
+_STATES = 8
+"""Random states in which it is found which modes rigid bodies determine."""
+
+_SAME = 1e-8
+"""Largest difference, relative to the largest force, from the forces of a motion's own modes."""
+
+_TOLERANCES = {
+    "closed": CLOSED_GAP,
+    "dead": DEAD,
+    "even": EVEN,
+    "last_bounce": LAST_BOUNCE,
+    "least": LEAST_MARGIN,
+    "same": SAME_ANSWER,
+    "slack": SLACK,
+    "still": STILL,
+}
+"""Those of a motion in Python, which a page's are, too."""
+
+
+@final
+class PageCorners:
+    """The modes of a motion's mechanism on a tape.
+
+    Raises:
+        DerivationError: if they are not written out for a page.
+    """
+
+    def __init__(self, motion: Motion, symbols: Sequence[str]) -> None:
+        corners = motion.corners
+        assert isinstance(corners, Corners), "it has elements that switch"
+        self._motion, self._corners = motion, corners
+        self.mechanism: Mechanism = motion.described
+        _refuse(corners)
+        letters = self.letters = Letters(close_contacts(self.mechanism), symbols)
+        self._equations = SwitchingEquations(
+            self.mechanism, letters, corners.rows.idle.__contains__
+        )
+        self.elements = self._equations.elements
+        self._forces = [
+            signal.signal
+            for signal in motion.mechanism.inputs
+            if isinstance(signal.signal, ElementForce)
+        ]
+        names = [element.name for element in self.elements]
+        self._modes = [
+            name_mode(self.elements, dict(zip(names, states, strict=True)))
+            for states in product(*(element.states for element in self.elements))
+        ]
+        struck = [element for element in self.elements if element.struck]
+        self._strikes = [
+            name_mode(self.elements, {e.name: s for e, s in zip(struck, states, strict=True)})
+            for states in product(*(element.states for element in struck))
+            if any(state != OPEN for state in states)
+        ]
+
+    @property
+    def dynamics(self) -> TapeDynamics:
+        """The dynamics of the tree with its contacts closed, by which programs are assembled."""
+        tree = self._equations.tree
+        return TapeDynamics(self.letters, tree, tree, "closed form of each mode")
+
+    def functions(self) -> tuple[dict[str, list[Any]], PageModes]:
+        """Return what the page evaluates, by name, and what it must know of that."""
+        modes = [mode for mode in self._modes if self._is_determined(mode, struck=False)]
+        strikes = [mode for mode in self._strikes if self._is_determined(mode, struck=True)]
+        written = [self._write_mode(mode) for mode in modes]
+        self._compare(modes, written)
+        functions = {"rows": self._write_rows()}
+        functions |= {f"mode{k}": values for k, values in enumerate(written)}
+        functions |= {f"strike{k}": self._write_strike(mode) for k, mode in enumerate(strikes)}
+        listed = tuple(
+            PageElement(
+                element.name,
+                element.normal,
+                element.tangents[0] if element.tangents else None,
+                struck=element.struck,
+                in_turn=bool(getattr(element.element, "in_turn", False)),
+            )
+            for element in self.elements
+        )
+        return functions, PageModes(
+            elements=listed,
+            modes=tuple(tuple(state.name for state in mode) for mode in modes),
+            strikes=tuple(tuple(state.name for state in mode) for mode in strikes),
+            positional=tuple(self._corners.rows.positional.tolist()),
+            forces=len(self._forces),
+            length=self._corners.length,
+            tolerances=_TOLERANCES,
+        )
+
+    def _write_rows(self) -> list[Any]:
+        """Gaps, rates and slopes of all rows, M⁻¹ of the load, then numbers of each element."""
+        terms = self._equations.terms
+        free = self._equations.by_mass(list(terms.load))
+        of_elements = [
+            x
+            for k, element in enumerate(self.elements)
+            for x in (element.restitution, element.holds, terms.static[k] - terms.kinetic[k])
+        ]
+        slopes = [slope for row in terms.jacobian for slope in row]
+        return [*terms.gaps, *terms.rates, *slopes, *free, *of_elements]
+
+    def _write_mode(self, mode: Mode) -> list[Any]:
+        """Accelerations, forces as the page's inputs, heat, margins and what is presupposed."""
+        terms = self._equations.terms
+        drive = accelerate(terms, self.elements)
+        a, forces = self._equations.solve(mode, drive)
+        margins = list_present_margins(terms, self.elements, mode, forces, self._length)
+        rubbing = [element.tangents for element in self.elements if element.tangents]
+        heat = [sum(-1.0 * forces[row] * terms.rates[row] for row in rows) for rows in rubbing]
+        signals = [self._press(force, forces) for force in self._forces]
+        return [
+            *a,
+            *signals,
+            *heat,
+            *np.ravel(np.array(margins, dtype=object)),
+            *self._presuppose(mode, drive, a, forces),
+            sum(map(self._length, terms.load), 0.0),
+        ]
+
+    def _write_strike(self, mode: Mode) -> list[Any]:
+        """Changes of velocities, the energy that each element takes, and what is presupposed."""
+        terms, elements = self._equations.terms, self.elements
+        targets = {
+            element.normal: 0.5 * element.restitution * (self._length(rate) - rate)
+            for element in elements
+            if element.normal is not None and element.struck
+            for rate in (terms.rates[element.normal],)
+        }
+        drive = strike(terms, targets, elements)
+        change, impulses = self._equations.solve(mode, drive)
+        between = terms.jacobian @ (as_scalars(self.letters.v) + 0.5 * change)
+        taken = [
+            sum((-1.0 * impulses[row] * between[row] for row in element.rows), 0.0)
+            for element in elements
+        ]
+        return [*change, *taken, *self._presuppose(mode, drive, change, impulses)]
+
+    def _presuppose(
+        self, mode: Mode, drive: ModeProblem, a: Scalars, forces: Scalars
+    ) -> Iterator[Any]:
+        """Yield two margins of each element, then the sizes of what is compared in them.
+
+        The margins are what the rows gain by and the forces have left, `law.Laws.follow`.
+        """
+        terms, length = self._equations.terms, self._length
+        gained = terms.jacobian @ a - drive.wanted
+        limits = drive.sticking, drive.holds
+        left = list_margins(self.elements, mode, (gained, gained), forces, limits, length)
+        yield from np.ravel(np.array(left, dtype=object))
+        free = self._equations.by_mass(list(drive.load))
+        moved = [length(x) + length(y) for x, y in zip(a, free, strict=True)]
+        for element in self.elements:
+            for row in (element.normal, next(iter(element.tangents), None)):
+                if row is None:
+                    yield 0.0
+                else:
+                    slopes = map(length, terms.jacobian[row])
+                    along = sum(s * x for s, x in zip(slopes, moved, strict=True))
+                    yield along + length(drive.wanted[row])
+        yield sum(map(length, forces), 0.0)
+
+    def _press(self, force: ElementForce, forces: Scalars) -> Any:
+        """Return a component of an element's force on a body, by the forces along rows."""
+        if not isinstance(force.source, tuple):
+            return sum(weight * forces[row] for row, weight in force.source.items())
+        name, body, kind = force.source
+        pull: Triple = [0.0, 0.0, 0.0]
+        place: Triple = pull
+        for k, row in enumerate(self._equations.contacts):
+            contact, _, which = row.name.rpartition(": ")
+            if contact == name and (which == "normal") == (kind == "normal"):
+                assert row.direction is not None, "a contact's row has one"
+                pull, place = add(pull, scale(forces[k], row.direction)), row.place or place
+        source = next(e for e in self.mechanism.switching if e.name == name)
+        assert isinstance(source, Contact), "it has a wrench"
+        center = source.center if body == source.body else (0.0, 0.0, 0.0)
+        about = self._equations.tree.recursion.ground.point(body, center)
+        moment = cross(add(place, scale(-1.0, about)), pull)
+        sign = 1.0 if body == source.body else -1.0
+        return sign * (*pull, *moment)[force.part]
+
+    def _length(self, *parts: Any) -> Any:
+        if len(parts) == 1:
+            return self.letters.call("Abs", parts[0])
+        return self.letters.call("sqrt", sum(part * part for part in parts))
+
+    def _is_determined(self, mode: Mode, *, struck: bool) -> bool:
+        """Return whether rigid bodies determine the forces of a mode, by sampled states."""
+        rows, elements = self._corners.rows, self._corners.elements
+        states = random_states(self.letters.mechanism, _STATES, 0)
+        for state in zip(states.q, states.v, states.t.tolist(), strict=True):
+            terms = rows.at(*state)
+            drive = strike(terms, {}, elements) if struck else accelerate(terms, elements)
+            solution = solve(terms, elements, mode, drive)
+            if solution is not None and not solution.redundant:
+                return True
+        return False
+
+    def _compare(self, modes: Sequence[Mode], values: Sequence[list[Any]]) -> None:
+        """Compare the forces of modes with those of the motion in the middle of each span."""
+        motion, nv = self._motion, self.mechanism.nv
+        for span in motion.modes:
+            named = tuple(span.states[element.name] for element in self.elements)
+            for mode, written in zip(modes, values, strict=True):
+                if tuple(state.name for state in mode) != named:
+                    continue
+                t = (span.begin + span.end) / 2
+                at = motion(t)
+                here = States(
+                    self.letters.mechanism, at.q[None], at.v[None], np.array([t]), at.v[None]
+                )
+                inputs = inputs_at(self.letters, here)
+                signals = values_of(written[nv : nv + len(self._forces)])
+                (ours,) = evaluate(self.letters.tape, signals, inputs, 1)
+                theirs = np.array([force(t) for force in self._forces])
+                gap = float(np.abs(ours - theirs).max(initial=0.0))
+                if not gap <= _SAME * float(np.abs(theirs).max(initial=TINY)):
+                    raise DerivationError(
+                        f"the program gives other forces in the mode {', '.join(named)} than the "
+                        f"motion, by {gap:.1e}"
+                    )
+
+
+def _refuse(corners: Corners) -> None:
+    """Refuse elements that a page does not switch."""
+    if corners.rows.permanent:
+        raise DerivationError("a page does not switch elements beside loops and rolling")
+    count = prod(len(element.states) for element in corners.elements)
+    if count > MOST_MODES:
+        raise DerivationError(f"{count} modes are more than the {MOST_MODES} that a page has")
+    for element in corners.elements:
+        if len(element.tangents) > 1:
+            raise DerivationError(f"{element.name!r} slips in space, whose direction is sought")
+        if getattr(element.element, "law", "newton") != "newton":
+            raise DerivationError(f"the impacts of {element.name!r} follow Poisson's law")
