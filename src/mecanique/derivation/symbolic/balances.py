@@ -299,7 +299,7 @@ class FreeBodies:
         """The guides that no element describes."""
         self._held = {name for guide in every for name in guide.coordinates}
         self.guiding = Guiding(self.cuts)
-        free = {cut.body: self._free(cut) for cut in self.cuts.bodies}
+        free = {cut.body: [*self._free(cut), *self._led(cut)] for cut in self.cuts.bodies}
         self.demands = demands(self.cuts, _need, None if mechanism.elements else free)
         """The wrench that each joint must transmit to its child, by name of the child."""
         self.unknowns: dict[str, str] = dict(self.guiding.meanings)
@@ -313,7 +313,10 @@ class FreeBodies:
         if mechanism.elements:
             self._find_guide_forces()
         for cut in self.cuts.bodies:
+            named = len(self.zeros)
             self._name_reactions(cut)
+            if not self.transmits(cut):
+                del self.zeros[named:]
 
     @property
     def reactions(self) -> dict[str, Series]:
@@ -366,6 +369,10 @@ class FreeBodies:
             parts = [under[cut.body] * size for size, under in zip(sizes, carried, strict=True)]
             self.demands[cut.body] = resultant([self.demands[cut.body], *parts]).tidy()
 
+    def transmits(self, cut: Cut) -> bool:
+        """Return whether a body's joint transmits any reaction."""
+        return any(map(any, (self._own[cut.body].force, self._own[cut.body].moment)))
+
     def is_guided(self, cut: Cut) -> bool:
         """Return whether a guide that no element describes acts across a body's joint."""
         return bool(explain_joint(self.guides, cut.joint.name))
@@ -384,6 +391,35 @@ class FreeBodies:
         for name in driven:
             guided |= {g.name for g in algebra.lift(algebra.values[name]).generators()}
         return [rate for rate in here if rate.name not in guided]
+
+    def _led(self, cut: Cut) -> Iterator[JointRate]:
+        """Yield the directions in which bodies without mass that lead a body transmit nothing.
+
+        All joints from the ground to it transmit the same, as nothing acts between them: no force
+        along their slides, and if these and three hinges let it move at will, no moment.
+        """
+        before = {other.body: other for other in self.cuts.bodies}
+        parents = [other.joint.parent for other in self.cuts.bodies]
+        chain = [cut]
+        while chain[-1].joint.parent in before:
+            chain.append(before[chain[-1].joint.parent])
+            idle = not (chain[-1].inert or chain[-1].applied)
+            if not idle or parents.count(chain[-1].body) != 1:
+                return
+        rates = [rate for other in reversed(chain) for rate in self._free(other)]
+        kinds = [rate.kind for rate in rates]
+        slides = rates[: kinds.count("force")]
+        across = (not dot(a.axis, b.axis) for a, b in combinations(slides, 2))
+        bodies = {other.body for other in chain}
+        led = len(chain) > 1 and len(rates) == sum(rate.body in bodies for rate in self.rates)
+        # the slides come first, so that they stay parallel to themselves
+        if not led or kinds != sorted(kinds) or not all(across) or any(x.rotor for x in rates):
+            return
+        for rate in slides:
+            yield replace(rate, axis=self.cuts.carry(rate.axis, rate.body, cut.body).tidy())
+        if kinds == ["force"] * 3 + ["moment"] * 3:
+            for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
+                yield replace(rates[-1], axis=lift(self.algebra.ring, unit))
 
     def acting(self, cut: Cut) -> SymbolicWrench:
         """Return all that acts on a body, about the fixed point, or else the center of mass."""

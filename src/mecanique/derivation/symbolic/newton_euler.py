@@ -108,7 +108,11 @@ class NewtonEuler:
         moving = self._list_accelerations(cut)
         left, right = along(cut.axes.rows, cut.push), self.balances.forces_along(cut)
         forces = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
-        acting = f"Cut free, {cut.body} is acted on by {enumerate_words(self._list_acting(cut))}."
+        acting_on = self._list_acting(cut)
+        if not (cut.inert or forces or acting_on):  # it only leads others
+            return
+        what = enumerate_words(acting_on) if acting_on else "nothing"
+        acting = f"Cut free, {cut.body} is acted on by {what}."
         sentence = f"{acting} {cut.axes.sentence} {state_momentum_balance(cut, bool(moving))}"
         yield Stage(f"Free body {cut.body}: forces", sentence, (*moving, *forces))
         stored = along(cut.axes.turns, self.balances.angular_momentum(cut))
@@ -123,9 +127,14 @@ class NewtonEuler:
 
     def _list_acting(self, cut: Cut) -> list[str]:
         """List in words the forces that act on a body."""
-        hung = [child for child in self.cuts.bodies if child.joint.parent == cut.body]
+        every = [child for child in self.cuts.bodies if child.joint.parent == cut.body]
+        hung = [child for child in every if self.balances.transmits(child)]
         return [
-            f"{self._name_total(cut)} {cut.joint.name}",
+            *(
+                [f"{self._name_total(cut)} {cut.joint.name}"]
+                if self.balances.transmits(cut)
+                else []
+            ),
             *(["its weight"] if any(cut.weight) else []),
             *dict.fromkeys(action.name for action in cut.applied),
             *self.balances.guiding.acting_on(cut),
@@ -162,6 +171,10 @@ class NewtonEuler:
         )
         if self.balances.zeros:
             sentence += f" Identically zero: {', '.join(self.balances.zeros)}."
+        idle = [cut.joint.name for cut in self.cuts.bodies if not self.balances.transmits(cut)]
+        if idle:
+            transmit = "transmits" if len(idle) == 1 else "transmit"
+            sentence += f" {enumerate_words(idle)} {transmit} nothing."
         if self.balances.guiding.names:
             yield Stage(
                 "Forces of the elements",
@@ -170,7 +183,7 @@ class NewtonEuler:
                 + ("" if self.balances.guide_forces else " Their closed forms would be long."),
                 tuple(self.balances.guide_forces),
             )
-        if self.balances.closed or self.balances.zeros:
+        if self.balances.closed or self.balances.zeros or idle:
             yield Stage(REACTIONS, sentence, tuple(self.balances.closed))
         if self.balances.guides:
             yield Stage("Undetermined reactions", explain_guides(self.balances.guides))

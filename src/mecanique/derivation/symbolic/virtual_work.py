@@ -443,7 +443,7 @@ class VirtualWork:
         """Yield the steps of a body: inertia forces, equilibrium, work of all forces on it."""
         if cut.inert:
             yield self._inertia_forces(cut)
-        yield self._equilibrium(cut)
+        yield from self._equilibrium(cut)
         entries = self._ledger.enter(cut)
         if entries:
             sentence = (
@@ -485,21 +485,21 @@ class VirtualWork:
             parts.append("Here they are all zero.")
         return Stage(f"Inertia forces of {body}", " ".join(parts), tuple(results))
 
-    def _equilibrium(self, cut: Cut) -> Stage:
-        """Return the step with the sums of all forces and moments, inertia forces included."""
-        title, zero = f"Equilibrium of {cut.body}", self.algebra.ring.number(0)
+    def _equilibrium(self, cut: Cut) -> Iterator[Stage]:
+        """Yield the step with the sums of all forces and moments, inertia forces included."""
+        zero = self.algebra.ring.number(0)
         F = self.balances.forces_along(cut) - along(cut.axes.rows, cut.push)
         C = self.balances.moments_along(cut) - along(cut.axes.turns, self.balances.turning(cut))
         lines = [Result(resultant, zero) for resultant in (*F, *C) if resultant]
-        if not lines:
-            return Stage(title, f"{cut.body} has no mass, and no force acts on it.")
+        if not lines:  # without mass and forces it only leads others
+            return
         about = cut.joint.name if cut.fixed or not cut.mass else "the center of mass"
         sentence = (
             "Under all forces, including inertia forces and the reactions R and M of its joints, "
             f"the body is in equilibrium: the sums of forces, then of moments about {about}, are "
             "zero."
         )
-        return Stage(title, sentence, tuple(lines))
+        yield Stage(f"Equilibrium of {cut.body}", sentence, tuple(lines))
 
     def _rotors(self) -> list[Series]:
         """Return the virtual work of the inertia of the joints' rotors."""

@@ -1,0 +1,79 @@
+"""Bodies without mass that only lead others transmit nothing, and are not cut free."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from systems import derive_system
+
+import mecanique as mq
+
+NEWTON_EULER, VIRTUAL_WORK = "newton_euler", "virtual_work"
+
+
+@pytest.mark.parametrize(
+    ("name", "idle", "bodies"),
+    [
+        ("rolling_coin", "slide_x, slide_y, lift, turn, tilt and axle transmit nothing.", ["coin"]),
+        ("free_particle", "x, y and z transmit nothing.", ["particle"]),
+        (
+            "ball_on_a_turntable",
+            "slide_x, slide_y, lift and roll transmit nothing.",
+            ["table", "ball"],
+        ),
+    ],
+)
+def test_a_body_that_moves_at_will_is_cut_free_alone(
+    name: str, idle: str, bodies: list[str]
+) -> None:
+    text = " ".join(derive_system(name, NEWTON_EULER).text(steps=True).split())
+    assert idle in text
+    cut = [
+        stage.title.removeprefix("Free body ").removesuffix(": forces")
+        for stage in derive_system(name, NEWTON_EULER).steps
+        if stage.title.endswith(": forces")
+    ]
+    assert cut == bodies
+    titles = [stage.title for stage in derive_system(name, VIRTUAL_WORK).steps]
+    held = [title for title in titles if title.startswith("Equilibrium")]
+    assert held == [f"Equilibrium of {body}" for body in bodies]
+
+
+def test_a_disk_in_the_plane_has_the_balances_of_its_book() -> None:
+    """Goldstein, Classical Mechanics, sect. 2.4: weight, normal force and friction alone act."""
+    lines = derive_system("rolling_disk", NEWTON_EULER).text(steps=True).splitlines()
+    assert "     m R^2 turn''/2 = -R lambda_contact_x" in lines
+    assert not any("R_roll_x" in line for line in lines if " = " in line)
+
+
+def test_the_engine_finds_no_reaction_in_the_joints_that_lead() -> None:
+    coin = mq.textbook.load("rolling_coin")
+    reference, r = mq.Reference(coin), coin.values["r"]
+    for seed in range(3):
+        yaw, lean, turning, falling, spin = np.random.default_rng(seed).uniform(-1, 1, 5)
+        s, c = np.sin(yaw), np.cos(yaw)
+        ahead = r * (np.sin(lean) * turning + spin)
+        aside = r * np.cos(lean) * falling
+        q = {"z": r * np.cos(lean), "yaw": yaw, "lean": lean}
+        v = {
+            "x": c * ahead + s * aside,
+            "y": s * ahead - c * aside,
+            "z": -r * np.sin(lean) * falling,
+        }
+        v |= {"yaw": turning, "lean": falling, "spin": spin}
+        reactions = reference.reactions(q, v)
+        for joint in ("slide_x", "lift", "tilt", "axle"):
+            wrench = reactions[joint]
+            assert np.abs([*wrench.force, *wrench.moment]).max() < 1e-9
+
+
+def test_what_is_pushed_on_its_way_is_cut_free() -> None:
+    """A spring in the first slide acts on the body that leads, whose joint then transmits it."""
+    particle = mq.textbook.load("free_particle")
+    coil = mq.JointSpring("coil", "x", 3.0)
+    held = replace(particle, forces=(coil,))
+    lines = mq.derive(held, NEWTON_EULER).text(steps=True)
+    assert "R_y_x" in lines
+    assert mq.verify(held, samples=5).agrees
