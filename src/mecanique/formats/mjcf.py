@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple, TypeAlias, final
@@ -40,6 +40,7 @@ from mecanique.formats.sources import (
     turn_about,
     turn_from_z,
     turn_of,
+    turn_of_unit,
     unit_vector,
 )
 from mecanique.model.bodies import Body
@@ -72,24 +73,9 @@ from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
 from mecanique.urdf.solids import Corners, Mass, no_mass, solid_of, sum_masses
 
-_SECTIONS = {
-    "actuator": "actuators",
-    "asset": "",
-    "compiler": "",
-    "contact": "contacts",
-    "custom": "",
-    "default": "",
-    "equality": "",
-    "keyframe": "keyframes",
-    "option": "",
-    "sensor": "sensors",
-    "size": "",
-    "statistic": "",
-    "tendon": "tendons",
-    "visual": "",
-    "worldbody": "",
-}
-"""Sections below <mujoco>, and what the dynamics do without of them, in words."""
+_SECTIONS = "asset compiler custom default equality option size statistic visual worldbody"
+_COUNTED = ("actuator", "contact", "keyframe", "sensor", "tendon")
+"""Sections below <mujoco>; of the latter the dynamics do without a part, which is counted."""
 
 _ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 _MOST_IMMERSED = 8
@@ -212,18 +198,11 @@ class _Flow(NamedTuple):
     wind: Array
     depth: int  # how many joints move it
 
-    def shift(self, arm: Array) -> _Flow:
-        """Return that of a frame at a place in this one."""
-        return self._replace(velocity=self.velocity + np.cross(self.spin, arm))
-
-    def turn(self, turn: Array) -> _Flow:
-        """Return that of a frame turned in this one."""
-        velocity, spin, wind = (turn.T @ part for part in self[:3])
-        return _Flow(velocity, spin, wind, self.depth)
-
     def move(self, pose: Array) -> _Flow:
         """Return that of a frame with a pose in this one."""
-        return self.shift(pose[:3, 3]).turn(pose[:3, :3])
+        velocity = self.velocity + np.cross(self.spin, pose[:3, 3])
+        velocity, spin, wind = (pose[:3, :3].T @ part for part in (velocity, self.spin, self.wind))
+        return _Flow(velocity, spin, wind, self.depth)
 
     def add(self, velocity: Array, spin: Array) -> _Flow:
         """Return that of a frame which moves in this one."""
@@ -296,10 +275,10 @@ class _Reader(Source):
             raise self.refuse(root, f"expected <mujoco> as the outermost element, not <{root.tag}>")
         root = self._include(root)
         for child in root.children:
-            if child.tag not in _SECTIONS:
+            if child.tag not in (*_SECTIONS.split(), *_COUNTED):
                 raise self.refuse(child, f"<{child.tag}> is not read")
-            if (section := _SECTIONS[child.tag]) and child.children:
-                self.omitted[section] += len(child.children)
+            if child.tag in _COUNTED and child.children:
+                self.omitted[f"{child.tag}s"] += len(child.children)
         for child in root.all("compiler"):
             self._compile(child)
         for child in root.all("option"):
@@ -759,12 +738,12 @@ class _Reader(Source):
             body = carriers[body].parent
         return body != GROUND
 
-    def _immerse(self, option: Element) -> None:
+    def _immerse(self, option: Element, follows: Mapping[str, Scalar]) -> None:
         """Add the forces of the medium on the boxes that have the inertia of the bodies.
 
         MuJoCo documentation, "Fluid forces", inertia model.
         """
-        s, moving = self._settings, self._flows(option)
+        s, moving = self._settings, self._flows(option, follows)
         for link in self._links:
             mass = link.mass
             if link.name not in moving or mass.mass < _NO_MASS:
@@ -786,33 +765,19 @@ class _Reader(Source):
             drag = Force(f"{link.name}_drag", point=(x, y, z), force=tuple(force), **on)
             self.forces += [drag, Torque(f"{link.name}_spin_drag", torque=tuple(torque), **on)]
 
-    def _flows(self, option: Element) -> dict[str, _Flow]:
+    def _flows(self, option: Element, follows: Mapping[str, Scalar]) -> dict[str, _Flow]:
         """Return how bodies that move do so, and the wind, in their own axes, as expressions."""
         still = np.zeros(3)
         flows = {GROUND: _Flow(still, still, self._settings.wind, 0)}
         for joint in self.joints:
             if joint.name in self._lengths:
                 continue
-            flow = flows[joint.parent].move(pose_of(joint.origin))
-            if not isinstance(joint, Fixed):
-                flow = flow._replace(depth=flow.depth + 1)
-            rates = np.array([coordinate(name) for name in joint.velocities])
-            match joint:
-                case Revolute() | Prismatic():
-                    axis = np.array(joint.axis, dtype=float)
-                    q, rate = coordinate(joint.name), velocity(joint.name)
-                    if joint.turns:
-                        flow = flow.turn(_turn_by(axis, q)).add(still, rate * axis)
-                    else:
-                        flow = flow.shift(q * axis).add(rate * axis, still)
-                case Spherical() | Floating():
-                    flow = flow.turn(_turn_of([coordinate(c) for c in joint.quaternion]))
-                    linear = rates[:3] if isinstance(joint, Floating) else still
-                    flow = flow.add(linear, rates[-3:])
+            pose, linear, spin = _motion_of(joint, follows)
+            flow = flows[joint.parent].move(pose_of(joint.origin) @ pose).add(linear, spin)
+            flow = flow._replace(depth=flow.depth + (not isinstance(joint, Fixed)))
             flows[joint.child] = flow
-            followed = not self.laws.keys().isdisjoint(joint.coordinates)
-            if flow.depth > _MOST_IMMERSED or followed:
-                why = "which follows" if followed else f"more than {_MOST_IMMERSED} joints deep"
+            if flow.depth > _MOST_IMMERSED:
+                why = f"more than {_MOST_IMMERSED} joints deep"
                 message = f"forces of a medium on {joint.child!r}, {why}, are not read"
                 raise self.refuse(option, message)
         return {name: flow for name, flow in flows.items() if flow.depth}
@@ -1123,18 +1088,10 @@ class _Reader(Source):
         return way
 
     def _pose_in_letters(self, element: Element, joint: Joint) -> Array:
-        pose = pose_of(joint.origin)
-        if isinstance(joint, Fixed):
-            return pose
-        if not isinstance(joint, Revolute | Prismatic):
+        if not isinstance(joint, Fixed | Revolute | Prismatic):
             message = f"a tendon over joint {joint.name!r}, which is no hinge or slide, is not read"
             raise self.refuse(element, message)
-        moved = np.eye(4, dtype=object)
-        if joint.turns:
-            moved[:3, :3] = _turn_by(np.array(joint.axis), coordinate(joint.name))
-        else:
-            moved[:3, 3] = coordinate(joint.name) * np.array(joint.axis)
-        return np.asarray(pose @ moved)
+        return np.asarray(pose_of(joint.origin) @ _motion_of(joint, {})[0])
 
     def _load(self, tendon: _Tendon, armature: float) -> None:
         """Add the armature of a tendon, and find the joint of its length: if none, one follows."""
@@ -1290,7 +1247,7 @@ class _Reader(Source):
         scale = s.total / total if s.total > 0 and total > 0 else 1.0
         loops, follows = self._close(root), self.compose_laws()
         if s.passive and (s.density or s.viscosity):
-            self._immerse(root.child("option") or root)
+            self._immerse(root.child("option") or root, follows)
         masses = {
             link.name: Mass(scale * link.mass.mass, link.mass.center, scale * link.mass.inertia)
             for link in self._links
@@ -1345,28 +1302,35 @@ def _in_free_joints(force: AnyForce, follows: Mapping[str, Scalar]) -> AnyForce:
         if name == joint:
             law = law.subs({coordinate(joint): follows[joint]})
             continue
-        leaders = sorted(symbols_in(follows[joint]))
-        rate: Scalar = 0.0
-        for leader in leaders:
-            rate = rate + follows[joint].diff(coordinate(leader)) * velocity(leader)
-        law = law.subs({velocity(joint): rate})
+        law = law.subs({velocity(joint): _rate_of(follows[joint])})
     return replace(force, force=law)
 
 
-def _turn_by(axis: Array, angle: Scalar) -> Array:
-    """Rodrigues' formula in letters."""
-    from sympy import cos, sin
-
-    x, y, z = axis
-    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.asarray(np.eye(3) + sin(angle) * k + (1 - cos(angle)) * (k @ k))
+def _rate_of(law: Scalar) -> Scalar:
+    """The rate of a law of coordinates."""
+    law = plain(law)
+    return sum((law.diff(coordinate(k)) * velocity(k) for k in sorted(symbols_in(law))), 0.0)
 
 
-def _turn_of(quaternion: Sequence[Scalar]) -> Array:
-    """The rotation matrix of a unit quaternion in letters, w last."""
-    x, y, z, w = quaternion
-    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.asarray(np.eye(3) + 2 * w * k + 2 * (k @ k))
+def _motion_of(joint: Joint, follows: Mapping[str, Scalar]) -> tuple[Array, Array, Array]:
+    """The pose that a joint gives, and linear velocity and spin in its axes, in letters."""
+    import sympy
+
+    pose, linear, spin = np.eye(4, dtype=object), np.zeros(3), np.zeros(3)
+    rates = np.array([coordinate(name) for name in joint.velocities])
+    match joint:
+        case Revolute() | Prismatic():
+            axis = np.array(joint.axis, dtype=float)
+            q = follows.get(joint.name, coordinate(joint.name))
+            if joint.turns:
+                pose[:3, :3], spin = turn_about(axis, q, sympy), _rate_of(q) * axis
+            else:
+                pose[:3, 3], linear = q * axis, _rate_of(q) * axis
+        case Spherical() | Floating():
+            x, y, z, w = (coordinate(name) for name in joint.quaternion)
+            pose[:3, :3], spin = turn_of_unit(w, x, y, z), rates[-3:]
+            linear = rates[:3] if isinstance(joint, Floating) else linear
+    return pose, linear, spin
 
 
 def _rename(element: Element, suffix: str) -> Element:

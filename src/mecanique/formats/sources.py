@@ -299,16 +299,20 @@ def unit_vector(vector: Array | Sequence[float]) -> Array:
     return np.asarray(vector, dtype=float) / length
 
 
-def turn_about(axis: Array | Sequence[float], angle: float) -> Array:
-    """Rodrigues' formula: R = 1 + sin α K + (1 − cos α) K²."""
+def turn_about(axis: Array | Sequence[float], angle: Scalar, functions: Any = math) -> Array:
+    """Rodrigues' formula, R = 1 + sin α K + (1 − cos α) K², in numbers or by sympy in letters."""
     x, y, z = unit_vector(axis)
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.asarray(np.eye(3) + math.sin(angle) * k + (1 - math.cos(angle)) * k @ k)
+    return np.asarray(np.eye(3) + functions.sin(angle) * k + (1 - functions.cos(angle)) * k @ k)
 
 
 def turn_of(quaternion: Array) -> Array:
     """The rotation matrix of a quaternion (w, x, y, z) of any length but zero."""
-    w, x, y, z = unit_vector(quaternion)
+    return turn_of_unit(*unit_vector(quaternion))
+
+
+def turn_of_unit(w: Scalar, x: Scalar, y: Scalar, z: Scalar) -> Array:
+    """The rotation matrix of a unit quaternion, in numbers or letters."""
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.asarray(np.eye(3) + 2 * w * k + 2 * k @ k)
 
